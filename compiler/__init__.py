@@ -1,0 +1,1 @@
+"""From syntax to programs: flat model, mechanical system, equations, program, targets."""

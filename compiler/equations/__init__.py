@@ -1,0 +1,1 @@
+"""Residual, accelerations, energies, outputs and events of one model, as nodes of one graph."""

@@ -1,0 +1,119 @@
+"""The equations of one model: what every later stage may ask for, and nothing else.
+
+Normal form. State y = (q, v, x) with sizes nq, nv, nx; inputs u, discrete variables z, parameters p:
+
+    q' = N(q) v          r(q, v, a, x, u, z, p, t) - K(q, t)^T lam = 0          v' = a
+    x' = f(t, y, u, z, p)          phi(q, t, p) = 0,  K v + b = 0,  K a + gamma = 0
+
+All functions of the emitted program share one signature (t, y, u, z, p) -> out; ``functions`` lists them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from mechc.lang.source import Span
+
+from ..graph import Graph, Node
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """Where a symbol of the graph lives at run time: ``array`` is t, y, u, z or p."""
+
+    array: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Description of one number of an array: state, parameter, input, discrete variable or output.
+
+    ``unit`` is the SI unit as text (``""`` for a pure number), ``display`` the unit to show it in.
+    ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, energy, momentum.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    display: str = ""
+    nominal: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    doc: str = ""
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Function:
+    """One function of the program: ``outputs`` are its results in order."""
+
+    name: str
+    doc: str
+    outputs: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterRule:
+    """How a parameter gets its value: a number, or an expression of other parameters."""
+
+    index: int
+    value: Node
+
+
+@dataclass(frozen=True, slots=True)
+class SettingTarget:
+    """What one number of an experiment sets: ``array`` is p or y or u; y entries override initial values."""
+
+    array: str
+    index: int
+    guess: bool
+
+
+@dataclass(frozen=True, slots=True)
+class ExperimentPlan:
+    """``function`` names the function whose outputs are first the ``options``, then the ``settings``."""
+
+    name: str
+    doc: str
+    function: str
+    options: tuple[str, ...]
+    words: Mapping[str, str]
+    settings: tuple[SettingTarget, ...]
+    sweeps: tuple[tuple[SettingTarget, tuple[float, ...]], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A decision and its reason, for ``mechc explain``: what was chosen or left out, why, and what it saved."""
+
+    topic: str
+    decision: str
+    reason: str
+    saved_operations: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
+
+    name: str
+    doc: str
+    graph: Graph
+    layout: Mapping[Node, Slot]
+    nq: int
+    nv: int
+    nx: int
+    time: Entry
+    states: tuple[Entry, ...]
+    parameters: tuple[Entry, ...]
+    parameter_rules: tuple[ParameterRule, ...]
+    inputs: tuple[Entry, ...]
+    discretes: tuple[Entry, ...]
+    outputs: tuple[Entry, ...]
+    known: tuple[bool, ...]
+    functions: tuple[Function, ...]
+    experiments: tuple[ExperimentPlan, ...]
+    needs: frozenset[str]
+    choices: tuple[Choice, ...]

@@ -1,0 +1,1 @@
+"""The flat model: components, arrays, loops, inheritance and imports are gone; all is resolved and checked."""

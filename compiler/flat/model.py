@@ -1,0 +1,515 @@
+"""The flat model and its expressions: every type on one page.
+
+Invariants: all references are resolved to dotted names of this model (``link[3].a``,
+``joint[2].angle``); components, loops, conditionals of structure, inheritance, user functions
+and modifications are gone; types, shapes and units are checked; every element knows where it
+came from (``origin``). Indices are constants, counted from 0. Quantities are in SI.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+from fractions import Fraction
+
+from mechc.lang.source import Span
+from mechc.lang.units import DIMENSIONLESS, Dimension
+
+# ---------------------------------------------------------------- types
+
+
+class Kind(Enum):
+    REAL = "Real"
+    INTEGER = "Integer"
+    BOOLEAN = "Boolean"
+    STRING = "String"
+    ROTATION = "Rotation"  # a coordinate on SO(3); used as a pose in products
+    POSE = "pose"  # trans(..), rot(..), quat(..) and their products: not anchored
+    FRAME = "frame"  # a pose relative to world, or a free frame
+    POINT = "point"  # a point carried by a frame; as a value: world components of its position
+
+
+@dataclass(frozen=True, slots=True)
+class Type:
+    """``shape`` is empty for a scalar; a POINT has shape (2,) or (3,) and dimension length.
+
+    ``angle`` remembers radians for display only.
+    """
+
+    kind: Kind
+    shape: tuple[int, ...] = ()
+    dimension: Dimension = DIMENSIONLESS
+    angle: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Where an element came from: the statement, and the instance it belongs to ("" at the top)."""
+
+    span: Span = field(repr=False)
+    instance: str = ""
+
+
+# ---------------------------------------------------------------- expressions
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Typed:
+    type: Type
+    span: Span = field(compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Literal(Typed):
+    """A scalar constant in SI units (Fraction), a truth value or a string."""
+
+    value: Fraction | bool | str
+
+
+@dataclass(frozen=True, slots=True)
+class Name(Typed):
+    """A variable or definition of the flat model, whole; ``world`` and ``time`` are predefined names."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Element(Typed):
+    """``base[i, j]`` with constant indices from 0; fewer indices than dimensions give a sub-array."""
+
+    base: Expression
+    indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Derivative(Typed):
+    """Total time derivative of any order >= 1. Of a Rotation: body angular velocity, shape (3,)."""
+
+    operand: Expression
+    order: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Previous(Typed):
+    operand: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Array(Typed):
+    """Elements along the first dimension."""
+
+    elements: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Select(Typed):
+    """``if condition then a else b`` whose condition is not structural; the other branch is not evaluated."""
+
+    condition: Expression
+    then: Expression
+    otherwise: Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Apply(Typed):
+    """An operator or built-in function.
+
+    Operators: add subtract multiply divide power negate less less_equal greater greater_equal equal
+    not_equal and or not. ``multiply`` is scalar*scalar, scalar*array, array*scalar, matrix*vector,
+    matrix*matrix, pose*pose, frame*pose (a frame), frame*vector (a point), pose*vector (a vector).
+    Functions: the names of ``lang/builtins.py``. Element-wise functions are not spread over arrays.
+    """
+
+    function: str
+    arguments: tuple[Expression, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Query(Typed):
+    """A question about a named element: reaction, moment, multiplier, momentum, power, closed, energy ...
+
+    ``target`` is the dotted name of a component (joint), constraint, contact, coordinate or force;
+    it is empty for ``energy()``, ``kinetic_energy()``, ``potential_energy()``.
+    """
+
+    function: str
+    target: str
+    arguments: tuple[Expression, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Quadrature(Typed):
+    """``integral(body for variable in lower:upper)``; ``variable`` is the name that ``body`` uses."""
+
+    variable: str
+    lower: Expression
+    upper: Expression
+    body: Expression
+
+
+Expression = Literal | Name | Element | Derivative | Previous | Array | Select | Apply | Query | Quadrature
+
+
+# ---------------------------------------------------------------- declarations
+
+
+class Role(Enum):
+    PARAMETER = "parameter"
+    COORDINATE = "coordinate"
+    STATE = "state"
+    DISCRETE = "discrete"
+    INPUT = "input"
+
+
+@dataclass(frozen=True, slots=True)
+class Attributes:
+    """``nominal``, ``min``, ``max`` in SI; ``display`` a unit; ``options`` the rest by name (chart, interpolation)."""
+
+    nominal: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    display: str = ""
+    options: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class StartValue:
+    """The winning initial value of one element; ``guess`` for ``~``."""
+
+    value: Expression
+    guess: bool
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A parameter, coordinate, state, discrete variable or input.
+
+    ``value``: default of a parameter (may refer to other parameters), of an input (parameters, time),
+    initial value of a discrete variable; None where none is given. ``start`` and ``rate``: initial value
+    of a coordinate or state and of its derivative, whole (shape of the variable; for a Rotation's rate (3,)),
+    None where unspecified. ``starts`` and ``rates``: the same for single elements, keyed by indices; they
+    win over the whole.
+    """
+
+    name: str
+    role: Role
+    type: Type
+    origin: Origin
+    value: Expression | None = None
+    start: StartValue | None = None
+    rate: StartValue | None = None
+    starts: Mapping[tuple[int, ...], StartValue] = field(default_factory=dict)
+    rates: Mapping[tuple[int, ...], StartValue] = field(default_factory=dict)
+    attributes: Attributes = Attributes()
+    doc: str = ""
+
+
+class DefinitionRole(Enum):
+    LET = "let"
+    OUTPUT = "output"
+    FRAME = "frame"
+    POINT = "point"
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """A named expression; ``value`` None only for a free frame. Interface frames bound by ``->`` are aliases."""
+
+    name: str
+    role: DefinitionRole
+    type: Type
+    value: Expression | None
+    origin: Origin
+    attributes: Attributes = Attributes()
+    doc: str = ""
+
+
+# ---------------------------------------------------------------- mechanics
+
+
+@dataclass(frozen=True, slots=True)
+class Energy:
+    """``kind``: kinetic, potential, lagrangian, dissipation."""
+
+    kind: str
+    value: Expression
+    origin: Origin
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Mass:
+    """``gravity``: the field that reaches this mass (world components), or None."""
+
+    value: Expression
+    at: Expression
+    gravity: Expression | None
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Inertia:
+    """Scalar in the plane, (3, 3) in space; about the centre of the mass stated beside it, in ``on``'s axes."""
+
+    value: Expression
+    on: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """A force or torque. ``on``: a frame or point (vector value) or a scalar (generalised force on it).
+
+    ``source``: who gets the reaction; ``frame``: whose axes the components are in (None: world).
+    """
+
+    kind: str
+    name: str
+    value: Expression
+    on: Expression
+    at: Expression | None
+    source: Expression | None
+    frame: Expression | None
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Damping:
+    name: str
+    value: Expression
+    on: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Friction:
+    name: str
+    kinetic: Expression
+    static: Expression | None
+    on: Expression
+    options: Mapping[str, Expression]
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Constraint:
+    """``left = right``; ``asserted`` is empty, holonomic or nonholonomic; unnamed ones get ``constraint[k]``."""
+
+    name: str
+    asserted: str
+    left: Expression
+    right: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Drive:
+    """``target``: Name/Element of a coordinate, or its Derivative."""
+
+    target: Expression
+    value: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    name: str
+    gap: Expression
+    restitution: Expression | None
+    friction: Expression | None
+    static: Expression | None
+    along: Expression | None
+    options: Mapping[str, Expression]
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class ClosureEquation:
+    left: Expression
+    right: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """A component with a ``place``: ``target`` is the dotted name of the ``to`` frame as named in this model
+    (follow aliases to the free frame), ``value`` its pose. ``source`` is the first interface frame.
+
+    ``coordinates``: names of the coordinates the component itself declares. A ``place`` in the top model,
+    and a value given to a free frame from outside (a weld), are joints without coordinates.
+    """
+
+    name: str
+    source: str
+    target: str
+    value: Expression
+    coordinates: tuple[str, ...]
+    closures: tuple[ClosureEquation, ...]
+    cut: bool
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class InitialCondition:
+    """``initial e = v`` for an expression that is no plain coordinate, state or rate."""
+
+    target: Expression
+    start: StartValue
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class StateEquation:
+    """``equation der(x) = e``; ``indices`` select an element of ``state`` (empty: whole)."""
+
+    state: str
+    indices: tuple[int, ...]
+    value: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Assertion:
+    condition: Expression
+    message: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Reinit:
+    target: Expression
+    value: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    target: Expression
+    value: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Terminate:
+    message: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Impulse:
+    load: Load
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """``release`` or ``engage`` (``engage`` true) of a named constraint, contact, drive or cut joint."""
+
+    target: str
+    engage: bool
+    origin: Origin
+
+
+Action = Reinit | Assign | Terminate | Impulse | Switch | Assertion
+
+
+@dataclass(frozen=True, slots=True)
+class EventBranch:
+    condition: Expression
+    actions: tuple[Action, ...]
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    """One ``when`` with its ``elsewhen`` branches."""
+
+    branches: tuple[EventBranch, ...]
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class ExactSolution:
+    """``target`` is a Name/Element/Derivative of a coordinate, state or output."""
+
+    target: Expression
+    value: Expression
+    origin: Origin
+
+
+# ---------------------------------------------------------------- experiments
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """A parameter, initial value, guess or input set by an experiment.
+
+    ``rate``: the setting is of ``der(target)``. ``guess``: written with ``~``.
+    """
+
+    target: str
+    indices: tuple[int, ...]
+    rate: bool
+    guess: bool
+    value: Expression
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """``target in values``: one run for each (numbers in SI)."""
+
+    target: str
+    values: tuple[Expression, ...]
+    structural: bool
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """``options``: stop start every step tolerance method display record ... as checked expressions."""
+
+    name: str
+    options: Mapping[str, Expression]
+    settings: tuple[Setting, ...]
+    sweeps: tuple[Sweep, ...]
+    structural: Mapping[str, Fraction | bool | str]
+    origin: Origin
+    doc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FlatModel:
+    """One model, flat. Collections keep the order of declaration.
+
+    ``space`` is 2 or 3, or 0 where no vector-valued kinematic expression says it.
+    ``structural``: values of the structural parameters that were used.
+    """
+
+    name: str
+    doc: str
+    space: int
+    dimensionless: bool
+    independent: str
+    structural: Mapping[str, Fraction | bool | str]
+    variables: tuple[Variable, ...]
+    definitions: tuple[Definition, ...]
+    energies: tuple[Energy, ...]
+    masses: tuple[Mass, ...]
+    inertias: tuple[Inertia, ...]
+    loads: tuple[Load, ...]
+    dampings: tuple[Damping, ...]
+    frictions: tuple[Friction, ...]
+    constraints: tuple[Constraint, ...]
+    drives: tuple[Drive, ...]
+    contacts: tuple[Contact, ...]
+    joints: tuple[Joint, ...]
+    initials: tuple[InitialCondition, ...]
+    equations: tuple[StateEquation, ...]
+    events: tuple[Event, ...]
+    assertions: tuple[Assertion, ...]
+    exacts: tuple[ExactSolution, ...]
+    experiments: tuple[Experiment, ...]
+    origin: Origin

@@ -1,0 +1,1 @@
+"""Straight-line functions over arrays, ready to be printed in any target language."""

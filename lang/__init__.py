@@ -1,0 +1,1 @@
+"""Text to syntax: source files, grammar, syntax tree, printer, units and diagnostics."""

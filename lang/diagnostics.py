@@ -1,0 +1,137 @@
+"""What a message is: a value with a code, a place, further places and help.
+
+Codes: E01xx text and syntax, E02xx names and imports, E03xx types, shapes and units,
+E04xx components and modifications, E05xx mechanics, E06xx initialisation, E07xx events,
+contact and friction, E08xx experiments and structural parameters, E09xx export.
+W and N stand for warnings and notes with the same families. Each code has one page in
+``mechc/errors/CODE.md``. ``mechc/render.py`` turns diagnostics into text.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+from .source import Span
+
+MAXIMUM = 20
+"""Most diagnostics shown for one compilation."""
+
+
+class Severity(Enum):
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Label:
+    """A secondary place with its own words."""
+
+    span: Span
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnostic:
+    """One message. ``message`` is lower case and says what is wrong in the user's words;
+    ``caption`` stands beside the carets; ``help`` says what to do."""
+
+    severity: Severity
+    code: str
+    message: str
+    span: Span | None
+    caption: str = ""
+    labels: tuple[Label, ...] = ()
+    help: str = ""
+
+
+class CompileError(Exception):
+    """Compilation stopped; ``diagnostics`` says why (at least one is an error)."""
+
+    def __init__(self, diagnostics: tuple[Diagnostic, ...]) -> None:
+        super().__init__("\n".join(f"{d.severity.value}[{d.code}]: {d.message}" for d in diagnostics))
+        self.diagnostics = diagnostics
+
+
+class Reporter:
+    """Collects the diagnostics of one compilation, in order, without repeats."""
+
+    def __init__(self) -> None:
+        self._items: dict[Diagnostic, None] = {}
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        return tuple(self._items)
+
+    def _add(
+        self,
+        severity: Severity,
+        code: str,
+        message: str,
+        span: Span | None,
+        caption: str,
+        labels: tuple[Label, ...],
+        help: str,
+    ) -> None:
+        self._items[Diagnostic(severity, code, message, span, caption, labels, help)] = None
+
+    def error(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        caption: str = "",
+        labels: tuple[Label, ...] = (),
+        help: str = "",
+    ) -> None:
+        """Record an error and go on; see ``stop_on_errors`` and ``fail``."""
+        self._add(Severity.ERROR, code, message, span, caption, labels, help)
+
+    def warning(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        caption: str = "",
+        labels: tuple[Label, ...] = (),
+        help: str = "",
+    ) -> None:
+        self._add(Severity.WARNING, code, message, span, caption, labels, help)
+
+    def note(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        caption: str = "",
+        labels: tuple[Label, ...] = (),
+        help: str = "",
+    ) -> None:
+        self._add(Severity.NOTE, code, message, span, caption, labels, help)
+
+    @property
+    def has_errors(self) -> bool:
+        return any(d.severity is Severity.ERROR for d in self._items)
+
+    def stop_on_errors(self) -> None:
+        """Raise ``CompileError`` if an error has been recorded."""
+        if self.has_errors:
+            raise CompileError(self.diagnostics)
+
+    def fail(
+        self,
+        code: str,
+        message: str,
+        span: Span | None,
+        *,
+        caption: str = "",
+        labels: tuple[Label, ...] = (),
+        help: str = "",
+    ) -> CompileError:
+        """Record an error and return the exception to raise: ``raise reporter.fail(...)``."""
+        self.error(code, message, span, caption=caption, labels=labels, help=help)
+        return CompileError(self.diagnostics)

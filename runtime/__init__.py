@@ -1,0 +1,1 @@
+"""Solving: a ``Problem`` in, a ``Solution`` out. Knows nothing of the language."""

@@ -1,0 +1,50 @@
+/* What generated code offers the kernel: the one contract between them.
+ *
+ *  1. A model is one immutable struct; its functions are pure: they read their arguments,
+ *     write all of `out`, keep no state and allocate nothing.
+ *  2. The state is y = (q, v, x): nq coordinates, nv velocities, nx first-order states.
+ *     q and v are different in number where a coordinate is a rotation (4 and 3).
+ *  3. All functions have one signature, mech_function: (t, y, u, z, p, out).
+ *     u: nu inputs, z: nz discrete variables, p: np parameters followed by nh hoisted constants.
+ *  4. `parameters(p, set)` computes every parameter that depends on others and is not set
+ *     (set[i] != 0 keeps p[i]), then all hoisted constants. It is called once before a run and after each
+ *     change of a parameter. Everything else reads p only.
+ *  5. `rhs`: out[ny] = dy/dt.
+ *  6. `initial`: out[ny], the initial state as far as it is known or guessed; reads t, u, z and p.
+ *  7. `inputs`: out[nu], the default of each input at time t; reads t and p. NULL where nu = 0.
+ *  8. `discretes`: out[nz], the initial discrete variables. NULL where nz = 0.
+ *  9. `outputs`: out[ny_out], everything that is reported beside the state.
+ * 10. `assertions`: out[na], > 0.5 where the assertion holds. NULL where na = 0.
+ * 11. `jacobian`: out[nnz], the entries of d(rhs)/dy in the order of (jac_row, jac_col). NULL where the
+ *     implicit methods are left out.
+ * 12. Rotations: `rotations[k]` is the index in y of the first of four quaternion entries (scalar first),
+ *     of unit length on entry; the kernel renormalises after each accepted step.
+ * 13. A function that meets an undefined value returns not-a-number in `out`; it never traps.
+ */
+#ifndef MECH_MODEL_H
+#define MECH_MODEL_H
+
+#ifndef MECH_REAL
+#define MECH_REAL double
+#endif
+typedef MECH_REAL mech_real;
+
+typedef void mech_function(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                           const mech_real *p, mech_real *out);
+
+typedef struct mech_model {
+    int version;                   /* MECH_MODEL_VERSION of the header it was made with   */
+    int nq, nv, nx;                /* sizes of q, v, x; ny = nq + nv + nx                 */
+    int nu, nz, np, nh;            /* inputs, discrete variables, parameters, hoisted     */
+    int n_outputs, n_assertions;
+    int n_rotations;
+    const int *rotations;          /* [n_rotations] first index in y                      */
+    int n_jacobian;
+    const int *jac_row, *jac_col;  /* [n_jacobian]                                        */
+    void (*parameters)(mech_real *p, const unsigned char *set);
+    mech_function *rhs, *initial, *inputs, *discretes, *outputs, *assertions, *jacobian;
+} mech_model;
+
+#define MECH_MODEL_VERSION 1
+
+#endif

@@ -1,0 +1,113 @@
+"""The contract that generated code fulfils, as plain data and callables.
+
+``Problem`` mirrors ``kernel/model.h`` field by field, and adds names, units and origins so that results and
+failures can be told in the words of the model. It knows nothing of the language: a hand-written one serves
+as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
+"""(t, y, u, z, p) -> out"""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """A place in the user's text, as plain data."""
+
+    file: str
+    line: int
+    column: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete,
+    output, energy, momentum. ``unit`` is SI; ``nominal`` None where the model gives none."""
+
+    name: str
+    kind: str
+    unit: str
+    display: str = ""
+    nominal: float | None = None
+    minimum: float | None = None
+    maximum: float | None = None
+    doc: str = ""
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """Sets entry ``index`` of ``array`` (p, y or u); a y entry overrides an initial value."""
+
+    array: str
+    index: int
+    guess: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """``function`` gives, from (t, y, u, z, p), first the values of ``options``, then those of ``settings``."""
+
+    name: str
+    doc: str
+    function: str
+    options: tuple[str, ...]
+    words: Mapping[str, str]
+    settings: tuple[Setting, ...]
+    sweeps: tuple[tuple[Setting, tuple[float, ...]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Assertion:
+    message: str
+    origin: Origin | None
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
+
+    ``known[i]``: the initial value of state i is prescribed, not guessed. ``functions``: the Python forms
+    by name (rhs, initial, outputs, ...), empty if there is a ``library``: a shared object that exports
+    ``const mech_model *mech_model_get(void)`` and, for each experiment, its function.
+    ``parameters_function(p, set)`` fills dependent parameters and hoisted constants in place.
+    """
+
+    name: str
+    doc: str
+    nq: int
+    nv: int
+    nx: int
+    nh: int
+    time: Quantity
+    states: tuple[Quantity, ...]
+    parameters: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    discretes: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
+    known: tuple[bool, ...]
+    rotations: tuple[int, ...]
+    assertions: tuple[Assertion, ...]
+    experiments: tuple[Experiment, ...]
+    conserved: tuple[int, ...] = ()
+    """Indices of outputs that are constant along every motion (momenta of cyclic coordinates, energy)."""
+    energy_balance: tuple[int, ...] = ()
+    """Indices of outputs (total, dissipated, supplied) with total + dissipated - supplied constant;
+    dissipated and supplied are -1 where the model has none."""
+    functions: Mapping[str, ModelFunction] = field(default_factory=dict)
+    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
+    library: Path | None = None
+
+    @property
+    def ny(self) -> int:
+        return self.nq + self.nv + self.nx
