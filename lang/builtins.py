@@ -1,0 +1,137 @@
+"""The functions and constants that the language knows: one table for the checker, editors and docs.
+
+Type rules live in ``compiler/flat``; ``der`` and ``pre`` have a syntax of their own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from fractions import Fraction
+from math import pi
+
+
+class Category(Enum):
+    ELEMENTARY = "elementary"  # scalars to a scalar
+    VECTOR = "vector"  # arrays and matrices
+    REDUCTION = "reduction"  # a whole array, or ``e for i in r``, to one value
+    POSE = "pose"  # build a pose or a rotation
+    KINEMATIC = "kinematic"  # positions and velocities of frames and points
+    QUERY = "query"  # about a named element, or the whole model
+    EVENT = "event"  # conditions of ``when``
+    STRUCTURE = "structure"  # values for arrays, sweeps and tables
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin:
+    """``least`` and ``most`` count the positional arguments; ``most`` None means any number."""
+
+    name: str
+    least: int
+    most: int | None
+    category: Category
+    doc: str
+    keywords: tuple[str, ...] = ()
+    generators: bool = False
+
+    @property
+    def arity(self) -> str:
+        """Say the number of arguments in words: ``1 argument``, ``2 or 3 arguments``."""
+        if self.most is None:
+            return f"at least {self.least} argument{'s' if self.least != 1 else ''}"
+        if self.least == self.most:
+            return f"{self.least or 'no'} argument{'s' if self.least != 1 else ''}"
+        joint = "or" if self.most == self.least + 1 else "to"
+        return f"{self.least} {joint} {self.most} arguments"
+
+
+_E, _V, _R, _P = Category.ELEMENTARY, Category.VECTOR, Category.REDUCTION, Category.POSE
+_K, _Q, _W, _S = Category.KINEMATIC, Category.QUERY, Category.EVENT, Category.STRUCTURE
+
+_ALL = (
+    Builtin("sin", 1, 1, _E, "sine of an angle"),
+    Builtin("cos", 1, 1, _E, "cosine of an angle"),
+    Builtin("tan", 1, 1, _E, "tangent of an angle"),
+    Builtin("asin", 1, 1, _E, "angle between -pi/2 and pi/2 whose sine is given"),
+    Builtin("acos", 1, 1, _E, "angle between 0 and pi whose cosine is given"),
+    Builtin("atan", 1, 1, _E, "angle between -pi/2 and pi/2 whose tangent is given"),
+    Builtin("atan2", 2, 2, _E, "angle of the point (x, y), written atan2(y, x)"),
+    Builtin("sinh", 1, 1, _E, "hyperbolic sine"),
+    Builtin("cosh", 1, 1, _E, "hyperbolic cosine"),
+    Builtin("tanh", 1, 1, _E, "hyperbolic tangent"),
+    Builtin("asinh", 1, 1, _E, "inverse hyperbolic sine"),
+    Builtin("acosh", 1, 1, _E, "inverse hyperbolic cosine"),
+    Builtin("atanh", 1, 1, _E, "inverse hyperbolic tangent"),
+    Builtin("exp", 1, 1, _E, "exponential function"),
+    Builtin("log", 1, 1, _E, "natural logarithm"),
+    Builtin("log10", 1, 1, _E, "decimal logarithm"),
+    Builtin("sqrt", 1, 1, _E, "square root"),
+    Builtin("abs", 1, 1, _E, "absolute value"),
+    Builtin("sign", 1, 1, _E, "-1, 0 or 1"),
+    Builtin("floor", 1, 1, _E, "largest whole number not above"),
+    Builtin("ceil", 1, 1, _E, "smallest whole number not below"),
+    Builtin("round", 1, 1, _E, "nearest whole number, halves away from zero"),
+    Builtin("mod", 2, 2, _E, "x - floor(x/y)*y"),
+    Builtin("div", 2, 2, _E, "quotient of two whole numbers, rounded towards zero"),
+    Builtin("clamp", 3, 3, _E, "x kept between a lower and an upper limit: clamp(x, low, high)"),
+    Builtin("deadzone", 2, 2, _E, "0 for |x| below the half width w, then x -/+ w: deadzone(x, w)"),
+    Builtin("min", 1, None, _R, "smallest of the arguments, of an array, or of e for i in r", (), True),
+    Builtin("max", 1, None, _R, "largest of the arguments, of an array, or of e for i in r", (), True),
+    Builtin("sum", 1, 1, _R, "sum of an array, or of e for i in r", (), True),
+    Builtin("product", 1, 1, _R, "product of an array, or of e for i in r", (), True),
+    Builtin("integral", 1, 1, _R, "integral over time from the start, or of e for s in a:b", (), True),
+    Builtin("dot", 2, 2, _V, "scalar product"),
+    Builtin("cross", 2, 2, _V, "vector product; a scalar in the plane"),
+    Builtin("norm", 1, 1, _V, "length of a vector"),
+    Builtin("transpose", 1, 1, _V, "transposed matrix"),
+    Builtin("outer", 2, 2, _V, "matrix of the products a[i]*b[j]"),
+    Builtin("identity", 1, 1, _V, "identity matrix of n rows"),
+    Builtin("diag", 1, 1, _V, "diagonal matrix from a vector"),
+    Builtin("zeros", 1, 2, _V, "array of zeros"),
+    Builtin("ones", 1, 2, _V, "array of ones"),
+    Builtin("size", 1, 2, _V, "extents of an array, or its extent in one direction"),
+    Builtin("trans", 1, 1, _P, "displacement by a vector"),
+    Builtin("rot", 1, 1, _P, "rotation in the plane"),
+    Builtin("rotx", 1, 1, _P, "rotation about x"),
+    Builtin("roty", 1, 1, _P, "rotation about y"),
+    Builtin("rotz", 1, 1, _P, "rotation about z"),
+    Builtin("axis_angle", 2, 2, _P, "rotation about an axis by an angle"),
+    Builtin("quat", 1, 4, _P, "rotation of a quaternion, scalar part first"),
+    Builtin("origin", 1, 1, _K, "position of the origin of a frame, in world components"),
+    Builtin("pos", 1, 1, _K, "position of a frame or point, in world components"),
+    Builtin("vel", 1, 2, _K, "velocity of a frame or point; with a frame: relative to it, in its components"),
+    Builtin("vel_at", 2, 2, _K, "velocity of the material point of a frame that is now at a point"),
+    Builtin("acc", 1, 1, _K, "acceleration of a frame or point, in world components"),
+    Builtin("angvel", 1, 2, _K, "angular velocity of a frame in world components, or in those of a frame"),
+    Builtin("heading", 1, 1, _K, "angle of a frame in the plane"),
+    Builtin("local", 2, 2, _K, "position of a point in a frame: local(F, P)"),
+    Builtin("components", 2, 2, _K, "components in a frame of a vector given in world: components(F, v)"),
+    Builtin("direction", 2, 2, _K, "world components of a vector given in a frame: direction(F, v)"),
+    Builtin("energy", 0, 0, _Q, "total energy"),
+    Builtin("kinetic_energy", 0, 0, _Q, "kinetic energy"),
+    Builtin("potential_energy", 0, 0, _Q, "potential energy"),
+    Builtin("momentum", 1, 1, _Q, "generalised momentum of a coordinate"),
+    Builtin("power", 1, 2, _Q, "power of a named force, or of a force on a coordinate: power(f, q)"),
+    Builtin("multiplier", 1, 1, _Q, "multiplier of a named constraint, or normal force of a contact"),
+    Builtin("reaction", 1, 1, _Q, "force of a joint on its 'to' side, or of a drive", ("in",)),
+    Builtin("moment", 1, 1, _Q, "moment of a joint on its 'to' side about the origin of 'to'", ("in",)),
+    Builtin("closed", 1, 1, _Q, "true while a contact presses or a constraint holds"),
+    Builtin("inertia_tensor", 1, 1, _Q, "inertia of the rigid body of a frame about its mass centre"),
+    Builtin("mass_centre", 0, 1, _Q, "mass centre of the rigid body of a frame, or of the whole model"),
+    Builtin("at", 2, 2, _Q, "value of an expression at a value of the independent variable: at(e, x)"),
+    Builtin(
+        "sample", 1, 2, _W, "true at the start and then periodically: sample(period), sample(start, period)"
+    ),
+    Builtin("initial", 0, 0, _W, "true at the start only"),
+    Builtin("table", 3, 3, _S, "smooth curve through points: table(x, {x1, x2, ..}, {y1, y2, ..})"),
+    Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),
+)
+
+BUILTINS: Mapping[str, Builtin] = {b.name: b for b in _ALL}
+
+CONSTANTS: Mapping[str, Fraction] = {"pi": Fraction(pi)}
+"""Numbers without a dimension that have a name."""
+
+PREDEFINED: Mapping[str, str] = {"world": "the fixed frame", "time": "the independent variable"}
+"""Names that every model has, with what they are."""

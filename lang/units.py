@@ -1,0 +1,318 @@
+"""Dimensions, units and named types: the closed vocabulary of quantities.
+
+Everything here comes from the tables below. The dimension of an angle is 1; that a quantity
+was given in radians is remembered beside it, for display only.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+
+from .suggest import closest
+
+Exponent = int | Fraction
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
+
+
+def _exponent(value: Exponent) -> Exponent:
+    """Return an integer wherever the value is one."""
+    return value.numerator if value.denominator == 1 else value
+
+
+@dataclass(frozen=True, slots=True)
+class Dimension:
+    """Exponents of kg, m, s, A, K, mol and cd. ``str`` gives ``kg.m/s^2``."""
+
+    exponents: tuple[Exponent, Exponent, Exponent, Exponent, Exponent, Exponent, Exponent]
+
+    def __mul__(self, other: Dimension) -> Dimension:
+        a, b = self.exponents, other.exponents
+        return _dimension([x + y for x, y in zip(a, b, strict=True)])
+
+    def __truediv__(self, other: Dimension) -> Dimension:
+        a, b = self.exponents, other.exponents
+        return _dimension([x - y for x, y in zip(a, b, strict=True)])
+
+    def __pow__(self, power: Exponent) -> Dimension:
+        return _dimension([x * power for x in self.exponents])
+
+    @property
+    def is_none(self) -> bool:
+        """True for a pure number."""
+        return not any(self.exponents)
+
+    def __str__(self) -> str:
+        above = [_power(u, e) for u, e in zip(BASE, self.exponents, strict=True) if e > 0]
+        below = [_power(u, -e) for u, e in zip(BASE, self.exponents, strict=True) if e < 0]
+        return "/".join([".".join(above) or "1", *below])
+
+    def pretty(self) -> str:
+        """Return the base units and, where there is one, the name: ``kg.m/s^2 (N)``."""
+        name = _UNIT_OF.get(self)
+        base = str(self)
+        return base if name is None or name == base else f"{base} ({name})"
+
+
+def _dimension(exponents: list[Exponent]) -> Dimension:
+    kg, m, s, A, K, mol, cd = (_exponent(e) for e in exponents)
+    return Dimension((kg, m, s, A, K, mol, cd))
+
+
+def _power(symbol: str, exponent: Exponent) -> str:
+    if exponent == 1:
+        return symbol
+    return f"{symbol}^{exponent}" if isinstance(exponent, int) else f"{symbol}^({exponent})"
+
+
+DIMENSIONLESS = Dimension((0, 0, 0, 0, 0, 0, 0))
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """``factor`` times the SI unit of ``dimension``; ``angle`` marks rad, deg, rev/s and the like."""
+
+    symbol: str
+    dimension: Dimension
+    factor: Fraction
+    angle: bool = False
+
+
+class UnitError(ValueError):
+    """A text is no unit; ``suggestion`` is a unit that may have been meant, or empty."""
+
+    def __init__(self, message: str, suggestion: str = "") -> None:
+        super().__init__(message)
+        self.suggestion = suggestion
+
+
+# ---------------------------------------------------------------- the tables
+
+_PI = Fraction(math.pi)
+_PREFIXES: Mapping[str, Fraction] = {
+    "f": Fraction(1, 10**15),
+    "p": Fraction(1, 10**12),
+    "n": Fraction(1, 10**9),
+    "u": Fraction(1, 10**6),
+    "m": Fraction(1, 1000),
+    "c": Fraction(1, 100),
+    "d": Fraction(1, 10),
+    "h": Fraction(100),
+    "k": Fraction(1000),
+    "M": Fraction(10**6),
+    "G": Fraction(10**9),
+    "T": Fraction(10**12),
+}
+
+# symbol: (exponents of the base units, factor, exponent of the angle, usual prefixes)
+_TABLE: Mapping[str, tuple[str, Fraction, int, str]] = {
+    "kg": ("kg", Fraction(1), 0, ""),
+    "g": ("kg", Fraction(1, 1000), 0, "num"),
+    "t": ("kg", Fraction(1000), 0, ""),
+    "m": ("m", Fraction(1), 0, "fpnumcdk"),
+    "au": ("m", Fraction(149597870700), 0, ""),
+    "s": ("s", Fraction(1), 0, "fpnum"),
+    "min": ("s", Fraction(60), 0, ""),
+    "h": ("s", Fraction(3600), 0, ""),
+    "d": ("s", Fraction(86400), 0, ""),
+    "A": ("A", Fraction(1), 0, "pnumk"),
+    "K": ("K", Fraction(1), 0, "num"),
+    "mol": ("mol", Fraction(1), 0, "num"),
+    "cd": ("cd", Fraction(1), 0, ""),
+    "rad": ("", Fraction(1), 1, "um"),
+    "deg": ("", _PI / 180, 1, ""),
+    "rev": ("", 2 * _PI, 1, ""),
+    "rpm": ("s^-1", 2 * _PI / 60, 1, ""),
+    "Hz": ("s^-1", Fraction(1), 0, "mkMGT"),
+    "N": ("kg m s^-2", Fraction(1), 0, "pnumkMG"),
+    "J": ("kg m^2 s^-2", Fraction(1), 0, "pnumkMGT"),
+    "eV": ("kg m^2 s^-2", Fraction("1.602176634e-19"), 0, "mkMGT"),
+    "W": ("kg m^2 s^-3", Fraction(1), 0, "pnumkMGT"),
+    "Pa": ("kg m^-1 s^-2", Fraction(1), 0, "umhkMG"),
+    "bar": ("kg m^-1 s^-2", Fraction(10**5), 0, "m"),
+    "C": ("A s", Fraction(1), 0, "pnumk"),
+    "V": ("kg m^2 s^-3 A^-1", Fraction(1), 0, "numkM"),
+    "Ohm": ("kg m^2 s^-3 A^-2", Fraction(1), 0, "umkMG"),
+    "F": ("kg^-1 m^-2 s^4 A^2", Fraction(1), 0, "fpnum"),
+    "Wb": ("kg m^2 s^-2 A^-1", Fraction(1), 0, "num"),
+    "H": ("kg m^2 s^-2 A^-2", Fraction(1), 0, "pnum"),
+    "T": ("kg s^-2 A^-1", Fraction(1), 0, "pnum"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Symbol:
+    dimension: Dimension
+    factor: Fraction
+    angle: int
+
+
+def _base_dimension(text: str) -> Dimension:
+    exponents: list[Exponent] = [0] * len(BASE)
+    for piece in text.split():
+        symbol, _, power = piece.partition("^")
+        exponents[BASE.index(symbol)] = int(power or 1)
+    return _dimension(exponents)
+
+
+def _symbols() -> dict[str, _Symbol]:
+    symbols = {}
+    for symbol, (base, factor, angle, prefixes) in _TABLE.items():
+        dimension = _base_dimension(base)
+        symbols[symbol] = _Symbol(dimension, factor, angle)
+        for prefix in prefixes:
+            symbols[prefix + symbol] = _Symbol(dimension, _PREFIXES[prefix] * factor, angle)
+    return symbols
+
+
+_SYMBOLS = _symbols()
+
+UNIT_NAMES = tuple(sorted(_SYMBOLS))
+"""Every single unit with its prefixes: what may stand between the dots and strokes."""
+
+_ONE = "(?:" + "|".join(sorted(_SYMBOLS, key=lambda s: (-len(s), s))) + r")(?![A-Za-z0-9_])"
+_EXPONENT = r"\^(?:-?\d{1,3}(?:\.\d{1,3})?(?!\.?\d|[A-Za-z_])|\(-?\d{1,3}/[1-9]\d{0,2}\))"
+
+UNIT_PATTERN = rf"{_ONE}(?:{_EXPONENT})?(?:[./]{_ONE}(?:{_EXPONENT})?)*"
+"""Regular expression, without groups, of a unit in a model: ``kg.m^2/s``."""
+
+_WHOLE = re.compile(rf"(?:1(?=/))?(?:{UNIT_PATTERN})?(?:/{UNIT_PATTERN})?")
+_FACTOR = re.compile(r"([./]?)([A-Za-z]+)(?:\^(?:\((-?\d+/\d+)\)|(-?[\d.]+)))?")
+
+_SPELLED_OUT: Mapping[str, str] = {
+    "metre": "m", "meter": "m", "second": "s", "sec": "s", "minute": "min", "hour": "h", "hr": "h",
+    "day": "d", "kilogram": "kg", "kilo": "kg", "gram": "g", "gramme": "g", "ton": "t", "tonne": "t",
+    "newton": "N", "joule": "J", "watt": "W", "pascal": "Pa", "radian": "rad", "degree": "deg",
+    "hertz": "Hz", "volt": "V", "ampere": "A", "amp": "A", "kelvin": "K", "tesla": "T", "coulomb": "C",
+    "farad": "F", "henry": "H", "weber": "Wb", "ohm": "Ohm", "millimetre": "mm", "millimeter": "mm",
+    "centimetre": "cm", "centimeter": "cm", "kilometre": "km", "kilometer": "km", "millisecond": "ms",
+    "turn": "rev", "revolution": "rev", "Nm": "N.m", "Ns": "N.s", "mps": "m/s", "kmh": "km/h",
+    "kph": "km/h", "hz": "Hz", "n": "N", "j": "J", "w": "W", "k": "K", "S": "s", "M": "m", "KG": "kg",
+}  # fmt: skip
+
+
+def suggest_unit(text: str) -> str:
+    """Return the unit that ``text`` may have meant, or an empty string."""
+    if text in _SPELLED_OUT:
+        return _SPELLED_OUT[text]
+    singular = text.casefold().removesuffix("s")
+    if singular in _SPELLED_OUT:
+        return _SPELLED_OUT[singular]
+    if len(text) == 1:
+        return ""
+    return closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 3)]) or ""
+
+
+@lru_cache(maxsize=1024)
+def parse_unit(text: str) -> Unit:
+    """Read a unit such as ``N.m/rad``, ``m^3/kg/s^2``, ``1/m`` or ``1``.
+
+    Raises UnitError, with a suggestion where one is near.
+    """
+    if text == "1":
+        return Unit(text, DIMENSIONLESS, Fraction(1))
+    if not text or not _WHOLE.fullmatch(text):
+        raise _unit_error(text)
+    dimension, factor, angle = DIMENSIONLESS, Fraction(1), Fraction(0)
+    scale = 1.0
+    for stroke, symbol, ratio, decimal in _FACTOR.findall(text.removeprefix("1")):
+        power = Fraction(ratio or decimal or 1)
+        if stroke == "/":
+            power = -power
+        unit = _SYMBOLS[symbol]
+        dimension *= unit.dimension ** _exponent(power)
+        angle += unit.angle * power
+        if power.denominator == 1:
+            factor *= unit.factor**power.numerator
+        else:
+            scale *= float(unit.factor) ** float(power)
+    return Unit(text, dimension, factor * Fraction(scale) if scale != 1.0 else factor, angle == 1)
+
+
+def _unit_error(text: str) -> UnitError:
+    for word in re.findall(r"[^\W\d_]+", text):
+        if word not in _SYMBOLS:
+            suggestion = suggest_unit(word)
+            return UnitError(f"unknown unit '{word}'", text.replace(word, suggestion) if suggestion else "")
+    return UnitError(f"'{text}' is not a unit" if text else "a unit is missing")
+
+
+# ---------------------------------------------------------------- named types
+
+
+@dataclass(frozen=True, slots=True)
+class NamedType:
+    """A type of the language: its dimension, the SI unit it is shown in, and the angle mark."""
+
+    name: str
+    dimension: Dimension
+    unit: str
+    angle: bool
+
+
+_TYPE_UNITS: Mapping[str, str] = {
+    "Real": "1", "Integer": "1", "Boolean": "1",
+    "Length": "m", "Area": "m^2", "Volume": "m^3", "Mass": "kg", "Time": "s", "Angle": "rad",
+    "Velocity": "m/s", "Acceleration": "m/s^2", "Jerk": "m/s^3",
+    "AngularVelocity": "rad/s", "AngularAcceleration": "rad/s^2", "Frequency": "Hz",
+    "Force": "N", "Torque": "N.m", "Energy": "J", "Power": "W", "Action": "J.s",
+    "Momentum": "kg.m/s", "AngularMomentum": "kg.m^2/s", "Impulse": "N.s", "AngularImpulse": "N.m.s",
+    "Inertia": "kg.m^2", "Stiffness": "N/m", "RotationalStiffness": "N.m/rad",
+    "Damping": "N.s/m", "RotationalDamping": "N.m.s/rad", "FlexuralRigidity": "N.m^2",
+    "Density": "kg/m^3", "LineDensity": "kg/m", "AreaDensity": "kg/m^2",
+    "Pressure": "Pa", "Stress": "Pa", "DynamicViscosity": "Pa.s", "KinematicViscosity": "m^2/s",
+    "Curvature": "1/m", "MassFlow": "kg/s", "VolumeFlow": "m^3/s",
+    "Temperature": "K", "Amount": "mol", "LuminousIntensity": "cd",
+    "Charge": "C", "Current": "A", "Voltage": "V", "Resistance": "Ohm", "Capacitance": "F",
+    "Inductance": "H", "MagneticField": "T", "MagneticFlux": "Wb", "ElectricField": "V/m",
+}  # fmt: skip
+
+
+def _named_type(name: str, text: str) -> NamedType:
+    unit = parse_unit(text)
+    return NamedType(name, unit.dimension, text, unit.angle)
+
+
+NAMED_TYPES: Mapping[str, NamedType] = {name: _named_type(name, unit) for name, unit in _TYPE_UNITS.items()}
+
+# The unit shown for a dimension: the first entry of each wins.
+_SHOWN = (
+    "m", "kg", "s", "A", "K", "mol", "cd", "N", "J", "W", "Pa", "C", "V", "Ohm", "F", "Wb", "H", "T",
+    "m/s", "m/s^2", "m^2", "m^3", "kg.m^2", "kg.m/s", "kg.m^2/s", "kg/m", "kg/m^3", "N/m", "kg/s",
+    "Pa.s", "V/m", "1/s", "1/s^2",
+)  # fmt: skip
+_SHOWN_ANGLES = ("rad", "rad/s", "rad/s^2", "rad/s^3", "rad/m")
+
+_UNIT_OF: dict[Dimension, str] = {}
+for _text in _SHOWN:
+    _UNIT_OF.setdefault(parse_unit(_text).dimension, _text)
+_ANGLE_UNIT_OF = {parse_unit(_text).dimension: _text for _text in _SHOWN_ANGLES}
+
+
+def preferred_unit(dimension: Dimension, angle: bool = False) -> str:
+    """Return the SI unit to show a quantity in: ``N``, ``rad/s``, ``kg.m^2``; ``1`` for a pure number."""
+    if angle and dimension in _ANGLE_UNIT_OF:
+        return _ANGLE_UNIT_OF[dimension]
+    return _UNIT_OF.get(dimension) or str(dimension)
+
+
+def to_si(value: Fraction, unit: Unit) -> Fraction:
+    """Convert a number given in ``unit`` to SI, exactly."""
+    return value * unit.factor
+
+
+def from_si(value: float, unit: Unit) -> float:
+    """Convert a number in SI to ``unit``."""
+    return value / float(unit.factor)
+
+
+def convert(value: float, source: Unit, target: Unit) -> float:
+    """Convert between units of one dimension. Raises UnitError where the dimensions differ."""
+    if source.dimension != target.dimension:
+        raise UnitError(f"cannot convert {source.symbol} to {target.symbol}")
+    return value * float(source.factor / target.factor)
