@@ -1,0 +1,1 @@
+"""Program to text: Python, C and FMU."""

@@ -1,0 +1,40 @@
+"""Mechanics as energies, bodies and joints in; verified motion out.
+
+``load`` reads a model; see ``Model`` and ``Solution``. Names are imported when first used, so that
+``import mechc`` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .api import Model as Model
+    from .api import load as load
+    from .lang.diagnostics import CompileError as CompileError
+    from .runtime.solution import Solution as Solution
+
+__version__ = "0.1.0"
+
+__all__ = ["CompileError", "Model", "Solution", "__version__", "load"]
+
+_HOMES = {
+    "load": "mechc.api",
+    "Model": "mechc.api",
+    "Solution": "mechc.runtime.solution",
+    "CompileError": "mechc.lang.diagnostics",
+}
+
+
+def __getattr__(name: str) -> object:
+    home = _HOMES.get(name)
+    if home is None:
+        raise AttributeError(f"module 'mechc' has no attribute '{name}'")
+    value: object = getattr(import_module(home), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(set(globals()) | set(_HOMES))

@@ -1,0 +1,1 @@
+"""The standard library of models, written in the language itself."""
