@@ -1,1 +1,1 @@
-"""The standard library of models, written in the language itself."""
+"""The standard library, written in the language itself: ``mech.planar``, ``mech.spatial`` and their company."""
