@@ -1,0 +1,49 @@
+"""Each error page shows a wrong model and the exact words the compiler has for it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from error_pages import CODE, codes_in_the_sources, codes_with_a_page, read_page, write_expected
+
+from mechc.api import load
+from mechc.lang.diagnostics import CompileError
+from mechc.render import render
+from mechc.report import render_failure
+
+
+def words_for(files: dict[str, str], run: list[str] | None) -> str:
+    """Compile (and run) ``model.mech`` of the current folder and return all that is said about it."""
+    for name, text in files.items():
+        Path(name).write_text(text, encoding="utf-8")
+    try:
+        model = load("model.mech")
+    except CompileError as error:
+        return render(error.diagnostics)
+    if run is None:
+        return render(model.diagnostics)
+    solution = model.simulate(**dict(option.split("=", 1) for option in run))
+    return render_failure(solution)
+
+
+@pytest.mark.parametrize("code", codes_with_a_page())
+def test_page(code: str, update_golden: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    page = read_page(code)
+    assert page.title.startswith(f"# {code}: "), "a page begins with '# CODE: short title'"
+    assert "model.mech" in page.files, "a page has a ```mech block"
+    monkeypatch.chdir(tmp_path)
+    shown = words_for(page.files, page.run)
+    assert f"[{code}]" in shown, f"the model of this page does not lead to {code} but to:\n{shown}"
+    if update_golden:
+        write_expected(page, shown)
+    else:
+        assert shown == page.expected
+
+
+def test_every_code_has_a_page_and_every_page_a_code() -> None:
+    sources = codes_in_the_sources()
+    pages = set(codes_with_a_page())
+    assert {c: where for c, where in sources.items() if c not in pages} == {}
+    assert pages - set(sources) == set()
+    assert all(CODE.fullmatch(page) for page in pages)

@@ -1,0 +1,83 @@
+"""The repository keeps the form that ARCHITECTURE.md states."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("mechc", "lang", "compiler", "runtime", "stdlib")
+LINKS = ("lang", "compiler", "runtime", "stdlib")
+LONGEST_PYTHON = 400
+LONGEST_C = 500
+TYPES_ON_ONE_PAGE = {"lang/ast.py", "compiler/flat/model.py"}
+"""Sum types that are read best in one piece."""
+
+
+def project() -> dict[str, object]:
+    tools = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
+    assert isinstance(tools, dict)
+    return tools
+
+
+def python_files(*folders: str) -> list[Path]:
+    """All Python files below the folders, without those seen through the links in ``mechc``."""
+    files: list[Path] = []
+    for folder in folders:
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            parts = path.relative_to(ROOT).parts
+            if not (parts[0] == "mechc" and parts[1] in LINKS):
+                files.append(path)
+    return files
+
+
+def package_of(folder: Path) -> str:
+    dotted = ".".join(folder.relative_to(ROOT).parts)
+    return dotted if dotted.startswith("mechc") else f"mechc.{dotted}"
+
+
+def test_packages_are_the_folders_with_an_init() -> None:
+    folders = {package_of(p.parent) for p in python_files(*SOURCES) if p.name == "__init__.py"}
+    packages = project()["packages"]
+    assert isinstance(packages, list)
+    assert folders == set(packages)
+
+
+def test_every_python_file_lies_in_a_package() -> None:
+    lost = [p for p in python_files(*SOURCES) if not (p.parent / "__init__.py").exists()]
+    assert lost == []
+
+
+def test_links_in_mechc_are_relative_and_complete() -> None:
+    for name in LINKS:
+        link = ROOT / "mechc" / name
+        if not link.is_symlink():
+            pytest.skip("a checkout without symbolic links")
+        assert link.readlink() == Path("..") / name
+
+
+def test_no_import_by_bare_name() -> None:
+    bare = re.compile(r"^\s*(?:from|import)\s+(?:lang|compiler|runtime|stdlib)\b", re.MULTILINE)
+    offenders = [p for p in python_files(*SOURCES, "tests") if bare.search(p.read_text(encoding="utf-8"))]
+    assert offenders == []
+
+
+def test_files_stay_short() -> None:
+    limits = dict.fromkeys(python_files(*SOURCES), LONGEST_PYTHON)
+    limits |= dict.fromkeys((ROOT / "runtime").rglob("*.[ch]"), LONGEST_C)
+    counted = {p: len(p.read_text(encoding="utf-8").splitlines()) for p in limits}
+    long = {p.relative_to(ROOT).as_posix(): n for p, n in counted.items() if n > limits[p]}
+    assert {name: n for name, n in long.items() if name not in TYPES_ON_ONE_PAGE} == {}
+
+
+def test_no_module_without_a_subject() -> None:
+    vague = {"utils", "util", "helpers", "common", "misc", "core", "manager"}
+    assert [p for p in python_files(*SOURCES) if p.stem in vague] == []
+
+
+def test_no_marks_of_unfinished_work() -> None:
+    marks = re.compile(r"\b(?:TODO|FIXME|XXX|HACK)\b")
+    assert [p for p in python_files(*SOURCES) if marks.search(p.read_text(encoding="utf-8"))] == []

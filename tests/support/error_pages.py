@@ -1,0 +1,75 @@
+"""The pages of mechc/errors as data: models that fail, and the words they fail with."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "mechc" / "errors"
+CODE = re.compile(r"[EWN]\d{4}")
+
+_BLOCK = re.compile(r"^```(?P<info>[^\n]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
+_RUN = re.compile(r"^run:(?P<options>.*)$", re.MULTILINE)
+
+
+@dataclass(frozen=True, slots=True)
+class Page:
+    """``files`` by name, ``model.mech`` first; ``run`` the options of a run, None where compiling fails."""
+
+    path: Path
+    title: str
+    files: dict[str, str]
+    expected: str | None
+    run: list[str] | None
+
+    @property
+    def code(self) -> str:
+        return self.path.stem
+
+
+def codes_with_a_page() -> list[str]:
+    return sorted(path.stem for path in FOLDER.glob("*.md"))
+
+
+def read_page(code: str) -> Page:
+    """Read one page. An opening fence ``mech file=NAME`` makes a further file beside the model."""
+    path = FOLDER / f"{code}.md"
+    text = path.read_text(encoding="utf-8")
+    files: dict[str, str] = {}
+    expected = None
+    for block in _BLOCK.finditer(text):
+        language, *rest = block["info"].split()
+        if language == "mech":
+            name = rest[0].removeprefix("file=") if rest else "model.mech"
+            files.setdefault(name, block["text"])
+        elif language == "text" and expected is None:
+            expected = block["text"].removesuffix("\n")
+    run = _RUN.search(text)
+    title = text.split("\n", 1)[0]
+    return Page(path, title, files, expected, run["options"].split() if run else None)
+
+
+def write_expected(page: Page, shown: str) -> None:
+    """Put the words that the compiler says into the text block of the page."""
+    text = page.path.read_text(encoding="utf-8")
+    block = f"```text\n{shown}\n```"
+    if page.expected is None:
+        text = f"{text.rstrip()}\n\n{block}\n"
+    else:
+        old = next(b for b in _BLOCK.finditer(text) if b["info"].split()[:1] == ["text"])
+        text = text[: old.start()] + block + text[old.end() :]
+    page.path.write_text(text, encoding="utf-8")
+
+
+def codes_in_the_sources() -> dict[str, str]:
+    """Map each code that a source file mentions in a string to that file."""
+    found: dict[str, str] = {}
+    for folder in ("lang", "compiler", "runtime", "mechc"):
+        for path in sorted((ROOT / folder).rglob("*.py")):
+            if "mechc" in path.relative_to(ROOT).parts and path.is_relative_to(ROOT / "mechc" / "lang"):
+                continue
+            for match in re.finditer(r"[\"']([EWN]\d{4})[\"']", path.read_text(encoding="utf-8")):
+                found.setdefault(match[1], str(path.relative_to(ROOT)))
+    return found
