@@ -1,0 +1,262 @@
+/* Stepping: from one accepted step to the next, up to a given time. */
+#include <string.h>
+
+#include "clock.h"
+#include "method.h"
+
+static int fail(mech_solver *s, int status, int index)
+{
+    s->run->report.failed_index = index;
+    return s->run->report.status = status;
+}
+
+/* Names the first derivative, in the order of evaluation, that is not finite. */
+static int fail_not_finite(mech_solver *s, const mech_real *first, int n_first)
+{
+    for (int i = 0; i < n_first; i++)
+        if (!mech_finite(first[i])) {
+            s->run->report.failed_value = first[i];
+            return fail(s, MECH_NOT_FINITE, i % s->ny);
+        }
+    return MECH_RUNNING;
+}
+
+static int check_assertions(mech_solver *s)
+{
+    const int n = s->model->n_assertions;
+    const mech_real t = s->run->report.t;
+    if (!n) return MECH_RUNNING;
+    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    s->model->assertions(t, s->y, s->u, s->o.z, s->o.p, s->checks);
+    for (int i = 0; i < n; i++)
+        if (!(s->checks[i] > MECH_C(0.5))) return fail(s, MECH_ASSERTION, i);
+    return MECH_RUNNING;
+}
+
+/* Puts the tables on the pieces that begin at the present time; the derivative may jump there. */
+static int enter_pieces(mech_solver *s)
+{
+    const mech_real t = s->run->report.t;
+    for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], t);
+    while (s->run->next_stop < s->o.n_stops && s->o.stops[s->run->next_stop] <= t) s->run->next_stop++;
+    mech_rhs(s, t, s->y, s->dy);
+    return fail_not_finite(s, s->dy, s->ny);
+}
+
+static mech_real scaled_norm(const mech_solver *s, const mech_real *a, const mech_real *b)
+{
+    mech_real sum = 0;
+    for (int i = 0; i < s->ny; i++) {
+        mech_real x = (b ? a[i] - b[i] : a[i]) / (s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]));
+        sum += x * x;
+    }
+    return mech_sqrt(sum);
+}
+
+/* The first step: Hairer, Norsett, Wanner, section II.4, with its absolute constants times dt_max. */
+static mech_real first_step(mech_solver *s)
+{
+    const mech_real longest = s->o.dt_max, tiny = MECH_C(1e-6) * longest;
+    const mech_real norm_f = scaled_norm(s, s->dy, NULL), norm_y = scaled_norm(s, s->y, NULL);
+    mech_real h = norm_f > 0 && norm_y > 0 ? norm_y / norm_f * MECH_C(0.01) : tiny;
+    h = mech_min(h, longest);
+    for (int i = 0; i < s->ny; i++) s->y_new[i] = s->y[i] + h * s->dy[i];
+    mech_rhs(s, s->run->report.t + h, s->y_new, s->dy_new);
+    mech_real curvature = scaled_norm(s, s->dy_new, s->dy) / h, steepest = mech_max(norm_f, curvature);
+    if (!mech_finite(curvature)) return h;
+    mech_real h1 = steepest > 0 ? mech_pow(MECH_C(0.01) / steepest, MECH_C(1.0) / s->method->error_order) : h;
+    return mech_min(mech_min(100 * h, h1), longest);
+}
+
+static void write_grid(mech_solver *s, mech_real t_new, mech_real h)
+{
+    mech_report *r = &s->run->report;
+    const size_t bytes = (size_t)s->ny * sizeof(mech_real);
+    for (; r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new; r->n_grid++) {
+        mech_real *row = s->o.grid_y + (size_t)r->n_grid * (size_t)s->ny;
+        if (s->o.grid[r->n_grid] == t_new) {
+            memcpy(row, s->y_new, bytes);
+            continue;
+        }
+        mech_dense_at(s->dense, s->method->n_dense, s->ny, (s->o.grid[r->n_grid] - r->t) / h, row);
+        mech_normalise(s->model, row);
+    }
+}
+
+static void write_record(mech_solver *s, mech_real h)
+{
+    mech_report *r = &s->run->report;
+    const size_t n = (size_t)s->ny * (size_t)s->method->n_dense;
+    mech_real *row = s->o.record + (size_t)r->n_record * (n + 2);
+    row[0] = r->t;
+    row[1] = h;
+    memcpy(row + 2, s->dense, n * sizeof(mech_real));
+    r->n_record++;
+}
+
+static int start(mech_solver *s)
+{
+    mech_run *run = s->run;
+    int status = enter_pieces(s);
+    if (!status) status = check_assertions(s);
+    if (status) return status;
+    run->started = 1;
+    run->after_rejection = 0;
+    run->origin = run->report.t;
+    run->n_fixed = 0;
+    if (s->method->adaptive) {
+        run->report.dt = s->o.dt > 0 ? mech_min(s->o.dt, s->o.dt_max) : first_step(s);
+    } else {
+        run->report.dt = s->o.dt;
+    }
+    memcpy(s->y_new, s->y, (size_t)s->ny * sizeof(mech_real));
+    write_grid(s, run->report.t, 1); /* only a row at the present time: nothing precedes it */
+    return MECH_RUNNING;
+}
+
+/* Factor of the next step: PI control, K. Gustafsson 1991, exponents as in DOPRI5 and DOP853. */
+static mech_real control(const mech_solver *s, mech_real error)
+{
+    const mech_method *m = s->method;
+    const mech_real safety = MECH_C(0.9), beta = MECH_C(0.04);
+    const mech_real old = s->run->error_old > 0 ? s->run->error_old : MECH_C(1e-4);
+    if (error == 0) return m->factor_max;
+    mech_real exponent = MECH_C(1.0) / m->error_order - MECH_C(0.2) * beta;
+    mech_real factor = safety * mech_pow(error, -exponent) * mech_pow(old, beta);
+    return mech_min(m->factor_max, mech_max(m->factor_min, factor));
+}
+
+static void watch_stiffness(mech_solver *s, mech_real h)
+{
+    mech_run *run = s->run;
+    if (run->report.steps % 1000 && !run->stiff_hits) return;
+    if (s->method->stiffness(s, h) > s->method->stiffness_bound) {
+        run->calm_hits = 0;
+        if (++run->stiff_hits == 15 && !(run->report.stiff_time == run->report.stiff_time))
+            run->report.stiff_time = run->report.t;
+    } else if (run->stiff_hits && ++run->calm_hits == 6) {
+        run->stiff_hits = 0;
+        run->calm_hits = 0;
+    }
+}
+
+/* Takes the attempted step from t to t_new as done; dy_new is known. */
+static int accept(mech_solver *s, mech_real t_new, mech_real h)
+{
+    mech_run *run = s->run;
+    mech_report *r = &run->report;
+    const size_t bytes = (size_t)s->ny * sizeof(mech_real);
+    r->steps++;
+    if (s->method->stiffness) watch_stiffness(s, h);
+    if (s->o.record_capacity || (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new))
+        s->method->dense(s, h);
+    if (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new) write_grid(s, t_new, h);
+    if (s->o.record_capacity) write_record(s, h);
+    if (h < r->dt_min) r->dt_min = h;
+    if (h > r->dt_max) r->dt_max = h;
+    r->t = t_new;
+    memcpy(s->y, s->y_new, bytes);
+    memcpy(s->dy, s->dy_new, bytes);
+    run->after_rejection = 0;
+    if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
+        int status = enter_pieces(s);
+        if (status) return status;
+    }
+    return check_assertions(s);
+}
+
+/* Where the steps have become too small: names what is to blame. */
+static int give_up(mech_solver *s, int undefined)
+{
+    if (undefined && (fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
+                      fail_not_finite(s, s->dy_new, s->ny)))
+        return s->run->report.status;
+    int worst = 0;
+    mech_real largest = -1;
+    for (int i = 0; i < s->ny; i++) {
+        mech_real rate = mech_abs(s->dy[i]) / (s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]));
+        if (rate > largest) {
+            largest = rate;
+            worst = i;
+        }
+    }
+    s->run->report.failed_value = s->dy[worst];
+    return fail(s, MECH_STEP_TOO_SMALL, worst);
+}
+
+/* One accepted step, no further than `limit`. */
+static int step(mech_solver *s, mech_real limit)
+{
+    mech_run *run = s->run;
+    mech_report *r = &run->report;
+    const mech_method *m = s->method;
+    for (;;) {
+        const mech_real fixed_end = run->origin + (mech_real)(run->n_fixed + 1) * r->dt;
+        const mech_real wanted = m->adaptive ? r->t + r->dt : fixed_end;
+        const mech_real shortest = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
+        /* A step that ends just before the limit is stretched to it. */
+        const int lands = wanted + r->dt * (m->adaptive ? MECH_C(1e-2) : MECH_C(1e-6)) >= limit;
+        const mech_real t_new = lands ? limit : wanted;
+        const mech_real h = lands || !m->adaptive ? t_new - r->t : r->dt;
+        const mech_real error = m->attempt(s, h);
+        int undefined = !mech_finite(error);
+        if (!undefined && error <= 1) {
+            mech_normalise(s->model, s->y_new);
+            mech_rhs(s, t_new, s->y_new, s->dy_new);
+            mech_real sum = 0;
+            for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
+            undefined = !mech_finite(sum);
+        }
+        if (undefined || error > 1) {
+            r->rejected++;
+            if (!m->adaptive || h <= shortest) return give_up(s, undefined);
+            if (undefined)
+                r->dt = h / 4;
+            else
+                r->dt = h * mech_max(m->factor_min, MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order));
+            run->after_rejection = 1;
+            continue;
+        }
+        if (m->adaptive) {
+            mech_real next = h * control(s, error);
+            if (run->after_rejection) next = mech_min(next, h);
+            /* A step cut short by its limit tells little: the former proposal stands. */
+            if (h < r->dt)
+                r->dt = mech_max(r->dt, next);
+            else {
+                r->dt = next;
+                run->error_old = mech_max(error, MECH_C(1e-4));
+            }
+            r->dt = mech_min(r->dt, s->o.dt_max);
+        } else if (t_new >= fixed_end - MECH_C(1e-6) * r->dt) {
+            run->n_fixed++;
+        }
+        return accept(s, t_new, h);
+    }
+}
+
+static int advance(mech_solver *s, mech_real t_end, long max_steps)
+{
+    mech_run *run = s->run;
+    if (run->report.status < 0) return run->report.status;
+    if (!run->started) {
+        int status = start(s);
+        if (status) return status;
+    }
+    for (long taken = 0; run->report.t < t_end; taken++) {
+        if (taken == max_steps) return MECH_RUNNING;
+        if (s->o.record_capacity && run->report.n_record == s->o.record_capacity) return MECH_RECORD_FULL;
+        const int stop = run->next_stop < s->o.n_stops && s->o.stops[run->next_stop] < t_end;
+        const int status = step(s, stop ? s->o.stops[run->next_stop] : t_end);
+        if (status) return status;
+    }
+    return MECH_REACHED;
+}
+
+int mech_advance(mech_solver *s, mech_real t_end, long max_steps)
+{
+    const double begun = mech_clock();
+    const int status = advance(s, t_end, max_steps);
+    s->run->report.seconds += mech_clock() - begun;
+    return s->run->report.status = status;
+}

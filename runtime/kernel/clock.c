@@ -1,0 +1,26 @@
+#if !defined(_WIN32)
+#define _POSIX_C_SOURCE 199309L
+#endif
+
+#include "clock.h"
+
+#if defined(_WIN32)
+#include <windows.h>
+
+double mech_clock(void)
+{
+    LARGE_INTEGER count, frequency;
+    QueryPerformanceCounter(&count);
+    QueryPerformanceFrequency(&frequency);
+    return (double)count.QuadPart / (double)frequency.QuadPart;
+}
+#else
+#include <time.h>
+
+double mech_clock(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+#endif

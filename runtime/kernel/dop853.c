@@ -1,0 +1,149 @@
+/* DOP853: explicit Runge-Kutta method of order 8 for problems that are not stiff.
+ *
+ * E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd ed., Springer 1993,
+ * section II.5 (method, error estimate), II.6 (dense output), IV.2 of volume II (detection of stiffness).
+ */
+#include "dop853_tableau.h"
+#include "method.h"
+
+#if defined(__GNUC__)
+#define ALWAYS_INLINE static inline __attribute__((always_inline))
+#else
+#define ALWAYS_INLINE static inline
+#endif
+
+/* One stage: the state ys[i], then its derivative. `dt` times the sum, so that small numbers add first. */
+#define STAGE(c, k, sum)                                      \
+    for (int i = 0; i < n; i++) ys[i] = y[i] + h * (sum);     \
+    mech_rhs(s, t + (c) * h, ys, k);
+
+/* Inlined with a constant n, the loops below unroll into straight lines; `n` is s->ny otherwise. */
+ALWAYS_INLINE mech_real attempt(mech_solver *s, mech_real h, const int n)
+{
+    const mech_real t = s->run->report.t, rtol = s->o.rtol;
+    const mech_real *restrict y = s->y, *restrict k1 = s->dy, *restrict atol = s->o.atol;
+    mech_real *restrict y_new = s->y_new, *restrict k2 = s->work;
+    mech_real *restrict k3 = k2 + n, *restrict k4 = k2 + 2 * n, *restrict k5 = k2 + 3 * n;
+    mech_real *restrict k6 = k2 + 4 * n, *restrict k7 = k2 + 5 * n, *restrict k8 = k2 + 6 * n;
+    mech_real *restrict k9 = k2 + 7 * n, *restrict k10 = k2 + 8 * n, *restrict k11 = k2 + 9 * n;
+    mech_real *restrict k12 = k2 + 10 * n, *restrict ys = k2 + 11 * n;
+
+    STAGE(c02, k2, a0201 * k1[i])
+    STAGE(c03, k3, a0301 * k1[i] + a0302 * k2[i])
+    STAGE(c04, k4, a0401 * k1[i] + a0403 * k3[i])
+    STAGE(c05, k5, a0501 * k1[i] + a0503 * k3[i] + a0504 * k4[i])
+    STAGE(c06, k6, a0601 * k1[i] + a0604 * k4[i] + a0605 * k5[i])
+    STAGE(c07, k7, a0701 * k1[i] + a0704 * k4[i] + a0705 * k5[i] + a0706 * k6[i])
+    STAGE(c08, k8, a0801 * k1[i] + a0804 * k4[i] + a0805 * k5[i] + a0806 * k6[i] + a0807 * k7[i])
+    STAGE(c09, k9,
+          a0901 * k1[i] + a0904 * k4[i] + a0905 * k5[i] + a0906 * k6[i] + a0907 * k7[i] + a0908 * k8[i])
+    STAGE(c10, k10,
+          a1001 * k1[i] + a1004 * k4[i] + a1005 * k5[i] + a1006 * k6[i] + a1007 * k7[i] + a1008 * k8[i] +
+              a1009 * k9[i])
+    STAGE(c11, k11,
+          a1101 * k1[i] + a1104 * k4[i] + a1105 * k5[i] + a1106 * k6[i] + a1107 * k7[i] + a1108 * k8[i] +
+              a1109 * k9[i] + a1110 * k10[i])
+    STAGE(1, k12,
+          a1201 * k1[i] + a1204 * k4[i] + a1205 * k5[i] + a1206 * k6[i] + a1207 * k7[i] + a1208 * k8[i] +
+              a1209 * k9[i] + a1210 * k10[i] + a1211 * k11[i])
+
+    mech_real sum5 = 0, sum3 = 0;
+    for (int i = 0; i < n; i++) {
+        mech_real sum = b01 * k1[i] + b06 * k6[i] + b07 * k7[i] + b08 * k8[i] + b09 * k9[i] + b10 * k10[i] +
+                        b11 * k11[i] + b12 * k12[i];
+        y_new[i] = y[i] + h * sum;
+        mech_real scale = atol[i] + rtol * mech_max(mech_abs(y[i]), mech_abs(y_new[i]));
+        mech_real e3 = (sum - bhh01 * k1[i] - bhh09 * k9[i] - bhh12 * k12[i]) / scale;
+        mech_real e5 = (e501 * k1[i] + e506 * k6[i] + e507 * k7[i] + e508 * k8[i] + e509 * k9[i] +
+                        e510 * k10[i] + e511 * k11[i] + e512 * k12[i]) / scale;
+        sum3 += e3 * e3;
+        sum5 += e5 * e5;
+    }
+    mech_real denominator = sum5 + MECH_C(0.01) * sum3;
+    if (denominator == 0) return 0;
+    return h * sum5 / mech_sqrt(denominator * n);
+}
+
+#define SIZED(N) static mech_real attempt_##N(mech_solver *s, mech_real h) { return attempt(s, h, N); }
+SIZED(2)
+SIZED(4)
+SIZED(6)
+SIZED(8)
+
+static mech_real attempt_any(mech_solver *s, mech_real h)
+{
+    switch (s->ny) {
+    case 2: return attempt_2(s, h);
+    case 4: return attempt_4(s, h);
+    case 6: return attempt_6(s, h);
+    case 8: return attempt_8(s, h);
+    default: return attempt(s, h, s->ny);
+    }
+}
+
+/* The last stage and the new state are two nearby points at t + h: the ratio of the differences of derivative
+   and state bounds the dominant eigenvalue from below. */
+static mech_real stiffness(const mech_solver *s, mech_real h)
+{
+    const int n = s->ny;
+    const mech_real *k12 = s->work + 10 * n, *ys = s->work + 11 * n;
+    mech_real numerator = 0, denominator = 0;
+    for (int i = 0; i < n; i++) {
+        mech_real scale = s->o.atol[i] + s->o.rtol * mech_abs(s->y_new[i]);
+        mech_real a = (s->dy_new[i] - k12[i]) / scale, b = (s->y_new[i] - ys[i]) / scale;
+        numerator += a * a;
+        denominator += b * b;
+    }
+    return denominator > 0 ? h * mech_sqrt(numerator / denominator) : 0;
+}
+
+static void dense(mech_solver *s, mech_real h)
+{
+    const int n = s->ny;
+    const mech_real t = s->run->report.t;
+    const mech_real *y = s->y, *k1 = s->dy, *k13 = s->dy_new;
+    mech_real *w = s->work;
+    const mech_real *k6 = w + 4 * n, *k7 = w + 5 * n, *k8 = w + 6 * n, *k9 = w + 7 * n, *k10 = w + 8 * n;
+    const mech_real *k11 = w + 9 * n, *k12 = w + 10 * n;
+    mech_real *ys = w + 11 * n, *k14 = w + 12 * n, *k15 = w + 13 * n, *k16 = w + 14 * n;
+
+    STAGE(c14, k14,
+          a1401 * k1[i] + a1407 * k7[i] + a1408 * k8[i] + a1409 * k9[i] + a1410 * k10[i] + a1411 * k11[i] +
+              a1412 * k12[i] + a1413 * k13[i])
+    STAGE(c15, k15,
+          a1501 * k1[i] + a1506 * k6[i] + a1507 * k7[i] + a1508 * k8[i] + a1511 * k11[i] + a1512 * k12[i] +
+              a1513 * k13[i] + a1514 * k14[i])
+    STAGE(c16, k16,
+          a1601 * k1[i] + a1606 * k6[i] + a1607 * k7[i] + a1608 * k8[i] + a1609 * k9[i] + a1613 * k13[i] +
+              a1614 * k14[i] + a1615 * k15[i])
+
+    mech_hermite(s, h);
+    mech_real *d4 = s->dense + 4 * n, *d5 = d4 + n, *d6 = d5 + n, *d7 = d6 + n;
+#define DENSE(r)                                                                                          \
+    h * (d##r##01 * k1[i] + d##r##06 * k6[i] + d##r##07 * k7[i] + d##r##08 * k8[i] + d##r##09 * k9[i] +   \
+         d##r##10 * k10[i] + d##r##11 * k11[i] + d##r##12 * k12[i] + d##r##13 * k13[i] +                  \
+         d##r##14 * k14[i] + d##r##15 * k15[i] + d##r##16 * k16[i])
+    for (int i = 0; i < n; i++) {
+        d4[i] = DENSE(4);
+        d5[i] = DENSE(5);
+        d6[i] = DENSE(6);
+        d7[i] = DENSE(7);
+    }
+}
+
+const mech_method mech_dop853 = {
+    .name = "dop853",
+    .doc = "explicit Runge-Kutta of order 8 (Dormand, Prince), adaptive",
+    .order = 8,
+    .adaptive = 1,
+    .n_stages = 11,
+    .n_work = 15,
+    .n_dense = 8,
+    .error_order = 8,
+    .factor_min = MECH_C(0.333),
+    .factor_max = MECH_C(6.0),
+    .attempt = attempt_any,
+    .stiffness = stiffness,
+    .stiffness_bound = MECH_C(6.1), /* where the domain of stability meets the real axis */
+    .dense = dense,
+};

@@ -1,0 +1,104 @@
+/* The solver: creation, and all access to it but stepping (advance.c). */
+#include "solver.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "method.h"
+
+int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
+
+/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, then the segments. */
+static size_t block_numbers(const mech_model *model, const mech_method *method, int ny)
+{
+    return (size_t)ny * (size_t)(4 + method->n_work + method->n_dense) +
+           (size_t)model->nu + (size_t)model->n_assertions;
+}
+
+mech_solver *mech_create(const mech_model *model, const mech_options *options)
+{
+    if (model->version != MECH_MODEL_VERSION) return NULL;
+    if (options->method < 0 || options->method >= mech_n_methods) return NULL;
+    const mech_method *method = mech_methods[options->method];
+    const int ny = model->nq + model->nv + model->nx;
+    const size_t numbers = block_numbers(model, method, ny) * sizeof(mech_real);
+    const size_t size = sizeof(mech_run) + numbers + (size_t)options->n_tables * sizeof(int);
+    mech_solver *s = calloc(1, sizeof *s);
+    mech_run *run = calloc(1, size);
+    if (!s || !run) {
+        free(s);
+        free(run);
+        return NULL;
+    }
+    s->model = model;
+    s->method = method;
+    s->o = *options;
+    s->ny = ny;
+    s->size = size;
+    s->run = run;
+    s->y = (mech_real *)(run + 1);
+    s->dy = s->y + ny;
+    s->y_new = s->dy + ny;
+    s->dy_new = s->y_new + ny;
+    s->work = s->dy_new + ny;
+    s->dense = s->work + (size_t)ny * (size_t)method->n_work;
+    s->u = s->dense + (size_t)ny * (size_t)method->n_dense;
+    s->checks = s->u + model->nu;
+    s->segments = (int *)(s->checks + model->n_assertions);
+    run->report.t = run->origin = options->t0;
+    run->report.dt = options->dt;
+    run->report.dt_min = options->dt_max;
+    run->report.stiff_time = (mech_real)NAN;
+    run->report.failed_index = -1;
+    memcpy(s->y, options->y0, (size_t)ny * sizeof(mech_real));
+    mech_normalise(model, s->y);
+    return s;
+}
+
+void mech_free(mech_solver *s)
+{
+    if (!s) return;
+    free(s->run);
+    free(s);
+}
+
+void mech_read(const mech_solver *s, mech_report *report, mech_real *y)
+{
+    if (report) *report = s->run->report;
+    if (y) memcpy(y, s->y, (size_t)s->ny * sizeof(mech_real));
+}
+
+void mech_write(mech_solver *s, const mech_real *y)
+{
+    memcpy(s->y, y, (size_t)s->ny * sizeof(mech_real));
+    mech_normalise(s->model, s->y);
+    mech_restart(s);
+}
+
+void mech_restart(mech_solver *s)
+{
+    s->run->started = 0;
+    s->run->error_old = 0;
+    s->run->report.status = MECH_RUNNING;
+    s->run->report.failed_index = -1;
+}
+
+void mech_set_record(mech_solver *s, mech_real *record, long capacity)
+{
+    s->o.record = record;
+    s->o.record_capacity = capacity;
+    s->run->report.n_record = 0;
+}
+
+size_t mech_save_size(const mech_solver *s) { return s->size; }
+void mech_save(const mech_solver *s, void *memory) { memcpy(memory, s->run, s->size); }
+void mech_load(mech_solver *s, const void *memory) { memcpy(s->run, memory, s->size); }
+
+void mech_normalise(const mech_model *model, mech_real *y)
+{
+    for (int k = 0; k < model->n_rotations; k++) {
+        mech_real *e = y + model->rotations[k];
+        mech_real factor = 1 / mech_sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]);
+        for (int i = 0; i < 4; i++) e[i] *= factor;
+    }
+}

@@ -1,0 +1,118 @@
+/* What the kernel offers its callers: a re-entrant solver of one initial value problem.
+ *
+ *  1. The caller owns every array that it passes (y0 is copied); they stay valid and in place until
+ *     mech_free. `p`, `z` and table values may change between two calls of mech_advance: say so by
+ *     mech_restart.
+ *  2. mech_advance takes at most max_steps accepted steps towards t_end and lands on it exactly. Cutting a run
+ *     into slices by max_steps changes no bit of the result.
+ *  3. Nothing is allocated after mech_create, and nothing is printed. Several solvers run side by side; one
+ *     solver is used by one thread at a time.
+ *  4. Rows of `grid_y` are written as soon as a step passes their time, from the dense output of the step.
+ *  5. All that changes during a run lies in one block: mech_save copies it out, mech_load back into the
+ *     same solver, and the run goes on bit for bit.
+ *  6. Dense output: on a step from t to t + h, with s = (time - t) / h and r = 1 - s,
+ *     y = c0 + s (c1 + r (c2 + s (c3 + r (c4 + ...)))), n_dense coefficients of ny numbers each.
+ *     A record is t, h, c0, c1, ... .
+ */
+#ifndef MECH_SOLVER_H
+#define MECH_SOLVER_H
+
+#include <stddef.h>
+
+#include "real.h"
+
+#if defined(_WIN32)
+#define MECH_API __declspec(dllexport)
+#else
+#define MECH_API __attribute__((visibility("default")))
+#endif
+
+#define MECH_KERNEL_VERSION 1
+
+enum mech_status {
+    MECH_RUNNING = 0,         /* max_steps were taken; call again                              */
+    MECH_REACHED = 1,         /* t_end is reached                                              */
+    MECH_RECORD_FULL = 2,     /* give a new record buffer, then call again                     */
+    MECH_STEP_TOO_SMALL = -1, /* the error bound cannot be met with any step above rounding    */
+    MECH_NOT_FINITE = -2,     /* a derivative is infinite or not a number                      */
+    MECH_ASSERTION = -3       /* an assertion of the model does not hold                       */
+};
+
+enum mech_interpolation { MECH_LINEAR = 0, MECH_STEP = 1, MECH_SPLINE = 2 };
+
+/* Values of one input over time; the first and last value hold beyond the ends. */
+typedef struct mech_table {
+    int input;              /* index in u                                     */
+    int interpolation;      /* enum mech_interpolation                        */
+    int n;                  /* rows, at least 1                               */
+    const mech_real *t;     /* [n] strictly increasing                        */
+    const mech_real *value; /* [n]                                            */
+    const mech_real *slope; /* [n] derivative at t, MECH_SPLINE only          */
+} mech_table;
+
+typedef struct mech_options {
+    int method;             /* from mech_method_index                         */
+    int n_tables, n_stops;
+    long n_grid, record_capacity;
+    mech_real t0, dt_max;
+    mech_real dt;           /* step of a fixed-step method; first step of others, 0: choose */
+    mech_real rtol;
+    const mech_real *atol;  /* [ny]                                           */
+    const mech_real *y0, *z, *p;
+    const mech_table *tables;
+    const mech_real *stops; /* [n_stops] times of kinks, increasing, each the end of a step */
+    const mech_real *grid;  /* [n_grid] increasing, first >= t0               */
+    mech_real *grid_y;      /* [n_grid][ny]                                   */
+    mech_real *record;      /* [record_capacity][2 + n_dense ny] or NULL      */
+} mech_options;
+
+/* Where a run stands. */
+typedef struct mech_report {
+    mech_real t, dt, dt_min, dt_max;
+    mech_real stiff_time;   /* where stiffness was first detected, else not-a-number */
+    mech_real failed_value; /* the derivative that is not finite              */
+    double seconds;         /* spent in mech_advance                          */
+    long long steps, rejected, evaluations;
+    long n_grid, n_record;  /* rows written                                   */
+    int status;
+    int failed_index;       /* of the derivative or assertion, else -1        */
+} mech_report;
+
+typedef struct mech_solver mech_solver;
+
+MECH_API int mech_kernel_version(void);
+MECH_API int mech_method_count(void);
+MECH_API int mech_method_index(const char *name); /* -1 if unknown */
+MECH_API const char *mech_method_name(int method);
+MECH_API const char *mech_method_doc(int method);
+MECH_API int mech_method_is_adaptive(int method);
+MECH_API int mech_method_order(int method);
+MECH_API int mech_method_n_dense(int method);
+
+/* NULL: no memory, unknown method, or a model of another version. */
+MECH_API mech_solver *mech_create(const mech_model *model, const mech_options *options);
+MECH_API void mech_free(mech_solver *solver);
+MECH_API int mech_advance(mech_solver *solver, mech_real t_end, long max_steps);
+MECH_API void mech_read(const mech_solver *solver, mech_report *report, mech_real *y);
+MECH_API void mech_write(mech_solver *solver, const mech_real *y); /* a new state at the present time */
+MECH_API void mech_restart(mech_solver *solver);
+MECH_API void mech_set_record(mech_solver *solver, mech_real *record, long capacity);
+MECH_API size_t mech_save_size(const mech_solver *solver);
+MECH_API void mech_save(const mech_solver *solver, void *memory);
+MECH_API void mech_load(mech_solver *solver, const void *memory);
+
+/* out[n][n_out] = f at n times and states; inputs from the model and the tables, right-continuous. */
+MECH_API void mech_evaluate(const mech_model *model, mech_function *f, int n_out, const mech_table *tables,
+                            int n_tables, long n, const mech_real *t, const mech_real *y,
+                            const mech_real *z, const mech_real *p, mech_real *u, mech_real *out);
+
+/* u[n][nu]: inputs at n times. */
+MECH_API void mech_evaluate_inputs(const mech_model *model, const mech_table *tables, int n_tables, long n,
+                                   const mech_real *t, const mech_real *p, mech_real *u);
+
+/* y[ny] on a step, from its n_dense coefficients; s in 0..1. */
+MECH_API void mech_dense_at(const mech_real *coefficients, int n_dense, int ny, mech_real s, mech_real *y);
+
+MECH_API void mech_normalise(const mech_model *model, mech_real *y);
+
+#endif
