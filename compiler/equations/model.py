@@ -95,6 +95,14 @@ class Choice:
 
 
 @dataclass(frozen=True, slots=True)
+class AssertionText:
+    """What to say when an assertion fails, and where it stands; its condition is an output of ``assertions``."""
+
+    message: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Equations:
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -117,3 +125,12 @@ class Equations:
     experiments: tuple[ExperimentPlan, ...]
     needs: frozenset[str]
     choices: tuple[Choice, ...]
+    rotations: tuple[int, ...] = ()
+    """Indices in y of the first of the four entries of each unit quaternion."""
+    conserved: tuple[int, ...] = ()
+    """Indices of outputs that are constant along every motion."""
+    energy_balance: tuple[int, ...] = ()
+    """Indices of outputs (total, dissipated, supplied); -1 where the model has none."""
+    assertions: tuple[AssertionText, ...] = ()
+    jacobian_pattern: tuple[tuple[int, int], ...] = ()
+    """(row, column) of each output of the function ``jacobian``."""
