@@ -1,0 +1,121 @@
+"""What the user sees when a command cannot go on."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+import traceback
+from pathlib import Path
+
+import click
+
+COMPLETED, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+NEWS = "please report it with the model and the file below, so that it gets mended"
+
+STAGES = {
+    "lang": "reading the text",
+    "compiler.flat": "checking the model",
+    "compiler.mechanics": "building the mechanical system",
+    "compiler.graph": "working on formulas",
+    "compiler.equations": "forming the equations",
+    "compiler.program": "ordering the program",
+    "compiler.targets": "writing code",
+    "compiler.symbolic": "writing equations",
+    "runtime": "running the model",
+    "mechc": "the command line",
+}
+"""What each package does, in the words of a user."""
+
+
+def explain_failure(error: BaseException) -> int:
+    """Write the message of an exception to standard error and return the exit code."""
+    from ..lang.diagnostics import CompileError
+
+    match error:
+        case SystemExit():
+            return error.code if isinstance(error.code, int) else FAILED
+        case click.exceptions.Exit():
+            return error.exit_code
+        case click.Abort() | KeyboardInterrupt():
+            click.echo("interrupted", err=True)
+            return INTERRUPTED
+        case click.ClickException():
+            error.show()
+            return USAGE if isinstance(error, click.UsageError) else FAILED
+        case CompileError():
+            show_compile_error(error)
+            return FAILED
+        case _ if is_users(error):
+            say("error", str(error))
+            return FAILED
+        case _:
+            report_bug(error)
+            return FAILED
+
+
+def is_users(error: BaseException) -> bool:
+    """Say whether an exception tells of the user's files, model or machine rather than of a bug."""
+    if isinstance(error, OSError):
+        return True
+    return bool(getattr(error, "is_users", False))
+
+
+def show_compile_error(error: BaseException) -> None:
+    """Write the diagnostics of a ``CompileError``, then how many there are if more than one."""
+    from ..lang.diagnostics import CompileError, Severity
+    from ..render import render
+    from ..style import style_for
+
+    assert isinstance(error, CompileError)
+    style = style_for(sys.stderr)
+    click.echo(render(error.diagnostics, style), err=True, color=True)
+    errors = sum(d.severity is Severity.ERROR for d in error.diagnostics)
+    if errors > 1:
+        click.echo(f"\n{style.red('error')}{style.bold(f': {errors} errors')}", err=True, color=True)
+
+
+def say(word: str, text: str, help: str = "") -> None:
+    """Write ``word: text`` to standard error, coloured like a diagnostic."""
+    from ..style import style_for
+
+    style = style_for(sys.stderr)
+    colour = {"error": style.red, "warning": style.yellow, "note": style.green}[word]
+    click.echo(colour(word) + style.bold(f": {text}"), err=True, color=True)
+    if help:
+        click.echo(f"  {style.blue('=')} {style.bold('help')}: {help}", err=True, color=True)
+
+
+def report_bug(error: BaseException) -> None:
+    """Say that the fault is ours, in which stage, and where the traceback was written."""
+    trace = "".join(traceback.format_exception(error))
+    say("error", f"this is a bug in mechc, in {stage_of(error)}: {type(error).__name__}: {error}")
+    if os.environ.get("MECHC_DEBUG"):
+        click.echo(trace, err=True)
+        return
+    handle, name = tempfile.mkstemp(prefix="mechc-bug-", suffix=".txt", text=True)
+    with os.fdopen(handle, "w", encoding="utf-8") as file:
+        file.write(_circumstances() + trace)
+    click.echo(f"  {NEWS}\n  {name}\n  (MECHC_DEBUG=1 shows the traceback here)", err=True)
+
+
+def stage_of(error: BaseException) -> str:
+    """Name the stage whose code the exception came through last."""
+    root = Path(__file__).resolve().parents[2]
+    for frame in reversed(traceback.extract_tb(error.__traceback__)):
+        path = Path(frame.filename)
+        parts = path.resolve().relative_to(root).parts if path.resolve().is_relative_to(root) else ()
+        dotted = ".".join(parts[1:] if parts[:1] == ("mechc",) and parts[1:2] != ("cli",) else parts)
+        for package, words in STAGES.items():
+            if dotted.startswith(package + "."):
+                return words
+    return STAGES["mechc"]
+
+
+def _circumstances() -> str:
+    from .. import __version__
+
+    return (
+        f"mechc {__version__}, Python {sys.version.split()[0]}, {sys.platform}\narguments: {sys.argv[1:]}\n\n"
+    )

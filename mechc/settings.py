@@ -1,0 +1,159 @@
+"""Values that are given outside a model: ``l=80 cm``, ``theta=30 deg``, ``closed=false``, ``r={1, 2} m``."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from .lang.suggest import closest
+from .lang.units import Unit, UnitError, parse_unit
+
+Scalar = float | int | bool | str
+Given = Scalar | Iterable[float]
+"""What the Python API takes: a number in SI, a text with a unit, or several numbers."""
+
+
+class UsageMistake(ValueError):
+    """What was asked for does not fit the model; ``help`` says what would."""
+
+    def __init__(self, message: str, help: str = "") -> None:
+        super().__init__(message)
+        self.help = help
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """Numbers as given, one or several, with their unit (None for bare numbers, which are SI)."""
+
+    numbers: tuple[float, ...]
+    unit: Unit | None
+    single: bool = True
+
+    def in_unit(self, unit: str, name: str) -> tuple[float, ...]:
+        """Return the numbers in SI. Raises UsageMistake where the dimension is not that of ``unit``."""
+        if self.unit is None:
+            return self.numbers
+        wanted = parse_unit(unit or "1")
+        if self.unit.dimension != wanted.dimension:
+            raise UsageMistake(
+                f"'{name}' is given in {self.unit.symbol}, which is {self.unit.dimension.pretty()}; "
+                f"it has the unit {unit or '1'}"
+            )
+        factor = float(self.unit.factor)
+        return tuple(number * factor for number in self.numbers)
+
+
+_DIGITS = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_NUMBER = re.compile(rf"\s*([-+]?)\s*(?:({_DIGITS})(?:\s*\*\s*(pi)\b)?|(pi)\b)(?:\s*/\s*({_DIGITS}))?")
+
+
+def split_assignment(text: str) -> tuple[str, str]:
+    """Take ``name=value`` apart. Raises UsageMistake where there is no ``=``."""
+    name, sign, value = text.partition("=")
+    if not sign or not name.strip() or not value.strip():
+        raise UsageMistake(f"'{text}' is not of the form name=value", 'as in --set l="80 cm"')
+    return name.strip(), value.strip()
+
+
+def read_value(text: str) -> Value:
+    """Read ``1.5``, ``80 cm``, ``pi/3``, ``{1, 2, 3} mm``. Raises UsageMistake."""
+    text = text.strip()
+    if text.startswith("{"):
+        inside, brace, rest = text[1:].partition("}")
+        if not brace:
+            raise UsageMistake(f"'{text}' has no closing brace")
+        parts = [_number(part) for part in inside.split(",")]
+        if any(tail for _, tail in parts):
+            raise UsageMistake(
+                f"'{text}' is not a list of numbers", "the unit stands after the brace: {1, 2} mm"
+            )
+        return Value(tuple(number for number, _ in parts), _unit(rest.strip()), single=False)
+    number, tail = _number(text)
+    return Value((number,), _unit(tail))
+
+
+def _number(text: str) -> tuple[float, str]:
+    """Return the leading number of a text (``2.5``, ``1/3``, ``2*pi``, ``pi/4``) and what follows."""
+    match = _NUMBER.match(text)
+    if match is None:
+        raise UsageMistake(
+            f"'{text.strip()}' is not a number", 'a number with its unit, as in "80 cm" or "30 deg"'
+        )
+    sign, digits, times_pi, only_pi, divisor = match.groups()
+    number = float(f"{sign}{digits or 1}") * (math.pi if times_pi or only_pi else 1.0)
+    return number / float(divisor or 1), text[match.end() :].strip()
+
+
+def _unit(text: str) -> Unit | None:
+    if not text:
+        return None
+    try:
+        return parse_unit(text)
+    except UnitError as error:
+        raise UsageMistake(
+            str(error), f"did you mean '{error.suggestion}'?" if error.suggestion else ""
+        ) from None
+
+
+def structural_value(text: Scalar) -> int | float | bool | str:
+    """Read the value of a structural parameter: true, false, an integer, a number, or a word."""
+    if not isinstance(text, str):
+        return text
+    if text in ("true", "false"):
+        return text == "true"
+    for kind in (int, float):
+        try:
+            return kind(text)
+        except ValueError:
+            continue
+    return text.strip("\"'")
+
+
+def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
+    """Return the exception for a name that the model has not, with the nearest one it has."""
+    names = sorted(known)
+    near = closest(name, names)
+    if near:
+        return UsageMistake(f"the model has no {kind} '{name}'", f"did you mean '{near}'?")
+    some = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
+    return UsageMistake(
+        f"the model has no {kind} '{name}'", f"it has: {some}" if names else f"it has no {kind} at all"
+    )
+
+
+def settings_in_si(given: Mapping[str, Given], units: Mapping[str, str]) -> dict[str, float]:
+    """Convert settings to SI and spread lists over the elements ``name[1]``, ``name[2]``, ...
+
+    ``units`` maps each name that may be set to its SI unit. Raises UsageMistake.
+    """
+    settings: dict[str, float] = {}
+    for name, what in given.items():
+        if isinstance(what, str):
+            value = read_value(what)
+        elif isinstance(what, (int, float)):
+            value = Value((float(what),), None)
+        else:
+            value = Value(tuple(float(x) for x in what), None, single=False)
+        elements = [name] if name in units else _elements(name, units)
+        if not elements:
+            raise unknown_name("parameter or initial value", name, units)
+        numbers = value.in_unit(units[elements[0]], name)
+        if value.single and len(elements) > 1:
+            raise UsageMistake(
+                f"'{name}' has {len(elements)} elements",
+                f"give all of them, as in {name}={{1, 2, ...}}, or {elements[0]}=1",
+            )
+        if len(numbers) != len(elements):
+            raise UsageMistake(f"'{name}' has {len(elements)} element(s), {len(numbers)} were given")
+        settings.update(zip(elements, numbers, strict=True))
+    return settings
+
+
+def _elements(name: str, units: Mapping[str, str]) -> list[str]:
+    """Return the elements of an array in their order; ``der(x)`` has ``der(x)[1]`` or ``der(x[1])``."""
+    heads = [f"{name}["]
+    if name.startswith("der(") and name.endswith(")"):
+        heads.append(f"{name[:-1]}[")
+    return [known for known in units if known.startswith(tuple(heads))]

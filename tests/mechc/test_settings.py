@@ -1,0 +1,92 @@
+"""Values given outside a model: numbers, units, lists, and what is said when they are wrong."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from mechc.settings import (
+    Given,
+    UsageMistake,
+    read_value,
+    settings_in_si,
+    split_assignment,
+    structural_value,
+)
+
+UNITS = {
+    "l": "m",
+    "theta": "rad",
+    "der(theta)": "rad/s",
+    "mu": "",
+    "r[1]": "m",
+    "r[2]": "m",
+    "der(R)[1]": "rad/s",
+}
+
+
+@pytest.mark.parametrize(
+    ("text", "number", "unit"),
+    [
+        ("1.5", 1.5, None),
+        ("-2e-3 m", -2e-3, "m"),
+        ("80cm", 80.0, "cm"),
+        ("5 N.m/rad", 5.0, "N.m/rad"),
+        ("pi/3", math.pi / 3, None),
+        ("-pi", -math.pi, None),
+        ("2*pi/3 rad", 2 * math.pi / 3, "rad"),
+        ("1/4 m", 0.25, "m"),
+        ("3 m/s", 3.0, "m/s"),
+        (".5", 0.5, None),
+    ],
+)
+def test_numbers_and_units(text: str, number: float, unit: str | None) -> None:
+    value = read_value(text)
+    assert value.numbers == (number,)
+    assert (value.unit.symbol if value.unit else None) == unit
+
+
+def test_settings_are_converted_to_si() -> None:
+    given: dict[str, Given] = {"l": "80 cm", "theta": "30 deg", "mu": 0.3, "r": "{1, 2} mm", "der(R)": [4.0]}
+    settings = settings_in_si(given, UNITS)
+    assert settings == pytest.approx(
+        {"l": 0.8, "theta": math.pi / 6, "mu": 0.3, "r[1]": 1e-3, "r[2]": 2e-3, "der(R)[1]": 4.0}, rel=1e-15
+    )
+
+
+@pytest.mark.parametrize(
+    ("given", "message", "help"),
+    [
+        ({"l": "3 s"}, "'l' is given in s, which is s; it has the unit m", ""),
+        ({"mu": "3 m"}, "'mu' is given in m, which is m; it has the unit 1", ""),
+        ({"tehta": "3"}, "the model has no parameter or initial value 'tehta'", "did you mean 'theta'?"),
+        ({"l": "3 metres"}, "unknown unit 'metres'", "did you mean 'm'?"),
+        ({"l": "long"}, "'long' is not a number", 'a number with its unit, as in "80 cm" or "30 deg"'),
+        ({"r": "1 m"}, "'r' has 2 elements", "give all of them, as in r={1, 2, ...}, or r[1]=1"),
+        ({"r": "{1, 2, 3} m"}, "'r' has 2 element(s), 3 were given", ""),
+        (
+            {"r": "{1 m, 2}"},
+            "'{1 m, 2}' is not a list of numbers",
+            "the unit stands after the brace: {1, 2} mm",
+        ),
+        ({"r": "{1, 2"}, "'{1, 2' has no closing brace", ""),
+    ],
+)
+def test_mistakes(given: dict[str, Given], message: str, help: str) -> None:
+    with pytest.raises(UsageMistake) as caught:
+        settings_in_si(given, UNITS)
+    assert (str(caught.value), caught.value.help) == (message, help)
+
+
+def test_assignments() -> None:
+    assert split_assignment("der(theta) = 2 rad/s") == ("der(theta)", "2 rad/s")
+    for wrong in ("l", "=3", "l="):
+        with pytest.raises(UsageMistake):
+            split_assignment(wrong)
+
+
+def test_structural_values() -> None:
+    values = [structural_value(text) for text in ("true", "7", "2.5", "stick", '"stick"')]
+    assert values == [True, 7, 2.5, "stick", "stick"]
+    assert type(values[1]) is int
