@@ -1,0 +1,215 @@
+"""Forward and reverse differentiation on the graph (Griewank, Walther, Evaluating Derivatives, ch. 3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from .guard import Guard, guards
+from .node import Graph, Node
+from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SUB, SYMBOL
+
+
+def jvp(graph: Graph, outputs: Sequence[Node], tangents: Mapping[Node, Node]) -> list[Node]:
+    """Return the derivative of each output along ``tangents`` (independent node -> its tangent).
+
+    Independent nodes are usually symbols; of any other node the sweep does not look at the arguments.
+    """
+    return _forward(graph, graph.reach(outputs), outputs, tangents)
+
+
+def _forward(
+    graph: Graph, order: Iterable[Node], outputs: Sequence[Node], tangents: Mapping[Node, Node]
+) -> list[Node]:
+    code, left, right, zero = graph._code, graph._left, graph._right, graph.zero
+    add, mul = graph.add, graph.mul
+    d: dict[Node, Node] = {n: t for n, t in tangents.items() if t != zero}
+    get = d.get
+    for n in order:
+        c = code[n]
+        if c <= SYMBOL or n in tangents:
+            continue
+        a, b = left[n], right[n]
+        da = get(a)
+        if b < 0:
+            if da is None:
+                continue
+            r = graph.neg(da) if c == NEG else _chain(graph, n, (da,))
+        else:
+            db = get(b)
+            if c == SELECT:
+                third = graph._third[n]
+                r = graph.select(a, get(b, zero), get(third, zero))
+            elif da is None and db is None:
+                continue
+            elif c == ADD:
+                r = add(da or zero, db or zero)
+            elif c == SUB:
+                r = graph.sub(da or zero, db or zero)
+            elif c == MUL:
+                if a == b:
+                    r = mul(mul(graph.two, a), da or zero)
+                else:
+                    r = add(mul(da or zero, b), mul(a, db or zero))
+            elif c == DIV:
+                r = graph.div(graph.sub(da or zero, mul(n, db or zero)), b)
+            else:
+                r = _chain(graph, n, (da or zero, db or zero))
+        if r != zero:
+            d[n] = r
+    return [get(n, zero) for n in outputs]
+
+
+def _chain(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
+    """Return the sum of partial derivatives times tangents, by the rules of the operation."""
+    partials = OPERATIONS[graph.op(n)].partials
+    arguments = graph.args(n)
+    total = graph.zero
+    # zip is not strict: no partials means that the derivative vanishes
+    for partial, t in zip(partials, tangents, strict=False):
+        if t != graph.zero:
+            total = graph.add(total, graph.mul(partial(graph, arguments, n), t))
+    return total
+
+
+def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -> list[Node]:
+    """Return the sum over seeds (node, cotangent) of cotangent * d node / d w, for each w.
+
+    The cotangents count as constants. ``wrt`` are usually symbols; the sweep does not pass beyond them.
+    """
+    seeds = list(seeds)
+    code, left, right, zero = graph._code, graph._left, graph._right, graph.zero
+    order = graph.reach(n for n, _ in seeds)
+    size = (order[-1] if order else -1) + 1
+    leaf = bytearray(size)
+    for w in wrt:
+        if w < size:
+            leaf[w] = 1
+    depends = bytearray(leaf)
+    branching = False
+    for n in order:
+        a, b = left[n], right[n]
+        if a >= 0 and (depends[a] or (b >= 0 and depends[b])):
+            depends[n] = 1
+        if code[n] == SELECT:
+            branching = True
+            if depends[graph._third[n]]:
+                depends[n] = 1
+    sweep = _Reverse(graph, depends, guards(graph, [n for n, _ in seeds]) if branching else {})
+    add_to, bars = sweep.add_to, sweep.bars
+    for n, cotangent in seeds:
+        if depends[n] and cotangent != zero:
+            held = bars.get(n)
+            bars[n] = cotangent if held is None else graph.add(held, cotangent)
+    for n in reversed(order):
+        bar = bars.get(n)
+        if bar is None or bar == zero or leaf[n]:
+            continue
+        c, a, b = code[n], left[n], right[n]
+        if c == ADD:
+            add_to(a, bar, n)
+            add_to(b, bar, n)
+        elif c == SUB:
+            add_to(a, bar, n)
+            if depends[b]:
+                add_to(b, graph.neg(bar), n)
+        elif c == MUL:
+            if a == b:
+                add_to(a, graph.mul(graph.mul(graph.two, a), bar), n)
+            else:
+                if depends[a]:
+                    add_to(a, graph.mul(bar, b), n)
+                if depends[b]:
+                    add_to(b, graph.mul(bar, a), n)
+        elif c == NEG:
+            add_to(a, graph.neg(bar), n)
+        elif c == DIV:
+            quotient = graph.div(bar, b)
+            add_to(a, quotient, n)
+            if depends[b]:
+                add_to(b, graph.neg(graph.mul(quotient, n)), n)
+        elif c == SELECT:
+            sweep.into_branches(n, bar)
+        else:
+            arguments = graph.args(n)
+            for argument, partial in zip(arguments, OPERATIONS[c].partials, strict=False):
+                if depends[argument]:
+                    add_to(argument, graph.mul(bar, partial(graph, arguments, n)), n)
+    return [bars.get(w, zero) for w in wrt]
+
+
+class _Reverse:
+    """The adjoints of a reverse sweep, and the guards they cross."""
+
+    __slots__ = ("bars", "depends", "graph", "guards")
+
+    def __init__(self, graph: Graph, depends: bytearray, found: dict[Node, Guard | None]) -> None:
+        self.graph = graph
+        self.depends = depends
+        self.guards = found
+        self.bars: dict[Node, Node] = {}
+
+    def add_to(self, n: Node, contribution: Node, user: Node) -> None:
+        """Add to the adjoint of ``n`` what one of its users contributes."""
+        if not self.depends[n]:
+            return
+        if self.guards:
+            contribution = self._leave(contribution, self.guards[user], self.guards[n])
+        held = self.bars.get(n)
+        self.bars[n] = contribution if held is None else self.graph.add(held, contribution)
+
+    def into_branches(self, n: Node, bar: Node) -> None:
+        """Pass the adjoint of a select to both branches; each is taken where its condition says so."""
+        graph = self.graph
+        condition, then, otherwise = graph.args(n)
+        for branch, holds in ((then, True), (otherwise, False)):
+            if self.depends[branch]:
+                inner = Guard(self.guards[n], condition, holds, 0)
+                contribution = self._leave(bar, inner, self.guards[branch])
+                held = self.bars.get(branch)
+                self.bars[branch] = contribution if held is None else graph.add(held, contribution)
+
+    def _leave(self, contribution: Node, inner: Guard | None, outer: Guard | None) -> Node:
+        """Make a contribution zero wherever the guards between ``inner`` and ``outer`` do not hold."""
+        graph = self.graph
+        while inner is not None and not _same(inner, outer):
+            chosen = (contribution, graph.zero) if inner.holds else (graph.zero, contribution)
+            contribution = graph.select(inner.condition, *chosen)
+            inner = inner.outer
+        return contribution
+
+
+def _same(a: Guard, b: Guard | None) -> bool:
+    return a is b or (
+        b is not None and a.outer is b.outer and a.condition == b.condition and a.holds == b.holds
+    )
+
+
+def gradient(graph: Graph, scalar: Node, wrt: Sequence[Node]) -> list[Node]:
+    """Return the derivatives of one node."""
+    return vjp(graph, [(scalar, graph.one)], wrt)
+
+
+def jacobian(graph: Graph, outputs: Sequence[Node], wrt: Sequence[Node]) -> list[dict[int, Node]]:
+    """Return, for each output, {index in ``wrt``: derivative} of its non-zero derivatives.
+
+    One forward sweep for each w, over the nodes that depend on it only.
+    """
+    rows: list[dict[int, Node]] = [{} for _ in outputs]
+    users: dict[Node, list[Node]] = {}
+    for n in graph.reach(outputs):
+        for a in set(graph.args(n)):
+            users.setdefault(a, []).append(n)
+    for j, w in enumerate(wrt):
+        dependent = {w}
+        stack = [w]
+        while stack:
+            for n in users.get(stack.pop(), ()):
+                if n not in dependent:
+                    dependent.add(n)
+                    stack.append(n)
+        reached = [i for i, n in enumerate(outputs) if n in dependent]
+        column = _forward(graph, sorted(dependent), [outputs[i] for i in reached], {w: graph.one})
+        for i, entry in zip(reached, column, strict=True):
+            if entry != graph.zero:
+                rows[i][j] = entry
+    return rows

@@ -1,0 +1,123 @@
+"""Solve affine residuals for their unknowns: try the variants, keep the one with the fewest operations."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+from .dense import eliminate_dense
+from .linear import LinearSystem, linear_system
+from .node import Graph, Node
+from .path import Solution, TooMuchWork, Variant, ZeroPivot, eliminate, elimination_order
+
+__all__ = ["VARIANTS", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
+
+VARIANTS = (
+    Variant(),
+    Variant(greedy=True, row_sweep=False, column_sweep=False),
+    Variant(row_sweep=False, column_sweep=False),
+    Variant(greedy=True, column_sweep=False),
+    Variant(greedy=True),
+    Variant(column_sweep=False),
+)
+"""Both sweeps first: that variant alone has linear cost for every tree and loop tried."""
+
+TRIAL_WORK = 40_000
+"""Products spent on all variants together before the best one so far is taken."""
+
+DENSE_LIMIT = 24
+"""Above this many unknowns the dense elimination never was the cheaper one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Elimination:
+    """``solutions`` in the order of the unknowns; ``pivots[i]`` belongs to unknown ``order[i]``.
+
+    The solution holds wherever no pivot vanishes. ``variant`` says in words what was chosen;
+    ``operations`` counts those of the solutions with all they depend on.
+    """
+
+    solutions: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+    order: tuple[int, ...]
+    variant: str
+    operations: int
+
+
+def solve(
+    graph: Graph,
+    residuals: Sequence[Node],
+    unknowns: Sequence[Node],
+    *,
+    rows: Sequence[int] | None = None,
+    after: Mapping[int, Collection[int]] | None = None,
+    variants: Sequence[Variant] = VARIANTS,
+    dense: bool = True,
+) -> Elimination:
+    """Return the unknowns (symbols) that make all residuals zero.
+
+    ``rows[i]`` is the residual to pivot on for unknown i (default: i). ``after[k]`` are the unknowns to
+    eliminate before k; by default an unknown that does not occur in its own row, such as a multiplier,
+    follows all unknowns of that row. Variants are tried in turn while the work stays bounded; ``dense``
+    adds Gaussian elimination for small systems.
+    Raises ZeroPivot, NotAffine (linear.py), and ValueError where sizes or ``after`` make no sense.
+    """
+    rows = _check(residuals, unknowns, rows)
+    system = linear_system(graph, residuals, unknowns)
+    order = elimination_order(system, rows, after)
+    best: tuple[int, str, Solution, Graph] | None = None
+    spent = 0
+    for attempt in _attempts(system, variants, dense):
+        # an attempt much worse than the best one is not carried to its end
+        limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
+        fork = graph.fork()
+        try:
+            if attempt is None:
+                found = eliminate_dense(fork, system, rows, order, limit)
+            else:
+                found = eliminate(fork, system, rows, order, attempt, limit)
+        except TooMuchWork:
+            spent += int(limit)
+        else:
+            spent += found.work
+            operations = fork.count_operations(found.unknowns)
+            if best is None or operations < best[0]:
+                best = (operations, attempt.name if attempt else "dense elimination", found, fork)
+        if spent > TRIAL_WORK:
+            break
+    if best is None:
+        raise ValueError("no variant to try")
+    operations, name, found, fork = best
+    graph.adopt(fork)
+    return Elimination(found.unknowns, found.pivots, tuple(order), name, operations)
+
+
+def solve_dense(
+    graph: Graph, residuals: Sequence[Node], unknowns: Sequence[Node], *, rows: Sequence[int] | None = None
+) -> Elimination:
+    """Solve by Gaussian elimination on the matrix. Raises ZeroPivot, NotAffine and ValueError like ``solve``."""
+    rows = _check(residuals, unknowns, rows)
+    system = linear_system(graph, residuals, unknowns)
+    order = elimination_order(system, rows, None)
+    found = eliminate_dense(graph, system, rows, order)
+    operations = graph.count_operations(found.unknowns)
+    return Elimination(found.unknowns, found.pivots, tuple(order), "dense elimination", operations)
+
+
+def _attempts(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
+    """Return what to try; None stands for dense elimination."""
+    attempts: list[Variant | None] = list(variants)
+    if dense and len(system.unknowns) <= DENSE_LIMIT:
+        attempts.insert(1, None)
+    return attempts
+
+
+def _check(residuals: Sequence[Node], unknowns: Sequence[Node], rows: Sequence[int] | None) -> list[int]:
+    count = len(unknowns)
+    if len(residuals) != count:
+        raise ValueError(f"{len(residuals)} equations for {count} unknowns")
+    if rows is None:
+        return list(range(count))
+    if sorted(rows) != list(range(count)):
+        raise ValueError("every unknown needs a row of its own")
+    return list(rows)

@@ -1,0 +1,98 @@
+"""Rebuild expressions with other leaves, or in another graph."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from . import operations as ops
+from .node import Graph, Node
+
+
+def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node, Node]) -> list[Node]:
+    """Return the outputs with some nodes replaced, all at once; what depends on none of them stays as it is.
+
+    Raises DivisionByZero where a divisor becomes zero.
+    """
+    images: dict[Node, Node] = dict(replacements)
+    for n in graph.reach(outputs):
+        if n in images:
+            continue
+        arguments = graph.args(n)
+        new = tuple(images.get(a, a) for a in arguments)
+        if new != arguments:
+            images[n] = rebuild(graph, n, graph, new)
+    return [images.get(n, n) for n in outputs]
+
+
+def transfer(source: Graph, outputs: Sequence[Node], target: Graph) -> list[Node]:
+    """Build the outputs anew in another graph; symbols keep their names."""
+    images: dict[Node, Node] = {}
+    for n in source.reach(outputs):
+        match source.op(n):
+            case ops.CONST:
+                images[n] = target.constant(source.value(n))
+            case ops.SYMBOL:
+                images[n] = target.symbol(source.name(n))
+            case _:
+                images[n] = rebuild(source, n, target, tuple(images[a] for a in source.args(n)))
+    return [images[n] for n in outputs]
+
+
+def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) -> Node:
+    """Apply the operation of a node of ``source`` to arguments in ``target``."""
+    code = source.op(n)
+    match code:
+        case ops.ADD:
+            return target.add(*arguments)
+        case ops.SUB:
+            return target.sub(*arguments)
+        case ops.MUL:
+            return target.mul(*arguments)
+        case ops.DIV:
+            return target.div(*arguments)
+        case ops.SELECT:
+            return target.select(*arguments)
+        case ops.LOOKUP:
+            index, order = source.table_of(n)
+            if target is not source:
+                index = target.add_table(source.tables[index])
+            found = target.lookup(index, *arguments)
+            for _ in range(order):
+                found = target.lookup_slope(found)
+            return found
+        case _:
+            return _CONSTRUCTORS[code](target, *arguments)
+
+
+_CONSTRUCTORS: dict[int, Callable[..., Node]] = {
+    ops.NEG: Graph.neg,
+    ops.SIN: Graph.sin,
+    ops.COS: Graph.cos,
+    ops.TAN: Graph.tan,
+    ops.ASIN: Graph.asin,
+    ops.ACOS: Graph.acos,
+    ops.ATAN: Graph.atan,
+    ops.SINH: Graph.sinh,
+    ops.COSH: Graph.cosh,
+    ops.TANH: Graph.tanh,
+    ops.ASINH: Graph.asinh,
+    ops.ACOSH: Graph.acosh,
+    ops.ATANH: Graph.atanh,
+    ops.EXP: Graph.exp,
+    ops.LOG: Graph.log,
+    ops.SQRT: Graph.sqrt,
+    ops.ABS: Graph.abs,
+    ops.SIGN: Graph.sign,
+    ops.FLOOR: Graph.floor,
+    ops.ATAN2: Graph.atan2,
+    ops.MINIMUM: Graph.minimum,
+    ops.MAXIMUM: Graph.maximum,
+    ops.MODULO: Graph.modulo,
+    ops.POW: Graph.pow,
+    ops.LESS: Graph.less,
+    ops.LESS_EQUAL: Graph.less_equal,
+    ops.EQUAL: Graph.equal,
+    ops.AND: Graph.logical_and,
+    ops.OR: Graph.logical_or,
+    ops.NOT: Graph.logical_not,
+}

@@ -1,0 +1,183 @@
+"""Mechanisms of any size as residuals in central form, built on the graph alone.
+
+Symbols: q, u, a (coordinates, velocities, accelerations), m, l, J (mass, length, inertia), g, each with a
+number; lam for multipliers.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field
+
+from mechc.compiler.graph import Graph, Node
+from mechc.compiler.graph import vector as vec
+from mechc.compiler.graph.differentiate import jvp, vjp
+from mechc.compiler.graph.vector import Matrix, Vector
+
+
+@dataclass
+class Mechanism:
+    """``residuals`` vanish at the right ``a``; ``constraints`` are positions phi = 0 (none for a tree)."""
+
+    graph: Graph
+    q: list[Node]
+    u: list[Node]
+    a: list[Node]
+    residuals: list[Node]
+    constraints: list[Node] = field(default_factory=list)
+
+    def environment(self, seed: int = 1, spread: float = 1.0) -> dict[Node, float]:
+        """Return random values for all symbols: positive parameters, coordinates within ``spread``."""
+        rng = random.Random(seed)
+        ranges = {
+            "q": (-spread, spread),
+            "u": (-1.0, 1.0),
+            "a": (-1.0, 1.0),
+            "m": (0.5, 1.5),
+            "l": (0.5, 1.5),
+        }
+        ranges |= {"J": (0.05, 0.15), "c": (-0.3, 0.3), "o": (-1.0, 1.0), "g": (9.0, 10.0), "p": (-1.0, 1.0)}
+        symbols = self.graph.support(*self.residuals, *self.constraints, *self.q, *self.u)
+        return {n: rng.uniform(*ranges[self.graph.name(n)[0]]) for n in symbols}
+
+
+def symbols(graph: Graph, letter: str, count: int) -> list[Node]:
+    return [graph.symbol(f"{letter}{i}") for i in range(count)]
+
+
+def chain_parents(count: int) -> list[int]:
+    return [i - 1 for i in range(count)]
+
+
+def planar_tree(graph: Graph, parents: list[int], *, joint_angles: bool, rigid: bool) -> Mechanism:
+    """Links hinged to the tip of their parent, with point masses at the tips or as uniform-ish bars."""
+    count = len(parents)
+    q, u, a = (symbols(graph, c, count) for c in "qua")
+    g = graph.symbol("g")
+    tips: list[tuple[Node, Node, Node]] = []
+    points: list[Node] = []
+    angles: list[Node] = []
+    for i, parent in enumerate(parents):
+        x, y, angle = tips[parent] if parent >= 0 else (graph.zero, graph.zero, graph.zero)
+        length = graph.symbol(f"l{i}")
+        angle = graph.add(angle, q[i]) if joint_angles else q[i]
+        dx = graph.mul(length, graph.sin(angle))
+        dy = graph.mul(length, graph.cos(angle))
+        tip = (graph.add(x, dx), graph.sub(y, dy), angle)
+        tips.append(tip)
+        if rigid:
+            points += (graph.add(x, graph.mul(graph.half, dx)), graph.sub(y, graph.mul(graph.half, dy)))
+            angles.append(angle)
+        else:
+            points += tip[:2]
+    along = dict(zip(q, u, strict=True))
+    along_twice = along | dict(zip(u, a, strict=True))
+    velocities = jvp(graph, points + angles, along)
+    accelerations = jvp(graph, velocities, along_twice)
+    seeds = []
+    for i in range(count):
+        m = graph.symbol(f"m{i}")
+        ax, ay = accelerations[2 * i : 2 * i + 2]
+        seeds.append((velocities[2 * i], graph.mul(m, ax)))
+        seeds.append((velocities[2 * i + 1], graph.mul(m, graph.add(ay, g))))
+    for i in range(len(angles)):
+        inertia = graph.symbol(f"J{i}")
+        seeds.append((velocities[2 * count + i], graph.mul(inertia, accelerations[2 * count + i])))
+    return Mechanism(graph, q, u, a, vjp(graph, seeds, u))
+
+
+@dataclass
+class Motion:
+    """Of a frame, in its own axes: angular velocity and acceleration, velocity and acceleration less gravity."""
+
+    w: Vector
+    v: Vector
+    alpha: Vector
+    acc: Vector
+
+
+def at_offset(graph: Graph, motion: Motion, r: Vector) -> tuple[Vector, Vector]:
+    """Return velocity and acceleration of the point at ``r``."""
+    turned = vec.cross(graph, motion.w, r)
+    velocity = vec.add(graph, motion.v, turned)
+    acceleration = vec.add(graph, motion.acc, vec.cross(graph, motion.alpha, r))
+    return velocity, vec.add(graph, acceleration, vec.cross(graph, motion.w, turned))
+
+
+def rotated(graph: Graph, motion: Motion, r: Matrix, relative: Vector, rate: Vector) -> Motion:
+    """Return the motion in axes turned by ``r`` with angular velocity ``relative`` (new axes)."""
+    w, v, alpha, acc = (
+        vec.transpose_matvec(graph, r, x) for x in (motion.w, motion.v, motion.alpha, motion.acc)
+    )
+    alpha = vec.add(graph, vec.add(graph, alpha, rate), vec.cross(graph, w, relative))
+    return Motion(vec.add(graph, w, relative), v, alpha, acc)
+
+
+def body_seeds(
+    graph: Graph, motion: Motion, m: Node, centre: Vector, inertia: Matrix
+) -> list[tuple[Node, Node]]:
+    velocity, acceleration = at_offset(graph, motion, centre)
+    moment = vec.matvec(graph, inertia, motion.alpha)
+    spin = vec.matvec(graph, inertia, motion.w)
+    moment = vec.add(graph, moment, vec.cross(graph, motion.w, spin))
+    force = vec.scale(graph, m, acceleration)
+    return [*zip(velocity, force, strict=True), *zip(motion.w, moment, strict=True)]
+
+
+def ground(graph: Graph) -> Motion:
+    zero = vec.zero_vector(graph)
+    return Motion(zero, zero, zero, (graph.zero, graph.symbol("g"), graph.zero))
+
+
+def spatial_tree(graph: Graph, parents: list[int], *, free_base: bool = False) -> Mechanism:
+    """Revolute joints about x, y, z in turn; each body with its centre below the joint, diagonal inertia."""
+    count = len(parents)
+    q, u, a = (symbols(graph, c, count) for c in "qua")
+    zero = graph.zero
+    motions: list[Motion] = []
+    seeds: list[tuple[Node, Node]] = []
+    for i, parent in enumerate(parents):
+        motion = motions[parent] if parent >= 0 else ground(graph)
+        if parent >= 0:
+            v, acc = at_offset(graph, motion, (zero, graph.minus_one, zero))
+            motion = Motion(motion.w, v, motion.alpha, acc)
+        axis = i % 3
+        relative = tuple(u[i] if k == axis else zero for k in range(3))
+        rate = tuple(a[i] if k == axis else zero for k in range(3))
+        motion = rotated(graph, motion, vec.axis_rotation(graph, axis, q[i]), relative, rate)
+        motions.append(motion)
+        about, along = graph.symbol(f"J{i}"), graph.symbol(f"JK{i}")
+        inertia = ((about, zero, zero), (zero, along, zero), (zero, zero, about))
+        centre = (zero, graph.neg(graph.symbol(f"l{i}")), zero)
+        seeds += body_seeds(graph, motion, graph.symbol(f"m{i}"), centre, inertia)
+    return Mechanism(graph, q, u, a, vjp(graph, seeds, u))
+
+
+def general_body(graph: Graph, motion: Motion, name: str) -> list[tuple[Node, Node]]:
+    """Return the seeds of a body with any centre and full inertia."""
+    centre = tuple(graph.symbol(f"c{name}_{k}") for k in range(3))
+    j = [graph.symbol(f"J{name}_{k}") for k in range(6)]
+    inertia = ((j[0], j[3], j[4]), (j[3], j[1], j[5]), (j[4], j[5], j[2]))
+    return body_seeds(graph, motion, graph.symbol(f"m{name}"), centre, inertia)
+
+
+def spherical_hub(graph: Graph, children: int) -> Mechanism:
+    """A free body with bodies on spherical joints (quaternions, body angular velocities), all general."""
+    zero = graph.zero
+    u, a = (symbols(graph, c, 6 + 3 * children) for c in "ua")
+    quaternions = [[graph.symbol(f"p{i}_{k}") for k in range(4)] for i in range(children + 1)]
+    # velocity of the hub's origin in its own axes
+    gravity = (zero, graph.symbol("g"), zero)
+    orientation = vec.quaternion_rotation(graph, quaternions[0])
+    w, v, alpha = tuple(u[3:6]), tuple(u[:3]), tuple(a[3:6])
+    acc = vec.add(graph, tuple(a[:3]), vec.cross(graph, w, v))
+    acc = vec.add(graph, acc, vec.transpose_matvec(graph, orientation, gravity))
+    hub = Motion(w, v, alpha, acc)
+    seeds = general_body(graph, hub, "h")
+    for i in range(children):
+        v, acc = at_offset(graph, hub, tuple(graph.symbol(f"o{i}_{k}") for k in range(3)))
+        block = slice(6 + 3 * i, 9 + 3 * i)
+        turned = vec.quaternion_rotation(graph, quaternions[i + 1])
+        child = rotated(graph, Motion(hub.w, v, hub.alpha, acc), turned, tuple(u[block]), tuple(a[block]))
+        seeds += general_body(graph, child, str(i))
+    return Mechanism(graph, [n for p in quaternions for n in p], u, a, vjp(graph, seeds, u))
