@@ -1,0 +1,132 @@
+"""Split long functions, because the time of a C compiler grows faster than the length of a function."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import replace
+
+from ..graph.operations import COS, SIN
+from .model import (
+    Body,
+    Literal,
+    Load,
+    Lookup,
+    Operate,
+    Program,
+    ProgramFunction,
+    Statement,
+    Store,
+    Value,
+    operands_of,
+)
+
+CHUNK = 300
+"""Operations in one body: below 200 run time suffers, above 400 compile time does."""
+
+
+def chunk(program: Program, size: int = CHUNK) -> Program:
+    """Return the program with all functions of more than 1.5 ``size`` operations split."""
+    return replace(
+        program,
+        parameters=split(program.parameters, size),
+        functions=tuple(split(f, size) for f in program.functions),
+    )
+
+
+def split(function: ProgramFunction, size: int) -> ProgramFunction:
+    """Return the function in bodies of about ``size`` operations.
+
+    Loads and literals are repeated in each body that uses them; results that later bodies use pass through
+    the workspace, whose places are used again once the last reader has run.
+    """
+    if 2 * function.operations <= 3 * size or len(function.bodies) > 1:
+        return function
+    (body,) = function.bodies
+    home, last = _homes(body, size)
+    n_bodies = home[-1] + 1
+    places, workspace = _places(body, home, last, n_bodies)
+    bodies: list[list[Statement]] = [[] for _ in range(n_bodies)]
+    # where a value of the long body is found in the body under construction
+    here: dict[Value, Value] = {}
+    current = 0
+
+    def local(value: Value) -> Value:
+        found = here.get(value)
+        if found is None:
+            source = body[value]
+            out = bodies[current]
+            here[value] = found = len(out)
+            out.append(source if isinstance(source, Load | Literal) else Load("w", places[value]))
+        return found
+
+    for value, statement in enumerate(body):
+        if home[value] != current:
+            current = home[value]
+            here = {}
+        out = bodies[current]
+        match statement:
+            case Load() | Literal():
+                continue
+            case Store(array, index, operand, guarded):
+                out.append(Store(array, index, local(operand), guarded))
+                continue
+            case Operate(code, operands):
+                moved: Statement = Operate(code, tuple([local(a) for a in operands]))
+            case Lookup(table, order, operand):
+                moved = Lookup(table, order, local(operand))
+        here[value] = len(out)
+        out.append(moved)
+        if value in places:
+            out.append(Store("w", places[value], here[value]))
+    return replace(function, bodies=tuple(tuple(b) for b in bodies), workspace=workspace)
+
+
+def _homes(body: Body, size: int) -> tuple[list[int], list[int]]:
+    """Return the body each statement goes to, and the last body that reads its value."""
+    home: list[int] = []
+    last = [0] * len(body)
+    current = count = 0
+    previous: Statement | None = None
+    for statement in body:
+        if isinstance(statement, Operate | Lookup):
+            if count >= size and not _belong_together(previous, statement):
+                current, count = current + 1, 0
+            count += 1
+            previous = statement
+        home.append(current)
+        for operand in operands_of(statement):
+            last[operand] = current
+    return home, last
+
+
+def _belong_together(a: Statement | None, b: Statement) -> bool:
+    """Tell whether two statements are sine and cosine of one argument."""
+    return (
+        isinstance(a, Operate)
+        and isinstance(b, Operate)
+        and a.code in (SIN, COS)
+        and b.code in (SIN, COS)
+        and a.operands == b.operands
+    )
+
+
+def _places(body: Body, home: list[int], last: list[int], n_bodies: int) -> tuple[dict[Value, int], int]:
+    """Return the place in the workspace of each value that crosses bodies, and how many places there are."""
+    places: dict[Value, int] = {}
+    free: list[int] = []
+    released: list[list[int]] = [[] for _ in range(n_bodies + 1)]
+    n = current = 0
+    for value, statement in enumerate(body):
+        if home[value] != current:
+            current = home[value]
+            # what was read last in the body before may be overwritten from this one on
+            for place in released[current - 1]:
+                heapq.heappush(free, place)
+        if isinstance(statement, Operate | Lookup) and last[value] > home[value]:
+            if free:
+                place = heapq.heappop(free)
+            else:
+                place, n = n, n + 1
+            places[value] = place
+            released[last[value]].append(place)
+    return places, n

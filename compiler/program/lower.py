@@ -1,0 +1,127 @@
+"""From equations to a program: hoist, order, and turn nodes into statements."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ..equations.model import Equations, Function, Slot
+from ..graph import Graph, Node
+from ..graph.operations import CONST, LOOKUP, SYMBOL
+from .hoist import hoistable, rule_order
+from .model import Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
+from .schedule import schedule
+
+RUN_ONCE = ("initial", "discretes")
+"""Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
+
+
+def lower(equations: Equations) -> Program:
+    """Return the program of all functions of the equations, each one in a single body."""
+    graph, layout = equations.graph, equations.layout
+    once = {*RUN_ONCE, *(e.function for e in equations.experiments)}
+    repeated = [n for f in equations.functions if f.name not in once for n in f.outputs]
+    hoisted = hoistable(graph, layout, repeated)
+    n_parameters = len(equations.parameters)
+    constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
+    functions = [
+        _function(graph, layout, f, {} if f.name in once else constants) for f in equations.functions
+    ]
+    return Program(
+        name=equations.name,
+        doc=equations.doc,
+        nq=equations.nq,
+        nv=equations.nv,
+        nx=equations.nx,
+        arrays={
+            "t": (equations.time,),
+            "y": equations.states,
+            "u": equations.inputs,
+            "z": equations.discretes,
+            "p": equations.parameters,
+            "out": equations.outputs,
+        },
+        n_hoisted=len(hoisted),
+        tables=tuple(graph.tables),
+        parameters=_parameters(equations, constants),
+        functions=tuple(functions),
+        experiments=equations.experiments,
+        rotations=equations.rotations,
+        jacobian_pattern=equations.jacobian_pattern,
+        assertions=tuple(a.message for a in equations.assertions),
+    )
+
+
+class _Statements:
+    """The body under construction."""
+
+    def __init__(self, graph: Graph, layout: Mapping[Node, Slot], constants: Mapping[Node, int]) -> None:
+        self.graph = graph
+        self.layout = layout
+        self.constants = constants
+        self.body: list[Statement] = []
+        self.place: dict[Node, Value] = {}
+
+    def compute(self, nodes: Sequence[Node]) -> None:
+        """Append the statements of nodes in computing order."""
+        graph, body, place, constants = self.graph, self.body, self.place, self.constants
+        op, args = graph.op, graph.args
+        for n in nodes:
+            if n in place:
+                continue
+            statement: Statement
+            code = op(n)
+            if n in constants:
+                statement = Load("p", constants[n])
+            elif code == CONST:
+                statement = Literal(graph.value(n))
+            elif code == SYMBOL:
+                slot = self.layout[n]
+                statement = Load(slot.array, slot.index)
+            elif code == LOOKUP:
+                table, order = graph.table_of(n)
+                statement = Lookup(table, order, place[args(n)[0]])
+            else:
+                statement = Operate(code, tuple([place[a] for a in args(n)]))
+            place[n] = len(body)
+            body.append(statement)
+
+    def store(self, array: str, index: int, n: Node, guarded: bool = False) -> None:
+        self.body.append(Store(array, index, self.place[n], guarded))
+
+
+def _function(
+    graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
+) -> ProgramFunction:
+    statements = _Statements(graph, layout, constants)
+    order = schedule(graph, function.outputs, constants)
+    wanted: dict[Node, list[int]] = {}
+    for i, n in enumerate(function.outputs):
+        wanted.setdefault(n, []).append(i)
+    start = 0
+    # each output is stored as soon as it is known
+    for position, n in enumerate(order):
+        if n in wanted:
+            statements.compute(order[start : position + 1])
+            start = position + 1
+            for i in wanted[n]:
+                statements.store("out", i, n)
+    return ProgramFunction(function.name, function.doc, len(function.outputs), (tuple(statements.body),))
+
+
+def _parameters(equations: Equations, constants: Mapping[Node, int]) -> ProgramFunction:
+    """Return the function that completes p: defaults and dependent parameters, then hoisted constants."""
+    graph, layout = equations.graph, equations.layout
+    rules = {rule.index: rule.value for rule in equations.parameter_rules}
+    statements = _Statements(graph, layout, {})
+    for index in rule_order(graph, layout, rules):
+        statements.compute(schedule(graph, [rules[index]], statements.place))
+        statements.store("p", index, rules[index], guarded=True)
+    for n, index in constants.items():
+        statements.compute(schedule(graph, [n], statements.place))
+        statements.store("p", index, n)
+    return ProgramFunction(
+        "parameters",
+        "Complete p: dependent parameters that are not set, then constants of the run.",
+        0,
+        (tuple(statements.body),),
+    )

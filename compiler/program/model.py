@@ -1,0 +1,125 @@
+"""Straight-line functions over arrays: what the targets print.
+
+A body is a sequence of statements. A statement that yields a number is referred to by its position in the
+body, and only by later statements: every value is computed once, before it is used. Nothing branches; a
+choice is the operation SELECT. All functions but ``parameters`` have the signature (t, y, u, z, p) -> out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ..equations.model import Entry, ExperimentPlan
+from ..graph import Table
+
+Value = int
+"""Position of a statement in its body."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w."""
+
+    array: str
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """An exact constant; the target rounds it to its own numbers."""
+
+    number: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class Operate:
+    """One operation of the graph (``graph/operations.py``)."""
+
+    code: int
+    operands: tuple[Value, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Lookup:
+    """The value (order 0) or a derivative of ``tables[table]`` at the operand."""
+
+    table: int
+    order: int
+    operand: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """``array[index] = value``; the array is out, w or, in ``parameters``, p.
+
+    ``guarded``: only where the parameter is not set from outside (set[index] == 0).
+    """
+
+    array: str
+    index: int
+    value: Value
+    guarded: bool = False
+
+
+Statement = Load | Literal | Operate | Lookup | Store
+Body = tuple[Statement, ...]
+
+
+def operands_of(statement: Statement) -> tuple[Value, ...]:
+    """Return the values that a statement reads."""
+    match statement:
+        case Operate(_, operands):
+            return operands
+        case Lookup(_, _, operand) | Store(_, _, operand):
+            return (operand,)
+        case Load() | Literal():
+            return ()
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramFunction:
+    """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only."""
+
+    name: str
+    doc: str
+    n_out: int
+    bodies: tuple[Body, ...]
+    workspace: int = 0
+
+    @property
+    def operations(self) -> int:
+        """Count the operations: all statements but loads, literals and stores."""
+        return sum(type(s) is Operate or type(s) is Lookup for body in self.bodies for s in body)
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
+
+    ``parameters`` writes p in place: dependent parameters, then ``n_hoisted`` constants of the run behind them.
+    ``functions`` keep the order of the equations.
+    """
+
+    name: str
+    doc: str
+    nq: int
+    nv: int
+    nx: int
+    arrays: Mapping[str, tuple[Entry, ...]]
+    n_hoisted: int
+    tables: tuple[Table, ...]
+    parameters: ProgramFunction
+    functions: tuple[ProgramFunction, ...]
+    experiments: tuple[ExperimentPlan, ...] = ()
+    rotations: tuple[int, ...] = ()
+    jacobian_pattern: tuple[tuple[int, int], ...] = ()
+    assertions: tuple[str, ...] = ()
+
+    def size(self, array: str) -> int:
+        """Return how many numbers an array of the signature holds, hoisted constants included."""
+        return len(self.arrays[array]) + (self.n_hoisted if array == "p" else 0)
+
+    def function(self, name: str) -> ProgramFunction | None:
+        return next((f for f in self.functions if f.name == name), None)

@@ -1,0 +1,88 @@
+"""What holds for every program."""
+
+from __future__ import annotations
+
+from ..graph.operations import LOOKUP, OPERATIONS, SYMBOL
+from .model import Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, operands_of
+
+READABLE = ("t", "y", "u", "z", "p")
+
+
+class Malformed(Exception):
+    """A program breaks its own rules: a mistake of the compiler, never of the user."""
+
+
+def verify(program: Program) -> None:
+    """Raise Malformed where the program is not well formed.
+
+    Values are computed before they are used, every output is stored once, every place that is read exists
+    and has been written, operations have their number of operands.
+    """
+    for function in (program.parameters, *program.functions):
+        _Check(program, function).run()
+
+
+class _Check:
+    def __init__(self, program: Program, function: ProgramFunction) -> None:
+        self.program = program
+        self.function = function
+        self.writes_p = function is program.parameters
+        self.stored: set[tuple[str, int]] = set()
+
+    def run(self) -> None:
+        for body in self.function.bodies:
+            for position, statement in enumerate(body):
+                for operand in operands_of(statement):
+                    if not 0 <= operand < position or isinstance(body[operand], Store):
+                        self.fail(position, "reads a value that is not computed before")
+                self.check(position, statement)
+        missing = [i for i in range(self.function.n_out) if ("out", i) not in self.stored]
+        if missing:
+            self.fail(None, f"does not store out{missing}")
+
+    def check(self, position: int, statement: Statement) -> None:
+        match statement:
+            case Load(array, index):
+                self.check_load(position, array, index)
+            case Store(array, index, _, guarded):
+                self.check_store(position, array, index, guarded)
+            case Operate(code, operands):
+                if not SYMBOL < code < len(OPERATIONS) or code == LOOKUP:
+                    self.fail(position, f"has no operation {code}")
+                elif len(operands) != OPERATIONS[code].arity:
+                    self.fail(position, f"gives {len(operands)} operands to {OPERATIONS[code].name}")
+            case Lookup(table, order, _):
+                if not 0 <= table < len(self.program.tables) or not 0 <= order <= 3:
+                    self.fail(position, f"reads derivative {order} of table {table}")
+            case Literal():
+                pass
+
+    def check_load(self, position: int, array: str, index: int) -> None:
+        if array == "w":
+            known = ("w", index) in self.stored
+        elif self.writes_p and array == "p" and index >= len(self.program.arrays["p"]):
+            known = ("p", index) in self.stored
+        else:
+            known = array in READABLE and 0 <= index < self.program.size(array)
+        if not known:
+            self.fail(position, f"reads {array}[{index}], which does not exist or is not written yet")
+        if self.writes_p and array not in ("p", "w"):
+            self.fail(position, f"reads {array}, but parameters depend on nothing else")
+
+    def check_store(self, position: int, array: str, index: int, guarded: bool) -> None:
+        size = {
+            "out": self.function.n_out,
+            "w": self.function.workspace,
+            "p": self.program.size("p") if self.writes_p else 0,
+        }.get(array, 0)
+        if not 0 <= index < size:
+            self.fail(position, f"writes {array}[{index}], which does not exist")
+        if array != "w" and (array, index) in self.stored:
+            self.fail(position, f"writes {array}[{index}] twice")
+        if guarded != (array == "p" and index < len(self.program.arrays["p"])):
+            self.fail(position, f"writes {array}[{index}] with the wrong guard")
+        self.stored.add((array, index))
+
+    def fail(self, position: int | None, what: str) -> None:
+        where = "" if position is None else f", statement {position}"
+        raise Malformed(f"function {self.function.name}{where}: {what}")
