@@ -1,0 +1,39 @@
+"""``mechc cache``: show or clear the compiled code that is kept."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.group(name="cache", short_help="Show or clear the compiled code that is kept.")
+def command() -> None:
+    """Compiled models are kept by content, so that a known model starts at once.
+
+    The folder is the user's cache folder, or MECHC_CACHE if that is set. It cleans itself: what was unused
+    for the longest time goes when it grows too large.
+    """
+
+
+@command.command()
+def show() -> None:
+    """Print the folder, and how much it holds."""
+    from ..runtime.cache import cache_content
+
+    content = cache_content()
+    click.echo(f"{content.folder}\n{content.entries} entries, {size_text(content.size)}")
+
+
+@command.command()
+def clear() -> None:
+    """Remove everything that is kept; the next runs compile again."""
+    from ..runtime.cache import clear_cache
+
+    content = clear_cache()
+    click.echo(f"removed {content.entries} entries, {size_text(content.size)}, from {content.folder}")
+
+
+def size_text(size: int) -> str:
+    """Return a number of bytes in a readable unit."""
+    if size < 1000:
+        return f"{size} bytes"
+    return f"{size / 1e3:.0f} kB" if size < 1_000_000 else f"{size / 1e6:.1f} MB"

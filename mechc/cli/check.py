@@ -1,0 +1,92 @@
+"""``mechc check``: say what is wrong with models, without running them."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import click
+
+from .options import model_option, set_option
+
+if TYPE_CHECKING:
+    from ..api import Model
+    from ..lang.diagnostics import Diagnostic
+    from ..lang.source import Span
+
+
+@click.command(name="check", short_help="Check models without running them.")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@model_option
+@set_option
+@click.option("--json", "as_json", is_flag=True, help="Print the diagnostics as JSON, for editors.")
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing about models that are right.")
+def command(
+    files: tuple[str, ...], model: str | None, settings: dict[str, str], as_json: bool, quiet: bool
+) -> int:
+    """Check each FILE: syntax, names, units, mechanics. Exit with 1 if a model is wrong."""
+    from ..api import load
+    from ..lang.diagnostics import CompileError
+    from ..render import render
+    from ..style import style_for
+    from .failures import COMPLETED, FAILED, show_compile_error
+
+    found: list[Diagnostic] = []
+    wrong = 0
+    for name in files:
+        try:
+            checked = load(name, model=model, set=settings)
+        except CompileError as error:
+            wrong += 1
+            found.extend(error.diagnostics)
+            if not as_json:
+                show_compile_error(error)
+            continue
+        found.extend(checked.diagnostics)
+        if as_json:
+            continue
+        if checked.diagnostics:
+            click.echo(render(checked.diagnostics, style_for(sys.stderr)), err=True, color=True)
+        if not quiet:
+            click.echo(f"{name}: {summary(checked)}")
+    if as_json:
+        click.echo(json.dumps([as_data(d) for d in found], indent=1, ensure_ascii=False))
+    return FAILED if wrong else COMPLETED
+
+
+def summary(model: Model) -> str:
+    """Describe a model in one line: ``Pendulum is right: 1 coordinate, 4 parameters``."""
+    counts = [
+        (len(model.coordinates), "coordinate"),
+        (len(model.states), "first-order state"),
+        (len(model.inputs), "input"),
+        (len(model.parameters), "parameter"),
+        (len(model.experiments), "experiment"),
+    ]
+    parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts if n]
+    return f"{model.name} is right: {', '.join(parts)}"
+
+
+def as_data(diagnostic: Diagnostic) -> dict[str, object]:
+    """Return a diagnostic as plain data; lines and columns count from 1, ends are exclusive."""
+    return {
+        "severity": diagnostic.severity.value,
+        "code": diagnostic.code,
+        "message": diagnostic.message,
+        "caption": diagnostic.caption,
+        "help": diagnostic.help,
+        "place": place(diagnostic.span),
+        "labels": [{"place": place(label.span), "text": label.text} for label in diagnostic.labels],
+    }
+
+
+def place(span: Span | None) -> dict[str, object] | None:
+    if span is None:
+        return None
+    line, column = span.file.position(span.start)
+    end_line, end_column = span.file.position(span.end)
+    return {"file": span.file.name, "line": line, "column": column, "end_line": end_line, "end_column": end_column}
+
+

@@ -1,0 +1,105 @@
+"""``mechc doctor``: what this installation can use, and what is missing."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+import click
+
+from .. import __version__
+
+REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "rich", "matplotlib", "platformdirs")
+OPTIONAL = {
+    "ziglang": "a C compiler from pip, also for other platforms: pip install 'mechc[cc]'",
+    "pandas": "Solution.to_dataframe(): pip install 'mechc[data]'",
+    "pin": "comparison with Pinocchio: pip install 'mechc[peers]'",
+    "mujoco": "comparison with MuJoCo: pip install 'mechc[peers]'",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One line of the report. ``state``: good, optional (missing, but nothing needs it), bad."""
+
+    topic: str
+    text: str
+    state: str = "good"
+    help: str = ""
+
+
+@click.command(name="doctor", short_help="Say what this installation can use, and what is missing.")
+def command() -> int:
+    """Print versions, the C compiler and the cache folder; exit with 1 if something needed is missing."""
+    from ..style import style_for
+    from .failures import COMPLETED, FAILED
+
+    style = style_for(sys.stdout)
+    signs = {"good": style.green("ok"), "optional": style.yellow("--"), "bad": style.red("!!")}
+    findings = list(examine())
+    width = max(len(finding.topic) for finding in findings)
+    for finding in findings:
+        click.echo(f"{signs[finding.state]}  {finding.topic:<{width}}  {finding.text}", color=True)
+        if finding.help:
+            click.echo(f"    {' ' * width}  {style.dim(finding.help)}", color=True)
+    return FAILED if any(finding.state == "bad" for finding in findings) else COMPLETED
+
+
+def examine() -> Iterator[Finding]:
+    """Look at everything that a run may need."""
+    yield Finding("mechc", __version__)
+    yield Finding("python", f"{platform.python_version()} ({sys.executable})")
+    for name in REQUIRED:
+        yield _package(name, "bad", "pip install mechc brings it; this installation is damaged")
+    yield _compiler()
+    yield _cache()
+    for name, use in OPTIONAL.items():
+        yield _package(name, "optional", use)
+
+
+def _package(name: str, missing: str, help: str) -> Finding:
+    try:
+        return Finding(name, version(name))
+    except PackageNotFoundError:
+        return Finding(name, "not installed", missing, help)
+
+
+def _compiler() -> Finding:
+    """Find the C compiler and try it."""
+    from ..runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+
+    try:
+        compiler = find_compiler()
+        if compiler is None:
+            return Finding(
+                "C compiler",
+                "none found: models run on Python, which is slower",
+                "optional",
+                "install gcc or clang, or: pip install 'mechc[cc]'",
+            )
+        build_shared({"probe.c": "int mechc_probe(void) { return 1; }\n"}, model_flags(), name="probe")
+    except (BuildError, CompilerMissing) as error:
+        return Finding("C compiler", str(error).split("\n", 1)[0], "bad", "the environment variable CC chooses another")
+    said = compiler.version.splitlines()[0] if compiler.version else ""
+    return Finding("C compiler", f"{' '.join(compiler.command)}: {said}")
+
+
+def _cache() -> Finding:
+    from ..runtime.cache import cache_content
+    from .cache import size_text
+
+    try:
+        content = cache_content()
+        with tempfile.TemporaryFile(dir=content.folder):
+            pass
+    except OSError as error:
+        chosen = os.environ.get("MECHC_CACHE")
+        where = f"MECHC_CACHE={chosen}" if chosen else str(Path(error.filename or ""))
+        return Finding("cache", f"{where}: {error.strerror}", "bad", "MECHC_CACHE chooses another folder")
+    return Finding("cache", f"{content.folder} ({content.entries} entries, {size_text(content.size)})")

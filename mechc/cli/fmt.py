@@ -1,0 +1,66 @@
+"""``mechc fmt``: write models in the canonical layout."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from pathlib import Path
+
+import click
+
+
+@click.command(name="fmt", short_help="Write models in the canonical layout.")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file is laid out differently.")
+@click.option("--diff", is_flag=True, help="Change nothing; print what would change.")
+def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
+    """Write each FILE in the canonical layout; '-' reads standard input and writes standard output.
+
+    Comments, numbers and parentheses stay as they are written.
+    """
+    from ..lang.diagnostics import CompileError
+    from .failures import COMPLETED, FAILED, show_compile_error
+
+    different = wrong = 0
+    for name in files:
+        try:
+            old, new = formatted(name)
+        except CompileError as error:
+            show_compile_error(error)
+            wrong += 1
+            continue
+        changed = old != new
+        different += changed
+        if diff:
+            click.echo("".join(difference(name, old, new)), nl=False)
+        if name == "-" and not check and not diff:
+            click.echo(new, nl=False)
+        elif changed and check:
+            click.echo(f"{name}: would be changed", err=True)
+        elif changed and not diff:
+            Path(name).write_text(new, encoding="utf-8")
+            click.echo(f"{name}: changed", err=True)
+    return FAILED if wrong or (check and different) else COMPLETED
+
+
+def formatted(name: str) -> tuple[str, str]:
+    """Return the text of a file (``-``: standard input) as it is and in the canonical layout."""
+    from ..lang.diagnostics import Reporter
+    from ..lang.parser import parse, read_source
+    from ..lang.printer import format_file
+    from ..lang.source import SourceFile
+
+    reporter = Reporter()
+    if name == "-":
+        old = sys.stdin.read()
+        source = SourceFile("<standard input>", old.replace("\r\n", "\n").replace("\r", "\n"))
+    else:
+        source = read_source(Path(name), reporter)
+        old = Path(name).read_bytes().decode("utf-8")
+    return old, format_file(parse(source, reporter))
+
+
+def difference(name: str, old: str, new: str) -> list[str]:
+    """Return a unified diff, each line with its end."""
+    rows = difflib.unified_diff(old.splitlines(), new.splitlines(), name, f"{name} (formatted)", lineterm="")
+    return [row + "\n" for row in rows]

@@ -1,0 +1,53 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
+    """Turn ``name=value`` texts into a mapping; a later one wins."""
+    from ..settings import UsageMistake, split_assignment
+
+    try:
+        return dict(split_assignment(text) for text in texts)
+    except UsageMistake as mistake:
+        raise click.BadParameter(f"{mistake}; {mistake.help}", ctx, parameter) from None
+
+
+def model_argument(function: F) -> F:
+    """The file of a model; whether it can be read is told by the compiler in its own words."""
+    return click.argument("file", metavar="MODEL.mech")(function)
+
+
+def model_option(function: F) -> F:
+    return click.option(
+        "--model", metavar="NAME", help="Which model of the file, if not the last that can be run."
+    )(function)
+
+
+def set_option(function: F) -> F:
+    return click.option(
+        "--set",
+        "settings",
+        metavar="NAME=VALUE",
+        multiple=True,
+        callback=_assignments,
+        help='Change a parameter or an initial value: --set l="80 cm". A bare number is SI. May be repeated.',
+    )(function)
+
+
+def input_option(function: F) -> F:
+    return click.option(
+        "--input",
+        "inputs",
+        metavar="NAME=FILE.csv",
+        multiple=True,
+        callback=_assignments,
+        help="Drive an input by a table whose first column is the time. May be repeated.",
+    )(function)
