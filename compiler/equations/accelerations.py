@@ -1,0 +1,72 @@
+"""Accelerations and multipliers from the residual, by elimination along the structure of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mechc.lang.diagnostics import Label, Reporter
+
+from ..graph import Node
+from ..graph.eliminate import Elimination, ZeroPivot, solve
+from ..mechanics.system import ConstraintRows, MechanicalSystem
+
+
+@dataclass(frozen=True, slots=True)
+class Accelerations:
+    """``a`` for each free velocity, ``multipliers`` for each kept constraint row; ``pivots`` must not vanish."""
+
+    a: tuple[Node, ...]
+    multipliers: tuple[Node, ...]
+    elimination: Elimination
+
+
+def accelerations(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[tuple[ConstraintRows, int, Node, Node]],
+    reporter: Reporter,
+) -> Accelerations:
+    """Solve r - K^T lam = 0 with K a + gamma = 0.
+
+    ``rows``: (constraint, component, multiplier symbol, second derivative of the constraint).
+    """
+    unknowns = [system.a[i] for i in free] + [lam for _, _, lam, _ in rows]
+    equations = [residual[i] for i in free] + [gamma for *_, gamma in rows]
+    try:
+        found = solve(system.graph, equations, unknowns)
+    except ZeroPivot as singular:
+        raise _massless(system, free, rows, singular, reporter) from None
+    count = len(free)
+    return Accelerations(found.solutions[:count], found.solutions[count:], found)
+
+
+def _massless(
+    system: MechanicalSystem,
+    free: Sequence[int],
+    rows: Sequence[tuple[ConstraintRows, int, Node, Node]],
+    singular: ZeroPivot,
+    reporter: Reporter,
+) -> Exception:
+    if singular.unknown < len(free):
+        scalar = system.v[free[singular.unknown]]
+        return reporter.fail(
+            "E0520",
+            f"nothing with mass moves with '{scalar.variable.name}'",
+            scalar.variable.origin.span,
+            caption="the acceleration of this coordinate is undetermined",
+            help="give a mass or an inertia to what it moves, or remove the coordinate",
+        )
+    constraint, component, *_ = rows[singular.unknown - len(free)]
+    others = tuple(
+        Label(other.origin.span, f"'{other.name}'") for other, *_ in rows[:3] if other is not constraint
+    )
+    return reporter.fail(
+        "E0521",
+        f"constraint '{constraint.name}' is implied by the others"
+        + (f" (component {component + 1})" if len(constraint.residuals) > 1 else ""),
+        constraint.origin.span,
+        caption="its reaction is undetermined",
+        labels=others,
+    )

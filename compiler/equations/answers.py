@@ -1,0 +1,82 @@
+"""Answers to questions about named elements: momenta, energies, multipliers, reactions, powers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Query
+from ..graph import Node
+from ..mechanics.symbols import element_name, subscripts
+from ..mechanics.system import MechanicalSystem
+from .energies import Energies
+
+Answer = Callable[[Query], Sequence[Node] | None]
+
+
+def answers(
+    system: MechanicalSystem,
+    energies: Energies,
+    multipliers: Mapping[str, Sequence[Node]],
+    drive_reactions: Mapping[str, Node],
+    reporter: Reporter,
+) -> dict[Node, Node]:
+    """Return the node for each symbol that stands for an answer; report questions without one."""
+    graph = system.graph
+    momenta = {s.name: p for s, p in zip(system.v, energies.momenta, strict=True)}
+
+    def momentum(query: Query) -> Sequence[Node] | None:
+        names = [f"der({element_name(query.target, i)})" for i in subscripts(query.type.shape)]
+        return [momenta[n] for n in names] if all(n in momenta for n in names) else None
+
+    def power(query: Query) -> Sequence[Node] | None:
+        for effort in system.efforts:
+            if effort.name == query.target:
+                return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
+        return None
+
+    def reaction(query: Query) -> Sequence[Node] | None:
+        names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
+        return [drive_reactions[n] for n in names] if all(n in drive_reactions for n in names) else None
+
+    rules: dict[str, Answer] = {
+        "energy": lambda q: [energies.total],
+        "kinetic_energy": lambda q: [energies.kinetic],
+        "potential_energy": lambda q: [energies.potential],
+        "momentum": momentum,
+        "power": power,
+        "multiplier": lambda q: multipliers.get(q.target),
+        "reaction": reaction,
+    }
+    result: dict[Node, Node] = {}
+    groups: dict[int, tuple[Query, list[Node]]] = {}
+    for symbol, query in system.queries.items():
+        groups.setdefault(id(query), (query, []))[1].append(symbol)
+    for query, symbols in groups.values():
+        found = rules[query.function](query) if query.function in rules else None
+        if found is None:
+            what = f"{query.function}({query.target})"
+            reporter.error(
+                "E0522",
+                f"'{what}' has no answer in this model",
+                query.span,
+                caption=_reason(query),
+            )
+            found = [graph.zero] * len(symbols)
+        result.update(zip(symbols, found, strict=True))
+    return result
+
+
+def _reason(query: Query) -> str:
+    match query.function:
+        case "momentum":
+            return "no free coordinate of this name"
+        case "power":
+            return "no force or torque of this name"
+        case "multiplier":
+            return "no constraint of this name"
+        case "reaction":
+            return "neither a driven coordinate nor a joint whose reaction is available"
+        case _:
+            return "not available for this element"

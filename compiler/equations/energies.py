@@ -1,0 +1,164 @@
+"""Energies, momenta and their balance.
+
+h = sum v dL/dv - L obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b. What explicit time, inputs, drives and moving
+constraints bring in is *supplied*, the rest is *dissipated*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from ..graph import Node
+from ..graph.differentiate import jvp, vjp
+from ..graph.rewrite import substitute
+from ..graph.vector import matvec
+from ..mechanics.system import MechanicalSystem
+from .residual import projected
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """``kinetic`` T and ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv for each v.
+
+    ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
+    ``cyclic``: indices of velocities whose momentum is constant along every motion.
+    """
+
+    kinetic: Node
+    potential: Node
+    total: Node
+    momenta: tuple[Node, ...]
+    supplied: Node
+    dissipated: Node
+    reason: str
+    cyclic: tuple[int, ...]
+
+
+def energies(
+    system: MechanicalSystem,
+    driven: Mapping[Node, Node],
+    free: Sequence[int],
+    constraint_power: Node,
+) -> Energies:
+    """Return the energies of a system.
+
+    ``driven`` replaces prescribed coordinates, their rates and accelerations by functions of time; ``free`` are the
+    indices of velocities that are unknowns; ``constraint_power`` is -lam.b.
+    """
+    graph = system.graph
+    kinetic, potential = _kinetic(system), _potential(system)
+    lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
+    if driven:
+        kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
+    velocities = [system.v[i].node for i in free]
+    plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
+    momenta = vjp(graph, [(lagrangian, graph.one)], velocities)
+    total = graph.sub(graph.dot(momenta, velocities), lagrangian)
+    if graph.equal_up_to_sign(total, plain_total):
+        total = plain_total
+    supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    all_momenta = dict(zip(free, momenta, strict=True))
+    return Energies(
+        kinetic,
+        potential,
+        total,
+        tuple(all_momenta.get(i, graph.zero) for i in range(len(system.v))),
+        supplied,
+        dissipated,
+        reason,
+        _cyclic(system, lagrangian, driven, free),
+    )
+
+
+def _kinetic(system: MechanicalSystem) -> Node:
+    graph, kinematics = system.graph, system.kinematics
+    terms = []
+    for mass in system.masses:
+        velocity = kinematics.velocity(mass.point)
+        terms.append(graph.mul(mass.mass, graph.dot(velocity, velocity)))
+    for body in system.inertias:
+        spin = kinematics.angular_velocity(body.frame)
+        terms.append(graph.dot(spin, matvec(graph, body.inertia, spin)))
+    return graph.add(graph.mul(graph.half, graph.sum(terms)), system.kinetic)
+
+
+def _potential(system: MechanicalSystem) -> Node:
+    graph, kinematics = system.graph, system.kinematics
+    terms = [
+        graph.mul(mass.mass, kinematics.potential(mass.point, mass.field))
+        for mass in system.masses
+        if mass.field is not None
+    ]
+    return graph.sub(system.potential, graph.sum(terms))
+
+
+def _powers(
+    system: MechanicalSystem,
+    lagrangian: Node,
+    driven: Mapping[Node, Node],
+    velocities: Sequence[Node],
+    constraint_power: Node,
+) -> tuple[Node, Node, str]:
+    """Return the supplied and the dissipated power, and why there is no balance if there is none."""
+    graph = system.graph
+    inputs = {s.node: s for s in system.symbols.inputs}
+    for n in graph.support(lagrangian):
+        if n in inputs:
+            reason = f"the energy depends on the input '{inputs[n].name}', whose rate is unknown"
+            return graph.zero, graph.zero, reason
+    explicit = {system.symbols.time: graph.one, **{s: f for s, f in system.xdot.items()}}
+    (drift,) = jvp(graph, [lagrangian], explicit)
+    supplied = graph.sub(constraint_power, drift)
+    for mass in system.masses:
+        flow = system.rate(mass.mass)
+        if not graph.is_zero(flow):
+            velocity = system.kinematics.velocity(mass.point)
+            supplied = graph.add(supplied, graph.mul(flow, graph.dot(velocity, velocity)))
+    for body in system.inertias:
+        spin = system.kinematics.angular_velocity(body.frame)
+        flows = tuple(tuple(system.rate(x) for x in row) for row in body.inertia)
+        supplied = graph.add(supplied, graph.dot(spin, matvec(graph, flows, spin)))
+    along = {v: v for v in velocities}
+    dissipated = graph.zero
+    if not graph.is_constant(system.dissipation):
+        (work,) = substitute(
+            graph, jvp(graph, [_replaced(system, driven, system.dissipation)], along), driven
+        )
+        dissipated = graph.add(dissipated, work)
+    for effort in system.efforts:
+        rates = substitute(graph, [rate for rate, _ in effort.pairs], driven)
+        values = substitute(graph, [value for _, value in effort.pairs], driven)
+        power = graph.dot(jvp(graph, rates, along), values)
+        if effort.supplied:
+            supplied = graph.add(supplied, power)
+        else:
+            dissipated = graph.sub(dissipated, power)
+    return supplied, dissipated, ""
+
+
+def _replaced(system: MechanicalSystem, driven: Mapping[Node, Node], node: Node) -> Node:
+    return substitute(system.graph, [node], driven)[0] if driven else node
+
+
+def _cyclic(
+    system: MechanicalSystem, lagrangian: Node, driven: Mapping[Node, Node], free: Sequence[int]
+) -> tuple[int, ...]:
+    """Return the velocities whose momentum is constant: no force, no constraint, and dL/dq = 0 in the field."""
+    graph = system.graph
+    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
+    forces = projected(system, gradient)
+    velocities = [s.node for s in system.v]
+    ones = [(rate, value) for e in system.efforts for rate, value in e.pairs]
+    ones += [(system.rate(c), graph.one) for rows in system.constraints for c in rows.residuals]
+    loads = vjp(graph, ones, velocities)
+    friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
+    turning = {first + k for _, first in system.rotations for k in range(3)}
+    return tuple(
+        i
+        for i in free
+        if i not in turning
+        and graph.is_zero(forces[i])
+        and graph.is_zero(loads[i])
+        and graph.is_zero(friction[i])
+    )

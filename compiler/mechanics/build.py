@@ -1,0 +1,282 @@
+"""From a flat model to its Lagrangian record."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Definition, DefinitionRole, FlatModel, Kind, Query
+from ..graph import Graph, Node
+from .closures import closure_rows, constraint_rows, drive_rows
+from .forces import damping, efforts
+from .frames import Frame, displaced, pose_between
+from .initial import beginnings
+from .lower import Lowering
+from .planar import Planar
+from .pose import inverse
+from .rates import TotalDerivative
+from .spatial import Spatial
+from .symbols import Scalar, Symbols, declare, element_name, subscripts
+from .system import AssertionRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
+from .topology import Topology, TreeEdge, classify
+from .unsupported import refuse
+
+
+def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> MechanicalSystem:
+    """Return the Lagrangian record of a flat model; report what it cannot be."""
+    refuse(model, reporter)
+    topology = classify(model, reporter)
+    reporter.stop_on_errors()
+    graph = Graph(by_value=by_value)
+    symbols = declare(graph, model, topology.dropped)
+    rate, input_rates = _rates(graph, symbols)
+    kinematics = Spatial(graph, rate) if model.space == 3 else Planar(graph, rate)
+    queries: dict[Node, Query] = {}
+    lowering = Lowering(
+        graph,
+        symbols,
+        {d.name: d for d in model.definitions},
+        rate,
+        kinematics,
+        lambda definition: _unplaced(definition, reporter),
+        lambda query: _ask(graph, queries, query),
+        reporter,
+    )
+    _place_frames(lowering, topology)
+    _lower_frames(lowering, model)
+    closures = closure_rows(lowering, topology)
+    masses, inertias = _bodies(lowering, model, symbols, reporter)
+    kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols)
+    constraints = (*closures, *constraint_rows(lowering, model, symbols, reporter))
+    system = MechanicalSystem(
+        model=model,
+        graph=graph,
+        symbols=symbols,
+        kinematics=kinematics,
+        rate=rate,
+        lowering=lowering,
+        topology=topology,
+        q=tuple(s for c in symbols.coordinates for s in c.q),
+        v=tuple(s for c in symbols.coordinates for s in c.v),
+        a=tuple(a for c in symbols.coordinates for a in c.a),
+        qdot=tuple(n for c in symbols.coordinates for n in c.qdot),
+        rotations=_rotations(symbols),
+        masses=masses,
+        inertias=inertias,
+        kinetic=kinetic,
+        potential=potential,
+        lagrangian=lagrangian,
+        dissipation=graph.add(dissipation, damping(lowering, model, symbols)),
+        efforts=efforts(lowering, model, symbols, reporter),
+        constraints=constraints,
+        drives=drive_rows(lowering, model, symbols, reporter),
+        xdot=_state_equations(lowering, model, symbols, reporter),
+        input_rates=input_rates,
+        **beginnings(lowering, model, symbols),
+        outputs=_outputs(lowering, model),
+        assertions=tuple(
+            AssertionRow(lowering.scalar(a.condition), a.message, a.origin) for a in model.assertions
+        ),
+        queries=queries,
+    )
+    reporter.stop_on_errors()
+    return system
+
+
+def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, Scalar]]:
+    """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states and inputs are symbols of their own."""
+    rates = {symbols.time: graph.constant(1)}
+    for coordinate in symbols.coordinates:
+        for s, qdot in zip(coordinate.q, coordinate.qdot, strict=True):
+            rates[s.node] = qdot
+        for s, a in zip(coordinate.v, coordinate.a, strict=True):
+            rates[s.node] = a
+    inputs: dict[Node, Scalar] = {}
+    for s in (*symbols.states, *symbols.inputs):
+        rates[s.node] = graph.symbol(f"der({s.name})")
+    for s in symbols.inputs:
+        inputs[rates[s.node]] = s
+    return TotalDerivative(graph, rates), inputs
+
+
+def _rotations(symbols: Symbols) -> tuple[tuple[int, int], ...]:
+    """Return (first index in q, first index in v) of each rotation."""
+    result, nq, nv = [], 0, 0
+    for coordinate in symbols.coordinates:
+        if coordinate.is_rotation:
+            result.append((nq, nv))
+        nq, nv = nq + len(coordinate.q), nv + len(coordinate.v)
+    return tuple(result)
+
+
+def _ask(graph: Graph, queries: dict[Node, Query], query: Query) -> object:
+    """Return symbols that stand for the answer to a query."""
+    text = f"{query.function}({query.target})" if query.target else f"{query.function}()"
+    if query.arguments:
+        text += f"#{len(queries)}"
+    if not query.type.shape:
+        symbol = graph.symbol(f"?{text}")
+        queries[symbol] = query
+        return symbol
+    names = [f"?{element_name(text, i)}" for i in subscripts(query.type.shape)]
+    nodes = tuple(graph.symbol(name) for name in names)
+    for n in nodes:
+        queries[n] = query
+    return nodes
+
+
+# ---------------------------------------------------------------- frames
+
+
+def _unplaced(definition: Definition, reporter: Reporter) -> Frame:
+    raise reporter.fail(
+        "E0514",
+        f"the frame '{definition.name}' is used, but nothing places it",
+        definition.origin.span,
+        caption="free frame",
+        help="a joint or a value must place it",
+    )
+
+
+def _place_frames(lowering: Lowering, topology: Topology) -> None:
+    """Give every free frame of the tree its frame, from the root outwards."""
+    for edge in topology.tree:
+        if edge.backwards or edge.joint.target != edge.root:
+            _place_indirectly(lowering, edge)
+        else:
+            lowering.assign(edge.root, lowering.frame(edge.joint.value))
+
+
+def _place_indirectly(lowering: Lowering, edge: TreeEdge) -> None:
+    """Place ``root`` where the joint reaches it through a derived frame or from its ``to`` side.
+
+    The joint's equation to = from * T is evaluated with a provisional root; the pose from root to the far end
+    is then undone from where that end is.
+    """
+    graph, joint = lowering.graph, edge.joint
+    provisional = Frame(None, None, 0)
+    with lowering.trial():
+        lowering.assign(edge.root, provisional)
+        ends = lowering.named(joint.target), lowering.frame(joint.value)
+    target, value = ends
+    assert isinstance(target, Frame)
+    loose, fixed = (value, target) if edge.backwards else (target, value)
+    pose = pose_between(loose, provisional)
+    assert pose is not None
+    lowering.assign(edge.root, displaced(graph, fixed, inverse(graph, pose)))
+
+
+def _lower_frames(lowering: Lowering, model: FlatModel) -> None:
+    """Lower frames and points in the order of declaration, so that long chains need no deep recursion."""
+    for definition in model.definitions:
+        if definition.value is not None and definition.role in (DefinitionRole.FRAME, DefinitionRole.POINT):
+            lowering.named(definition.name)
+
+
+# ---------------------------------------------------------------- bodies and energies
+
+
+def _bodies(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[tuple[PointMass, ...], tuple[RotaryInertia, ...]]:
+    graph = lowering.graph
+    moving = {s.node for c in symbols.coordinates for s in (*c.q, *c.v)}
+    masses = []
+    for mass in model.masses:
+        value = lowering.scalar(mass.value)
+        if moving.intersection(graph.support(value)):
+            reporter.error(
+                "E0513",
+                "a mass must not depend on coordinates",
+                mass.value.span,
+                caption="this does",
+                help="write the energy as 'kinetic'; 'mass' means m a = F, with matter joining at the velocity of the point",
+            )
+        field = None if mass.gravity is None else lowering.numbers(mass.gravity)
+        if field is not None and all(graph.is_zero(x) for x in field):
+            field = None
+        masses.append(PointMass(value, lowering.point(mass.at), field, mass.origin))
+    inertias = []
+    for inertia in model.inertias:
+        entries = lowering.numbers(inertia.value)
+        size = 1 if lowering.kinematics.size == 2 else 3
+        rows = tuple(entries[i * size : (i + 1) * size] for i in range(size))
+        if any(moving.intersection(graph.support(x)) for x in entries):
+            reporter.error(
+                "E0513",
+                "an inertia must not depend on coordinates",
+                inertia.value.span,
+                caption="this does",
+                help="state it in the axes of a frame that moves with the body, or write the energy as 'kinetic'",
+            )
+        inertias.append(RotaryInertia(rows, lowering.frame(inertia.on), inertia.origin))
+    return tuple(masses), tuple(inertias)
+
+
+def _energies(lowering: Lowering, model: FlatModel, symbols: Symbols) -> tuple[Node, Node, Node, Node]:
+    """Return T, V(q, t), further terms of the Lagrangian, and R."""
+    graph = lowering.graph
+    velocities = {s.node for c in symbols.coordinates for s in c.v}
+    kinetic = potential = lagrangian = dissipation = graph.constant(0)
+    for energy in model.energies:
+        value = lowering.scalar(energy.value)
+        match energy.kind:
+            case "kinetic":
+                kinetic = graph.add(kinetic, value)
+            case "potential" if velocities.intersection(graph.support(value)):
+                lagrangian = graph.sub(lagrangian, value)
+            case "potential":
+                potential = graph.add(potential, value)
+            case "lagrangian":
+                lagrangian = graph.add(lagrangian, value)
+            case _:
+                dissipation = graph.add(dissipation, value)
+    return kinetic, potential, lagrangian, dissipation
+
+
+def _state_equations(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> dict[Node, Node]:
+    """Return f by the symbol of each state; report states without an equation and with two."""
+    nodes = {(s.variable.name, s.indices): s.node for s in symbols.states}
+    result: dict[Node, Node] = {}
+    for equation in model.equations:
+        keys = [
+            key
+            for key in nodes
+            if key[0] == equation.state and key[1][: len(equation.indices)] == equation.indices
+        ]
+        values = lowering.numbers(equation.value)
+        if len(values) == 1:
+            values = values * len(keys)
+        for key, value in zip(keys, values, strict=True):
+            if nodes[key] in result:
+                reporter.error(
+                    "E0515",
+                    f"state '{element_name(*key)}' has two equations",
+                    equation.origin.span,
+                    caption="second one",
+                )
+            result[nodes[key]] = value
+    for s in symbols.states:
+        if s.node not in result:
+            reporter.error(
+                "E0516",
+                f"state '{s.name}' has no equation",
+                s.variable.origin.span,
+                caption="declared here",
+                help=f"add 'equation der({s.name}) = ...;'",
+            )
+    return result
+
+
+def _outputs(lowering: Lowering, model: FlatModel) -> tuple[OutputRow, ...]:
+    rows = []
+    for definition in model.definitions:
+        if definition.role is not DefinitionRole.OUTPUT or definition.value is None:
+            continue
+        if definition.type.kind in (Kind.FRAME, Kind.POSE):
+            continue
+        numbers = lowering.numbers(definition.value)
+        names = [element_name(definition.name, i) for i in subscripts(definition.type.shape)]
+        rows += [OutputRow(name, n, definition) for name, n in zip(names, numbers, strict=True)]
+    return tuple(rows)

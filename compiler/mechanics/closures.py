@@ -1,0 +1,176 @@
+"""Constraints: closures of loops, the user's equations, and prescribed coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Derivative, Element, Expression, FlatModel, Name
+from ..graph import Graph, Node
+from ..graph.differentiate import jvp
+from .lower import Lowering
+from .symbols import Symbols
+from .system import ConstraintRows, DriveRow
+from .topology import Topology
+
+
+def _differences(lowering: Lowering, left: Expression, right: Expression) -> tuple[Node, ...]:
+    a, b = lowering.numbers(left), lowering.numbers(right)
+    if len(a) != len(b):  # a scalar 0 fits every shape
+        a = a * len(b) if len(a) == 1 else a
+        b = b * len(a) if len(b) == 1 else b
+    return tuple(lowering.graph.sub(x, y) for x, y in zip(a, b, strict=True))
+
+
+def _unit(left: Expression, right: Expression) -> str:
+    dimension = left.type.dimension
+    text = str(dimension)
+    if text == "1":
+        text = str(right.type.dimension)
+    return "" if text == "1" else text
+
+
+def closure_rows(lowering: Lowering, topology: Topology) -> tuple[ConstraintRows, ...]:
+    """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead."""
+    rows = []
+    for joint in topology.closures:
+        for equation in joint.closures:
+            match equation.left:
+                case Name(name=name) if name in joint.coordinates:
+                    lowering.assign(name, lowering.value(equation.right))
+                    continue
+                case _:
+                    residuals = _differences(lowering, equation.left, equation.right)
+            unit = _unit(equation.left, equation.right)
+            rows.append(
+                ConstraintRows(
+                    joint.name,
+                    "position",
+                    residuals,
+                    (unit,) * len(residuals),
+                    "",
+                    joint.name,
+                    equation.origin,
+                )
+            )
+    return tuple(rows)
+
+
+def constraint_rows(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[ConstraintRows, ...]:
+    """Return the user's constraints with the level that their residuals have."""
+    graph = lowering.graph
+    velocities = [s.node for c in symbols.coordinates for s in c.v]
+    coordinates = {s.node for c in symbols.coordinates for s in c.q}
+    rows = []
+    for constraint in model.constraints:
+        residuals = _differences(lowering, constraint.left, constraint.right)
+        span = constraint.origin.span
+        support = set(graph.support(*residuals))
+        if not support.intersection(velocities) and not support.intersection(coordinates):
+            reporter.error(
+                "E0503",
+                f"constraint '{constraint.name}' contains no coordinate",
+                span,
+                caption="nothing here can move",
+            )
+            continue
+        level = "velocity" if support.intersection(velocities) else "position"
+        if level == "velocity" and not _affine(graph, residuals, velocities):
+            reporter.error(
+                "E0501",
+                f"constraint '{constraint.name}' is not affine in the velocities",
+                span,
+                caption="velocities may only enter as factors of the first power",
+                help="write it with coordinates alone, or as A(q)*der(q) + b(q) = 0",
+            )
+            continue
+        if level == "velocity" and constraint.asserted == "holonomic":
+            reporter.error(
+                "E0502",
+                f"constraint '{constraint.name}' is asserted holonomic but contains velocities",
+                span,
+                help="write it on position level, or drop the word 'holonomic'",
+            )
+            continue
+        if level == "position" and constraint.asserted == "nonholonomic":
+            reporter.error(
+                "E0502",
+                f"constraint '{constraint.name}' is asserted nonholonomic but contains no velocity",
+                span,
+                help="drop the word 'nonholonomic'",
+            )
+            continue
+        unit = _unit(constraint.left, constraint.right)
+        rows.append(
+            ConstraintRows(
+                constraint.name,
+                level,
+                residuals,
+                (unit,) * len(residuals),
+                constraint.asserted,
+                "",
+                constraint.origin,
+            )
+        )
+    return tuple(rows)
+
+
+def _affine(graph: Graph, residuals: Sequence[Node], velocities: Sequence[Node]) -> bool:
+    """Whether the residuals are affine in the velocities: their directional derivative does not contain v."""
+    seeds = {v: graph.symbol(f"#direction {k}") for k, v in enumerate(velocities)}
+    return not set(graph.support(*jvp(graph, residuals, seeds))).intersection(velocities)
+
+
+def drive_rows(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[DriveRow, ...]:
+    """Return the prescribed coordinates."""
+    graph = lowering.graph
+    index = {s.node: k for k, s in enumerate(s for c in symbols.coordinates for s in c.q)}
+    forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
+    rows: list[DriveRow] = []
+    for drive in model.drives:
+        span = drive.origin.span
+        targets = _driven(lowering, drive.target, index, reporter)
+        if targets is None:
+            continue
+        values = lowering.numbers(drive.value)
+        values = values * len(targets) if len(values) == 1 else values
+        for target, value in zip(targets, values, strict=True):
+            support = set(graph.support(value))
+            if support.intersection(forbidden):
+                reporter.error(
+                    "E0504",
+                    "a drive may depend on time, parameters and other drives only",
+                    drive.value.span,
+                    caption="this contains an input, a state or a discrete variable, which has no second derivative",
+                    help="use a stiff 'force' that follows it",
+                )
+            if any(row.index == target for row in rows):
+                reporter.error("E0505", "this coordinate is driven twice", span, caption="second drive")
+            rows.append(DriveRow(target, value, drive.origin))
+    return tuple(rows)
+
+
+def _driven(
+    lowering: Lowering, target: Expression, index: dict[Node, int], reporter: Reporter
+) -> tuple[int, ...] | None:
+    if isinstance(target, Derivative):
+        reporter.error(
+            "E0506",
+            "driving a rate is not supported yet",
+            target.span,
+            help="drive the coordinate itself with the integral of the rate",
+        )
+        return None
+    if not isinstance(target, Name | Element) or target.type.kind.value == "Rotation":
+        reporter.error("E0507", "only a coordinate can be driven", target.span, caption="this is none")
+        return None
+    nodes = lowering.numbers(target)
+    if any(n not in index for n in nodes):
+        reporter.error("E0507", "only a coordinate can be driven", target.span, caption="this is none")
+        return None
+    return tuple(index[n] for n in nodes)

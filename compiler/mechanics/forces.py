@@ -1,0 +1,130 @@
+"""Forces, torques and dampers as virtual power: pairs of a rate and the effort that works on it."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Expression, FlatModel, Kind, Load
+from ..graph import Graph, Node
+from ..graph.vector import Vector, negate
+from .frames import Frame
+from .lower import Lowering
+from .symbols import Symbols
+from .system import Effort
+from .values import elements
+
+Pairs = list[tuple[Node, Node]]
+
+
+def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> tuple[Effort, ...]:
+    """Return every force and torque of a model."""
+    graph = lowering.graph
+    outside = {symbols.time, *(s.node for s in symbols.inputs)}
+    accelerations = {a for c in symbols.coordinates for a in c.a}
+    result = []
+    for load in model.loads:
+        pairs = virtual_power(lowering, load, symbols)
+        support = set(graph.support(*(effort for _, effort in pairs)))
+        if support & accelerations:
+            reporter.error(
+                "E0519",
+                f"a {load.kind} must not depend on accelerations",
+                load.value.span,
+                caption="this contains a second derivative",
+                help="write the inertia as 'kinetic', 'mass' or 'inertia'",
+            )
+        result.append(Effort(load.name, tuple(pairs), bool(support & outside), load.origin))
+    return tuple(result)
+
+
+def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
+    """Return the pairs (rate, effort) of a load; their products are its power [W]."""
+    if load.on.type.kind not in (Kind.FRAME, Kind.POINT):
+        return _on_scalar(lowering, load, symbols)
+    if load.kind == "torque":
+        return _torque(lowering, load)
+    return _force(lowering, load)
+
+
+def rate_of(lowering: Lowering, expression: Expression, symbols: Symbols) -> tuple[Node, ...]:
+    """Return the rates on which a force on ``expression`` works: itself if it is a rate, else its derivative."""
+    graph = lowering.graph
+    nodes = lowering.numbers(expression)
+    velocities = {s.node for c in symbols.coordinates for s in c.v}
+    if velocities.intersection(graph.support(*nodes)):
+        return nodes
+    return tuple(lowering.rate(n) for n in nodes)
+
+
+def _on_scalar(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
+    rates = rate_of(lowering, load.on, symbols)
+    values = lowering.numbers(load.value)
+    values = values * len(rates) if len(values) == 1 else values
+    pairs = list(zip(rates, values, strict=True))
+    if load.source is not None:
+        sources = rate_of(lowering, load.source, symbols)
+        pairs += [(r, lowering.graph.neg(v)) for r, v in zip(sources, values, strict=True)]
+    return pairs
+
+
+def _force(lowering: Lowering, load: Load) -> Pairs:
+    kinematics, graph = lowering.kinematics, lowering.graph
+    value = lowering.numbers(load.value)
+    axes = None if load.frame is None else lowering.frame(load.frame)
+    if load.at is not None:
+        world = value if axes is None else kinematics.to_world(axes, value)
+        point = lowering.point(load.at)
+        pairs = _pairs(kinematics.velocity_at(lowering.frame(load.on), point), world)
+        if load.source is not None:
+            velocity = kinematics.velocity_at(lowering.frame(load.source), point)
+            pairs += _pairs(velocity, negate(graph, world))
+        return pairs
+    pairs = []
+    for end, sign in ((load.on, 1), (load.source, -1)):
+        if end is None:
+            continue
+        point = lowering.point(end)
+        force = _seen_from(lowering, point.frame, axes, value)
+        pairs += _pairs(kinematics.velocity(point), force if sign > 0 else negate(graph, force))
+    return pairs
+
+
+def _torque(lowering: Lowering, load: Load) -> Pairs:
+    kinematics, graph = lowering.kinematics, lowering.graph
+    value = tuple(elements(lowering.value(load.value)))
+    axes = None if load.frame is None else lowering.frame(load.frame)
+    pairs = []
+    for end, sign in ((load.on, 1), (load.source, -1)):
+        if end is None:
+            continue
+        frame = lowering.frame(end)
+        moment = value if kinematics.size == 2 else _seen_from(lowering, frame, axes, value)
+        pairs += _pairs(kinematics.angular_velocity(frame), moment if sign > 0 else negate(graph, moment))
+    return pairs
+
+
+def _seen_from(lowering: Lowering, frame: Frame, axes: Frame | None, vector: Vector) -> Vector:
+    """Turn a vector given in ``axes`` (None: world) into natural components at ``frame``."""
+    kinematics = lowering.kinematics
+    if axes is frame and kinematics.size == 3:
+        return vector
+    world = vector if axes is None else kinematics.to_world(axes, vector)
+    return kinematics.to_natural(frame, world)
+
+
+def _pairs(rates: Vector, values: Vector) -> Pairs:
+    return list(zip(rates, values, strict=True))
+
+
+def damping(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Node:
+    """Return the Rayleigh function 1/2 c s^2 of all ``damping`` statements [W]."""
+    graph: Graph = lowering.graph
+    total = graph.constant(0)
+    for item in model.dampings:
+        rates = rate_of(lowering, item.on, symbols)
+        coefficients = lowering.numbers(item.value)
+        coefficients = coefficients * len(rates) if len(coefficients) == 1 else coefficients
+        for c, rate in zip(coefficients, rates, strict=True):
+            half = graph.mul(graph.half, c)
+            total = graph.add(total, graph.mul(half, graph.mul(rate, rate)))
+    return total

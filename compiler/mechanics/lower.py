@@ -1,0 +1,274 @@
+"""Expressions of the flat model to values: nodes, tuples of nodes, poses, frames and points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from fractions import Fraction
+from typing import assert_never
+
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import Span
+
+from ..flat.model import (
+    Apply,
+    Array,
+    Definition,
+    Derivative,
+    Element,
+    Expression,
+    Kind,
+    Literal,
+    Name,
+    Previous,
+    Quadrature,
+    Query,
+    Select,
+)
+from ..graph import DivisionByZero, Graph, Node
+from ..graph.table import Table, monotone_table
+from ..graph.vector import quaternion_rotation
+from .frames import Frame, Kinematics, Point
+from .functions import FUNCTIONS
+from .pose import Turn
+from .rates import TotalDerivative
+from .symbols import Symbols
+from .values import Placement, Value, each, elements, node
+
+QueryRule = Callable[[Query], Value]
+
+
+class Lowering:
+    """Lowers expressions of one model. Definitions are lowered once, when first asked for.
+
+    ``place`` gives the frame of a free frame by name (topology.py); ``query`` answers questions about named
+    elements, usually by a symbol that a later stage replaces.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        symbols: Symbols,
+        definitions: Mapping[str, Definition],
+        rate: TotalDerivative,
+        kinematics: Kinematics,
+        place: Callable[[Definition], Frame],
+        query: QueryRule,
+        reporter: Reporter,
+    ) -> None:
+        self.graph = graph
+        self.rate = rate
+        self.kinematics = kinematics
+        self._symbols = symbols
+        self._definitions = definitions
+        self._place = place
+        self._query = query
+        self._reporter = reporter
+        self._values: dict[str, Value] = dict(symbols.values)
+        self._open: dict[str, None] = {}
+        self._previous: dict[Node, Node] = {}
+        for coordinate in symbols.coordinates:
+            if coordinate.is_rotation:
+                q = tuple(s.node for s in coordinate.q)
+                spin = tuple(s.node for s in coordinate.v)
+                turn = Turn(quaternion_rotation(graph, q), spin)
+                self._values[coordinate.variable.name] = Placement((turn,))
+        self._values["world"] = kinematics.world
+        self._values["time"] = symbols.time
+
+    def value(self, expression: Expression) -> Value:
+        """Return the value of an expression."""
+        match expression:
+            case Literal(value=value):
+                return self._literal(value)
+            case Name(name=name):
+                return self.named(name, expression.span)
+            case Element(base=base, indices=indices):
+                result = self.value(base)
+                if isinstance(result, Point):
+                    result = self.kinematics.position(result)
+                for i in indices:
+                    assert isinstance(result, tuple)
+                    result = result[i]
+                return result
+            case Derivative(operand=operand, order=order):
+                return self._derivative(operand, order)
+            case Array(elements=items):
+                return tuple(self._numbers(self.value(x)) for x in items)
+            case Select(condition=condition, then=then, otherwise=otherwise):
+                test = node(self.value(condition))
+                return each(
+                    lambda a, b: self.graph.select(test, a, b),
+                    self._numbers(self.value(then)),
+                    self._numbers(self.value(otherwise)),
+                )
+            case Apply(function="table", arguments=arguments):
+                return self._table(arguments)
+            case Apply(function="acc", arguments=arguments):
+                return each(
+                    self.rate, FUNCTIONS["vel"](self.kinematics, self.rate, (self.value(arguments[0]),))
+                )
+            case Apply(function=function, arguments=arguments):
+                values = tuple(self.value(x) for x in arguments)
+                try:
+                    return FUNCTIONS[function](self.kinematics, self.rate, values)
+                except DivisionByZero:
+                    raise self._reporter.fail(
+                        "E0518",
+                        "division by an expression that is always zero",
+                        expression.span,
+                        caption="the divisor is zero whatever the values",
+                    ) from None
+            case Query():
+                return self._query(expression)
+            case Previous(operand=operand):
+                return each(self._pre, self.value(operand))
+            case Quadrature():
+                return self._quadrature(expression)
+            case _:
+                assert_never(expression)
+
+    def scalar(self, expression: Expression) -> Node:
+        """Return the value of a scalar expression."""
+        return node(self.value(expression))
+
+    def numbers(self, expression: Expression) -> tuple[Node, ...]:
+        """Return the entries of a numeric expression in row-major order; a point gives its position."""
+        return tuple(elements(self._numbers(self.value(expression))))
+
+    def frame(self, expression: Expression) -> Frame:
+        """Return the frame that an expression of kind FRAME denotes."""
+        value = self.value(expression)
+        assert isinstance(value, Frame), value
+        return value
+
+    def point(self, expression: Expression) -> Point:
+        """Return a frame's origin, a point, or world components as a point."""
+        value = self.value(expression)
+        match value:
+            case Point():
+                return value
+            case Frame():
+                return Point(value, (self.graph.constant(0),) * self.kinematics.size)
+            case _:
+                return Point(self.kinematics.world, tuple(elements(value)))
+
+    def assign(self, name: str, value: Value) -> None:
+        """State the value of a name: a placed frame, a coordinate computed by a closure."""
+        self._values[name] = value
+
+    @contextmanager
+    def trial(self) -> Iterator[None]:
+        """Forget all that is lowered inside."""
+        saved = dict(self._values)
+        yield
+        self._values = saved
+
+    def named(self, name: str, span: Span | None = None) -> Value:
+        """Return the value of a variable or definition."""
+        if name in self._values:
+            return self._values[name]
+        if name not in self._definitions:
+            raise self._reporter.fail(
+                "E0517",
+                f"'{name}' is a coordinate of a joint that closes a loop, so it has no value here",
+                span,
+                help="use a coordinate of a joint of the tree, or give the joint model a 'closure' for it",
+            )
+        definition = self._definitions[name]
+        if name in self._open:
+            chain = [*list(self._open)[list(self._open).index(name) :], name]
+            raise self._reporter.fail(
+                "E0510",
+                f"'{name}' is defined by itself",
+                definition.origin.span,
+                caption=" -> ".join(chain),
+            )
+        self._open[name] = None
+        value = self._place(definition) if definition.value is None else self.value(definition.value)
+        del self._open[name]
+        self._values[name] = value
+        return value
+
+    # ------------------------------------------------------------ kinds of expressions
+
+    def _literal(self, value: Fraction | bool | str) -> Value:
+        if isinstance(value, str):
+            return value
+        if isinstance(value, bool):
+            return self.graph.one if value else self.graph.zero
+        return self.graph.constant(value)
+
+    def _numbers(self, value: Value) -> Value:
+        return self.kinematics.position(value) if isinstance(value, Point) else value
+
+    def _derivative(self, operand: Expression, order: int) -> Value:
+        result: Value
+        if operand.type.kind is Kind.ROTATION and isinstance(operand, Name):
+            result = self._symbols.rates[operand.name]
+            order -= 1
+        else:
+            result = self._numbers(self.value(operand))
+        for _ in range(order):
+            result = each(self.rate, result)
+        return result
+
+    def _pre(self, operand: Node) -> Node:
+        """Return the symbol that stands for the value of a node before the event."""
+        symbol = self._previous.get(operand)
+        if symbol is None:
+            symbol = self._previous[operand] = self.graph.symbol(f"pre({len(self._previous)})")
+        return symbol
+
+    @property
+    def previous(self) -> Mapping[Node, Node]:
+        """Symbols for values before an event, by the node they are the earlier value of."""
+        return self._previous
+
+    def _table(self, arguments: tuple[Expression, ...]) -> Value:
+        points = self._constants(arguments[1])
+        values = self._constants(arguments[2])
+        if len(points) != len(values) or len(points) < 2:
+            raise self._reporter.fail(
+                "E0310",
+                f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
+                arguments[1].span,
+            )
+        if any(b <= a for a, b in zip(points, points[1:], strict=False)):
+            raise self._reporter.fail(
+                "E0311", "the points of a table must increase", arguments[1].span, caption="these do not"
+            )
+        table: Table = monotone_table(tuple(map(float, points)), tuple(map(float, values)))
+        return self.graph.lookup(self.graph.add_table(table), self.scalar(arguments[0]))
+
+    def _constants(self, expression: Expression) -> tuple[Fraction, ...]:
+        result = []
+        for item in self.numbers(expression):
+            if not self.graph.is_constant(item):
+                raise self._reporter.fail(
+                    "E0312",
+                    "the numbers of a table must be constants",
+                    expression.span,
+                    caption="this depends on something that can change",
+                )
+            result.append(self.graph.value(item))
+        return tuple(result)
+
+    def _quadrature(self, expression: Quadrature) -> Value:
+        """Gauss-Legendre quadrature of the body on 4 panels of 12 points (exact to degree 23 on each)."""
+        from .quadrature import panels
+
+        graph = self.graph
+        lower, upper = self.scalar(expression.lower), self.scalar(expression.upper)
+        width = graph.sub(upper, lower)
+        result = graph.zero
+        saved = self._values.get(expression.variable)
+        for place, weight in panels():
+            self._values[expression.variable] = graph.add(lower, graph.mul(graph.constant(place), width))
+            body = node(self.value(expression.body))
+            result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), body))
+        if saved is None:
+            del self._values[expression.variable]
+        else:
+            self._values[expression.variable] = saved
+        return result

@@ -1,0 +1,142 @@
+"""The symbols of a model: one node for each number of each variable, and their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from ..flat.model import FlatModel, Kind, Role, Variable
+from ..graph import Graph, Node
+from ..graph.vector import quaternion_rate
+from .values import Value, filled
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    """One number of a variable: its node, its name in results and the variable it belongs to."""
+
+    node: Node
+    name: str
+    variable: Variable
+    indices: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One coordinate variable: positions ``q``, velocities ``v``, accelerations ``a`` (4, 3, 3 for a Rotation)."""
+
+    variable: Variable
+    q: tuple[Scalar, ...]
+    v: tuple[Scalar, ...]
+    a: tuple[Node, ...]
+    qdot: tuple[Node, ...]
+
+    @property
+    def is_rotation(self) -> bool:
+        return self.variable.type.kind is Kind.ROTATION
+
+
+@dataclass(frozen=True, slots=True)
+class Symbols:
+    """All symbols of a model. ``values`` maps a variable to its value (nested tuples of nodes)."""
+
+    time: Node
+    coordinates: tuple[Coordinate, ...]
+    states: tuple[Scalar, ...]
+    inputs: tuple[Scalar, ...]
+    discretes: tuple[Scalar, ...]
+    parameters: tuple[Scalar, ...]
+    values: Mapping[str, Value]
+    rates: Mapping[str, Value]
+
+
+def subscripts(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """Return all index tuples of an array in row-major order."""
+    return list(product(*(range(n) for n in shape)))
+
+
+def element_name(name: str, indices: tuple[int, ...]) -> str:
+    """Return the name in results: ``x[1,2]``, counted from 1."""
+    return f"{name}[{','.join(str(i + 1) for i in indices)}]" if indices else name
+
+
+def rate_name(name: str, indices: tuple[int, ...]) -> str:
+    """Return the name of a rate in results: ``der(theta)``, ``der(x[1])``, ``der(R)[1]``."""
+    return f"der({element_name(name, indices)})"
+
+
+def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset()) -> Symbols:
+    """Make the symbols of every variable of a model; ``dropped`` coordinates are no unknowns and get none."""
+    values: dict[str, Value] = {}
+    rates: dict[str, Value] = {}
+    scalars: dict[Role, list[Scalar]] = {role: [] for role in Role}
+    coordinates: list[Coordinate] = []
+    for variable in model.variables:
+        if variable.name in dropped:
+            continue
+        if variable.role is Role.COORDINATE:
+            coordinate = _coordinate(graph, variable)
+            coordinates.append(coordinate)
+            values[variable.name] = _arranged(variable, tuple(s.node for s in coordinate.q))
+            rates[variable.name] = _arranged(variable, tuple(s.node for s in coordinate.v))
+            continue
+        made = _scalars(graph, variable)
+        scalars[variable.role].extend(made)
+        values[variable.name] = _arranged(variable, tuple(s.node for s in made))
+    return Symbols(
+        graph.symbol("time"),
+        tuple(coordinates),
+        tuple(scalars[Role.STATE]),
+        tuple(scalars[Role.INPUT]),
+        tuple(scalars[Role.DISCRETE]),
+        tuple(scalars[Role.PARAMETER]),
+        values,
+        rates,
+    )
+
+
+def _scalars(graph: Graph, variable: Variable) -> tuple[Scalar, ...]:
+    return tuple(
+        Scalar(graph.symbol(element_name(variable.name, i)), element_name(variable.name, i), variable, i)
+        for i in subscripts(variable.type.shape)
+    )
+
+
+def _arranged(variable: Variable, nodes: tuple[Node, ...]) -> Value:
+    if variable.type.kind is Kind.ROTATION:
+        return nodes
+    shape = variable.type.shape
+    order = {indices: k for k, indices in enumerate(subscripts(shape))}
+    return filled(shape, lambda i: nodes[order[i]])
+
+
+def _coordinate(graph: Graph, variable: Variable) -> Coordinate:
+    if variable.type.kind is Kind.ROTATION:
+        return _rotation(graph, variable)
+    q = _scalars(graph, variable)
+    v = tuple(
+        Scalar(
+            graph.symbol(rate_name(variable.name, s.indices)),
+            rate_name(variable.name, s.indices),
+            variable,
+            s.indices,
+        )
+        for s in q
+    )
+    a = tuple(graph.symbol(f"der({s.name})") for s in v)
+    return Coordinate(variable, q, v, a, tuple(s.node for s in v))
+
+
+def _rotation(graph: Graph, variable: Variable) -> Coordinate:
+    """A rotation: unit quaternion (scalar first) and body angular velocity, q' = q (0, w)/2."""
+    name = variable.name
+
+    def make(text: str, k: int) -> Scalar:
+        return Scalar(graph.symbol(text), text, variable, (k,))
+
+    q = tuple(make(f"{name}[{k + 1}]", k) for k in range(4))
+    v = tuple(make(f"der({name})[{k + 1}]", k) for k in range(3))
+    a = tuple(graph.symbol(f"der({name}, 2)[{k + 1}]") for k in range(3))
+    qdot = quaternion_rate(graph, tuple(s.node for s in q), tuple(s.node for s in v))
+    return Coordinate(variable, q, v, a, qdot)

@@ -1,0 +1,141 @@
+"""The Lagrangian record: the one thing that every model lowers to.
+
+Symbols are those of the field: q, v, a, x, u, p; T, V, R energies; all formulas are nodes of ``graph``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ..flat.model import Definition, FlatModel, Origin, Query, StartValue
+from ..graph import Graph, Node
+from ..graph.vector import Matrix, Vector
+from .frames import Frame, Kinematics, Point
+from .lower import Lowering
+from .rates import TotalDerivative
+from .symbols import Scalar, Symbols
+from .topology import Topology
+
+
+@dataclass(frozen=True, slots=True)
+class PointMass:
+    """A mass [kg] at a point, in the uniform ``field`` [m/s^2] (world components), if any."""
+
+    mass: Node
+    point: Point
+    field: Vector | None
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class RotaryInertia:
+    """A moment of inertia [kg.m^2] about the centre of the mass stated beside it: 1x1 in the plane, 3x3 in space."""
+
+    inertia: Matrix
+    frame: Frame
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Effort:
+    """Generalised forces by virtual power: ``pairs`` of (rate, effort), each product a power [W].
+
+    ``supplied``: the efforts depend on time or inputs, so their work counts as supplied energy.
+    """
+
+    name: str
+    pairs: tuple[tuple[Node, Node], ...]
+    supplied: bool
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class ConstraintRows:
+    """Residuals left - right. ``level``: ``position`` (functions of q and t) or ``velocity`` (affine in v).
+
+    ``joint`` names the closure the rows come from; units are those of the residuals.
+    """
+
+    name: str
+    level: str
+    residuals: tuple[Node, ...]
+    units: tuple[str, ...]
+    asserted: str
+    joint: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class DriveRow:
+    """A prescribed coordinate (``index`` into q and v) and its value as a function of time."""
+
+    index: int
+    value: Node
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """Initial value of one number: ``value`` of parameters; ``known`` for ``=``; ``start`` says where it is written."""
+
+    value: Node
+    known: bool
+    start: StartValue | None
+
+
+@dataclass(frozen=True, slots=True)
+class OutputRow:
+    """One number of an output."""
+
+    name: str
+    node: Node
+    definition: Definition
+
+
+@dataclass(frozen=True, slots=True)
+class AssertionRow:
+    condition: Node
+    message: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class MechanicalSystem:
+    """One model as a Lagrangian system.
+
+    Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops
+    are constraints. ``kinetic``, ``lagrangian`` and ``velocity_potential`` are the energies that the user wrote as
+    formulas; those of bodies are in ``masses`` and ``inertias``. ``queries``: symbols that stand for answers which
+    only the equations can give.
+    """
+
+    model: FlatModel
+    graph: Graph
+    symbols: Symbols
+    kinematics: Kinematics
+    rate: TotalDerivative
+    lowering: Lowering
+    topology: Topology
+    q: tuple[Scalar, ...]
+    v: tuple[Scalar, ...]
+    a: tuple[Node, ...]
+    qdot: tuple[Node, ...]
+    rotations: tuple[tuple[int, int], ...]
+    masses: tuple[PointMass, ...]
+    inertias: tuple[RotaryInertia, ...]
+    kinetic: Node
+    potential: Node
+    lagrangian: Node
+    dissipation: Node
+    efforts: tuple[Effort, ...]
+    constraints: tuple[ConstraintRows, ...]
+    drives: tuple[DriveRow, ...]
+    xdot: Mapping[Node, Node]
+    input_rates: Mapping[Node, Scalar]
+    start_q: tuple[Beginning, ...]
+    start_v: tuple[Beginning, ...]
+    start_x: tuple[Beginning, ...]
+    outputs: tuple[OutputRow, ...]
+    assertions: tuple[AssertionRow, ...]
+    queries: Mapping[Node, Query]

@@ -1,0 +1,24 @@
+"""Statements that parse and check but have no meaning in the equations yet: refused, with their place."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import FlatModel, Origin
+
+
+def refuse(model: FlatModel, reporter: Reporter) -> None:
+    """Report each statement that the equations cannot hold yet."""
+    waiting: list[tuple[str, tuple[Origin, ...]]] = [
+        ("contact", tuple(x.origin for x in model.contacts)),
+        ("friction", tuple(x.origin for x in model.frictions)),
+        ("when", tuple(x.origin for x in model.events)),
+    ]
+    for word, origins in waiting:
+        for origin in origins:
+            reporter.error(
+                "E0599",
+                f"'{word}' is not supported yet",
+                origin.span,
+                caption="mechc understands it, but cannot run it yet",
+            )

@@ -1,0 +1,78 @@
+"""The stages in order: one line for each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Diagnostic, Reporter
+from mechc.lang.parser import parse, read_source
+from mechc.lang.source import SourceFile
+
+from .equations.assemble import assemble
+from .equations.model import Equations
+from .flat.flatten import flatten
+from .flat.model import FlatModel
+from .mechanics.build import build
+from .mechanics.system import MechanicalSystem
+from .program.lower import lower
+from .program.model import Program
+
+Structural = Mapping[str, Fraction | bool | str]
+
+
+@dataclass(frozen=True, slots=True)
+class Compilation:
+    """One model after every stage, with the warnings and notes found on the way."""
+
+    source: SourceFile
+    ast: ast.File
+    flat: FlatModel
+    system: MechanicalSystem
+    equations: Equations
+    program: Program
+    diagnostics: tuple[Diagnostic, ...]
+
+
+def compile_source(
+    source: SourceFile,
+    *,
+    model: str | None = None,
+    structural: Structural | None = None,
+    search: Sequence[Path] = (),
+    by_value: bool = True,
+) -> Compilation:
+    """Compile one model of a source text. Raises CompileError with every diagnostic found so far."""
+    reporter = Reporter()
+    tree = parse(source, reporter)
+    flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
+    system = build(flat, reporter, by_value=by_value)
+    equations = assemble(system, reporter)
+    program = lower(equations)
+    return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics)
+
+
+def check_source(
+    source: SourceFile,
+    *,
+    model: str | None = None,
+    structural: Structural | None = None,
+    search: Sequence[Path] = (),
+) -> tuple[Diagnostic, ...]:
+    """Parse and check a source text through the equations; return warnings and notes, raise on errors."""
+    reporter = Reporter()
+    flat = flatten(
+        parse(source, reporter), reporter, model=model, structural=structural or {}, search=tuple(search)
+    )
+    assemble(build(flat, reporter), reporter)
+    return reporter.diagnostics
+
+
+def compile_file(
+    path: Path, *, model: str | None = None, structural: Structural | None = None
+) -> Compilation:
+    """Compile one model of a file; imports are looked up beside it first."""
+    return compile_source(read_source(path), model=model, structural=structural, search=(path.parent,))
