@@ -30,7 +30,7 @@ class Number(Node):
 
 @dataclass(frozen=True, slots=True)
 class Quantity(Node):
-    """``9.81 m/s^2``: a number with its unit."""
+    """``9.81 m/s^2``: a number with its unit; ``value`` and ``text`` are the number's, as written."""
 
     value: Fraction
     unit: str
@@ -587,9 +587,11 @@ class Function(Statement):
     """``function f(Length x, k) -> Force = e;``"""
 
     name: str
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
     arguments: tuple[Argument, ...]
     value: Expression
     result: str = ""
+    result_dimensions: tuple[Dimension, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -597,6 +599,7 @@ class Type(Statement):
     """``type Curvature = unit "1/m";``"""
 
     name: str
+    name_span: Span = field(compare=False, repr=False, kw_only=True)
     unit: str
 
 

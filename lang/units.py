@@ -179,10 +179,22 @@ _ONE = "(?:" + "|".join(sorted(_SYMBOLS, key=lambda s: (-len(s), s))) + r")(?![A
 _EXPONENT = r"\^(?:-?\d{1,3}(?:\.\d{1,3})?(?!\.?\d|[A-Za-z_])|\(-?\d{1,3}/[1-9]\d{0,2}\))"
 
 UNIT_PATTERN = rf"{_ONE}(?:{_EXPONENT})?(?:[./]{_ONE}(?:{_EXPONENT})?)*"
-"""Regular expression, without groups, of a unit in a model: ``kg.m^2/s``."""
+"""Regular expression, without groups, of a unit in a model: ``kg.m^2/s``. For editors and tests;
+``unit_end`` finds the same and need not compile it."""
 
-_WHOLE = re.compile(rf"(?:1(?=/))?(?:{UNIT_PATTERN})?(?:/{UNIT_PATTERN})?")
-_FACTOR = re.compile(r"([./]?)([A-Za-z]+)(?:\^(?:\((-?\d+/\d+)\)|(-?[\d.]+)))?")
+_STEP = re.compile(rf"([A-Za-z]+)(?![0-9_])({_EXPONENT})?")
+
+
+def unit_end(text: str, start: int = 0) -> int:
+    """Return where the longest unit that begins at ``start`` ends; ``start`` itself if there is none."""
+    end = position = start
+    while (step := _STEP.match(text, position)) and step[1] in _SYMBOLS:
+        end = step.end()
+        if text[end : end + 1] not in (".", "/"):
+            break
+        position = end + 1
+    return end
+
 
 _SPELLED_OUT: Mapping[str, str] = {
     "metre": "m", "meter": "m", "second": "s", "sec": "s", "minute": "min", "hour": "h", "hr": "h",
@@ -216,21 +228,26 @@ def parse_unit(text: str) -> Unit:
     """
     if text == "1":
         return Unit(text, DIMENSIONLESS, Fraction(1))
-    if not text or not _WHOLE.fullmatch(text):
+    position = 1 if text.startswith("1/") else 0
+    if unit_end(text, position + (position == 1)) != len(text) or not text:
         raise _unit_error(text)
     dimension, factor, angle = DIMENSIONLESS, Fraction(1), Fraction(0)
     scale = 1.0
-    for stroke, symbol, ratio, decimal in _FACTOR.findall(text.removeprefix("1")):
-        power = Fraction(ratio or decimal or 1)
-        if stroke == "/":
+    while position < len(text):
+        inverse = text[position] == "/"
+        step = _STEP.match(text, position + (text[position] in "./"))
+        assert step is not None
+        power = Fraction(step[2].strip("^()")) if step[2] else Fraction(1)
+        if inverse:
             power = -power
-        unit = _SYMBOLS[symbol]
-        dimension *= unit.dimension ** _exponent(power)
-        angle += unit.angle * power
+        symbol = _SYMBOLS[step[1]]
+        dimension *= symbol.dimension ** _exponent(power)
+        angle += symbol.angle * power
         if power.denominator == 1:
-            factor *= unit.factor**power.numerator
+            factor *= symbol.factor**power.numerator
         else:
-            scale *= float(unit.factor) ** float(power)
+            scale *= float(symbol.factor) ** float(power)
+        position = step.end()
     return Unit(text, dimension, factor * Fraction(scale) if scale != 1.0 else factor, angle == 1)
 
 

@@ -1,0 +1,32 @@
+"""The words of the language by what they begin; the grammar alone says where each is reserved."""
+
+from __future__ import annotations
+
+STATEMENTS = (
+    "parameter", "structural", "coordinate", "state", "discrete", "input", "output", "let",
+    "frame", "point", "cut", "kinetic", "potential", "lagrangian", "dissipation", "gravity", "mass",
+    "inertia", "force", "torque", "damping", "friction", "constraint", "holonomic", "nonholonomic",
+    "drive", "contact", "place", "closure", "initial", "final", "equation", "exact", "assert",
+    "experiment", "dimensionless", "independent", "stationary", "extends", "when", "for", "if",
+)  # fmt: skip
+"""Words that begin a statement of a model."""
+
+DEFINITIONS = ("import", "model", "partial", "function", "type")
+"""Words that begin an item of a file."""
+
+ACTIONS = ("reinit", "terminate", "impulse", "release", "engage", "assert")
+"""Words that begin an action of ``when``."""
+
+CLAUSES = (
+    "at", "on", "from", "in", "static", "along", "restitution", "friction", "to", "unit",
+    "then", "else", "elseif", "elsewhen", "loop", "end", "for", "if", "when",
+)  # fmt: skip
+"""Words inside a statement or at the end of a block."""
+
+EXPRESSIONS = ("time", "der", "pre", "true", "false", "and", "or", "not")
+"""Words of expressions."""
+
+KEYWORDS = frozenset((*STATEMENTS, *DEFINITIONS, *ACTIONS, *CLAUSES, *EXPRESSIONS))
+
+RESERVED = frozenset((*EXPRESSIONS, "if", "then", "else", "elseif", "for", "in", "loop", "end"))
+"""Words that cannot name anything, because an expression could not tell."""

@@ -1,0 +1,191 @@
+"""Tokens to syntax tree: the loop that drives the tables, and what it does after an error.
+
+Nothing here is recursive, so no text, however nested, exhausts the stack.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from . import ast
+from .build_ast import ACTIONS, Builder
+from .diagnostics import Reporter
+from .lexer import MOST_ERRORS, Token, tokenise
+from .read import read_source
+from .recovery import Panic, Situation, synchronise
+from .source import SourceFile, Span
+from .syntax_errors import diagnose
+from .tables import END, Mode, Tables, load_tables
+
+__all__ = ["DEEPEST", "MOST_ERRORS", "parse", "read_source"]
+
+DEEPEST = 150
+"""Most levels of nodes within nodes: later passes are recursive."""
+
+_MOST_REPAIRS = 40
+
+
+def parse(source: SourceFile, reporter: Reporter) -> ast.File:
+    """Return the syntax tree of a file.
+
+    Raises CompileError, with at most ``MOST_ERRORS`` errors in ``reporter``, where the text is not
+    of the language.
+    """
+    tables = load_tables()
+    problems = Reporter()
+    tokens, comments = tokenise(source, tables, problems)
+    machine = _Machine(tables, tokens, Builder(source, problems))
+    mended = {source.position(d.span.start)[0] for d in problems.diagnostics if d.span}
+    while not machine.advance():
+        if not machine.repair(problems, mended) or len(problems.diagnostics) >= MOST_ERRORS:
+            break
+    if not problems.has_errors:
+        _check_depth(machine.items, problems)
+    _hand_over(problems, reporter)
+    return ast.File(
+        source=source, items=machine.items, comments=comments, span=Span(source, 0, len(source.text))
+    )
+
+
+@dataclass(slots=True)
+class _Machine:
+    """The stacks of the automaton: states, the value of each symbol, and where each begins."""
+
+    tables: Tables
+    tokens: list[Token]
+    builder: Builder
+    states: list[int] = field(init=False)
+    values: list[Any] = field(default_factory=list)
+    starts: list[int] = field(default_factory=list)
+    index: int = 0
+    items: tuple[ast.Statement, ...] = ()
+    repairs: int = 0
+    trusted: int = 0  # tokens before this one were skipped or are suspect
+
+    def __post_init__(self) -> None:
+        self.states = [self.tables.start]
+
+    def advance(self) -> bool:
+        """Run to the end of the tokens (True), or stop with ``index`` at one that does not fit."""
+        tables, builder, source = self.tables, self.builder, self.builder.source
+        states, values, starts, tokens = self.states, self.values, self.starts, self.tokens
+        moves, gotos, productions = tables.moves, tables.gotos, tables.productions
+        keywords = tables.keywords
+        end = tokens[self.index - 1].end if self.index else 0
+        for index in range(self.index, len(tokens)):
+            token = tokens[index]
+            kind = token.kind
+            if kind == "NAME" and token.text in keywords and keywords[token.text] in moves[states[-1]]:
+                kind = keywords[token.text]
+                token = Token(kind, token.text, token.start, token.end)
+            while True:
+                move = moves[states[-1]].get(kind)
+                if move is None:
+                    self.index = index
+                    return False
+                if move >= 0:
+                    states.append(move)
+                    values.append(token)
+                    starts.append(token.start)
+                    end = token.end
+                    break
+                production = productions[~move]
+                mode, size = production.mode, production.size
+                if mode is Mode.PASS:
+                    states[-1] = gotos[states[-2]][production.origin]
+                    continue
+                children = values[-size:] if size else []
+                start = starts[-size] if size else token.start
+                if size:
+                    del values[-size:], states[-size:], starts[-size:]
+                if mode is Mode.CALL:
+                    if production.slots is not None:
+                        children = [None if i is None else children[i] for i in production.slots]
+                    span = Span(source, start, max(start, end))
+                    value = ACTIONS[production.action](builder, children, span)
+                elif mode is Mode.APPEND:
+                    value = children[0]
+                    value.append(children[-1])
+                else:
+                    value = children  # FIRST or EMPTY
+                states.append(gotos[states[-1]][production.origin])
+                values.append(value)
+                starts.append(start)
+                if kind == END and states[-1] == tables.end:
+                    self.items = value
+                    return True
+        raise AssertionError("the last token ends the file")
+
+    def repair(self, problems: Reporter, mended: set[int]) -> bool:
+        """Report the token that does not fit and make it fit, or skip; False where that is hopeless."""
+        self.repairs += 1
+        if self.repairs > _MOST_REPAIRS:
+            return False
+        situation = Situation(
+            self.tables,
+            self.builder.source,
+            self.tokens,
+            self.index,
+            self.states,
+            self.values,
+            self.starts,
+        )
+        problem, repair = diagnose(situation)
+        line = self.builder.source.position(self.tokens[self.index].start)[0]
+        if self.index >= self.trusted and line not in mended:
+            problems.error(
+                problem.code,
+                problem.message,
+                problem.span,
+                caption=problem.caption,
+                labels=problem.labels,
+                help=problem.help,
+            )
+        if isinstance(repair, Panic):
+            place = synchronise(situation)
+            if place is None:
+                return False
+            depth, self.index = place
+            del self.states[depth + 1 :], self.values[depth:], self.starts[depth:]
+        else:
+            repair.apply(self.tokens, self.index)
+        self.trusted = self.index + 3
+        return True
+
+
+def _hand_over(problems: Reporter, reporter: Reporter) -> None:
+    """Pass the errors on in the order of the text, and stop on any."""
+    for d in sorted(problems.diagnostics, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
+        reporter.error(d.code, d.message, d.span, caption=d.caption, labels=d.labels, help=d.help)
+    reporter.stop_on_errors()
+
+
+def _children(node: ast.Node) -> Iterator[ast.Node]:
+    for f in fields(node):
+        value = getattr(node, f.name)
+        if isinstance(value, ast.Node):
+            yield value
+        elif isinstance(value, tuple):
+            yield from (v for v in value if isinstance(v, ast.Node))
+
+
+def _check_depth(items: tuple[ast.Statement, ...], problems: Reporter) -> None:
+    """Refuse nodes so deep that a recursive pass would fail; a node is no deeper than its text is long."""
+    waiting: list[tuple[ast.Node, int]] = [(item, 1) for item in items]
+    while waiting:
+        node, depth = waiting.pop()
+        if depth > DEEPEST:
+            what = "statement" if isinstance(node, ast.Statement) else "expression"
+            problems.error(
+                "E0124",
+                f"{what} nested too deeply",
+                Span(node.span.file, node.span.start, node.span.start + 1),
+                caption=f"more than {DEEPEST} levels",
+                help="divide it with 'let'; a long sum may be written 'sum({a, b, ..})'",
+            )
+            return
+        if depth + 2 * (node.span.end - node.span.start) <= DEEPEST:
+            continue
+        waiting.extend((child, depth + 1) for child in _children(node))

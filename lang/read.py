@@ -1,0 +1,60 @@
+"""Files to source text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from .diagnostics import Reporter
+from .source import SourceFile
+
+LARGEST = 10_000_000
+"""Most bytes of a source file."""
+
+
+def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFile:
+    """Read a file as UTF-8, with or without byte-order mark, and normalise its line ends.
+
+    Raises CompileError for a file that is missing, unreadable, too large, binary or empty.
+    """
+    reporter = reporter or Reporter()
+    path = Path(path)
+    name = str(path)
+    try:
+        if path.stat().st_size > LARGEST:
+            size = path.stat().st_size / 1e6
+            help = "a model is text of at most 10 MB; large tables belong into a data file"
+            raise reporter.fail("E0103", f"'{name}' is too large: {size:.0f} MB", None, help=help)
+        data = path.read_bytes()
+    except OSError as error:
+        raise reporter.fail("E0101", f"cannot read '{name}': {_reason(path, error)}", None) from None
+    return decode(name, data, reporter)
+
+
+def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
+    """Turn the bytes of a file into source text. Raises CompileError as ``read_source`` does."""
+    if b"\0" in data:
+        help = "a model is plain text, written with an editor"
+        raise reporter.fail("E0102", f"'{name}' is binary, not text", None, help=help)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        message = f"'{name}' is not UTF-8: byte {data[error.start]:#04x} in line {line}"
+        raise reporter.fail("E0102", message, None, help="save it in the encoding UTF-8") from None
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if not text.strip():
+        help = "'mechc new NAME' writes a model to begin with"
+        raise reporter.fail("E0104", f"'{name}' is empty", None, help=help)
+    return SourceFile(name, text)
+
+
+def _reason(path: Path, error: OSError) -> str:
+    """Say in plain words why a file cannot be read."""
+    match error:
+        case FileNotFoundError():
+            return "there is no such file"
+        case PermissionError():
+            return "you are not allowed to"
+        case IsADirectoryError():
+            return "it is a folder"
+    return (error.strerror or str(error)).casefold() if not path.is_dir() else "it is a folder"

@@ -1,0 +1,197 @@
+"""The parser's tables: made by Lark from ``mech.lark``, kept in the user's cache folder.
+
+Lark reads the grammar and constructs the LALR(1) automaton (a third of a second); ``parser.py``
+drives it. Loading kept tables needs neither Lark nor the grammar text.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cache
+from importlib import metadata
+from importlib.resources import files
+from pathlib import Path
+
+from .units import UNIT_PATTERN
+
+END = "$END"
+"""The terminal after the last token."""
+
+
+class Mode(IntEnum):
+    """What reducing a production does with the values of its symbols."""
+
+    CALL = 0  # the action of that name makes the value
+    PASS = 1  # the value of the only symbol
+    EMPTY = 2  # a new, empty list
+    FIRST = 3  # a new list of the first value
+    APPEND = 4  # the first value, a list, and the last value in it
+
+
+@dataclass(frozen=True, slots=True)
+class Production:
+    """``slots`` names, for each child of the action, the symbol that gives it, or None where left out."""
+
+    origin: str
+    size: int
+    mode: Mode
+    action: str
+    slots: tuple[int | None, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Tables:
+    """``moves[state][terminal]`` is a state to shift to, or ``~p`` to reduce production ``p``;
+    ``gotos[state][nonterminal]`` is the state after it. ``keywords`` and ``punctuation`` map words and
+    signs to terminals, ``patterns`` the other terminals, those with a unit left out, to expressions."""
+
+    moves: tuple[dict[str, int], ...]
+    gotos: tuple[dict[str, int], ...]
+    productions: tuple[Production, ...]
+    start: int
+    end: int
+    keywords: Mapping[str, str]
+    punctuation: Mapping[str, str]
+    patterns: Mapping[str, str]
+
+
+_LISTS = {"empty": Mode.EMPTY, "first": Mode.FIRST, "append": Mode.APPEND}
+_FORMAT = "1"
+
+
+def grammar_text() -> str:
+    """Return the grammar with the units in place."""
+    text = files(__package__).joinpath("mech.lark").read_text(encoding="utf-8")
+    return text.replace("@UNIT@", UNIT_PATTERN.replace("/", r"\/"))
+
+
+def build_tables(grammar: str) -> Tables:
+    """Construct the tables. Raises ``lark.exceptions.GrammarError`` on any conflict."""
+    from lark import Lark
+    from lark.lexer import Lexer, LexerState, Token
+    from lark.parsers.lalr_analysis import Shift
+
+    class NoLexer(Lexer):
+        """Stand in for Lark's lexer, which is not used."""
+
+        def __init__(self, configuration: object) -> None:
+            pass
+
+        def lex(self, lexer_state: LexerState, parser_state: object) -> Iterator[Token]:
+            return iter(())
+
+    parser = Lark(
+        grammar, parser="lalr", lexer=NoLexer, strict=True, maybe_placeholders=True, keep_all_tokens=True
+    )
+    table = parser.parser.parser.parser.parse_table
+    productions: list[Production] = []
+    number: dict[int, int] = {}
+    moves: list[dict[str, int]] = []
+    gotos: list[dict[str, int]] = []
+    index = {state: i for i, state in enumerate(table.states)}
+    terminals = {t.name for t in parser.terminals} | {END}
+    for row in table.states.values():
+        moves.append({})
+        gotos.append({})
+        for symbol, (kind, argument) in row.items():
+            if kind is Shift:
+                (moves if symbol in terminals else gotos)[-1][str(symbol)] = index[argument]
+                continue
+            if id(argument) not in number:
+                number[id(argument)] = len(productions)
+                options = argument.options
+                productions.append(
+                    _production(
+                        str(argument.origin.name),
+                        len(argument.expansion),
+                        argument.alias and str(argument.alias),
+                        options.expand1,
+                        options.empty_indices,
+                    )
+                )
+            moves[-1][str(symbol)] = ~number[id(argument)]
+    keywords, punctuation, patterns = {}, {}, {}
+    for terminal in parser.terminals:
+        pattern = terminal.pattern
+        if pattern.type == "re" and pattern.value.endswith(r"\b"):
+            keywords[pattern.value.removesuffix(r"\b")] = str(terminal.name)
+        elif pattern.type == "str":
+            punctuation[pattern.value] = str(terminal.name)
+        elif UNIT_PATTERN[:60] not in pattern.value:
+            patterns[str(terminal.name)] = pattern.value
+    return Tables(
+        tuple(moves),
+        tuple(gotos),
+        tuple(productions),
+        index[table.start_states["start"]],
+        index[table.end_states["start"]],
+        keywords,
+        punctuation,
+        patterns,
+    )
+
+
+def _production(
+    origin: str, size: int, alias: str | None, transparent: bool, left_out: tuple[bool, ...]
+) -> Production:
+    if transparent and alias is None and size == 1:
+        return Production(origin, size, Mode.PASS, "", None)
+    action = alias or origin
+    slots: tuple[int | None, ...] | None = None
+    if left_out:
+        present = iter(range(size))
+        slots = tuple(None if absent else next(present) for absent in left_out)
+    return Production(origin, size, _LISTS.get(action, Mode.CALL), action, slots)
+
+
+@cache
+def load_tables() -> Tables:
+    """Return the tables, from the cache folder where they are there and fit this version."""
+    path = _cache_path()
+    try:
+        kept = pickle.loads(path.read_bytes())
+        if isinstance(kept, Tables):
+            return kept
+    except Exception:  # absent, unreadable or damaged: whatever it is, the tables can be made again
+        pass
+    tables = build_tables(grammar_text())
+    _keep(tables, path)
+    return tables
+
+
+def _cache_path() -> Path:
+    """Name the cached file after all that its content depends on."""
+    folder = files(__package__)
+    digest = hashlib.sha256()
+    for part in ("mech.lark", "units.py", "tables.py"):
+        digest.update(folder.joinpath(part).read_bytes())
+    digest.update(f"{_FORMAT} {sys.version} {metadata.version('lark')}".encode())
+    return _cache_folder() / f"grammar-{digest.hexdigest()[:20]}.pickle"
+
+
+def _cache_folder() -> Path:
+    from platformdirs import user_cache_path
+
+    return user_cache_path("mechc")
+
+
+def _keep(tables: Tables, path: Path) -> None:
+    """Write under a temporary name and rename, so that a second run never reads half a file."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, name = tempfile.mkstemp(dir=path.parent, prefix="grammar-", suffix=".new")
+    except OSError:
+        return  # no place for a cache: the next run makes the tables again
+    try:
+        with os.fdopen(handle, "wb") as file:
+            pickle.dump(tables, file, protocol=5)
+        os.replace(name, path)
+    except OSError:
+        Path(name).unlink(missing_ok=True)
