@@ -8,22 +8,23 @@ from dataclasses import dataclass
 from .dense import eliminate_dense
 from .linear import LinearSystem, linear_system
 from .node import Graph, Node
-from .path import Solution, TooMuchWork, Variant, ZeroPivot, eliminate, elimination_order
+from .path import Choice, Solution, TooMuchWork, Variant, ZeroPivot, eliminate, elimination_order
 
-__all__ = ["VARIANTS", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
+__all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
 
 VARIANTS = (
-    Variant(),
-    Variant(greedy=True, row_sweep=False, column_sweep=False),
-    Variant(row_sweep=False, column_sweep=False),
-    Variant(greedy=True, column_sweep=False),
-    Variant(greedy=True),
-    Variant(column_sweep=False),
+    Variant(Choice.LEAST_FILL, 6),
+    Variant(Choice.FEWEST_USERS, 6),
+    Variant(Choice.OLDEST, 6),
+    Variant(Choice.LEAST_FILL, 4),
+    Variant(Choice.FEWEST_USERS, 4),
+    Variant(Choice.OLDEST, 4),
 )
-"""Both sweeps first: that variant alone has linear cost for every tree and loop tried."""
+"""No variant is best everywhere; each of them has linear cost for every tree tried."""
 
-TRIAL_WORK = 40_000
-"""Products spent on all variants together before the best one so far is taken."""
+ALWAYS_TRIED = 3
+TRIAL_NODES = 20_000
+"""Nodes made by all variants together before no more than the first three are tried."""
 
 DENSE_LIMIT = 24
 """Above this many unknowns the dense elimination never was the cheaper one."""
@@ -58,16 +59,18 @@ def solve(
 
     ``rows[i]`` is the residual to pivot on for unknown i (default: i). ``after[k]`` are the unknowns to
     eliminate before k; by default an unknown that does not occur in its own row, such as a multiplier,
-    follows all unknowns of that row. Variants are tried in turn while the work stays bounded; ``dense``
-    adds Gaussian elimination for small systems.
+    follows all unknowns of that row. ``dense`` adds Gaussian elimination to the ``variants``
+    for small systems.
     Raises ZeroPivot, NotAffine (linear.py), and ValueError where sizes or ``after`` make no sense.
     """
     rows = _check(residuals, unknowns, rows)
     system = linear_system(graph, residuals, unknowns)
     order = elimination_order(system, rows, after)
     best: tuple[int, str, Solution, Graph] | None = None
-    spent = 0
-    for attempt in _attempts(system, variants, dense):
+    made = 0
+    for tried, attempt in enumerate(_attempts(system, variants, dense)):
+        if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
+            break
         # an attempt much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
         fork = graph.fork()
@@ -77,14 +80,12 @@ def solve(
             else:
                 found = eliminate(fork, system, rows, order, attempt, limit)
         except TooMuchWork:
-            spent += int(limit)
-        else:
-            spent += found.work
-            operations = fork.count_operations(found.unknowns)
-            if best is None or operations < best[0]:
-                best = (operations, attempt.name if attempt else "dense elimination", found, fork)
-        if spent > TRIAL_WORK:
-            break
+            continue
+        finally:
+            made += len(fork) - len(graph)
+        operations = fork.count_operations(found.unknowns)
+        if best is None or operations < best[0]:
+            best = (operations, attempt.name if attempt else "dense elimination", found, fork)
     if best is None:
         raise ValueError("no variant to try")
     operations, name, found, fork = best

@@ -6,16 +6,18 @@ residual, then pivot on (residual, unknown). The pivot is the Schur complement o
 for any order if the matrix is; what is left is evaluated forward. On a tree of bodies this finds the
 articulated-body recursion.
 
-Two frontier sweeps bound the fill-in at hubs and in loops: before the pivot, definitions in the row are
-replaced by their variables, and definitions that use the unknown by their users, down to the smallest
-frontier met (a greedy vertex cut, with a budget of 4 times the frontier plus 16 steps). Multipliers are
-unknowns like others, placed right after the last unknown on which their constraint depends.
+Two frontier sweeps bound the fill-in at hubs and in loops. Where the row of the pivot has more than a few
+variables (six suffice for a tree of bodies in space, four in the plane), definitions in it are replaced by
+their variables, and likewise definitions that use the unknown by their users, down to the smallest frontier
+met: a greedy vertex cut, with a budget of 4 times the frontier plus 16 steps. Multipliers are unknowns like
+others, placed right after the last unknown on which their constraint depends.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from heapq import heapify, heappop, heappush
 
 from .linear import Coefficients, LinearSystem
@@ -38,18 +40,24 @@ class TooMuchWork(Exception):
     """The elimination exceeded its limit."""
 
 
+class Choice(Enum):
+    """Which definition on the paths of an unknown to eliminate next; any choice is safe."""
+
+    OLDEST = "oldest definition first"
+    LEAST_FILL = "least fill first"
+    FEWEST_USERS = "fewest users first"
+
+
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """``greedy``: definitions with the fewest products first, else in ascending order."""
+    """``frontier``: rows and columns of a pivot with more entries than this are swept."""
 
-    greedy: bool = False
-    row_sweep: bool = True
-    column_sweep: bool = True
+    choice: Choice
+    frontier: int
 
     @property
     def name(self) -> str:
-        sweeps = "+".join(s for s, on in (("row", self.row_sweep), ("column", self.column_sweep)) if on)
-        return f"path elimination, {'greedy' if self.greedy else 'ascending'}, {sweeps or 'no'} sweep"
+        return f"path elimination, {self.choice.value}, frontier {self.frontier}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,11 +150,9 @@ def eliminate(
     pivots: list[Node] = []
     for done, i in enumerate(order):
         unknown, row = system.unknowns[i], ~rows[i]
-        state.remove_paths(unknown, row, variant.greedy)
-        if variant.row_sweep:
-            state.sweep_row(unknown, row)
-        if variant.column_sweep:
-            state.sweep_column(unknown, row)
+        state.remove_paths(unknown, row, variant.choice)
+        state.sweep_row(unknown, row, variant.frontier)
+        state.sweep_column(unknown, row, variant.frontier)
         pivot = state.pivot(unknown, row)
         if pivot is None:
             raise ZeroPivot(i, tuple(order[done:]))
@@ -175,7 +181,7 @@ class _State:
         self.work = 0
         self.limit = limit
 
-    def remove_paths(self, unknown: Node, row: int, greedy: bool) -> None:
+    def remove_paths(self, unknown: Node, row: int, choice: Choice) -> None:
         """Eliminate every definition on a path from the unknown to its row."""
         users, rows = self.users, self.rows
         above: set[int] = set()
@@ -192,31 +198,36 @@ class _State:
             if v not in path:
                 path.add(v)
                 frontier += [w for w in rows[v] if w in above]
-        if not greedy:
+        if choice is Choice.OLDEST or len(path) <= 1:
             for v in sorted(path):
                 self.remove(v)
-            return
-        # a heap whose entries may be out of date: an entry counts only if its cost still holds
-        heap = [(len(rows[v]) * len(users[v]), v) for v in path]
-        heapify(heap)
-        while heap:
-            cost, v = heappop(heap)
-            if v not in path:
-                continue
-            now = len(rows[v]) * len(users[v])
-            if now > cost:
-                heappush(heap, (now, v))
-                continue
-            path.discard(v)
-            near = [w for w in (*users[v], *rows[v]) if w in path]
-            self.remove(v)
-            for w in near:
-                heappush(heap, (len(rows[w]) * len(users[Node(w)]), Node(w)))
+        else:
+            self._remove_cheapest_first(path, self._fill if choice is Choice.LEAST_FILL else self._use)
 
-    def sweep_row(self, unknown: Node, row: int) -> None:
+    def _remove_cheapest_first(self, path: set[Node], cost: Callable[[Node], tuple[int, int]]) -> None:
+        costs = {v: cost(v) for v in path}
+        while costs:
+            v = min(costs, key=costs.__getitem__)
+            del costs[v]
+            near = set(self.users[v])
+            self.remove(v)
+            near.update(*[self.rows[k] for k in near])
+            for w in near & costs.keys():
+                costs[Node(w)] = cost(Node(w))
+
+    def _fill(self, v: Node) -> tuple[int, int]:
+        """Return how many entries the rows of the users would gain; the older of two goes first."""
+        variables, rows = self.rows[v].keys(), self.rows
+        return sum(len(variables - rows[k].keys()) for k in self.users[v]), v
+
+    def _use(self, v: Node) -> tuple[int, int]:
+        """Return the number of users; the younger of two goes first."""
+        return len(self.users[v]), -v
+
+    def sweep_row(self, unknown: Node, row: int, bound: int) -> None:
         """Replace definitions in the row, youngest first, while that leads to fewer variables."""
         variables = self.rows[row]
-        if len(variables) <= 2:
+        if len(variables) <= bound:
             return
         frontier = set(variables)
         frontier.discard(unknown)
@@ -240,9 +251,9 @@ class _State:
         for v in reversed(passed[:taken]):
             self.remove(v)
 
-    def sweep_column(self, unknown: Node, row: int) -> None:
+    def sweep_column(self, unknown: Node, row: int, bound: int) -> None:
         """Replace definitions that use the unknown, oldest first, while that leads to fewer users."""
-        if len(self.users[unknown]) <= 2:
+        if len(self.users[unknown]) <= bound:
             return
         frontier = set(self.users[unknown])
         frontier.discard(row)

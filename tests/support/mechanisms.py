@@ -9,9 +9,12 @@ from __future__ import annotations
 import random
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph import vector as vec
-from mechc.compiler.graph.differentiate import jvp, vjp
+from mechc.compiler.graph.differentiate import jacobian, jvp, vjp
+from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.vector import Matrix, Vector
 
 
@@ -29,16 +32,26 @@ class Mechanism:
     def environment(self, seed: int = 1, spread: float = 1.0) -> dict[Node, float]:
         """Return random values for all symbols: positive parameters, coordinates within ``spread``."""
         rng = random.Random(seed)
-        ranges = {
-            "q": (-spread, spread),
-            "u": (-1.0, 1.0),
-            "a": (-1.0, 1.0),
-            "m": (0.5, 1.5),
-            "l": (0.5, 1.5),
-        }
-        ranges |= {"J": (0.05, 0.15), "c": (-0.3, 0.3), "o": (-1.0, 1.0), "g": (9.0, 10.0), "p": (-1.0, 1.0)}
-        symbols = self.graph.support(*self.residuals, *self.constraints, *self.q, *self.u)
-        return {n: rng.uniform(*ranges[self.graph.name(n)[0]]) for n in symbols}
+        nodes = self.graph.support(*self.residuals, *self.constraints, *self.q, *self.u)
+        values = {n: rng.uniform(*_range(self.graph.name(n))) for n in nodes}
+        return values | {n: spread * values[n] for n in self.q if n in values}
+
+
+def _range(name: str) -> tuple[float, float]:
+    """Return sensible bounds for a symbol; products of inertia (J.._3 to J.._5) stay small."""
+    match name[0]:
+        case "J" if name[-2:] in ("_3", "_4", "_5"):
+            return -0.02, 0.02
+        case "J":
+            return 0.05, 0.15
+        case "m" | "l" if not name.startswith("lam"):
+            return 0.5, 1.5
+        case "d":
+            return 0.9, 1.1
+        case "g":
+            return 9.0, 10.0
+        case _:
+            return -1.0, 1.0
 
 
 def symbols(graph: Graph, letter: str, count: int) -> list[Node]:
@@ -181,3 +194,106 @@ def spherical_hub(graph: Graph, children: int) -> Mechanism:
         child = rotated(graph, Motion(hub.w, v, hub.alpha, acc), turned, tuple(u[block]), tuple(a[block]))
         seeds += general_body(graph, child, str(i))
     return Mechanism(graph, [n for p in quaternions for n in p], u, a, vjp(graph, seeds, u))
+
+
+@dataclass
+class _Bars:
+    """Planar bars collected one by one: centres and angles, and which body is where."""
+
+    graph: Graph
+    points: list[Node] = field(default_factory=list)
+    angles: list[Node] = field(default_factory=list)
+
+    def bar(self, start: tuple[Node, Node], angle: Node) -> tuple[Node, Node]:
+        """Add a bar and return its far end."""
+        g = self.graph
+        length = g.symbol(f"l{len(self.angles)}")
+        dx, dy = g.mul(length, g.cos(angle)), g.mul(length, g.sin(angle))
+        self.points += (g.add(start[0], g.mul(g.half, dx)), g.add(start[1], g.mul(g.half, dy)))
+        self.angles.append(angle)
+        return g.add(start[0], dx), g.add(start[1], dy)
+
+
+def _constrained(graph: Graph, bars: _Bars, q: list[Node], gaps: list[Node]) -> Mechanism:
+    """Return a mechanism of bars with position constraints ``gaps``; the unknowns are a, then lam."""
+    count = len(q)
+    u, a = (symbols(graph, c, count) for c in "ua")
+    lam = [graph.symbol(f"lam{k}") for k in range(len(gaps))]
+    along = dict(zip(q, u, strict=True))
+    along_twice = along | dict(zip(u, a, strict=True))
+    bodies = len(bars.angles)
+    velocities = jvp(graph, bars.points + bars.angles + gaps, along)
+    accelerations = jvp(graph, velocities, along_twice)
+    g = graph.symbol("g")
+    seeds = []
+    for i in range(bodies):
+        m, inertia = graph.symbol(f"m{i}"), graph.symbol(f"J{i}")
+        seeds.append((velocities[2 * i], graph.mul(m, accelerations[2 * i])))
+        seeds.append((velocities[2 * i + 1], graph.mul(m, graph.add(accelerations[2 * i + 1], g))))
+        seeds.append((velocities[2 * bodies + i], graph.mul(inertia, accelerations[2 * bodies + i])))
+    rates = velocities[3 * bodies :]
+    seeds += [(rate, graph.neg(force)) for rate, force in zip(rates, lam, strict=True)]
+    residuals = vjp(graph, seeds, u) + accelerations[3 * bodies :]
+    return Mechanism(graph, q, u, a + lam, residuals, gaps)
+
+
+def closed_chain(graph: Graph, count: int, *, joint_angles: bool) -> Mechanism:
+    """Bars hinged one after the other, both ends pinned to the ground."""
+    q = symbols(graph, "q", count)
+    bars = _Bars(graph)
+    tip, angle = (graph.zero, graph.zero), graph.zero
+    for i in range(count):
+        angle = graph.add(angle, q[i]) if joint_angles else q[i]
+        tip = bars.bar(tip, angle)
+    return _constrained(graph, bars, q, [graph.sub(tip[k], graph.symbol(f"d{k}")) for k in range(2)])
+
+
+def ladder(graph: Graph, cells: int) -> Mechanism:
+    """Four-bar cells on top of each other, joint angles: two uprights on a bar, a bar on their tips."""
+    q = symbols(graph, "q", 3 * cells)
+    bars = _Bars(graph)
+    left, right, angle = (graph.zero, graph.zero), (graph.symbol("d"), graph.zero), graph.zero
+    gaps: list[Node] = []
+    for i in range(cells):
+        upright = graph.add(angle, q[3 * i])
+        top_left = bars.bar(left, upright)
+        other = bars.bar(right, graph.add(angle, q[3 * i + 2]))
+        angle = graph.add(upright, q[3 * i + 1])
+        top_right = bars.bar(top_left, angle)
+        gaps += [graph.sub(s, t) for s, t in zip(other, top_right, strict=True)]
+        left, right = top_left, top_right
+    return _constrained(graph, bars, q, gaps)
+
+
+def close(mechanism: Mechanism, environment: dict[Node, float]) -> dict[Node, float]:
+    """Return the environment with coordinates moved onto phi = 0 (Gauss-Newton, least change)."""
+    graph, q = mechanism.graph, mechanism.q
+    rows = jacobian(graph, mechanism.constraints, q)
+    entries = [(i, j, n) for i, row in enumerate(rows) for j, n in row.items()]
+    closed = dict(environment)
+    outputs = [*mechanism.constraints, *(n for _, _, n in entries)]
+    count = len(mechanism.constraints)
+    for _ in range(50):
+        values = evaluate(graph, outputs, closed)
+        phi = np.array(values[:count])
+        if np.abs(phi).max() < 1e-13:
+            return closed
+        matrix = np.zeros((count, len(q)))
+        for (i, j, _), v in zip(entries, values[count:], strict=True):
+            matrix[i, j] = v
+        step = np.linalg.lstsq(matrix, phi, rcond=None)[0]
+        for n, s in zip(q, step, strict=True):
+            closed[n] -= float(s)
+    raise AssertionError("the mechanism does not close")
+
+
+def support_on_manifold(mechanism: Mechanism, states: list[dict[Node, float]]) -> dict[int, set[int]]:
+    """Return, for each multiplier, the coordinates that move its constraint in some of the closed states."""
+    graph = mechanism.graph
+    offset = len(mechanism.q)
+    support: dict[int, set[int]] = {}
+    for k, row in enumerate(jacobian(graph, mechanism.constraints, mechanism.q)):
+        support[offset + k] = {
+            j for j, n in row.items() if any(abs(evaluate(graph, [n], s)[0]) > 1e-9 for s in states)
+        }
+    return support
