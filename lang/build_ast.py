@@ -14,7 +14,7 @@ from typing import Any
 
 from . import ast
 from .diagnostics import Label, Reporter
-from .keywords import RESERVED
+from .keywords import KEYWORDS
 from .lexer import Token
 from .source import SourceFile, Span
 from .units import UnitError, parse_unit
@@ -84,18 +84,6 @@ def _dotted(names: list[Token]) -> str:
     return ".".join(token.text for token in names)
 
 
-def _declared(b: Builder, token: Token) -> str:
-    """Return the name; complain where an expression could not use it."""
-    if token.text in RESERVED:
-        b.reporter.error(
-            "E0126",
-            f"'{token.text}' is a word of the language and cannot be a name",
-            b.span(token),
-            help=f"choose another name, for example '{token.text}_'",
-        )
-    return token.text
-
-
 def _list(value: list[Any] | None) -> tuple[Any, ...]:
     return tuple(value) if value else ()
 
@@ -116,7 +104,7 @@ def import_all(b: Builder, c: Children, span: Span) -> ast.Import:
 
 
 def import_alias(b: Builder, c: Children, span: Span) -> ast.Import:
-    return ast.Import(path=_dotted(c[3]), alias=_declared(b, c[1]), doc=_text(b, c[4]), span=span)
+    return ast.Import(path=_dotted(c[3]), alias=c[1].text, doc=_text(b, c[4]), span=span)
 
 
 def import_names(b: Builder, c: Children, span: Span) -> ast.Import:
@@ -136,7 +124,7 @@ def model(b: Builder, c: Children, span: Span) -> ast.Model:
             help=f"write 'end {name.text};'",
         )
     return ast.Model(
-        name=_declared(b, name),
+        name=name.text,
         name_span=b.span(name),
         body=tuple(body),
         partial=partial is not None,
@@ -149,7 +137,7 @@ def function(b: Builder, c: Children, span: Span) -> ast.Function:
     _, name, _, formals, _, result, _, value, doc, _ = c
     type, dimensions = result or ("", ())
     return ast.Function(
-        name=_declared(b, name),
+        name=name.text,
         name_span=b.span(name),
         arguments=_list(formals),
         value=value,
@@ -166,7 +154,7 @@ def result(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimensio
 
 def formal(b: Builder, c: Children, span: Span) -> ast.Argument:
     type, name, dimensions = c[0]
-    return ast.Argument(name=_declared(b, name), type=type, dimensions=dimensions, span=span)
+    return ast.Argument(name=name.text, type=type, dimensions=dimensions, span=span)
 
 
 def type_definition(b: Builder, c: Children, span: Span) -> ast.Type:
@@ -176,7 +164,7 @@ def type_definition(b: Builder, c: Children, span: Span) -> ast.Type:
     except UnitError as error:
         help = f"did you mean '{error.suggestion}'?" if error.suggestion else ""
         b.reporter.error("E0112", str(error), b.span(c[4]), help=help)
-    return ast.Type(name=_declared(b, c[1]), name_span=b.span(c[1]), unit=unit, doc=_text(b, c[5]), span=span)
+    return ast.Type(name=c[1].text, name_span=b.span(c[1]), unit=unit, doc=_text(b, c[5]), span=span)
 
 
 # ---------------------------------------------------------------- declarations
@@ -198,7 +186,7 @@ def _declaration(b: Builder, typed: Any, attributes: Any, doc: Token | None, spa
     type, name, dimensions = typed
     return {
         "type": type,
-        "name": _declared(b, name),
+        "name": name.text,
         "name_span": b.span(name),
         "dimensions": dimensions,
         "attributes": _list(attributes),
@@ -246,6 +234,8 @@ def point(b: Builder, c: Children, span: Span) -> ast.Point:
 
 def component(b: Builder, c: Children, span: Span) -> ast.Component:
     cut, type, name, dimensions, modifications, condition, doc, _ = c
+    if len(type) == 1 and type[0].text in KEYWORDS:
+        b.reporter.error("E0110", f"'{type[0].text}' cannot begin a statement here", b.span(type[0]))
     common = _declaration(b, (_dotted(type), name, _list(dimensions)), None, doc, span)
     return ast.Component(
         cut=cut is not None, modifications=_list(modifications), condition=condition, **common
@@ -270,7 +260,7 @@ def extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
 
 
 def indexed_extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
-    return ast.Dimension(size=c[2], name=_declared(b, c[0]), span=span)
+    return ast.Dimension(size=c[2], name=c[0].text, span=span)
 
 
 def modify(b: Builder, c: Children, span: Span) -> ast.Modification:
@@ -405,7 +395,7 @@ def option(b: Builder, c: Children, span: Span) -> ast.Option:
 
 
 def label(b: Builder, c: Children, span: Span) -> ast.LabelName:
-    return ast.LabelName(name=_declared(b, c[0]), indices=_list(c[1]), span=span)
+    return ast.LabelName(name=c[0].text, indices=_list(c[1]), span=span)
 
 
 def place(b: Builder, c: Children, span: Span) -> ast.Place:
@@ -425,6 +415,13 @@ def final(b: Builder, c: Children, span: Span) -> ast.Final:
 
 
 def equation(b: Builder, c: Children, span: Span) -> ast.Equation:
+    if b.source.position(c[0].end)[0] != b.source.position(c[1].span.start)[0]:
+        b.reporter.error(
+            "E0120",
+            "there is no equation section",
+            b.span(c[0]),
+            help="each statement has its keyword: 'equation der(x) = ..;', 'constraint a = b;', 'let a = ..;'",
+        )
     return ast.Equation(left=c[1], right=c[3], doc=_text(b, c[4]), span=span)
 
 
@@ -437,7 +434,7 @@ def assertion(b: Builder, c: Children, span: Span) -> ast.Assert:
 
 
 def experiment(b: Builder, c: Children, span: Span) -> ast.Experiment:
-    name = "" if c[1] is None else _declared(b, c[1])
+    name = "" if c[1] is None else c[1].text
     return ast.Experiment(name=name, settings=_list(c[2]), doc=_text(b, c[3]), span=span)
 
 
@@ -465,7 +462,7 @@ def stationary(b: Builder, c: Children, span: Span) -> ast.Stationary:
 
 
 def for_block(b: Builder, c: Children, span: Span) -> ast.For:
-    return ast.For(name=_declared(b, c[1]), range=c[3], body=tuple(c[5]), doc=_text(b, c[8]), span=span)
+    return ast.For(name=c[1].text, range=c[3], body=tuple(c[5]), doc=_text(b, c[8]), span=span)
 
 
 def if_block(b: Builder, c: Children, span: Span) -> ast.If:
@@ -559,6 +556,18 @@ def quotient(b: Builder, c: Children, span: Span) -> ast.Binary:
             help=f"{help}; if you mean the inverse: '{left.text}/({right.text} {unit})'",
         )
     return ast.Binary(operator="/", left=left, right=right, span=span)
+
+
+def power(b: Builder, c: Children, span: Span) -> ast.Binary:
+    base, sign, exponent = c
+    if isinstance(base, ast.Quantity) or (isinstance(base, ast.Parenthesis | ast.Vector) and base.unit):
+        b.reporter.error(
+            "E0128",
+            "a power behind a unit could belong to the number or to the unit",
+            b.span(sign),
+            help=f"write '({base.span.text})^{exponent.span.text}' for the power of the whole quantity",
+        )
+    return ast.Binary(operator="^", left=base, right=exponent, span=span)
 
 
 def unary(b: Builder, c: Children, span: Span) -> ast.Unary:
@@ -671,7 +680,7 @@ def aggregate(b: Builder, c: Children, span: Span) -> ast.Aggregate:
 
 
 def generator(b: Builder, c: Children, span: Span) -> ast.Generator:
-    return ast.Generator(name=_declared(b, c[1]), range=c[3], span=span)
+    return ast.Generator(name=c[1].text, range=c[3], span=span)
 
 
 def reference(b: Builder, c: Children, span: Span) -> ast.Reference:
@@ -769,6 +778,7 @@ ACTIONS: Mapping[str, Action] = {
     "elseif": elseif,
     "binary": binary,
     "quotient": quotient,
+    "power": power,
     "unary": unary,
     "number": number,
     "quantity": quantity,

@@ -28,5 +28,5 @@ EXPRESSIONS = ("time", "der", "pre", "true", "false", "and", "or", "not")
 
 KEYWORDS = frozenset((*STATEMENTS, *DEFINITIONS, *ACTIONS, *CLAUSES, *EXPRESSIONS))
 
-RESERVED = frozenset((*EXPRESSIONS, "if", "then", "else", "elseif", "for", "in", "loop", "end"))
-"""Words that cannot name anything, because an expression could not tell."""
+RESERVED = frozenset((*EXPRESSIONS, "if", "then", "else", "elseif", "for", "loop", "end", "model"))
+"""Words that can name nothing anywhere, because an expression or the end of a block could not tell."""

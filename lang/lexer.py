@@ -52,6 +52,14 @@ _FOREIGN: Mapping[str, tuple[tuple[tuple[str, str], ...], str]] = {
 }
 _FOREIGN_SIGN = re.compile("|".join(re.escape(s) for s in sorted(_FOREIGN, key=len, reverse=True)))
 
+_MEANT: Mapping[str, str] = {
+    "|": "an absolute value is written 'abs(x)', a length 'norm(v)', 'or' in words",
+    "&": "write 'and'",
+    "%": "a remainder is written 'mod(x, y)', a comment begins with '//'",
+    "?": "a choice is written 'if c then a else b'",
+    "'": "a derivative is written 'der(x)', a text \"...\"",
+}
+
 _BLANKS = re.compile(r"[ \t]+")
 _STRANGE_NAME = re.compile(r"[^\W\d\u00b2\u00b3][^\W\u00b2\u00b3]*")
 _GLUED = re.compile(r"((?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z_\u00b0]\w*)")
@@ -109,7 +117,9 @@ class _Lexer:
             assert kind is not None
             start, position = match.span(kind)
             value = text[start:position]
-            if kind == "SIGN":
+            if value == "/" and text.startswith("*", position):
+                position = self.mend(start)
+            elif kind == "SIGN":
                 kind = self.punctuation[value]
                 self.tokens.append(Token(kind, value, start, position))
                 if kind == "RPAR" or kind == "RBRACE":
@@ -245,6 +255,18 @@ class _Lexer:
         return end
 
     def strange_name(self, start: int, name: str, end: int) -> int:
+        unit = (
+            name.replace("\u00b5", "u")
+            .replace("\u03bc", "u")
+            .replace("\u2126", "Ohm")
+            .replace("\u03a9", "Ohm")
+        )
+        before = self.tokens[-1] if self.tokens else None
+        if before and before.kind == "NUMBER" and unit.isascii() and unit_end(unit) == len(unit):
+            help = f"write '{before.text} {unit}'"
+            self.error("E0112", f"the unit '{name}' is written '{unit}'", start, end, help=help)
+            self.tokens[-1] = Token("QUANTITY", f"{before.text} {unit}", before.start, end)
+            return end
         plain = "".join(_plain(letter) for letter in name)
         if name not in self.strange_names:
             self.strange_names.add(name)
@@ -267,7 +289,7 @@ class _Lexer:
         if sign == "\u00b0":
             self.error("E0105", "'\u00b0' cannot stand here", start, start + 1, help="write '30 deg'")
         elif sign.isprintable() and not sign.isspace():
-            self.error("E0105", f"'{sign}' cannot stand here", start, start + 1)
+            self.error("E0105", f"'{sign}' cannot stand here", start, start + 1, help=_MEANT.get(sign, ""))
         else:
             what = name or f"control character {ord(sign):#04x}"
             self.error("E0105", f"an invisible {what} cannot stand here", start, start + 1, help="delete it")

@@ -12,11 +12,12 @@ from typing import Any
 from . import ast
 from .build_ast import ACTIONS, Builder
 from .diagnostics import Reporter
+from .keywords import RESERVED
 from .lexer import MOST_ERRORS, Token, tokenise
 from .read import read_source
 from .recovery import Panic, Situation, synchronise
 from .source import SourceFile, Span
-from .syntax_errors import diagnose
+from .syntax_errors import STRAY, diagnose
 from .tables import END, Mode, Tables, load_tables
 
 __all__ = ["DEEPEST", "MOST_ERRORS", "parse", "read_source"]
@@ -38,7 +39,8 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     tokens, comments = tokenise(source, tables, problems)
     machine = _Machine(tables, tokens, Builder(source, problems))
     mended = {source.position(d.span.start)[0] for d in problems.diagnostics if d.span}
-    while not machine.advance():
+    whole = all(d.code != "E0108" for d in problems.diagnostics)  # else the rest of the file is missing
+    while whole and not machine.advance():
         if not machine.repair(problems, mended) or len(problems.diagnostics) >= MOST_ERRORS:
             break
     if not problems.has_errors:
@@ -67,19 +69,24 @@ class _Machine:
     def __post_init__(self) -> None:
         self.states = [self.tables.start]
 
-    def advance(self) -> bool:
-        """Run to the end of the tokens (True), or stop with ``index`` at one that does not fit."""
+    def advance(self, stop: int | None = None) -> bool:
+        """Run to the end of the tokens (True), or stop with ``index`` at one that does not fit.
+
+        With ``stop`` the tokens before that index are known to fit, and it goes no further.
+        """
         tables, builder, source = self.tables, self.builder, self.builder.source
         states, values, starts, tokens = self.states, self.values, self.starts, self.tokens
         moves, gotos, productions = tables.moves, tables.gotos, tables.productions
         keywords = tables.keywords
         end = tokens[self.index - 1].end if self.index else 0
-        for index in range(self.index, len(tokens)):
+        for index in range(self.index, len(tokens) if stop is None else stop):
             token = tokens[index]
             kind = token.kind
-            if kind == "NAME" and token.text in keywords and keywords[token.text] in moves[states[-1]]:
-                kind = keywords[token.text]
-                token = Token(kind, token.text, token.start, token.end)
+            if kind == "NAME" and token.text in keywords:
+                word = keywords[token.text]
+                if word in moves[states[-1]] or token.text in RESERVED:
+                    kind = word
+                    token = Token(kind, token.text, token.start, token.end)
             while True:
                 move = moves[states[-1]].get(kind)
                 if move is None:
@@ -116,14 +123,11 @@ class _Machine:
                 if kind == END and states[-1] == tables.end:
                     self.items = value
                     return True
-        raise AssertionError("the last token ends the file")
+        self.index = len(tokens) if stop is None else stop
+        return False
 
-    def repair(self, problems: Reporter, mended: set[int]) -> bool:
-        """Report the token that does not fit and make it fit, or skip; False where that is hopeless."""
-        self.repairs += 1
-        if self.repairs > _MOST_REPAIRS:
-            return False
-        situation = Situation(
+    def situation(self) -> Situation:
+        return Situation(
             self.tables,
             self.builder.source,
             self.tokens,
@@ -132,9 +136,30 @@ class _Machine:
             self.values,
             self.starts,
         )
+
+    def rewind(self) -> None:
+        """Take back the reductions made for the token that does not fit, by reading its statement again.
+
+        An LALR automaton may reduce before it finds out, and then knows less of what was expected.
+        """
+        situation, index = self.situation(), self.index
+        depth, first = situation.depth, situation.first
+        del self.states[depth + 1 :], self.values[depth:], self.starts[depth:]
+        self.index = first
+        self.advance(stop=index)
+
+    def repair(self, problems: Reporter, mended: set[int]) -> bool:
+        """Report the token that does not fit and make it fit, or skip; False where that is hopeless."""
+        self.repairs += 1
+        if self.repairs > _MOST_REPAIRS:
+            return False
+        self.rewind()
+        situation = self.situation()
         problem, repair = diagnose(situation)
         line = self.builder.source.position(self.tokens[self.index].start)[0]
-        if self.index >= self.trusted and line not in mended:
+        unbalanced = any(d.code in ("E0115", "E0116") for d in problems.diagnostics)
+        consequence = problem.code == "E0115" and problem.help == STRAY and unbalanced
+        if self.index >= self.trusted and line not in mended and not consequence:
             problems.error(
                 problem.code,
                 problem.message,

@@ -146,9 +146,14 @@ class Situation:
     @cached_property
     def bracket(self) -> Token | None:
         """The innermost bracket of this statement that is still open."""
+        closed = 0
         for value in reversed(self.values[self.depth :]):
-            if isinstance(value, Token) and value.kind in OPENERS:
-                return value
+            if isinstance(value, Token) and value.kind in CLOSERS:
+                closed += 1
+            elif isinstance(value, Token) and value.kind in OPENERS:
+                if not closed:
+                    return value
+                closed -= 1
         return None
 
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
+from .builtins import BUILTINS
 from .diagnostics import Diagnostic, Label, Severity
-from .keywords import KEYWORDS, STATEMENTS
+from .keywords import ACTIONS, KEYWORDS, RESERVED, STATEMENTS
 from .lexer import Token
 from .recovery import CLOSERS, KIND_OF, OPENERS, Edit, Panic, Repair, Situation
 from .source import Span
@@ -18,6 +19,9 @@ from .tables import END
 from .units import NAMED_TYPES, suggest_unit, unit_end
 
 Finding = tuple[Diagnostic, Repair]
+
+STRAY = "delete it"
+"""The help for an 'end' too many, which is often the consequence of an earlier mistake."""
 
 _OPERATORS = frozenset(("PLUS", "MINUS", "STAR", "SLASH", "CARET", "RELATION", "AND", "OR"))
 _CONDITIONS = ("IF", "ELSEIF", "WHEN", "ELSEWHEN", "ASSERT", "AND", "OR", "NOT", "LPAR")
@@ -175,6 +179,11 @@ def _block_not_closed(s: Situation) -> Finding | None:
         return _error("E0115", message, s.span(s.token), help="the innermost block here is " + what), Panic()
     if before is None or before.text != "end" or not s.accepts(tokens[1][0]):
         return None
+    if name and s.token.text in ("for", "if", "when"):
+        message = f"this 'end' closes no '{s.token.text}'"
+        labels = (Label(opening, f"open here is only {what}"),)
+        both = s.span(before).to(s.span(s.token))
+        return _error("E0115", message, both, labels=labels, help=STRAY), Panic()
     if s.token.kind == "SEMICOLON":
         message = f"'end' does not say what it closes: {what}"
         labels = (Label(opening, "this begins here"),)
@@ -248,7 +257,7 @@ def _unknown_unit(s: Situation) -> Finding | None:
         return None
     if before.kind not in ("NUMBER", "RPAR", "RBRACE") or not s.accepts("STAR"):
         return None
-    if closest(token.text, _words(s.expected)) and not suggest_unit(token.text):
+    if token.text == "do" or (closest(token.text, _words(s.expected)) and not suggest_unit(token.text)):
         return None
     text = s.source.text
     if unit_end(text, token.start) > token.start:
@@ -264,27 +273,14 @@ def _unknown_unit(s: Situation) -> Finding | None:
         if after.start != s.tokens[index].end + 1 or after.kind not in ("NAME", "NUMBER"):
             break
         index += 2
-    if s.following.kind == "LPAR" or (before.kind == "RPAR" and not suggest_unit(token.text)):
-        if before.kind != "NUMBER":
-            return None
-        message = f"an operator is missing between '{before.text}' and '{token.text}'"
-        help = f"a product is written '{before.text}*{token.text}'"
-        return _error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
     meant = suggest_unit(token.text)
+    if not meant and (s.following.kind == "LPAR" or before.kind == "RPAR"):
+        return None
     help = f"did you mean '{meant}'?" if meant else ""
     if before.kind == "NUMBER" and not meant:
         help = f"a product with a variable is written '{before.text}*{token.text}'"
     problem = _error("E0112", f"unknown unit '{token.text}'", s.span(token), help=help)
     return problem, Edit(delete=index - s.index + 1)
-
-
-def _power_of_quantity(s: Situation) -> Finding | None:
-    before = s.previous
-    if s.token.kind != "CARET" or before is None or before.kind not in ("QUANTITY", "UNITTAG"):
-        return None
-    message = f"a power behind '{before.text}' could belong to the number or to the unit"
-    help = f"write '({before.text})^..' for the power of the quantity"
-    return _error("E0128", message, s.span(s.token), help=help), Panic()
 
 
 def _misspelt(s: Situation) -> Finding | None:
@@ -300,6 +296,8 @@ def _misspelt(s: Situation) -> Finding | None:
             return problem, Panic()
     if s.token.kind == "NAME":
         meant = closest(s.token.text, _words(s.expected))
+        if s.token.text in ("do", "begin"):
+            meant = "loop" if "LOOP" in s.expected else "then" if "THEN" in s.expected else meant
         if meant is not None and not s.at_beginning:
             message = f"unknown word '{s.token.text}'"
             problem = _error("E0123", message, s.span(s.token), help=f"did you mean '{meant}'?")
@@ -333,7 +331,7 @@ def _missing_semicolon(s: Situation) -> Finding | None:
 def _no_keyword(s: Situation) -> Finding | None:
     """An equation or expression where a statement should begin."""
     first = s.tokens[s.first]
-    if s.index == s.first or first.kind != "NAME" or _is_keyword(s, s.first):
+    if first.text not in ("der", "pre") and (s.index == s.first or _is_keyword(s, s.first)):
         return None
     if s.token.kind == "EQUAL" and s.index == s.first + 2 and s.previous:
         name = s.previous.text
@@ -344,22 +342,77 @@ def _no_keyword(s: Situation) -> Finding | None:
             )
             message = f"a declaration begins with a keyword, not with the type '{first.text}'"
             return _error("E0125", message, s.span(first), help=help), Panic()
+    if s.at_beginning and first.kind == "NAME":
+        help = "write 'equation der(x) = ..;' for a state, 'initial der(q) = ..;' for a rate at the start"
+        return _error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
     if s.token.kind not in ("EQUAL", "TILDE", "LPAR", "LSQB", "DOT", *_OPERATORS):
         return None
     if s.token.kind != "LPAR" and s.index > s.first + 1 and s.tokens[s.index - 2].kind != "DOT":
         return None
     left = s.source.text[first.start : s.tokens[s.index - 1].end]
-    if first.text in ("der", "pre") or (s.token.kind == "EQUAL" and "(" in left):
-        help = "write 'equation der(x) = ..;' for a state, 'initial der(q) = ..;' for a rate at the start"
-    else:
-        help = f"write 'let {left} = ..;', 'initial {left} = ..;' or 'constraint {left} = ..;'"
+    help = f"write 'let {left} = ..;', 'initial {left} = ..;' or 'constraint {left} = ..;'"
     return _error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
 
 
 def _stray_end(s: Situation) -> Finding | None:
-    if s.token.text != "end" or s.token.kind != "NAME" or not s.at_beginning:
+    if s.token.text != "end" or not s.at_beginning:
         return None
-    return _error("E0115", "this 'end' closes nothing", s.span(s.token), help="delete it"), Panic()
+    return _error("E0115", "this 'end' closes nothing", s.span(s.token), help=STRAY), Panic()
+
+
+def _reserved(s: Situation) -> Finding | None:
+    """A word of the language where a name should stand."""
+    word = s.token.text
+    if word not in RESERVED or not s.accepts("NAME") or s.at_beginning or s.begins_line:
+        return None
+    message = f"'{word}' is a word of the language and cannot be a name"
+    problem = _error("E0126", message, s.span(s.token), help=f"choose another name, for example '{word}_'")
+    return problem, Edit(delete=1, insert=(("NAME", f"{word}_"),))
+
+
+def _outside_when(s: Situation) -> Finding | None:
+    first = s.tokens[s.first]
+    if first.text not in ACTIONS or first.text in STATEMENTS or _is_keyword(s, s.first):
+        return None
+    message = f"'{first.text}' stands only in 'when'"
+    help = f"write 'when .. then {first.text} ..; end when;'"
+    return _error("E0110", message, s.span(first), help=help), Panic()
+
+
+def _missing_operator(s: Situation) -> Finding | None:
+    """An operand directly behind an operand."""
+    before, token = s.previous, s.token
+    if before is None or token.kind not in ("NAME", "NUMBER", "QUANTITY", "LPAR", "LBRACE"):
+        return None
+    if not s.accepts("STAR") or token.text in KEYWORDS or s.begins_line:
+        return None
+    help = f"a product is written '{before.text}*{token.text}'"
+    if token.kind in ("LPAR", "LBRACE"):
+        help = "a product is written with '*'"
+    if before.text in BUILTINS:
+        help = f"the argument of a function stands in parentheses: '{before.text}({token.text})'"
+    message = f"an operator is missing between '{before.text}' and '{token.text}'"
+    return _error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
+
+
+def _brackets_of_others(s: Situation) -> Finding | None:
+    """Vectors, units and decimals as other languages write them."""
+    before, token, after = s.previous, s.token, s.following
+    help = ""
+    if token.kind == "LSQB" and "LBRACE" in s.expected:
+        help = "a vector is written '{1, 2, 3}'"
+    elif token.kind == "LSQB" and before and before.kind == "NUMBER" and after.kind == "NAME":
+        help = f"a unit has no brackets: '{before.text} {after.text}'"
+    elif token.kind == "COMMA" and before and before.kind == "NUMBER" and before.end == after.start - 1:
+        help = (
+            f"a decimal point is written '.': '{before.text}.{after.text}'" if after.text[0].isdigit() else ""
+        )
+    elif token.kind == "COMMA" and s.bracket and s.bracket.kind == "LPAR" and s.accepts("RPAR"):
+        help = "a vector is written '{1, 2, 3}'"
+    if not help:
+        return None
+    problem, repair = _unexpected(s)
+    return _error(problem.code, problem.message, s.span(token), help=help), repair
 
 
 def _no_else(s: Situation) -> Finding | None:
@@ -381,14 +434,17 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     _modelica,
     _block_not_closed,
     _stray_end,
+    _reserved,
+    _outside_when,
     _assign_sign,
     _comparison_sign,
-    _power_of_quantity,
     _unknown_unit,
     _misspelt,
     _no_else,
+    _brackets_of_others,
     _open_bracket,
     _missing_semicolon,
+    _missing_operator,
     _no_keyword,
 )
 
@@ -407,11 +463,15 @@ def _in_words(s: Situation) -> str:
     if s.at_beginning:
         return "an action such as 'reinit(..)' or 'n := ..'" if "REINIT" in kinds else "a statement"
     words: list[str] = []
+    if s.bracket is None or s.bracket.kind != "LSQB":
+        kinds = kinds - {"COLON"} or kinds
+    if kinds & {"NAME", "SEMICOLON"}:
+        kinds = kinds - {"DOT", "STRING"}
     if {"NUMBER", "LPAR", "MINUS"} <= kinds:
         words.append("an expression")
-        kinds = kinds & {"STRING", "RPAR", "SEMICOLON", "RBRACE", "RSQB"} - {"STRING"}
+        kinds = kinds & {"RPAR", "SEMICOLON", "RBRACE", "RSQB"}
     elif kinds & _OPERATORS:
-        kinds = kinds - _OPERATORS - {"DOT", "LPAR", "LSQB", "UNITTAG", "STRING", "FOR"}
+        kinds = kinds - _OPERATORS - {"DOT", "LPAR", "LSQB", "UNITTAG", "FOR"}
     words += sorted(_SIGNS[k] for k in kinds if k in _SIGNS)
     words += [f"'{w}'" for w in _words(kinds)]
     if len(words) > 6:
