@@ -56,7 +56,7 @@ def eliminate_dense(
             if j in values:
                 total = sub(total, mul(c, values[j]))
         values[k] = mul(total, graph.div(graph.one, matrix[k][k]))
-    return Solution(tuple(values[i] for i in range(len(order))), tuple(pivots), work)
+    return Solution(tuple(values[i] for i in range(len(order))), tuple(pivots), work, len(order))
 
 
 def _expand(graph: Graph, system: LinearSystem, limit: float) -> tuple[list[dict[int, Node]], list[Node]]:

@@ -68,9 +68,12 @@ def solve(
     order = elimination_order(system, rows, after)
     best: tuple[int, str, Solution, Graph] | None = None
     made = 0
+    unswept: set[tuple[Choice, int]] = set()
     for tried, attempt in enumerate(_attempts(system, variants, dense)):
         if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
             break
+        if attempt and any(c is attempt.choice and w <= attempt.frontier for c, w in unswept):
+            continue  # neither that attempt nor this one has anything to sweep
         # an attempt much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
         fork = graph.fork()
@@ -83,6 +86,8 @@ def solve(
             continue
         finally:
             made += len(fork) - len(graph)
+        if attempt and found.widest <= attempt.frontier:
+            unswept.add((attempt.choice, found.widest))
         operations = fork.count_operations(found.unknowns)
         if best is None or operations < best[0]:
             best = (operations, attempt.name if attempt else "dense elimination", found, fork)

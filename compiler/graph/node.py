@@ -1,32 +1,18 @@
-"""The graph: nodes interned by structure and by value.
-
-A node is an integer; its arguments have smaller ones, so that ascending order is topological. Every node
-carries its value at one random point of a prime field (field.py). A constructor that arrives at a value
-already there, up to sign, returns the node that has it: this finds common subexpressions, a - a = 0,
-sin^2 + cos^2 = 1 and everything else that is an identity of rational functions and angles.
-
-Which form represents a value: the one built first. Exceptions: a constant always represents its value, and
-a sum or difference computed later is replaced by whatever exists, but an earlier *difference* never stands
-for anything else than a sum (2 sin^2 a is not replaced by 1 - cos 2a, which cancels near a = 0).
-x*y/x is y: an identity may remove a division by something that vanishes at single points.
-"""
+"""Expressions: the constructors of the graph, each with its local rules."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
-from typing import Final, NewType
+from typing import Final
 
 from . import operations as ops
-from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
+from .field import HALF, P, hashed
 from .fold import exact_binary, exact_unary
-from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, SYMBOL, Parity
-from .table import Table
+from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, Parity
+from .store import NONE, Node, Store
 
-Node = NewType("Node", int)
-
-NONE: Final = Node(-1)
-"""Fills the place of an argument that an operation does not have."""
+__all__ = ["DivisionByZero", "Graph", "Node"]
 
 _FOLD_BITS: Final = 1024
 """Constants with larger numerators or denominators are no longer multiplied out exactly."""
@@ -43,217 +29,10 @@ class DivisionByZero(ZeroDivisionError):
         self.numerator = numerator
 
 
-class Graph:
-    """Build and read expressions.
+class Graph(Store):
+    """Build and read expressions (reading: store.py)."""
 
-    ``by_value=False`` interns by structure only (for comparison); ``seed`` chooses the point of the field.
-    The same calls give the same nodes in every process.
-    """
-
-    __slots__ = (
-        "_angles",
-        "_cache",
-        "_classes",
-        "_code",
-        "_constants",
-        "_left",
-        "_lookups",
-        "_names",
-        "_negatives",
-        "_points",
-        "_right",
-        "_symbols",
-        "_third",
-        "_values",
-        "by_value",
-        "half",
-        "minus_one",
-        "one",
-        "seed",
-        "tables",
-        "two",
-        "zero",
-    )
-
-    def __init__(self, *, by_value: bool = True, seed: int = 0) -> None:
-        self.by_value = by_value
-        self.seed = seed
-        self.tables: list[Table] = []
-        # one entry for each node
-        self._code: list[int] = []
-        self._left: list[Node] = []
-        self._right: list[Node] = []
-        self._values: list[int] = []
-        # what only some nodes have
-        self._third: dict[Node, Node] = {}
-        self._names: dict[Node, str] = {}
-        self._constants: dict[Node, Fraction] = {}
-        self._lookups: dict[Node, tuple[int, int]] = {}
-        self._angles: dict[Node, Angle] = {}
-        self._points: dict[Node, tuple[int, int]] = {}
-        # from structure or value to node
-        self._symbols: dict[str, Node] = {}
-        self._classes: dict[int, Node] = {}
-        self._negatives: dict[Node, Node] = {}
-        self._cache: dict[tuple[object, ...], Node] = {}
-        # add and mul rely on these three numbers
-        self.zero: Node = self.constant(0)
-        self.one: Node = self.constant(1)
-        self.minus_one: Node = self.constant(-1)
-        self.two: Node = self.constant(2)
-        self.half: Node = self.constant(Fraction(1, 2))
-
-    # ------------------------------------------------------------------ reading
-
-    def __len__(self) -> int:
-        return len(self._code)
-
-    def op(self, n: Node) -> int:
-        """Return the code of the operation (operations.py)."""
-        return self._code[n]
-
-    def args(self, n: Node) -> tuple[Node, ...]:
-        a = self._left[n]
-        if a < 0:
-            return ()
-        b = self._right[n]
-        if b < 0:
-            return (a,)
-        return (a, b, self._third[n]) if self._code[n] == SELECT else (a, b)
-
-    def value(self, n: Node) -> Fraction:
-        """Return the exact value of a constant. Raises KeyError for any other node."""
-        return self._constants[n]
-
-    def name(self, n: Node) -> str:
-        """Return the name of a symbol. Raises KeyError for any other node."""
-        return self._names[n]
-
-    def table_of(self, n: Node) -> tuple[int, int]:
-        """Return (index into ``tables``, order of the derivative) of a lookup."""
-        return self._lookups[n]
-
-    def is_constant(self, n: Node) -> bool:
-        return self._code[n] == CONST
-
-    def is_zero(self, n: Node) -> bool:
-        """Tell whether the expression is identically zero (with ``by_value``: up to identities)."""
-        return n == 0
-
-    def equal_up_to_sign(self, a: Node, b: Node) -> bool:
-        return a == b or self._negatives.get(a) == b or self._negatives.get(b) == a
-
-    def reach(self, outputs: Iterable[Node]) -> list[Node]:
-        """Return the outputs and all they depend on, ascending."""
-        stack = list(outputs)
-        seen = bytearray(max(stack, default=-1) + 1)
-        left, right, code = self._left, self._right, self._code
-        found: list[Node] = []
-        while stack:
-            n = stack.pop()
-            if seen[n]:
-                continue
-            seen[n] = 1
-            found.append(n)
-            a = left[n]
-            if a >= 0:
-                stack.append(a)
-                b = right[n]
-                if b >= 0:
-                    stack.append(b)
-                    if code[n] == SELECT:
-                        stack.append(self._third[n])
-        found.sort()
-        return found
-
-    def support(self, *outputs: Node) -> list[Node]:
-        """Return the symbols that the outputs depend on, ascending."""
-        code = self._code
-        return [n for n in self.reach(outputs) if code[n] == SYMBOL]
-
-    def count_operations(self, outputs: Iterable[Node]) -> int:
-        """Count all distinct nodes but constants and symbols; sine and cosine count apart."""
-        code = self._code
-        return sum(code[n] > SYMBOL for n in self.reach(outputs))
-
-    # ------------------------------------------------------------------ trials
-
-    def fork(self) -> Graph:
-        """Return an independent copy, to try something on."""
-        other = object.__new__(Graph)
-        for slot in Graph.__slots__:
-            held = getattr(self, slot)
-            setattr(other, slot, held.copy() if isinstance(held, (list, dict)) else held)
-        return other
-
-    def adopt(self, fork: Graph) -> None:
-        """Take over all nodes of a fork, if nothing was added here since."""
-        if len(fork) < len(self) or fork._code[: len(self)] != self._code:
-            raise ValueError("the graph has changed since it was forked")
-        for slot in Graph.__slots__:
-            setattr(self, slot, getattr(fork, slot))
-
-    # ------------------------------------------------------------------ interning
-
-    def _new(self, code: int, a: Node, b: Node, v: int) -> Node:
-        n = Node(len(self._code))
-        self._code.append(code)
-        self._left.append(a)
-        self._right.append(b)
-        self._values.append(v)
-        return n
-
-    def _intern(self, code: int, a: Node, b: Node, v: int) -> Node:
-        """Return the node with this value in the field, or a new one."""
-        key = v if v <= HALF else P - v
-        found = self._classes.get(key)
-        if found is not None and (self._code[found] != SUB or code in (ADD, SUB)):
-            return found if self._values[found] == v else self.neg(found)
-        self._classes[key] = n = self._new(code, a, b, v)
-        return n
-
-    def _structural(self, code: int, a: Node, b: Node = NONE) -> Node:
-        """Return the node with this operation and these arguments, or a new one."""
-        key = (code, a, b)
-        n = self._cache.get(key)
-        if n is None:
-            self._cache[key] = n = self._new(code, a, b, 0)
-        return n
-
-    # ------------------------------------------------------------------ leaves
-
-    def constant(self, value: Fraction | int | float) -> Node:
-        """Return an exact rational; a float stands for the dyadic number that it is.
-
-        Raises ValueError or OverflowError for NaN and infinities.
-        """
-        exact = Fraction(value)
-        key = ("constant", exact)
-        n = self._cache.get(key)
-        if n is None:
-            v = of_fraction(exact)
-            self._cache[key] = n = self._new(CONST, NONE, NONE, v)
-            self._constants[n] = exact
-            key_of_class = v if v <= HALF else P - v
-            found = self._classes.get(key_of_class)
-            if found is None or self._code[found] != CONST:
-                self._classes[key_of_class] = n
-        return n
-
-    def symbol(self, name: str) -> Node:
-        n = self._symbols.get(name)
-        if n is None:
-            v = hashed("symbol", name, self.seed)
-            self._symbols[name] = n = self._new(SYMBOL, NONE, NONE, v)
-            self._names[n] = name
-            self._classes[v if v <= HALF else P - v] = n
-        return n
-
-    def add_table(self, table: Table) -> int:
-        """Return the index of a table in ``tables``, adding it if it is new."""
-        if table not in self.tables:
-            self.tables.append(table)
-        return self.tables.index(table)
+    __slots__ = ()
 
     # ------------------------------------------------------------------ arithmetic
 
@@ -316,23 +95,6 @@ class Graph:
         if found is not None:
             return found if values[found] == v else self.neg(found)
         self._classes[key] = n = self._new(SUB, a, b, v)
-        return n
-
-    def neg(self, a: Node) -> Node:
-        n = self._negatives.get(a)
-        if n is not None:
-            return n
-        code = self._code[a]
-        if code == NEG:
-            return self._left[a]
-        if code == CONST:
-            return self.constant(-self._constants[a])
-        if code == SUB and not self.by_value:
-            n = self._structural(SUB, self._right[a], self._left[a])
-        else:
-            v = self._values[a]
-            n = self._new(NEG, a, NONE, P - v if v else 0)
-        self._negatives[a] = n
         return n
 
     def mul(self, a: Node, b: Node) -> Node:
@@ -493,48 +255,6 @@ class Graph:
     def _is_negative(self, a: Node) -> bool:
         code = self._code[a]
         return code == NEG or (code == CONST and self._constants[a] < 0)
-
-    def _point(self, n: Node) -> tuple[int, int]:
-        """Return (cosine, sine) of an angle in the field."""
-        point = self._points.get(n)
-        if point is None:
-            exponent = self._angle(n).exponent()
-            if exponent is None:
-                exponent = opaque_angle(self._values[n], self.seed).exponent()
-                assert exponent is not None
-            self._points[n] = point = circle(exponent)
-        return point
-
-    def _angle(self, n: Node) -> Angle:
-        """Return the angle that a node stands for: linear in symbols, opaque below anything else."""
-        angles, code, left, right = self._angles, self._code, self._left, self._right
-        stack = [n]
-        while stack:
-            k = stack[-1]
-            if k in angles:
-                stack.pop()
-                continue
-            c, a, b = code[k], left[k], right[k]
-            if c == CONST:
-                angles[k] = constant_angle(self._constants[k], self.seed)
-            elif c == SYMBOL:
-                angles[k] = symbol_angle(self._names[k], self.seed)
-            elif c in (ADD, SUB):
-                if a in angles and b in angles:
-                    angles[k] = angles[a] + angles[b] if c == ADD else angles[a] - angles[b]
-                else:
-                    stack += (a, b)
-            elif c == NEG or (c == MUL and CONST in (code[a], code[b])):
-                if c == MUL and code[a] != CONST:
-                    a, b = b, a
-                factor, inner = (Fraction(-1), a) if c == NEG else (self._constants[a], b)
-                if inner in angles:
-                    angles[k] = angles[inner].scaled(factor)
-                else:
-                    stack.append(inner)
-            else:
-                angles[k] = opaque_angle(self._values[k], self.seed)
-        return angles[n]
 
     def sin(self, a: Node) -> Node:
         return self._function(SIN, a)

@@ -62,11 +62,15 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """``unknowns`` in the order given; ``pivots`` in the order of elimination; ``work`` counts products."""
+    """``unknowns`` in the order given; ``pivots`` in the order of elimination; ``work`` counts products.
+
+    ``widest`` is the largest number of entries that a row or column of a pivot had before it was swept.
+    """
 
     unknowns: tuple[Node, ...]
     pivots: tuple[Node, ...]
     work: int
+    widest: int
 
 
 def elimination_order(
@@ -148,16 +152,18 @@ def eliminate(
     """Solve the system in the given order. Raises ZeroPivot, and TooMuchWork beyond ``limit`` products."""
     state = _State(graph, system, limit)
     pivots: list[Node] = []
+    widest = 0
     for done, i in enumerate(order):
         unknown, row = system.unknowns[i], ~rows[i]
         state.remove_paths(unknown, row, variant.choice)
+        widest = max(widest, len(state.rows[row]), len(state.users[unknown]))
         state.sweep_row(unknown, row, variant.frontier)
         state.sweep_column(unknown, row, variant.frontier)
         pivot = state.pivot(unknown, row)
         if pivot is None:
             raise ZeroPivot(i, tuple(order[done:]))
         pivots.append(pivot)
-    return Solution(state.back_substitute(), tuple(pivots), state.work)
+    return Solution(state.back_substitute(), tuple(pivots), state.work, widest)
 
 
 class _State:
@@ -184,13 +190,15 @@ class _State:
     def remove_paths(self, unknown: Node, row: int, choice: Choice) -> None:
         """Eliminate every definition on a path from the unknown to its row."""
         users, rows = self.users, self.rows
-        above: set[int] = set()
-        stack: list[int] = [unknown]
+        # definitions depend on smaller numbers only, so no path goes beyond the largest one in the row
+        largest = max(rows[row], default=-1)
+        above: set[Node] = set()
+        stack = [unknown]
         while stack:
-            for k in users[Node(stack.pop())]:
-                if k >= 0 and k not in above:
-                    above.add(k)
-                    stack.append(k)
+            for k in users[stack.pop()]:
+                if 0 <= k <= largest and k not in above:
+                    above.add(Node(k))
+                    stack.append(Node(k))
         path: set[Node] = set()
         frontier = [v for v in rows[row] if v in above]
         while frontier:
