@@ -1,1 +1,1 @@
-"""Program to text: Python, C and FMU."""
+"""Programs as text: C and Python."""

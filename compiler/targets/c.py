@@ -1,0 +1,281 @@
+"""The C target: one C11 file for a model, to be compiled with ``model.h`` of the kernel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from fractions import Fraction
+from typing import Final
+
+from ..equations.model import Entry
+from ..graph import operations as ops
+from ..program import Program, ProgramFunction, chunk
+from ..program.model import Body, Literal, Load, Lookup, Operate, Store
+from ..program.names import identifiers
+from .c_forms import AT_RUN_TIME, DIALECT, INEXACT, LIBRARY, NEEDED_BY_OWN, OWN, literal
+from .expressions import lines
+from .literal import PI_DIGITS
+
+STRUCT_FUNCTIONS: Final = ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
+"""Functions that are fields of ``mech_model``; any other is exported under its own name."""
+
+NAMED_LOADS: Final = 150
+"""Longest function, in operations, whose arguments get names of the model."""
+
+_WORDS: Final = (
+    "auto break case char const continue default do double else enum extern float for goto if inline int long"
+    " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
+    " while asm typeof real ratio at_run_time PI mech_real mech_model lookup NULL EXPORT NOINLINE"
+)
+"""Words that no value may have for its name."""
+
+_ARGUMENTS: Final = (
+    "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,",
+    "const mech_real *p, {w}mech_real *restrict out)",
+)
+_PARAMETERS_ARGUMENTS: Final = "mech_real *restrict p, const unsigned char *set{w})"
+
+_PRELUDE: Final = """\
+#include <stddef.h>
+
+#include "model.h"
+
+/* real(0.1) is the decimal 0.1 in the working precision; a plain 0.1 is that number in double precision. */
+#if defined(MECH_QUAD)
+#include <quadmath.h>
+#define real(decimal) decimal##Q
+{quad}#elif defined(MECH_LONG)
+#include <math.h>
+#define real(decimal) decimal##L
+{long}#else
+#include <math.h>
+#define real(decimal) decimal
+#endif
+#define ratio(a, b) ((mech_real)(a) / (mech_real)(b))
+#define PI real({pi})
+
+#if defined(_WIN32)
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+#define NOINLINE __attribute__((noinline))
+"""
+
+
+def emit_c(program: Program, chunk_size: int | None = None) -> str:
+    """Return the C text of a program.
+
+    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). Without
+    contraction of products and sums, and with the functions of the C library, the double precision build
+    gives the same bits as the scalar Python text.
+    """
+    if chunk_size is None:
+        program = chunk(program)
+    elif chunk_size > 0:
+        program = chunk(program, chunk_size)
+    return "\n".join(_File(program).lines()) + "\n"
+
+
+class _File:
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.used = _operations(program)
+        library = {name for code, name in LIBRARY.items() if code in self.used}
+        for code in self.used & NEEDED_BY_OWN.keys():
+            library.update(NEEDED_BY_OWN[code])
+        self.library = sorted(library)
+        reserved = {*_WORDS.split(), *library, *(n for code, n in LIBRARY.items())}
+        self.names = identifiers(program, {*reserved, "sign", "minimum", "maximum", "modulo"})
+
+    def lines(self) -> Iterator[str]:
+        program = self.program
+        yield from _header(program)
+        yield _PRELUDE.format(
+            quad="".join(f"#define {name} {name}q\n" for name in self.library),
+            long="".join(f"#define {name} {name}l\n" for name in self.library),
+            pi=PI_DIGITS,
+        )
+        for code in sorted(self.used & OWN.keys()):
+            yield OWN[code]
+        if _functions_of_constants(program):
+            yield AT_RUN_TIME
+        for i, table in enumerate(program.tables):
+            yield f"enum {{ n_table_{i} = {len(table.points)} }};"
+            yield f"static const mech_real table_{i}[n_table_{i}][3] = {{"
+            for row in zip(table.points, table.values, table.slopes, strict=True):
+                yield f"    {{{', '.join(literal(Fraction(x))[0] for x in row)}}},"
+            yield "};\n"
+        yield from self.function(program.parameters)
+        for function in program.functions:
+            if function.n_out or function.name not in STRUCT_FUNCTIONS:
+                yield from self.function(function)
+        yield from self.model()
+
+    def function(self, function: ProgramFunction) -> Iterator[str]:
+        """Yield one function, and before it its bodies where it has several."""
+        parameters = function is self.program.parameters
+        static = parameters or function.name in STRUCT_FUNCTIONS
+        several = len(function.bodies) > 1
+        if several:
+            for k, body in enumerate(function.bodies):
+                yield from _head("static NOINLINE", f"{function.name}_{k + 1}", parameters, workspace=True)
+                yield from self.body(body, parameters, workspace=True, named=False)
+        yield f"/* {_comment(sentence(function.doc))} */"
+        yield from _head("static" if static else "EXPORT", function.name, parameters, workspace=False)
+        if not several:
+            named = function.operations <= NAMED_LOADS
+            yield from self.body(function.bodies[0], parameters, workspace=False, named=named)
+            return
+        arguments = "p, set, w" if parameters else "t, y, u, z, p, w, out"
+        yield "{"
+        yield f"    mech_real w[{max(1, function.workspace)}];"
+        for k in range(len(function.bodies)):
+            yield f"    {function.name}_{k + 1}({arguments});"
+        yield "}\n"
+
+    def body(self, body: Body, parameters: bool, *, workspace: bool, named: bool) -> Iterator[str]:
+        loads = {(s.array, s.index) for s in body if type(s) is Load}
+        touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
+        if any(type(s) is Store and s.guarded for s in body):
+            touched.add("set")
+        given = ("p", "set") if parameters else ("t", "y", "u", "z", "p", "out")
+        unused = [a for a in (*given, *(("w",) if workspace else ())) if a not in touched]
+        yield "{"
+        if unused:
+            yield f"    {' '.join(f'(void){a};' for a in unused)}"
+        names: Mapping[tuple[str, int], str]
+        if named and not parameters:
+            names = {k: self.names[k] for k in loads}
+            for array, index in sorted(loads, key=_load_order):
+                if array != "t":
+                    yield f"    const mech_real {names[array, index]} = {array}[{index}];"
+        else:
+            names = {k: "t" if k[0] == "t" else f"{k[0]}[{k[1]}]" for k in loads if k[0] != "w"}
+        for line in lines(body, DIALECT, names):
+            yield f"    {line}"
+        yield "}\n"
+
+    def model(self) -> Iterator[str]:
+        program = self.program
+        yield from _indices("rotations", program.rotations)
+        yield from _indices("jacobian_rows", [row for row, _ in program.jacobian_pattern])
+        yield from _indices("jacobian_columns", [column for _, column in program.jacobian_pattern])
+        fields = {
+            "version": "MECH_MODEL_VERSION",
+            "nq": program.nq,
+            "nv": program.nv,
+            "nx": program.nx,
+            "nu": program.size("u"),
+            "nz": program.size("z"),
+            "np": len(program.arrays["p"]),
+            "nh": program.n_hoisted,
+            "n_outputs": program.size("out"),
+            "n_assertions": len(program.assertions),
+            "n_rotations": len(program.rotations),
+            "rotations": "rotations" if program.rotations else "NULL",
+            "n_jacobian": len(program.jacobian_pattern),
+            "jac_row": "jacobian_rows" if program.jacobian_pattern else "NULL",
+            "jac_col": "jacobian_columns" if program.jacobian_pattern else "NULL",
+            "parameters": "parameters",
+        }
+        for name in STRUCT_FUNCTIONS:
+            function = program.function(name)
+            fields[name] = name if function and function.n_out else "NULL"
+        yield "static const mech_model model = {"
+        for name, value in fields.items():
+            yield f"    .{name} = {value},"
+        yield "};\n"
+        yield "EXPORT const mech_model *mech_model_get(void);"
+        yield "const mech_model *mech_model_get(void)"
+        yield "{"
+        yield "    return &model;"
+        yield "}"
+
+
+def _head(kind: str, name: str, parameters: bool, *, workspace: bool) -> Iterator[str]:
+    """Yield the lines of a signature."""
+    start = f"{kind} void {name}("
+    if parameters:
+        yield start + _PARAMETERS_ARGUMENTS.format(w=", mech_real *restrict w" if workspace else "")
+    else:
+        yield start + _ARGUMENTS[0]
+        yield " " * len(start) + _ARGUMENTS[1].format(w="mech_real *restrict w, " if workspace else "")
+
+
+def sentence(doc: str) -> str:
+    """Return a description that begins with a capital letter and ends with a full stop."""
+    text = doc.strip()
+    return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
+
+
+def _operations(program: Program) -> set[int]:
+    """Return the codes of all operations that the program uses."""
+    used: set[int] = set()
+    for function in (program.parameters, *program.functions):
+        for body in function.bodies:
+            for statement in body:
+                if type(statement) is Operate:
+                    used.add(statement.code)
+                elif type(statement) is Lookup:
+                    used.add(ops.LOOKUP)
+    return used
+
+
+def _functions_of_constants(program: Program) -> bool:
+    """Tell whether a library function has constant arguments only."""
+    return any(
+        type(s) is Operate and s.code in INEXACT and all(type(body[a]) is Literal for a in s.operands)
+        for function in (program.parameters, *program.functions)
+        for body in function.bodies
+        for s in body
+    )
+
+
+def _load_order(load: tuple[str, int]) -> tuple[int, int]:
+    return "tyuzpw".index(load[0]), load[1]
+
+
+def _indices(name: str, values: Sequence[int]) -> Iterator[str]:
+    if values:
+        yield f"static const int {name}[] = {{{', '.join(map(str, values))}}};\n"
+
+
+def _header(program: Program) -> Iterator[str]:
+    yield f"/* {_comment(program.name)}: a mechanical model, generated by mechc."
+    for line in program.doc.strip().splitlines():
+        yield f" * {_comment(line)}".rstrip()
+    yield " *"
+    titles = {
+        "y": "state",
+        "u": "inputs",
+        "z": "discrete variables",
+        "p": "parameters",
+        "out": "outputs",
+    }
+    for array, title in titles.items():
+        entries = program.arrays[array]
+        if entries:
+            yield f" * {title}, {array}[]:"
+            for i, entry in enumerate(entries):
+                yield f" *   {i:3}  {_comment(_describe(entry))}"
+    if program.n_hoisted:
+        first = len(program.arrays["p"])
+        last = first + program.n_hoisted - 1
+        which = (
+            f"p[{first}] to p[{last}] are constants of the run"
+            if last > first
+            else f"p[{first}] is a constant of the run"
+        )
+        yield f" *   {which}, computed by parameters()"
+    yield " */"
+
+
+def _describe(entry: Entry) -> str:
+    unit = f" [{entry.unit}]" if entry.unit else ""
+    doc = f"  {entry.doc.strip().splitlines()[0]}" if entry.doc.strip() else ""
+    return f"{entry.name}{unit}{doc}"
+
+
+def _comment(text: str) -> str:
+    """Return text that cannot end a comment."""
+    return text.replace("*/", "* /").replace("/*", "/ *")

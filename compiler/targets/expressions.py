@@ -1,0 +1,146 @@
+"""Statements as nested expressions: what the C and the Python printer share.
+
+A value used once is written where it is used, as long as lines stay readable; any other gets a name. The
+order of the arithmetic is that of the program, because each operation keeps its own operands.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from ..graph.operations import ADD, COS, SIN, SUB
+from ..program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
+
+ATOM, UNARY, PRODUCT, SUM, BITWISE, COMPARISON, LOGIC, CHOICE = 100, 80, 70, 60, 50, 40, 30, 10
+"""Binding strength of what stands outermost in an expression."""
+
+INLINE = 46
+"""Longest expression that is written inside another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """How to write one operation.
+
+    ``binds``: the strength of the result; ``needs``: the least strength of each operand without
+    parentheses. ``condition``: the result is a truth value; ``conditions``: so is every operand marked.
+    """
+
+    template: str
+    binds: int
+    needs: tuple[int, ...]
+    condition: bool = False
+    conditions: tuple[bool, ...] = (False, False, False)
+
+
+def call(name: str, arity: int) -> Form:
+    return Form(f"{name}({', '.join(['{}'] * arity)})", ATOM, (0,) * arity)
+
+
+def infix(sign: str, binds: int, *, condition: bool = False) -> Form:
+    """Return the form of a binary operation that groups from left to right."""
+    return Form(f"{{}} {sign} {{}}", binds, (binds, binds + 1), condition)
+
+
+@dataclass(frozen=True, slots=True)
+class Dialect:
+    """A target language: one form for each operation, and how it writes everything else."""
+
+    forms: Mapping[int, Form]
+    literal: Callable[[Fraction], tuple[str, int]]
+    """An exact constant as text, and how strongly it binds."""
+    lookup: Callable[[int, int, str], str]
+    """The call for (table, order, argument)."""
+    declare: Callable[[str, str, bool], str]
+    """The line that names a value: (name, expression, whether it is a condition)."""
+    store: Callable[[Store, str], str]
+    """The line that stores an expression."""
+    as_condition: Form
+    as_number: Form
+    library: frozenset[int] = frozenset()
+    """Operations whose last digit depends on who computes them."""
+    library_literal: str = "{}"
+    """How to write a literal argument of those, so that none is computed before the program runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Text:
+    text: str
+    binds: int
+    condition: bool
+    plain: bool = False
+    """It is the name of an argument of the function."""
+
+
+def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) -> Iterator[str]:
+    """Yield the lines of a body: named values and stores, in order."""
+    uses = [0] * len(body)
+    stored = bytearray(len(body))
+    for statement in body:
+        for operand in operands_of(statement):
+            uses[operand] += 1
+        if isinstance(statement, Store):
+            stored[statement.value] = 1
+    forms = dialect.forms
+    values: list[_Text] = []
+    count = 0
+    for position, statement in enumerate(body):
+        match statement:
+            case Operate(code, operands):
+                form = forms[code]
+                parts = [
+                    _fit(values[a], need, condition, dialect)
+                    for a, need, condition in zip(operands, form.needs, form.conditions, strict=False)
+                ]
+                template = form.template
+                if code in dialect.library and all(isinstance(body[a], Literal) for a in operands):
+                    parts = [dialect.library_literal.format(part) for part in parts]
+                if code in (ADD, SUB) and isinstance(body[operands[1]], Literal) and parts[1][0] == "-":
+                    # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
+                    template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]
+                value = _Text(template.format(*parts), form.binds, form.condition)
+                hint = ""
+                if code in (SIN, COS) and values[operands[0]].plain:
+                    hint = f"{'sin' if code == SIN else 'cos'}_{values[operands[0]].text}"
+            case Load(array, index):
+                name = names.get((array, index), "")
+                if name:
+                    values.append(_Text(name, ATOM, False, name.isidentifier()))
+                    continue
+                value, hint = _Text(f"{array}[{index}]", ATOM, False), ""
+            case Literal(number):
+                values.append(_Text(*dialect.literal(number), False))
+                continue
+            case Lookup(table, order, operand):
+                argument = _fit(values[operand], 0, False, dialect)
+                value, hint = _Text(dialect.lookup(table, order, argument), ATOM, False), ""
+            case Store(_, _, operand):
+                yield dialect.store(statement, _fit(values[operand], 0, False, dialect))
+                values.append(_NOTHING)
+                continue
+        # what is only stored needs no name, however long it is
+        long = len(value.text) > INLINE and not stored[position]
+        if uses[position] > 1 or long or isinstance(statement, Load):
+            if not hint:
+                count += 1
+                hint = f"v{count}"
+            yield dialect.declare(hint, value.text, value.condition)
+            value = _Text(hint, ATOM, value.condition)
+        values.append(value)
+
+
+_NOTHING = _Text("", ATOM, False)
+
+
+def _fit(value: _Text, need: int, condition: bool, dialect: Dialect) -> str:
+    """Return an operand with parentheses where it binds too weakly, converted where the kind differs."""
+    if value.condition == condition:
+        return value.text if value.binds >= need else f"({value.text})"
+    form = dialect.as_condition if condition else dialect.as_number
+    if form.template == "{}":
+        return value.text if value.binds >= need else f"({value.text})"
+    inner = value.text if value.binds >= form.needs[0] else f"({value.text})"
+    text = form.template.format(inner)
+    return text if form.binds >= need else f"({text})"

@@ -1,0 +1,112 @@
+"""Generated C, compiled and called through ctypes."""
+
+from __future__ import annotations
+
+import ctypes
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import mechc.runtime
+from mechc.compiler.program import Program
+from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
+
+KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
+STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+REPRODUCIBLE = ("-O1", "-fno-math-errno", "-ffp-contract=off")
+
+Floats = NDArray[np.float64]
+
+
+class _Model(ctypes.Structure):
+    """``mech_model`` of kernel/model.h."""
+
+    _fields_ = (
+        *((name, ctypes.c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
+        *((name, ctypes.c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
+        ("rotations", ctypes.POINTER(ctypes.c_int)),
+        ("n_jacobian", ctypes.c_int),
+        ("jac_row", ctypes.POINTER(ctypes.c_int)),
+        ("jac_col", ctypes.POINTER(ctypes.c_int)),
+        ("parameters", ctypes.c_void_p),
+        *((name, ctypes.c_void_p) for name in STRUCT_FUNCTIONS),
+    )
+
+
+def compiler() -> str:
+    command = shutil.which("gcc") or shutil.which("cc")
+    if command is None:
+        pytest.skip("no C compiler")
+    return command
+
+
+def compile_c(
+    text: str,
+    folder: Path,
+    flags: Sequence[str] = REPRODUCIBLE,
+    name: str = "model",
+    libraries: Sequence[str] = ("-lm",),
+) -> Path:
+    """Compile a model file to a shared library without a warning."""
+    source, library = folder / f"{name}.c", folder / f"{name}.so"
+    source.write_text(text)
+    command = [
+        compiler(),
+        *STRICT,
+        *flags,
+        "-fPIC",
+        "-shared",
+        "-I",
+        str(KERNEL),
+        "-o",
+        str(library),
+        str(source),
+    ]
+    done = subprocess.run([*command, *libraries], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return library
+
+
+class NativeModel:
+    """The functions of a compiled program, by name."""
+
+    def __init__(
+        self, program: Program, folder: Path, chunk_size: int | None = None, name: str = "model"
+    ) -> None:
+        self.program = program
+        text = emit_c(program, chunk_size)
+        self.library = ctypes.CDLL(str(compile_c(text, folder, name=name)))
+        get = self.library.mech_model_get
+        get.restype = ctypes.POINTER(_Model)
+        self.model = get().contents
+
+    def _address(self, name: str) -> int:
+        if name in STRUCT_FUNCTIONS:
+            address = getattr(self.model, name)
+        else:
+            address = ctypes.cast(getattr(self.library, name), ctypes.c_void_p).value
+        assert isinstance(address, int), f"the model has no function {name}"
+        return address
+
+    def call(self, name: str, t: float, y: Floats, u: Floats, z: Floats, p: Floats) -> Floats:
+        function = self.program.function(name)
+        assert function is not None
+        out = np.full(function.n_out, 777.0)
+        pointer = ctypes.c_void_p
+        prototype = ctypes.CFUNCTYPE(None, ctypes.c_double, *[pointer] * 5)
+        prototype(self._address(name))(t, *(a.ctypes.data for a in (y, u, z, p, out)))
+        return out
+
+    def parameters(self, p: Floats, given: NDArray[np.uint8]) -> None:
+        prototype = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
+        prototype(self.model.parameters)(p.ctypes.data, given.ctypes.data)
+
+    def default_parameters(self) -> Floats:
+        p = np.full(self.program.size("p"), np.nan)
+        self.parameters(p, np.zeros(len(self.program.arrays["p"]), np.uint8))
+        return p
