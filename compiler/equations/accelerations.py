@@ -9,7 +9,8 @@ from mechc.lang.diagnostics import Label, Reporter
 
 from ..graph import Node
 from ..graph.eliminate import Elimination, ZeroPivot, solve
-from ..mechanics.system import ConstraintRows, MechanicalSystem
+from ..mechanics.system import MechanicalSystem
+from .constraints import Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,15 +26,12 @@ def accelerations(
     system: MechanicalSystem,
     residual: Sequence[Node],
     free: Sequence[int],
-    rows: Sequence[tuple[ConstraintRows, int, Node, Node]],
+    rows: Sequence[Row],
     reporter: Reporter,
 ) -> Accelerations:
-    """Solve r - K^T lam = 0 with K a + gamma = 0.
-
-    ``rows``: (constraint, component, multiplier symbol, second derivative of the constraint).
-    """
-    unknowns = [system.a[i] for i in free] + [lam for _, _, lam, _ in rows]
-    equations = [residual[i] for i in free] + [gamma for *_, gamma in rows]
+    """Solve r - K^T lam = 0 with K a + gamma = 0."""
+    unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
+    equations = [residual[i] for i in free] + [row.second for row in rows]
     try:
         found = solve(system.graph, equations, unknowns)
     except ZeroPivot as singular:
@@ -45,7 +43,7 @@ def accelerations(
 def _massless(
     system: MechanicalSystem,
     free: Sequence[int],
-    rows: Sequence[tuple[ConstraintRows, int, Node, Node]],
+    rows: Sequence[Row],
     singular: ZeroPivot,
     reporter: Reporter,
 ) -> Exception:
@@ -58,15 +56,16 @@ def _massless(
             caption="the acceleration of this coordinate is undetermined",
             help="give a mass or an inertia to what it moves, or remove the coordinate",
         )
-    constraint, component, *_ = rows[singular.unknown - len(free)]
+    row = rows[singular.unknown - len(free)]
     others = tuple(
-        Label(other.origin.span, f"'{other.name}'") for other, *_ in rows[:3] if other is not constraint
+        Label(other.constraint.origin.span, f"'{other.title}'")
+        for other in rows[:3]
+        if other.constraint is not row.constraint
     )
     return reporter.fail(
         "E0521",
-        f"constraint '{constraint.name}' is implied by the others"
-        + (f" (component {component + 1})" if len(constraint.residuals) > 1 else ""),
-        constraint.origin.span,
+        f"constraint '{row.title}' is implied by the others",
+        row.constraint.origin.span,
         caption="its reaction is undetermined",
         labels=others,
     )

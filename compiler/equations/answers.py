@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 from mechc.lang.diagnostics import Reporter
 
@@ -15,12 +16,22 @@ from .energies import Energies
 Answer = Callable[[Query], Sequence[Node] | None]
 
 
+@dataclass(frozen=True, slots=True)
+class Replies:
+    """What elimination knows about named elements.
+
+    ``multipliers`` by constraint; ``dropped``: multipliers of rows that are left out; ``drive_reactions`` by
+    coordinate; ``joint_reactions``: (force, moment) on the ``to`` side, world components, by joint.
+    """
+
+    multipliers: Mapping[str, tuple[Node, ...]]
+    dropped: frozenset[Node]
+    drive_reactions: Mapping[str, Node]
+    joint_reactions: Mapping[str, tuple[tuple[Node, ...], tuple[Node, ...]]]
+
+
 def answers(
-    system: MechanicalSystem,
-    energies: Energies,
-    multipliers: Mapping[str, Sequence[Node]],
-    drive_reactions: Mapping[str, Node],
-    reporter: Reporter,
+    system: MechanicalSystem, energies: Energies, replies: Replies, reporter: Reporter
 ) -> dict[Node, Node]:
     """Return the node for each symbol that stands for an answer; report questions without one."""
     graph = system.graph
@@ -36,7 +47,26 @@ def answers(
                 return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
         return None
 
+    def multiplier(query: Query) -> Sequence[Node] | None:
+        found = replies.multipliers.get(query.target)
+        if found is not None and replies.dropped.intersection(found):
+            reporter.error(
+                "E0525",
+                f"'multiplier({query.target})' is not unique",
+                query.span,
+                caption="this constraint repeats others, so its force cannot be told from theirs",
+                help="remove the constraint, or ask for the reaction of one that is kept",
+            )
+        return found
+
+    def moment(query: Query) -> Sequence[Node] | None:
+        found = replies.joint_reactions.get(query.target)
+        return None if found is None else found[1]
+
     def reaction(query: Query) -> Sequence[Node] | None:
+        if query.target in replies.joint_reactions:
+            return replies.joint_reactions[query.target][0]
+        drive_reactions = replies.drive_reactions
         names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
         return [drive_reactions[n] for n in names] if all(n in drive_reactions for n in names) else None
 
@@ -46,8 +76,9 @@ def answers(
         "potential_energy": lambda q: [energies.potential],
         "momentum": momentum,
         "power": power,
-        "multiplier": lambda q: multipliers.get(q.target),
+        "multiplier": multiplier,
         "reaction": reaction,
+        "moment": moment,
     }
     result: dict[Node, Node] = {}
     groups: dict[int, tuple[Query, list[Node]]] = {}

@@ -107,7 +107,7 @@ def _powers(
         if n in inputs:
             reason = f"the energy depends on the input '{inputs[n].name}', whose rate is unknown"
             return graph.zero, graph.zero, reason
-    explicit = {system.symbols.time: graph.one, **{s: f for s, f in system.xdot.items()}}
+    explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = jvp(graph, [lagrangian], explicit)
     supplied = graph.sub(constraint_power, drift)
     for mass in system.masses:

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ..graph import Node
-from ..graph.eliminate import Elimination
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout
 from .model import Choice, Function
+from .solve import Solved
 
 FACTS = {
     "space": "three dimensions",
@@ -66,24 +66,22 @@ def _has_tables(system: MechanicalSystem, functions: Sequence[Function]) -> bool
     return any(graph.op(n) == LOOKUP for n in graph.reach(outputs))
 
 
-def choices(
-    system: MechanicalSystem, elimination: Elimination, layout: Layout, facts: frozenset[str]
-) -> tuple[Choice, ...]:
+def choices(system: MechanicalSystem, solved: Solved, facts: frozenset[str]) -> tuple[Choice, ...]:
     """Return the decisions taken for a model, each with its reason."""
-    result = [_form(system, elimination)]
+    result = [_form(system, solved)]
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept)))
     return tuple(result)
 
 
-def _form(system: MechanicalSystem, elimination: Elimination) -> Choice:
+def _form(system: MechanicalSystem, solved: Solved) -> Choice:
     graph = system.graph
     moving = {s.node for s in (*system.q, *system.v)} | {system.symbols.time}
-    constant = not any(moving.intersection(graph.support(p)) for p in elimination.pivots)
-    form = "constant mass matrix, factorised once" if constant else elimination.variant
+    constant = not any(moving.intersection(graph.support(p)) for p in solved.pivots)
+    form = "constant mass matrix, factorised once" if constant else solved.method
     count = len(system.v)
-    reason = f"{elimination.operations} operations for {count} accelerations"
+    reason = f"{solved.operations} operations for {count} accelerations"
     return Choice("accelerations", form, reason)
 
 

@@ -78,18 +78,23 @@ def conservative(system: MechanicalSystem) -> list[Node]:
     return projected(system, gradient)
 
 
-def residual(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]] = ()) -> list[Node]:
+def seeds_of(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> Seeds:
+    """Return the seeds of bodies, forces and constraints together."""
+    seeds = inertia_seeds(system) + effort_seeds(system)
+    for rows, symbols in zip(system.constraints, multipliers, strict=True):
+        rates = constraint_rates(system, rows)
+        seeds += [(rate, system.graph.neg(lam)) for rate, lam in zip(rates, symbols, strict=True)]
+    return seeds
+
+
+def residual(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> list[Node]:
     """Return r - K^T lam, one node for each velocity, affine in a and lam.
 
     ``multipliers``: one sequence of symbols for each entry of ``system.constraints``.
     """
     graph: Graph = system.graph
     velocities = [s.node for s in system.v]
-    seeds = inertia_seeds(system) + effort_seeds(system)
-    for rows, symbols in zip(system.constraints, multipliers, strict=bool(multipliers)):
-        rates = constraint_rates(system, rows)
-        seeds += [(rate, graph.neg(lam)) for rate, lam in zip(rates, symbols, strict=True)]
-    result = vjp(graph, seeds, velocities)
+    result = vjp(graph, seeds_of(system, multipliers), velocities)
     parts = [
         lagrange(system, graph.add(system.kinetic, system.lagrangian)),
         conservative(system),

@@ -19,6 +19,7 @@ from .symbols import Scalar, Symbols, declare, element_name, subscripts
 from .system import AssertionRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
 from .topology import Topology, TreeEdge, classify
 from .unsupported import refuse
+from .virtual import VirtualDisplacement, displace, reactions_asked
 
 
 def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> MechanicalSystem:
@@ -41,9 +42,10 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         lambda query: _ask(graph, queries, query),
         reporter,
     )
-    _place_frames(lowering, topology)
+    asked = reactions_asked(model)
+    virtual = _place_frames(lowering, topology, asked)
     _lower_frames(lowering, model)
-    closures = closure_rows(lowering, topology)
+    closures = closure_rows(lowering, topology, asked, virtual)
     masses, inertias = _bodies(lowering, model, symbols, reporter)
     kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols)
     constraints = (*closures, *constraint_rows(lowering, model, symbols, reporter))
@@ -77,6 +79,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
             AssertionRow(lowering.scalar(a.condition), a.message, a.origin) for a in model.assertions
         ),
         queries=queries,
+        virtual=virtual,
     )
     reporter.stop_on_errors()
     return system
@@ -137,13 +140,22 @@ def _unplaced(definition: Definition, reporter: Reporter) -> Frame:
     )
 
 
-def _place_frames(lowering: Lowering, topology: Topology) -> None:
-    """Give every free frame of the tree its frame, from the root outwards."""
+def _place_frames(
+    lowering: Lowering, topology: Topology, asked: frozenset[str]
+) -> dict[str, VirtualDisplacement]:
+    """Give every free frame of the tree its frame, from the root outwards; return the virtual displacements."""
+    virtual: dict[str, VirtualDisplacement] = {}
     for edge in topology.tree:
         if edge.backwards or edge.joint.target != edge.root:
             _place_indirectly(lowering, edge)
-        else:
-            lowering.assign(edge.root, lowering.frame(edge.joint.value))
+            continue
+        frame = lowering.frame(edge.joint.value)
+        name = edge.joint.name
+        if name in asked:
+            virtual[name] = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, name)
+            frame = virtual[name].frame
+        lowering.assign(edge.root, frame)
+    return virtual
 
 
 def _place_indirectly(lowering: Lowering, edge: TreeEdge) -> None:

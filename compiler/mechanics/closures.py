@@ -6,13 +6,15 @@ from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Derivative, Element, Expression, FlatModel, Name
+from ..flat.model import Derivative, Element, Expression, FlatModel, Joint, Name
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp
+from .frames import Frame
 from .lower import Lowering
 from .symbols import Symbols
 from .system import ConstraintRows, DriveRow
 from .topology import Topology
+from .virtual import VirtualDisplacement, displace
 
 
 def _differences(lowering: Lowering, left: Expression, right: Expression) -> tuple[Node, ...]:
@@ -31,30 +33,53 @@ def _unit(left: Expression, right: Expression) -> str:
     return "" if text == "1" else text
 
 
-def closure_rows(lowering: Lowering, topology: Topology) -> tuple[ConstraintRows, ...]:
-    """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead."""
-    rows = []
+def closure_rows(
+    lowering: Lowering,
+    topology: Topology,
+    asked: frozenset[str],
+    virtual: dict[str, VirtualDisplacement],
+) -> tuple[ConstraintRows, ...]:
+    """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead.
+
+    Joints in ``asked`` get a virtual displacement of their ``to`` frame, added to ``virtual``.
+    """
+    rows: list[ConstraintRows] = []
     for joint in topology.closures:
+        if joint.name in asked:
+            frame = lowering.named(joint.target)
+            assert isinstance(frame, Frame)
+            moved = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, joint.name)
+            virtual[joint.name] = moved
+            with lowering.trial():
+                lowering.assign(joint.target, moved.frame)
+                rows += _joint_rows(lowering, joint)
+        else:
+            rows += _joint_rows(lowering, joint)
         for equation in joint.closures:
-            match equation.left:
-                case Name(name=name) if name in joint.coordinates:
-                    lowering.assign(name, lowering.value(equation.right))
-                    continue
-                case _:
-                    residuals = _differences(lowering, equation.left, equation.right)
-            unit = _unit(equation.left, equation.right)
-            rows.append(
-                ConstraintRows(
-                    joint.name,
-                    "position",
-                    residuals,
-                    (unit,) * len(residuals),
-                    "",
-                    joint.name,
-                    equation.origin,
-                )
-            )
+            name = _computed(joint, equation.left)
+            if name:
+                lowering.assign(name, lowering.value(equation.right))
     return tuple(rows)
+
+
+def _computed(joint: Joint, left: Expression) -> str:
+    """Return the coordinate that a closure equation computes, or nothing if it is a constraint."""
+    return left.name if isinstance(left, Name) and left.name in joint.coordinates else ""
+
+
+def _joint_rows(lowering: Lowering, joint: Joint) -> list[ConstraintRows]:
+    rows = []
+    for equation in joint.closures:
+        if _computed(joint, equation.left):
+            continue
+        residuals = _differences(lowering, equation.left, equation.right)
+        unit = _unit(equation.left, equation.right)
+        rows.append(
+            ConstraintRows(
+                joint.name, "position", residuals, (unit,) * len(residuals), "", joint.name, equation.origin
+            )
+        )
+    return rows
 
 
 def constraint_rows(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from fractions import Fraction
+from itertools import pairwise
 from typing import assert_never
 
 from mechc.lang.diagnostics import Reporter
@@ -234,7 +235,7 @@ class Lowering:
                 f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
                 arguments[1].span,
             )
-        if any(b <= a for a, b in zip(points, points[1:], strict=False)):
+        if any(b <= a for a, b in pairwise(points)):
             raise self._reporter.fail(
                 "E0311", "the points of a table must increase", arguments[1].span, caption="these do not"
             )

@@ -16,6 +16,7 @@ from .lower import Lowering
 from .rates import TotalDerivative
 from .symbols import Scalar, Symbols
 from .topology import Topology
+from .virtual import VirtualDisplacement
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +106,7 @@ class MechanicalSystem:
     """One model as a Lagrangian system.
 
     Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops
-    are constraints. ``kinetic``, ``lagrangian`` and ``velocity_potential`` are the energies that the user wrote as
+    are constraints. ``virtual``: displacements of joints whose reactions are asked for, all zero. ``kinetic``, ``lagrangian`` and ``velocity_potential`` are the energies that the user wrote as
     formulas; those of bodies are in ``masses`` and ``inertias``. ``queries``: symbols that stand for answers which
     only the equations can give.
     """
@@ -139,3 +140,4 @@ class MechanicalSystem:
     outputs: tuple[OutputRow, ...]
     assertions: tuple[AssertionRow, ...]
     queries: Mapping[Node, Query]
+    virtual: Mapping[str, VirtualDisplacement]

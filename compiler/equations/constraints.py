@@ -1,0 +1,125 @@
+"""Constraint rows: which are independent, their second derivatives, and the corrections that project a state.
+
+Rank. The rows K of all constraints are evaluated at a few states on the constraint manifold (Newton projections of
+disturbed initial states with the default parameters). Rows that depend on earlier ones at all of them are dropped
+from the dynamics and named. If the rank changes between states, the mechanism passes singular positions.
+
+Projection. The nearest state in the mass metric: M d - K^T mu = 0 with K d = -phi for positions, and with
+K d = -(K v + b) for velocities. Solved along the structure like the accelerations, so it costs as little.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from ..graph.differentiate import jvp
+from ..graph.eliminate import solve
+from ..graph.rewrite import substitute
+from ..mechanics.system import ConstraintRows, MechanicalSystem
+from .residual import constraint_rates
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One scalar equation: ``position`` is phi or None, ``rate`` is K v + b, ``second`` is K a + gamma."""
+
+    constraint: ConstraintRows
+    component: int
+    multiplier: Node
+    position: Node | None
+    rate: Node
+    second: Node
+
+    @property
+    def title(self) -> str:
+        count = len(self.constraint.residuals)
+        return f"{self.constraint.name}[{self.component + 1}]" if count > 1 else self.constraint.name
+
+
+def rows_of(
+    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]], replace: Mapping[Node, Node]
+) -> tuple[Row, ...]:
+    """Return every row with ``replace`` applied (driven coordinates, rates of states, virtual displacements)."""
+    graph = system.graph
+    rows: list[Row] = []
+    for constraint, symbols in zip(system.constraints, multipliers, strict=True):
+        rates = constraint_rates(system, constraint)
+        nodes = [*constraint.residuals, *rates, *(system.rate(c) for c in rates)]
+        nodes = substitute(graph, nodes, replace) if replace else nodes
+        count = len(symbols)
+        for k, lam in enumerate(symbols):
+            position = nodes[k] if constraint.level == "position" else None
+            rows.append(Row(constraint, k, lam, position, nodes[count + k], nodes[2 * count + k]))
+    return tuple(rows)
+
+
+def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Reporter) -> tuple[Row, ...]:
+    """Drop rows that are identically zero; report rows that no motion can change."""
+    graph = system.graph
+    moving = {s.node for s in (*system.q, *system.v)}
+    kept = []
+    for row in rows:
+        if graph.is_zero(row.rate) and (row.position is None or graph.is_zero(row.position)):
+            continue
+        if not moving.intersection(graph.support(row.rate)):
+            reporter.error(
+                "E0524",
+                f"'{row.title}' cannot be fulfilled: no coordinate changes it",
+                row.constraint.origin.span,
+                caption="everything in it is prescribed",
+            )
+        kept.append(row)
+    return tuple(kept)
+
+
+@dataclass(frozen=True, slots=True)
+class Projection:
+    """Corrections d of the velocities' size that remove the residuals; the residuals follow."""
+
+    position: tuple[Node, ...]
+    position_residuals: tuple[Node, ...]
+    velocity: tuple[Node, ...]
+    velocity_residuals: tuple[Node, ...]
+
+
+def projection(
+    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], rows: Sequence[Row]
+) -> Projection:
+    """Return the corrections of a state with the given independent rows."""
+    located = [row for row in rows if row.position is not None]
+    position = _correction(system, residual, free, located, [row.position or row.rate for row in located])
+    velocity = _correction(system, residual, free, rows, [row.rate for row in rows])
+    return Projection(
+        position,
+        tuple(row.position for row in located if row.position is not None),
+        velocity,
+        tuple(row.rate for row in rows),
+    )
+
+
+def _correction(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    values: Sequence[Node],
+) -> tuple[Node, ...]:
+    """Return d with M d - K^T mu = 0 and K d = -values."""
+    graph = system.graph
+    if not rows:
+        return (graph.zero,) * len(free)
+    corrections = [graph.symbol(f"#correction {i}") for i in free]
+    along = dict(zip((system.a[i] for i in free), corrections, strict=True))
+    inertia = jvp(graph, [residual[i] for i in free], along)
+    # the multipliers of rows that are left out must not appear
+    forces = jvp(graph, [residual[i] for i in free], {row.multiplier: row.multiplier for row in rows})
+    directions = {system.v[i].node: d for i, d in zip(free, corrections, strict=True)}
+    changes = jvp(graph, [row.rate for row in rows], directions)
+    equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
+    unknowns = [*corrections, *(row.multiplier for row in rows)]
+    return solve(graph, equations, unknowns).solutions[: len(free)]

@@ -1,0 +1,80 @@
+"""Everything that is reported beside the state: declared outputs, energies, momenta."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..flat.model import Kind
+from ..graph import Node
+from ..mechanics.system import MechanicalSystem
+from .entries import Layout, momentum_unit, unit_of
+from .model import Entry
+from .solve import Solved, drive_indices
+
+
+@dataclass(frozen=True, slots=True)
+class OutputList:
+    """``entries`` describe ``nodes``; ``conserved`` and ``energy_balance`` are indices into both (-1: absent)."""
+
+    entries: tuple[Entry, ...]
+    nodes: tuple[Node, ...]
+    conserved: tuple[int, ...]
+    energy_balance: tuple[int, ...]
+
+
+def list_outputs(system: MechanicalSystem, solved: Solved, layout: Layout) -> OutputList:
+    """Return the outputs of a model, prescribed coordinates first."""
+    rows = _rows(system, solved, layout)
+    names = {entry.name: k for k, (entry, _) in enumerate(rows)}
+    balance = ("energy.total", "energy.dissipated", "energy.supplied")
+    return OutputList(
+        tuple(entry for entry, _ in rows),
+        tuple(n for _, n in rows),
+        tuple(k for k, (entry, _) in enumerate(rows) if entry.kind == "momentum"),
+        () if solved.energies.reason else tuple(names.get(name, -1) for name in balance),
+    )
+
+
+def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tuple[Entry, Node]]:
+    rows: list[tuple[Entry, Node]] = []
+    for k, i in drive_indices(system):
+        q, v = system.q[k], system.v[i]
+        rows.append((layout.entry(q, "coordinate"), q.node))
+        rows.append((layout.entry(v, "rate", rate=True), v.node))
+    for row in system.outputs:
+        kind = row.definition.type
+        unit = unit_of(kind.dimension, kind.angle)
+        attributes = row.definition.attributes
+        if kind.kind is Kind.POINT:
+            unit = layout.length
+        rows.append(
+            (
+                Entry(
+                    row.name,
+                    "output",
+                    unit,
+                    attributes.display,
+                    attributes.nominal,
+                    attributes.minimum,
+                    attributes.maximum,
+                    row.definition.doc,
+                    row.definition.origin.span,
+                ),
+                row.node,
+            )
+        )
+    energy = solved.energies
+    joule = layout.energy
+    rows += [
+        (Entry("energy.kinetic", "energy", joule), energy.kinetic),
+        (Entry("energy.potential", "energy", joule), energy.potential),
+        (Entry("energy.total", "energy", joule), energy.total),
+    ]
+    for name in layout.accounts:
+        rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
+    for i in energy.cyclic:
+        scalar = system.v[i]
+        name = scalar.name.removeprefix("der(").removesuffix(")")
+        unit = momentum_unit(scalar, layout)
+        rows.append((Entry(f"momentum({name})", "momentum", unit), energy.momenta[i]))
+    return rows

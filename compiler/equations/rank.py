@@ -1,0 +1,130 @@
+"""Which constraint rows are independent, decided from numbers at a few consistent states."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..graph import Graph, Node
+from ..graph.differentiate import jacobian
+from ..graph.evaluate import evaluate
+from ..mechanics.system import MechanicalSystem
+from .constraints import Row
+
+SAMPLES = 4
+"""Consistent states tried; the first is the assembled initial state itself."""
+
+TOLERANCE = 1e-9
+"""A row is dependent if its part orthogonal to the earlier ones is smaller than this share of it."""
+
+Vector = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Rank:
+    """``independent`` rows by index; ``rank`` at each sample; ``varies`` where it is not the same at all."""
+
+    independent: tuple[int, ...]
+    ranks: tuple[int, ...]
+
+    @property
+    def varies(self) -> bool:
+        return len(set(self.ranks)) > 1
+
+
+def rank(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    free: Sequence[int],
+    parameters: Mapping[Node, float],
+    start: Mapping[Node, float],
+) -> Rank:
+    """Return the independent rows, later ones depending on earlier ones.
+
+    ``parameters``: values of parameters, inputs and time; ``start``: of coordinates and velocities.
+    """
+    graph = system.graph
+    velocities = [system.v[i].node for i in free]
+    rates = [row.rate for row in rows]
+    entries = jacobian(graph, rates, velocities)
+    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+    seeds = np.random.default_rng(20)
+    counts: list[int] = []
+    chosen: tuple[int, ...] = ()
+    for sample in range(SAMPLES):
+        values = dict(parameters) | dict(start)
+        if sample:
+            values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
+        values = _assembled(system, rows, velocities, values)
+        matrix = _matrix(graph, flat, (len(rows), len(velocities)), values)
+        independent = _independent(matrix)
+        if len(independent) > len(chosen):
+            chosen = independent
+        counts.append(len(independent))
+    return Rank(chosen, tuple(counts))
+
+
+def _matrix(
+    graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float]
+) -> Vector:
+    matrix = np.zeros(shape)
+    for (i, j, _), value in zip(flat, evaluate(graph, [n for *_, n in flat], values), strict=True):
+        matrix[i, j] = value
+    return matrix
+
+
+def _assembled(
+    system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node], values: dict[Node, float]
+) -> dict[Node, float]:
+    """Return ``values`` with the coordinates moved onto the position constraints (damped Gauss-Newton)."""
+    graph = system.graph
+    located = [row for row in rows if row.position is not None]
+    if not located:
+        return values
+    residuals = [row.position for row in located if row.position is not None]
+    entries = jacobian(graph, [row.rate for row in located], velocities)
+    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+    shape = (len(located), len(velocities))
+    for _ in range(60):
+        phi = np.array(evaluate(graph, residuals, values))
+        if not np.isfinite(phi).all() or np.abs(phi).max() < 1e-13:
+            break
+        step = -np.linalg.pinv(_matrix(graph, flat, shape, values), rcond=1e-10) @ phi
+        size = np.abs(step).max()
+        step *= min(1.0, 0.5 / size) if size > 0 else 1.0
+        moved = dict(values) | dict(zip(velocities, step, strict=True))
+        rates = evaluate(graph, list(system.qdot), moved)
+        values = values | {s.node: values[s.node] + r for s, r in zip(system.q, rates, strict=True)}
+        values |= _normalised(system, values)
+    return values
+
+
+def _normalised(system: MechanicalSystem, values: Mapping[Node, float]) -> dict[Node, float]:
+    result: dict[Node, float] = {}
+    for first, _ in system.rotations:
+        nodes = [s.node for s in system.q[first : first + 4]]
+        size = float(np.sqrt(sum(values[n] ** 2 for n in nodes)))
+        result |= {n: values[n] / size for n in nodes}
+    return result
+
+
+def _independent(matrix: Vector) -> tuple[int, ...]:
+    """Return the rows that are no combination of earlier ones (Gram-Schmidt, twice for accuracy)."""
+    basis: list[Vector] = []
+    chosen: list[int] = []
+    for i, row in enumerate(matrix):
+        size = float(np.linalg.norm(row))
+        if size == 0:
+            continue
+        rest = row / size
+        for _ in range(2):
+            for b in basis:
+                rest = rest - (b @ rest) * b
+        length = float(np.linalg.norm(rest))
+        if length > TOLERANCE:
+            basis.append(rest / length)
+            chosen.append(i)
+    return tuple(chosen)

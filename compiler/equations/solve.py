@@ -1,0 +1,251 @@
+"""From the Lagrangian record to explicit formulas: accelerations, multipliers, projections, energies, answers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from ..graph.differentiate import jvp, vjp
+from ..graph.evaluate import evaluate
+from ..graph.rewrite import substitute
+from ..mechanics.system import MechanicalSystem
+from .accelerations import accelerations
+from .answers import Replies, answers
+from .constraints import Projection, Row, projection, rows_of, without_empty
+from .energies import Energies, energies
+from .residual import residual, seeds_of
+
+if TYPE_CHECKING:
+    from .rank import Rank
+
+
+@dataclass(frozen=True, slots=True)
+class Solved:
+    """Everything after elimination. ``replace`` turns each symbol that is no array entry into its formula.
+
+    ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
+    ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``pivots`` must not vanish.
+    """
+
+    driven: Mapping[Node, Node]
+    free: tuple[int, ...]
+    rows: tuple[Row, ...]
+    all_rows: tuple[Row, ...]
+    rank: Rank | None
+    projection: Projection | None
+    energies: Energies
+    pivots: tuple[Node, ...]
+    method: str
+    operations: int
+    replace: Mapping[Node, Node]
+
+
+def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
+    """Solve the equations of motion of a system; report what makes them undetermined."""
+    graph = system.graph
+    driven, prescribed = _driven(system)
+    free = tuple(i for i in range(len(system.v)) if i not in prescribed)
+    multipliers = [
+        tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
+        for n, rows in enumerate(system.constraints)
+    ]
+    raw = residual(system, multipliers)
+    still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
+    state_rates = {system.rate(x): f for x, f in system.xdot.items()}
+    before = {**state_rates, **driven, **still}
+    _check_inputs(system, raw, reporter)
+    all_rows = without_empty(rows_of(system, multipliers, before), system, reporter)
+    reporter.stop_on_errors()
+    rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
+    r = substitute(graph, raw, before | absent) if before or absent else raw
+    found = accelerations(system, r, free, rows, reporter)
+    solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
+    solution |= {row.multiplier: value for row, value in zip(rows, found.multipliers, strict=True)}
+    replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
+    if state_rates:
+        rates = substitute(graph, list(state_rates.values()), replace)
+        replace |= dict(zip(state_rates, rates, strict=True))
+    power = _constraint_power(system, rows, [system.v[i].node for i in free])
+    energy = energies(system, {**driven, **still}, free, power)
+    replies = Replies(
+        multipliers=_by_constraint(system, multipliers),
+        dropped=frozenset(absent),
+        drive_reactions={system.q[k].name: raw[i] for k, i in drive_indices(system)},
+        joint_reactions=_joint_reactions(system, multipliers),
+    )
+    answered = answers(system, energy, replies, reporter)
+    if answered:
+        resolved = substitute(graph, list(answered.values()), replace)
+        replace |= dict(zip(answered, resolved, strict=True))
+    return Solved(
+        driven=driven,
+        free=free,
+        rows=rows,
+        all_rows=all_rows,
+        rank=found_rank,
+        projection=projection(system, r, free, rows) if rows else None,
+        energies=energy,
+        pivots=found.elimination.pivots,
+        method=found.elimination.variant,
+        operations=found.elimination.operations,
+        replace=replace,
+    )
+
+
+# ---------------------------------------------------------------- drives
+
+
+def drive_indices(system: MechanicalSystem) -> list[tuple[int, int]]:
+    """Return (index in q, index in v) of each driven coordinate."""
+    pairs: dict[int, int] = {}
+    nq = nv = 0
+    for coordinate in system.symbols.coordinates:
+        if not coordinate.is_rotation:
+            pairs |= {nq + k: nv + k for k in range(len(coordinate.q))}
+        nq, nv = nq + len(coordinate.q), nv + len(coordinate.v)
+    return [(row.index, pairs[row.index]) for row in system.drives]
+
+
+def _driven(system: MechanicalSystem) -> tuple[dict[Node, Node], frozenset[int]]:
+    """Return what replaces each driven coordinate, its rate and acceleration, and their indices in v."""
+    graph = system.graph
+    replace: dict[Node, Node] = {}
+    indices = drive_indices(system)
+    for row, (q, v) in zip(system.drives, indices, strict=True):
+        rate = system.rate(row.value)
+        replace[system.q[q].node] = row.value
+        replace[system.v[v].node] = rate
+        replace[system.a[v]] = system.rate(rate)
+    for _ in range(len(system.drives)):  # drives may be given by other drives
+        if not any(set(graph.support(n)) & replace.keys() for n in replace.values()):
+            break
+        replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
+    return replace, frozenset(v for _, v in indices)
+
+
+def _check_inputs(system: MechanicalSystem, r: Sequence[Node], reporter: Reporter) -> None:
+    for n in system.graph.support(*r):
+        scalar = system.input_rates.get(n)
+        if scalar is not None:
+            reporter.error(
+                "E0523",
+                f"the equations need the rate of the input '{scalar.name}', which is unknown",
+                scalar.variable.origin.span,
+                caption="declared here",
+                help="let a 'state' follow the input and use the state instead",
+            )
+    reporter.stop_on_errors()
+
+
+# ---------------------------------------------------------------- constraints
+
+
+def default_values(system: MechanicalSystem) -> dict[Node, float]:
+    """Return the default values of parameters, inputs, discrete variables and time, and the initial state."""
+    graph, lowering = system.graph, system.lowering
+    values: dict[Node, float] = {system.symbols.time: 0.0}
+    groups = (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes)
+    for scalars in groups:
+        for s in scalars:
+            values[s.node] = 0.0
+        pending = {s.node: s for s in scalars}
+        for _ in range(len(pending) + 1):  # parameters may depend on later ones
+            before = dict(values)
+            for s in scalars:
+                if s.variable.value is not None:
+                    numbers = lowering.numbers(s.variable.value)
+                    same = [t.node for t in scalars if t.variable is s.variable]
+                    n = numbers[0] if len(numbers) == 1 else numbers[same.index(s.node)]
+                    (values[s.node],) = evaluate(graph, [n], values)
+            if values == before:
+                break
+    starts = [
+        *zip(system.q, system.start_q, strict=True),
+        *zip(system.v, system.start_v, strict=True),
+        *zip(system.symbols.states, system.start_x, strict=True),
+    ]
+    numbers = tuple(evaluate(graph, [b.value for _, b in starts], values))
+    return values | {s.node: x for (s, _), x in zip(starts, numbers, strict=True)}
+
+
+def _independent(
+    system: MechanicalSystem,
+    rows: tuple[Row, ...],
+    free: Sequence[int],
+    fixed: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[tuple[Row, ...], Rank | None]:
+    """Return the independent rows; name the others."""
+    if not rows:
+        return rows, None
+    from .rank import rank  # numpy is imported for models with constraints only
+
+    values = default_values(system)
+    if fixed:
+        numbers = evaluate(system.graph, list(fixed.values()), values)
+        values |= dict(zip(fixed, numbers, strict=True))
+    found = rank(system, rows, free, values, {})
+    kept = tuple(rows[i] for i in found.independent)
+    dropped = [row for row in rows if row not in kept]
+    for name in dict.fromkeys(row.constraint.name for row in dropped):
+        count = sum(row.constraint.name == name for row in dropped)
+        first = next(row for row in dropped if row.constraint.name == name)
+        what = "joint" if first.constraint.joint else "constraint"
+        reporter.warning(
+            "W0513",
+            f"{what} '{name}' repeats {count} equation{'s' if count > 1 else ''} already implied by the others; dropped",
+            first.constraint.origin.span,
+            caption="its reaction is not unique",
+        )
+    return kept, found
+
+
+def _by_constraint(
+    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]
+) -> dict[str, tuple[Node, ...]]:
+    named: dict[str, tuple[Node, ...]] = {}
+    for constraint, symbols in zip(system.constraints, multipliers, strict=True):
+        named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
+    return named
+
+
+def _constraint_power(system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node]) -> Node:
+    """Return -lam.b: the power of moving constraints, with b the part of their rate that is free of v."""
+    graph = system.graph
+    rates = [row.rate for row in rows]
+    along = jvp(graph, rates, {v: v for v in velocities})
+    power = graph.zero
+    for row, part in zip(rows, along, strict=True):
+        power = graph.sub(power, graph.mul(row.multiplier, graph.sub(row.rate, part)))
+    return power
+
+
+def _joint_reactions(
+    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]
+) -> dict[str, tuple[tuple[Node, ...], tuple[Node, ...]]]:
+    """Return (force, moment) on the ``to`` side of each joint that was asked for, in world components.
+
+    The residual along the virtual rates of a tree joint is the force that moves what it carries; for a closure it is
+    minus the force of its own multipliers.
+    """
+    graph, kinematics = system.graph, system.kinematics
+    closing = {joint.name for joint in system.topology.closures}
+    result = {}
+    seeds = seeds_of(system, multipliers) if system.virtual else []
+    for name, moved in system.virtual.items():
+        rates = (*moved.force_rates, *moved.moment_rates)
+        efforts = vjp(graph, seeds, rates)
+        if name in closing:
+            efforts = [graph.neg(e) for e in efforts]
+        size = kinematics.size
+        force = kinematics.to_world(moved.frame, tuple(efforts[:size]))
+        moment = tuple(efforts[size:])
+        if size == 3:
+            moment = kinematics.to_world(moved.frame, moment)
+        result[name] = (tuple(force), tuple(moment))
+    return result

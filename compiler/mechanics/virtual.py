@@ -1,0 +1,66 @@
+"""Virtual displacements at joints: how reactions are found.
+
+A joint whose reaction is asked for gets, on its ``to`` side, a displacement that is always zero but has a rate of
+its own. The row of the residual that belongs to this rate is the force (or moment) that the joint exerts there:
+inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a loop. One mechanism for both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, is_dataclass
+
+from ..flat.model import FlatModel, Query
+from ..graph import Graph, Node
+from ..graph.vector import Vector
+from .frames import Frame, displaced
+from .pose import Rotate, Translate
+from .rates import TotalDerivative
+
+REACTIONS = ("reaction", "moment")
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualDisplacement:
+    """``frame``: the displaced ``to`` frame; ``force_rates``, ``moment_rates``: components in its own axes."""
+
+    frame: Frame
+    values: tuple[Node, ...]
+    force_rates: Vector
+    moment_rates: Vector
+
+
+def reactions_asked(model: FlatModel) -> frozenset[str]:
+    """Return the names of the joints whose reaction or moment the model uses."""
+    joints = {joint.name for joint in model.joints}
+    parts = (
+        model.definitions, model.loads, model.frictions, model.contacts, model.events, model.assertions,
+        model.equations,
+    )  # fmt: skip
+    return frozenset(q.target for q in _queries(parts) if q.function in REACTIONS and q.target in joints)
+
+
+def _queries(root: object) -> Iterator[Query]:
+    pending = [root]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Query):
+            yield at
+        if isinstance(at, tuple):
+            pending.extend(x for x in at if isinstance(x, tuple) or is_dataclass(x))
+        elif is_dataclass(at) and type(at).__module__.endswith("flat.model"):
+            pending.extend(getattr(at, f.name) for f in fields(at))
+
+
+def displace(graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str) -> VirtualDisplacement:
+    """Return ``frame`` with a virtual displacement: a translation, then rotations about its axes."""
+    count = 3 if size == 2 else 6
+    values = tuple(graph.symbol(f"#virtual {name} {k}") for k in range(count))
+    rates = tuple(graph.symbol(f"#virtual rate {name} {k}") for k in range(count))
+    for value, speed in zip(values, rates, strict=True):
+        rate.define(value, speed)
+        rate.define(speed, graph.zero)
+    axes = (2,) if size == 2 else (0, 1, 2)
+    turns = tuple(Rotate(axis, angle) for axis, angle in zip(axes, values[size:], strict=True))
+    moved = displaced(graph, frame, (Translate(values[:size]), *turns))
+    return VirtualDisplacement(moved, (*values, *rates), rates[:size], rates[size:])
