@@ -94,7 +94,9 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
             branching = True
             if depends[graph._third[n]]:
                 depends[n] = 1
-    sweep = _Reverse(graph, depends, guards(graph, [n for n, _ in seeds]) if branching else {})
+    # the results are wanted everywhere, whatever branch they come from
+    found = guards(graph, [n for n, _ in seeds]) | dict.fromkeys(wrt) if branching else {}
+    sweep = _Reverse(graph, depends, found)
     add_to, bars = sweep.add_to, sweep.bars
     for n, cotangent in seeds:
         if depends[n] and cotangent != zero:

@@ -42,14 +42,11 @@ def evaluate(
 def evaluate_all(
     graph: Graph, outputs: Iterable[Node], environment: Mapping[Node, Any], numbers: Numbers | None = None
 ) -> dict[Node, Any]:
-    """Return the values of the outputs and of all that they depend on."""
+    """Return the values of the outputs, of all that they depend on, and of the environment."""
     numbers = numbers or FLOATS
     functions = numbers.functions
-    values: dict[Node, Any] = {}
-    for n in graph.reach(outputs):
-        if n in environment:
-            values[n] = environment[n]
-            continue
+    values: dict[Node, Any] = dict(environment)
+    for n in graph.reach(outputs, environment):
         code = graph.op(n)
         if code == ops.CONST:
             values[n] = numbers.constant(graph.value(n))

@@ -133,10 +133,13 @@ class Store:
             return self.identical(a, b) or self._values[a] + self._values[b] == P
         return a == b or self._negatives.get(a) == b or self._negatives.get(b) == a
 
-    def reach(self, outputs: Iterable[Node]) -> list[Node]:
-        """Return the outputs and all they depend on, ascending."""
+    def reach(self, outputs: Iterable[Node], known: Iterable[Node] = ()) -> list[Node]:
+        """Return the outputs and all they depend on, ascending; neither ``known`` nodes nor what is below them."""
         stack = list(outputs)
         seen = bytearray(max(stack, default=-1) + 1)
+        for n in known:
+            if n < len(seen):
+                seen[n] = 1
         left, right, code = self._left, self._right, self._code
         found: list[Node] = []
         while stack:

@@ -1,0 +1,62 @@
+"""Evaluation in floats, arrays and many digits."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from mechc.compiler.graph import Graph
+from mechc.compiler.graph.evaluate import ARRAYS, evaluate, evaluate_all, multiprecision
+
+from .test_rewrite import everything
+
+
+def test_the_three_kinds_of_numbers_agree() -> None:
+    g = Graph()
+    outputs = everything(g)
+    x, y = g.symbol("x"), g.symbol("y")
+    floats = [float(v) for v in evaluate(g, outputs, {x: 0.3, y: 0.6})]
+    arrays = evaluate(g, outputs, {x: np.array([0.3, 0.2]), y: np.array([0.6, 0.9])}, ARRAYS)
+    # library functions of C and NumPy may differ in the last digits
+    assert floats == pytest.approx([float(v[0]) for v in arrays], rel=1e-14)
+    with mpmath.workdps(50):
+        at = {x: mpmath.mpf(0.3), y: mpmath.mpf(0.6)}
+        exact = [float(v) for v in evaluate(g, outputs, at, multiprecision(mpmath.mp))]
+    assert floats == pytest.approx(exact, rel=1e-14)
+
+
+def test_nothing_raises_outside_the_domain() -> None:
+    g = Graph()
+    x = g.symbol("x")
+    names = ("sqrt", "log", "asin", "acosh", "atanh", "exp", "sinh", "sin")
+    outputs = [*(getattr(g, n)(x) for n in names), g.div(g.one, g.add(x, g.one)), g.power(x, 1 / 3)]
+    nan = pytest.approx(math.nan, nan_ok=True)
+    assert evaluate(g, outputs, {x: -1.0})[:2] == [nan, nan]
+    assert evaluate(g, outputs, {x: -1.0})[8:] == [math.inf, nan]
+    assert evaluate(g, outputs, {x: -1000.0})[6] == -math.inf
+    assert evaluate(g, outputs, {x: 1000.0})[5] == math.inf
+    assert evaluate(g, outputs, {x: math.inf})[7] == nan
+    assert evaluate(g, outputs[:2], {x: 0.0}) == [0.0, -math.inf]
+
+
+def test_a_select_drops_what_it_does_not_choose() -> None:
+    g = Graph()
+    x = g.symbol("x")
+    n = g.select(g.less(x, g.zero), g.zero, g.sqrt(x))
+    assert evaluate(g, [n], {x: -1.0}) == [0.0]
+    np.testing.assert_array_equal(evaluate(g, [n], {x: np.array([-1.0, 4.0])}, ARRAYS)[0], [0.0, 2.0])
+    assert evaluate(g, [n], {x: mpmath.mpf(-1)}, multiprecision(mpmath.mp)) == [0]
+
+
+def test_a_missing_symbol_is_named() -> None:
+    g = Graph()
+    with pytest.raises(KeyError, match="stiffness"):
+        evaluate(g, [g.sin(g.symbol("stiffness"))], {})
+
+
+def test_inner_values_may_be_given() -> None:
+    g = Graph()
+    s = g.sin(g.symbol("x"))
+    assert evaluate(g, [g.add(s, g.one)], {s: 5.0}) == [6.0]
+    assert set(evaluate_all(g, [g.add(s, g.one)], {s: 5.0, g.symbol("x"): 0.0})) >= {s, g.one}

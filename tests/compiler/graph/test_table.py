@@ -1,0 +1,52 @@
+"""Cubic tables."""
+
+import numpy as np
+import pytest
+from scipy.interpolate import PchipInterpolator
+
+from mechc.compiler.graph import Table, monotone_table
+
+POINTS = (0.0, 0.5, 2.0, 2.25, 4.0)
+
+
+@pytest.mark.parametrize(
+    "values", [(0.0, 1.0, 1.5, 3.0, 9.0), (1.0, -1.0, 4.0, 4.0, 0.0), (0.0, 5.0, 0.0, 1.0, 1.0)]
+)
+def test_agrees_with_scipy_inside(values: tuple[float, ...]) -> None:
+    table = monotone_table(POINTS, values)
+    peer = PchipInterpolator(POINTS, values)
+    for x in np.linspace(0.0, 3.99, 57):
+        for order in range(3):
+            assert table(x, order) == pytest.approx(float(peer(x, order)), rel=1e-12, abs=1e-12)
+
+
+def test_goes_on_straight_outside() -> None:
+    table = monotone_table(POINTS, (0.0, 1.0, 1.5, 3.0, 9.0))
+    for end, x in ((0.0, -2.0), (4.0, 7.0)):
+        slope = table(end, 1)
+        assert table(x) == pytest.approx(table(end) + slope * (x - end), rel=1e-15)
+        assert [table(x, k) for k in (1, 2, 3)] == [slope, 0.0, 0.0]
+    assert np.isnan(table(float("nan")))
+
+
+def test_value_and_slope_are_continuous() -> None:
+    table = monotone_table(POINTS, (1.0, -1.0, 4.0, 4.0, 0.0))
+    for x in POINTS:
+        assert table(x - 1e-12) == pytest.approx(table(x), abs=1e-10)
+        assert table(x - 1e-12, 1) == pytest.approx(table(x, 1), abs=1e-9)
+
+
+def test_two_points_are_a_line() -> None:
+    table = monotone_table((1.0, 3.0), (2.0, -2.0))
+    assert [table(x) for x in (0.0, 1.5, 5.0)] == [4.0, 1.0, -6.0]
+
+
+def test_bad_tables_are_refused() -> None:
+    with pytest.raises(ValueError):
+        monotone_table((0.0,), (1.0,))
+    with pytest.raises(ValueError):
+        monotone_table((0.0, 0.0), (1.0, 2.0))
+    with pytest.raises(ValueError):
+        monotone_table((0.0, 1.0), (1.0,))
+    with pytest.raises(ValueError):
+        Table((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))
