@@ -12,17 +12,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .api import Model as Model
     from .api import load as load
+    from .api import loads as loads
     from .lang.diagnostics import CompileError as CompileError
-    from .runtime.solution import Solution as Solution
+    from .solution import Solution as Solution
 
 __version__ = "0.1.0"
 
-__all__ = ["CompileError", "Model", "Solution", "__version__", "load"]
+__all__ = ["CompileError", "Model", "Solution", "__version__", "load", "loads"]
 
 _HOMES = {
     "load": "mechc.api",
+    "loads": "mechc.api",
     "Model": "mechc.api",
-    "Solution": "mechc.runtime.solution",
+    "Solution": "mechc.solution",
     "CompileError": "mechc.lang.diagnostics",
 }
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -87,6 +86,10 @@ def place(span: Span | None) -> dict[str, object] | None:
         return None
     line, column = span.file.position(span.start)
     end_line, end_column = span.file.position(span.end)
-    return {"file": span.file.name, "line": line, "column": column, "end_line": end_line, "end_column": end_column}
-
-
+    return {
+        "file": span.file.name,
+        "line": line,
+        "column": column,
+        "end_line": end_line,
+        "end_column": end_column,
+    }

@@ -85,7 +85,9 @@ def _compiler() -> Finding:
             )
         build_shared({"probe.c": "int mechc_probe(void) { return 1; }\n"}, model_flags(), name="probe")
     except (BuildError, CompilerMissing) as error:
-        return Finding("C compiler", str(error).split("\n", 1)[0], "bad", "the environment variable CC chooses another")
+        return Finding(
+            "C compiler", str(error).split("\n", 1)[0], "bad", "the environment variable CC chooses another"
+        )
     said = compiler.version.splitlines()[0] if compiler.version else ""
     return Finding("C compiler", f"{' '.join(compiler.command)}: {said}")
 

@@ -49,7 +49,9 @@ def command(name: str) -> None:
     path = Path(name if name.endswith(".mech") else f"{name}.mech")
     title = model_name(path.stem)
     if not re.fullmatch(r"[A-Za-z]\w*", title, re.ASCII):
-        raise click.UsageError(f"'{path.stem}' gives no name for a model: begin it with a letter, as in 'pendulum'")
+        raise click.UsageError(
+            f"'{path.stem}' gives no name for a model: begin it with a letter, as in 'pendulum'"
+        )
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(TEMPLATE.format(file=path, name=title))

@@ -1,0 +1,267 @@
+"""The Python interface: load a model, run it, write it as code.
+
+>>> model = mechc.load("pendulum.mech")
+>>> solution = model.simulate(stop="10 s", set={"l": "80 cm"})
+>>> solution["theta"], solution.unit("theta"), solution(0.5)["theta"]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from .compiler.pipeline import Compilation, compile_source
+from .lang import ast
+from .lang.diagnostics import Diagnostic, Reporter
+from .lang.parser import parse
+from .lang.read import read_source
+from .lang.source import SourceFile
+from .settings import Given, Scalar, read_value, settings_in_si, structural_value, unknown_name
+
+if TYPE_CHECKING:
+    from .compiler.equations.model import Entry
+    from .runtime.problem import Problem
+    from .solution import Solution
+
+Structural = Mapping[str, Fraction | bool | str]
+Target = Literal["auto", "c", "python"]
+
+
+def load(path: str | Path, *, model: str | None = None, set: Mapping[str, Given] | None = None) -> Model:
+    """Compile a model file.
+
+    ``model`` names one of several models of the file (the last that can be run, if not given). ``set``
+    changes parameters, structural ones too, and initial values for every run of this model.
+    Raises CompileError with all diagnostics.
+    """
+    source = read_source(path)
+    return _compile(source, Path(path).parent, model, dict(set or {}))
+
+
+def loads(text: str, *, name: str = "model.mech", model: str | None = None) -> Model:
+    """Compile a model given as text; ``name`` stands for the file in messages."""
+    return _compile(SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {})
+
+
+@dataclass(slots=True, eq=False)
+class _Code:
+    """One compilation with the problems made of it, and the same source with other structural parameters."""
+
+    source: SourceFile
+    folder: Path
+    model: str | None
+    structural: dict[str, Fraction | bool | str]
+    compilation: Compilation
+    problems: dict[tuple[str, bool], Problem] = field(default_factory=dict)
+    variants: dict[tuple[tuple[str, object], ...], _Code] = field(default_factory=dict)
+
+    @staticmethod
+    def make(
+        source: SourceFile, folder: Path, model: str | None, structural: dict[str, Fraction | bool | str]
+    ) -> _Code:
+        compilation = compile_source(source, model=model, structural=structural, search=(folder,))
+        return _Code(source, folder, model, structural, compilation)
+
+    def variant(self, structural: dict[str, Fraction | bool | str]) -> _Code:
+        if structural == self.structural:
+            return self
+        key = tuple(sorted(structural.items()))
+        if key not in self.variants:
+            self.variants[key] = _Code.make(self.source, self.folder, self.model, structural)
+        return self.variants[key]
+
+
+class Model:
+    """A compiled model with the values that were set. Immutable; ``with_values`` gives a changed one."""
+
+    def __init__(self, code: _Code, settings: dict[str, Given]) -> None:
+        self._code = code
+        self._settings = settings
+
+    def __repr__(self) -> str:
+        return f"<mechc model {self.name}>"
+
+    @property
+    def compilation(self) -> Compilation:
+        """What every stage of the compiler made of the model."""
+        return self._code.compilation
+
+    @property
+    def name(self) -> str:
+        return self.compilation.flat.name
+
+    @property
+    def doc(self) -> str:
+        return self.compilation.flat.doc
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The warnings and notes of the compiler."""
+        return self.compilation.diagnostics
+
+    @property
+    def parameters(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.parameters
+
+    @property
+    def structural_parameters(self) -> Structural:
+        return self.compilation.flat.structural
+
+    @property
+    def coordinates(self) -> tuple[Entry, ...]:
+        return tuple(entry for entry in self.compilation.equations.states if entry.kind == "coordinate")
+
+    @property
+    def states(self) -> tuple[Entry, ...]:
+        """The first-order states; ``coordinates`` has the others."""
+        return tuple(entry for entry in self.compilation.equations.states if entry.kind == "state")
+
+    @property
+    def inputs(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.inputs
+
+    @property
+    def outputs(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.outputs
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """The names of the experiments in their order; the default one has the name ``""``."""
+        return tuple(experiment.name for experiment in self.compilation.flat.experiments)
+
+    def simulate(
+        self,
+        *,
+        stop: float | str | None = None,
+        start: float | str | None = None,
+        step: float | str | None = None,
+        every: float | str | None = None,
+        tolerance: float | None = None,
+        method: str | None = None,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        inputs: Mapping[str, str | Path] | None = None,
+        estimate_error: bool = True,
+        reproducible: bool = False,
+        target: Target = "auto",
+        progress: Callable[[float], None] | None = None,
+    ) -> Solution:
+        """Run the model and return its motion with the report of its accuracy.
+
+        Times are numbers in SI or texts such as ``"250 ms"``. ``set`` holds parameters, structural ones too,
+        and initial values; ``inputs`` CSV files by the name of the input. ``every`` is the spacing of
+        the output, ``step`` that of a fixed-step method. Raises UsageMistake for names, units and
+        options that do not fit, CompileError if a structural parameter makes the model wrong,
+        SimulationError if the run cannot begin. A run that fails on its way returns the part that it
+        computed, with ``outcome`` and ``message``.
+        """
+        from .simulation import simulate
+
+        changed = self.with_values(set or {}).for_experiment(experiment)
+        return simulate(
+            changed,
+            stop=stop,
+            start=start,
+            step=step,
+            every=every,
+            tolerance=tolerance,
+            method=method,
+            experiment=experiment,
+            inputs={name: Path(path) for name, path in (inputs or {}).items()},
+            estimate_error=estimate_error,
+            reproducible=reproducible,
+            target=target,
+            progress=progress,
+        )
+
+    def with_values(self, values: Mapping[str, Given]) -> Model:
+        """Return this model with other values of parameters; structural ones compile it again."""
+        if not values:
+            return self
+        known = self.structural_parameters
+        structural = {name: _fraction(name, value) for name, value in values.items() if name in known}
+        settings = {name: value for name, value in values.items() if name not in known}
+        changed = Model(self._code.variant(self._code.structural | structural), self._settings | settings)
+        settings_in_si(settings, changed.settable_units())  # a mistake is told here, not when the run begins
+        return changed
+
+    def for_experiment(self, name: str | None) -> Model:
+        """Return this model with the structural parameters that an experiment sets.
+
+        Raises UsageMistake for an unknown experiment.
+        """
+        experiments = self.compilation.flat.experiments
+        if name is None:
+            chosen = next((e for e in experiments if not e.name), experiments[0] if experiments else None)
+        else:
+            chosen = next((e for e in experiments if e.name == name), None)
+            if chosen is None:
+                raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
+        if chosen is None or not chosen.structural:
+            return self
+        return Model(self._code.variant({**chosen.structural, **self._code.structural}), self._settings)
+
+    def settable_units(self) -> dict[str, str]:
+        """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
+        equations = self.compilation.equations
+        return {e.name: e.unit for e in (*equations.parameters, *equations.states, *equations.inputs)}
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """The changed values, in SI."""
+        return settings_in_si(self._settings, self.settable_units())
+
+    def problem(self, target: Target = "auto", *, reproducible: bool = False) -> Problem:
+        """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
+
+        ``target="python"`` does without. Raises CompilerMissing, BuildError.
+        """
+        problems, key = self._code.problems, (target, reproducible)
+        if key not in problems:
+            from .compiler.problem import make_problem
+
+            problems[key] = make_problem(self.compilation.program, target, reproducible=reproducible)
+        return problems[key]
+
+    def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
+        """Write the model as code and return the files: a Python module, or C with the kernel beside it.
+
+        ``output`` is the module or the folder; without it they are named after the model.
+        """
+        from .exporting import export
+
+        return export(self.compilation, target, Path(output) if output is not None else None)
+
+
+def _compile(source: SourceFile, folder: Path, model: str | None, given: dict[str, Given]) -> Model:
+    declared = _structural_names(source) if given else ()
+    early = {name: _fraction(name, given.pop(name)) for name in declared if name in given}
+    return Model(_Code.make(source, folder, model, early), {}).with_values(given)
+
+
+def _structural_names(source: SourceFile) -> Sequence[str]:
+    """Return the structural parameters of all models of a file: they must be known before it is compiled."""
+    names: list[str] = []
+    pending: list[object] = list(parse(source, Reporter()).items)
+    while pending:
+        item = pending.pop()
+        match item:
+            case ast.Model():
+                pending.extend(item.body)
+            case ast.Parameter(structural=True):
+                names.append(item.name)
+    return names
+
+
+def _fraction(name: str, value: Given) -> Fraction | bool | str:
+    """Return a structural value as the compiler wants it: numbers exactly, in SI."""
+    if not isinstance(value, (str, int, float)):
+        raise TypeError(f"the structural parameter '{name}' takes one value")
+    plain: Scalar = structural_value(value)
+    if isinstance(plain, str) and plain[:1].isdigit():
+        number = read_value(plain)
+        return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
+    return plain if isinstance(plain, (bool, str)) else Fraction(plain)

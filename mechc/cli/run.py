@@ -1,0 +1,223 @@
+"""``mechc run``: run a model and report how accurate the result is."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .options import input_option, model_argument, model_option, set_option
+
+if TYPE_CHECKING:
+    from ..api import Model
+    from ..display import Display
+    from ..solution import Solution
+
+RESULTS = (".csv", ".npz", ".json")
+PICTURES = (".png", ".pdf", ".svg")
+
+
+def _ending(endings: tuple[str, ...], what: str) -> Any:
+    """Make a check that a file has one of the endings."""
+
+    def check(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+        if value and Path(value).suffix.lower() == ".mech":
+            raise click.BadParameter(
+                f"{value} is a model: write it before {parameter.opts[0]}", ctx, parameter
+            )
+        if value and Path(value).suffix.lower() not in endings:
+            raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
+        return value
+
+    return check
+
+
+@click.command(name="run", short_help="Run a model and report how accurate the result is.")
+@model_argument
+@model_option
+@click.option(
+    "--experiment", metavar="NAME|all", help="Which experiment of the model; all runs one after another."
+)
+@set_option
+@input_option
+@click.option("--stop", metavar="TIME", help='When to stop: "10 s", "2 min"; a bare number is seconds.')
+@click.option("--start", metavar="TIME", help="First output time.")
+@click.option("--every", metavar="TIME", help="Spacing of the output, instead of 500 points.")
+@click.option("--step", metavar="TIME", help="Step of a fixed-step method.")
+@click.option(
+    "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step; 1e-8 without it."
+)
+@click.option("--method", metavar="NAME", help="dop853, rk4, scipy:Radau, ...; 'mechc doctor' lists them.")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    callback=_ending(RESULTS, "results"),
+    help="Write results as CSV, NPZ or JSON.",
+)
+@click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
+@click.option(
+    "--plot",
+    is_flag=False,
+    flag_value="",
+    metavar="[FILE]",
+    callback=_ending(PICTURES, "pictures"),
+    help="Draw the motion, to FILE (png, pdf, svg) or in a window.",
+)
+@click.option(
+    "--display", metavar="DEG,MM", help="Units to show results in; files other than pictures stay SI."
+)
+@click.option("--no-error-estimate", is_flag=True, help="Leave out the second run that estimates the error.")
+@click.option("--reproducible", is_flag=True, help="The same bits on every machine, in C and in Python.")
+@click.option(
+    "--target",
+    type=click.Choice(["auto", "c", "python"]),
+    default="auto",
+    help="Run as compiled C or on Python; auto takes C where there is a compiler.",
+)
+@click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print the report as one JSON object, and nothing else."
+)
+def command(file: str, **given: Any) -> int:
+    """Run MODEL.mech: compile it, follow its motion, and report how it ended, what it cost, and how
+    accurate it is.
+
+    \b
+    mechc run pendulum.mech --plot
+    mechc run pendulum.mech --set l="80 cm" --set theta="10 deg" --stop "20 s" -o motion.csv
+    """
+    from ..api import load
+    from ..display import choose
+    from ..settings import UsageMistake
+
+    try:
+        display = choose(given["display"]) if given["display"] else None
+        model = load(file, model=given["model"], set=given["settings"])
+        _show_warnings(model, quiet=given["quiet"] or given["as_json"])
+        names = _chosen_outputs(model, given["outputs"])
+        return _run_all(model, file, given, display, names)
+    except UsageMistake as mistake:
+        raise click.UsageError(f"{mistake}; {mistake.help}" if mistake.help else str(mistake)) from None
+
+
+def _run_all(
+    model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
+) -> int:
+    """Run the experiments that were asked for; the exit code is that of the worst."""
+    from .failures import FAILED, INTERRUPTED
+
+    experiments: list[str | None] = [given["experiment"]]
+    if given["experiment"] == "all":
+        experiments = [*model.experiments] or [None]
+    objects: list[dict[str, object]] = []
+    code = 0
+    for experiment in experiments:
+        solution = _run_one(model, given, experiment)
+        solution.display = display or solution.display
+        many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
+        if given["as_json"]:
+            objects.append(solution.summary())
+        elif not given["quiet"]:
+            _print_report(solution, first=experiment is experiments[0])
+        if solution.failure is not None and not given["as_json"]:
+            _print_failure(solution)
+        if given["output"]:
+            _write(solution, _beside(given["output"], many), names, quiet=given["quiet"])
+        if given["plot"] is not None:
+            picture = given["plot"] or f"{Path(file).stem}.png"
+            _plot(solution, _beside(picture, many), names, window=not given["plot"], quiet=given["quiet"])
+        code = max(code, {"failed": FAILED, "interrupted": INTERRUPTED}.get(solution.outcome.value, 0))
+        if code == INTERRUPTED:
+            break
+    if given["as_json"]:
+        click.echo(json.dumps(objects[0] if len(experiments) == 1 else objects, indent=1, ensure_ascii=False))
+    return code
+
+
+def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Solution:
+    from ..progress import Progress
+
+    with Progress(model.name, quiet=given["quiet"]) as progress:
+        return model.simulate(
+            stop=given["stop"],
+            start=given["start"],
+            every=given["every"],
+            step=given["step"],
+            tolerance=given["tolerance"],
+            method=given["method"],
+            experiment=experiment,
+            inputs=given["inputs"],
+            estimate_error=not given["no_error_estimate"],
+            reproducible=given["reproducible"],
+            target=given["target"],
+            progress=progress,
+        )
+
+
+def _show_warnings(model: Model, *, quiet: bool) -> None:
+    if model.diagnostics and not quiet:
+        from ..render import render
+        from ..style import style_for
+
+        click.echo(render(model.diagnostics, style_for(sys.stderr)) + "\n", err=True, color=True)
+
+
+def _chosen_outputs(model: Model, text: str | None) -> list[str]:
+    """Return the names asked for with --outputs; a vector's name stands for its elements."""
+    if text is None:
+        return []
+    from ..settings import unknown_name
+
+    equations = model.compilation.equations
+    known = [entry.name for entry in (*equations.states, *equations.outputs)]
+    names: list[str] = []
+    for wanted in (part.strip() for part in text.split(",") if part.strip()):
+        found = [n for n in known if n == wanted or n.startswith((f"{wanted}[", f"{wanted}."))]
+        if not found:
+            raise unknown_name("coordinate, state or output", wanted, known)
+        names += found
+    return names
+
+
+def _print_report(solution: Solution, *, first: bool) -> None:
+    from ..report import report
+    from ..style import style_for
+
+    click.echo(
+        ("" if first else "\n") + report(solution, solution.display, style_for(sys.stdout)), color=True
+    )
+
+
+def _print_failure(solution: Solution) -> None:
+    from ..report import render_failure
+    from ..style import style_for
+
+    click.echo(render_failure(solution, style_for(sys.stderr)), err=True, color=True)
+
+
+def _beside(file: str, addition: str) -> Path:
+    """Put the name of an experiment before the ending of a file."""
+    path = Path(file)
+    return path.with_name(f"{path.stem}{addition}{path.suffix}")
+
+
+def _write(solution: Solution, path: Path, names: list[str], *, quiet: bool) -> None:
+    solution.save(path, names or None, solution.shown_unit)
+    if not quiet:
+        click.echo(f"wrote {path}", err=True)
+
+
+def _plot(solution: Solution, path: Path, names: list[str], *, window: bool, quiet: bool) -> None:
+    """Open a window if that is wanted and possible, else write the picture."""
+    from ..plots import has_display, save, show
+
+    if window and has_display():
+        show(solution, solution.display, names)
+        return
+    save(solution, path, solution.display, names)
+    if not quiet:
+        click.echo(f"wrote {path}", err=True)

@@ -1,0 +1,68 @@
+"""The units that results are shown in; stored values are always SI."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from .lang.units import Unit, UnitError, parse_unit
+from .settings import UsageMistake
+
+if TYPE_CHECKING:
+    from .runtime.problem import Array
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """``chosen`` maps an SI unit to the unit asked for with ``--display``; it goes before the model's own."""
+
+    chosen: dict[str, str] = field(default_factory=dict)
+    own: bool = True
+    """Whether quantities without a chosen unit are shown in the unit that their declaration uses."""
+
+    def unit(self, si: str, declared: str) -> str:
+        """Return the unit to show a quantity in: chosen, declared in the model, or SI."""
+        wanted = self.chosen.get(_kind(si))
+        if wanted:
+            return wanted
+        numerator, slash, rest = si.partition("/")
+        if slash and "." not in numerator and (wanted := self.chosen.get(_kind(numerator))):
+            return f"{wanted}/{rest}"  # with deg chosen, rad/s is shown as deg/s
+        return declared if self.own and declared else si
+
+    @staticmethod
+    def convert(values: Array, si: str, unit: str) -> Array:
+        """Convert numbers in SI to a unit of the same dimension."""
+        if unit == si:
+            return values
+        return values / factor(unit)
+
+
+def factor(unit: str) -> float:
+    """Return the value of a unit in SI."""
+    return float(parse_unit(unit or "1").factor)
+
+
+def choose(text: str) -> Display:
+    """Read ``deg,mm``: every quantity of such a dimension is shown in that unit. Raises UsageMistake."""
+    chosen: dict[str, str] = {}
+    for name in (part.strip() for part in text.split(",")):
+        if not name:
+            continue
+        try:
+            unit = parse_unit(name)
+        except UnitError as error:
+            raise UsageMistake(
+                str(error), f"did you mean '{error.suggestion}'?" if error.suggestion else ""
+            ) from None
+        chosen[_key(unit)] = name
+    return Display(chosen)
+
+
+def _kind(si: str) -> str:
+    return _key(parse_unit(si or "1"))
+
+
+def _key(unit: Unit) -> str:
+    """Tell dimensions apart, and angles from pure numbers; rates of angles count as angles per time."""
+    return f"{unit.dimension}{' angle' if unit.angle else ''}"

@@ -1,0 +1,329 @@
+"""Pictures of a motion: coordinates, phase portraits, trajectories of points, energies.
+
+``figure`` decides from the solution which panels there are; Matplotlib is imported when it is called.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .display import Display
+
+if TYPE_CHECKING:
+    from .runtime.problem import Array, Quantity
+    from .solution import Solution
+
+COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
+GREY = "#6b7280"
+MOST_CURVES = 8
+"""Curves in one panel; more of one kind are left to the table of results."""
+MOST_PORTRAITS = 4
+MOST_PATHS = 6
+
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.labelcolor": "#374151",
+    "axes.edgecolor": "#9ca3af",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e5e7eb",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#4b5563",
+    "ytick.color": "#4b5563",
+    "lines.linewidth": 1.4,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+    "figure.dpi": 100,
+    "savefig.dpi": 150,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """A panel of quantities of one unit over time."""
+
+    title: str
+    unit: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Portrait:
+    """A panel of one coordinate against its rate."""
+
+    name: str
+    rate: str
+
+
+@dataclass(frozen=True, slots=True)
+class Paths:
+    """A panel of the trajectories of points; ``dimension`` is 2 or 3."""
+
+    names: tuple[str, ...]
+    dimension: int
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """A panel of the energies, or of the error of their balance."""
+
+    names: tuple[str, ...]
+    balance: bool
+
+
+Panel = Curves | Portrait | Paths | Energies
+
+
+def figure(solution: Solution, display: Display, names: Sequence[str] = ()) -> Any:
+    """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    panels = curves_of(solution, names) if names else panels_of(solution)
+    columns = 1 if len(panels) == 1 else 2
+    rows = max(1, math.ceil(len(panels) / columns))
+    with matplotlib.rc_context(STYLE):
+        result = Figure(
+            figsize=(5.2 * columns if columns > 1 else 7.0, 3.0 * rows + 0.5), layout="constrained"
+        )
+        problem = solution.problem
+        result.suptitle(problem.doc or problem.name, fontsize=11, x=0.01, ha="left", color="#111827")
+        for i, panel in enumerate(panels):
+            three = isinstance(panel, Paths) and panel.dimension == 3
+            axes = result.add_subplot(rows, columns, i + 1, projection="3d" if three else None)
+            _draw(axes, panel, solution, display)
+    return result
+
+
+def save(solution: Solution, path: Path, display: Display, names: Sequence[str] = ()) -> None:
+    """Write the figure as PNG, PDF or SVG, as the ending says; needs no display."""
+    figure(solution, display, names).savefig(path)
+
+
+def has_display() -> bool:
+    """Say whether a window can be opened and somebody is there to look at it."""
+    if not sys.stdout.isatty():
+        return False
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def show(solution: Solution, display: Display, names: Sequence[str] = ()) -> None:
+    """Open a window and wait until it is closed."""
+    import matplotlib.pyplot as plt
+    from matplotlib.backend_bases import FigureManagerBase
+
+    drawn = figure(solution, display, names)
+    window = plt.figure()
+    manager = window.canvas.manager
+    assert isinstance(manager, FigureManagerBase)
+    drawn.set_canvas(manager.canvas)
+    manager.canvas.figure = drawn
+    plt.show()
+
+
+def panels_of(solution: Solution) -> list[Panel]:
+    """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies."""
+    problem = solution.problem
+    coordinates = [q for q in problem.states if q.kind == "coordinate"]
+    states = [q for q in problem.states if q.kind == "state"]
+    outputs = [q for q in problem.outputs if q.kind == "output"]
+    paths = point_names(outputs)
+    in_paths = {f"{name}[{i}]" for name, dimension in paths.items() for i in range(1, dimension + 1)}
+    panels: list[Panel] = []
+    panels += _by_unit("coordinates", coordinates)
+    rates = {q.name for q in problem.states if q.kind == "rate"}
+    if len(coordinates) <= MOST_PORTRAITS:
+        panels += [Portrait(q.name, f"der({q.name})") for q in coordinates if f"der({q.name})" in rates]
+    for dimension in (2, 3):
+        chosen = [name for name, d in paths.items() if d == dimension]
+        if chosen:
+            panels.append(Paths(tuple(_spread(chosen, MOST_PATHS)), dimension))
+    panels += _by_unit("states", states)
+    panels += _by_unit("outputs", [q for q in outputs if q.name not in in_paths])
+    energies = [q.name for q in problem.outputs if q.kind == "energy"]
+    if energies:
+        panels.append(Energies(tuple(n for n in energies if _moves(solution, n)), balance=False))
+        if problem.energy_balance:
+            panels.append(Energies(tuple(energies), balance=True))
+    return panels
+
+
+def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
+    """Panels for chosen quantities only."""
+    problem = solution.problem
+    known = {q.name: q for q in (*problem.states, *problem.outputs)}
+    return _by_unit("", [known[name] for name in names])
+
+
+def point_names(outputs: Sequence[Quantity]) -> dict[str, int]:
+    """Find outputs that are points: two or three lengths ``name[1]``, ``name[2]``; gives their dimension."""
+    sizes: dict[str, list[Quantity]] = {}
+    for quantity in outputs:
+        if match := re.fullmatch(r"(.*)\[(\d+)\]", quantity.name):
+            sizes.setdefault(match[1], []).append(quantity)
+    return {
+        name: len(parts)
+        for name, parts in sizes.items()
+        if len(parts) in (2, 3) and (all(p.unit == "m" for p in parts) or all(p.unit == "" for p in parts))
+    }
+
+
+def _by_unit(title: str, quantities: Sequence[Quantity]) -> list[Panel]:
+    units: dict[str, list[str]] = {}
+    for quantity in quantities:
+        units.setdefault(quantity.unit, []).append(quantity.name)
+    return [Curves(title, unit, tuple(_spread(names, MOST_CURVES))) for unit, names in units.items()]
+
+
+def _spread(names: Sequence[str], most: int) -> list[str]:
+    """Choose at most so many, evenly spread, with the first and the last."""
+    if len(names) <= most:
+        return list(names)
+    return [names[round(i * (len(names) - 1) / (most - 1))] for i in range(most)]
+
+
+def _moves(solution: Solution, name: str) -> bool:
+    return bool(np.any(solution[name] != 0.0))
+
+
+def _draw(axes: Any, panel: Panel, solution: Solution, display: Display) -> None:
+    match panel:
+        case Curves():
+            _draw_curves(axes, panel, solution, display)
+        case Portrait():
+            _draw_portrait(axes, panel, solution, display)
+        case Paths():
+            _draw_paths(axes, panel, solution, display)
+        case Energies():
+            _draw_energies(axes, panel, solution, display)
+
+
+def _draw_curves(axes: Any, panel: Curves, solution: Solution, display: Display) -> None:
+    unit = display.unit(panel.unit, _shown(solution, panel.names[0]))
+    for name, colour in zip(panel.names, COLOURS * 2, strict=False):
+        axes.plot(solution.time, display.convert(solution[name], panel.unit, unit), color=colour, label=name)
+    if len(panel.names) == 1:
+        axes.set_title(panel.names[0])
+    else:
+        axes.set_title(panel.title)
+        _legend(axes, len(panel.names))
+    axes.set_ylabel(_unit_label(unit))
+    _time_axis(axes, solution)
+
+
+def _draw_portrait(axes: Any, panel: Portrait, solution: Solution, display: Display) -> None:
+    units = []
+    values = []
+    for name in (panel.name, panel.rate):
+        si = solution.unit(name)
+        units.append(display.unit(si, _shown(solution, name)))
+        values.append(display.convert(solution[name], si, units[-1]))
+    axes.plot(*values, color=COLOURS[0], linewidth=1.1)
+    axes.plot(values[0][:1], values[1][:1], "o", color=COLOURS[1], markersize=4)
+    axes.set_title(f"phase portrait of {panel.name}")
+    axes.set_xlabel(_axis_label(panel.name, units[0]))
+    axes.set_ylabel(_axis_label(panel.rate, units[1]))
+
+
+def _draw_paths(axes: Any, panel: Paths, solution: Solution, display: Display) -> None:
+    si = solution.unit(f"{panel.names[0]}[1]")
+    unit = display.unit(si, _shown(solution, f"{panel.names[0]}[1]"))
+    for name, colour in zip(panel.names, COLOURS, strict=False):
+        parts = [display.convert(solution[f"{name}[{i}]"], si, unit) for i in range(1, panel.dimension + 1)]
+        axes.plot(*parts, color=colour, linewidth=1.1, label=name)
+        axes.plot(*(part[:1] for part in parts), "o", color=colour, markersize=4, markerfacecolor="white")
+        axes.plot(*(part[-1:] for part in parts), "o", color=colour, markersize=4)
+    axes.set_title(f"path of {panel.names[0]}" if len(panel.names) == 1 else "paths")
+    axes.set_xlabel(_axis_label("x", unit))
+    axes.set_ylabel(_axis_label("y", unit))
+    if panel.dimension == 3:
+        axes.set_zlabel(_axis_label("z", unit))
+        axes.set_aspect("equal")
+    else:
+        axes.set_aspect("equal", adjustable="datalim")
+    if len(panel.names) > 1:
+        _legend(axes, len(panel.names))
+
+
+def _draw_energies(axes: Any, panel: Energies, solution: Solution, display: Display) -> None:
+    if panel.balance:
+        error, unit = balance_error(solution)
+        axes.plot(solution.time, error, color=COLOURS[1], linewidth=1.0)
+        axes.set_title("error of the energy balance")
+        axes.set_ylabel(_unit_label(unit))
+    else:
+        si = solution.unit(panel.names[0]) if panel.names else "J"
+        unit = display.unit(si, "")
+        for name, colour in zip(panel.names, COLOURS, strict=False):
+            heavy = name.endswith("total")
+            axes.plot(
+                solution.time,
+                display.convert(solution[name], si, unit),
+                color="#111827" if heavy else colour,
+                linewidth=1.6 if heavy else 1.2,
+                label=name.removeprefix("energy."),
+            )
+        axes.set_title("energies")
+        axes.set_ylabel(_unit_label(unit))
+        _legend(axes, len(panel.names))
+    _time_axis(axes, solution)
+
+
+def balance_error(solution: Solution) -> tuple[Array, str]:
+    """Return total + dissipated - supplied energy less its first value, and its unit."""
+    problem = solution.problem
+    total, dissipated, supplied = (*problem.energy_balance, -1, -1)[:3]
+    quantity = problem.outputs[total]
+    sum_ = np.array(solution[quantity.name], dtype=np.float64)
+    if dissipated >= 0:
+        sum_ = sum_ + solution[problem.outputs[dissipated].name]
+    if supplied >= 0:
+        sum_ = sum_ - solution[problem.outputs[supplied].name]
+    return sum_ - sum_[0], quantity.unit
+
+
+def _time_axis(axes: Any, solution: Solution) -> None:
+    """Label the time axis and mark the events."""
+    time = solution.problem.time
+    axes.set_xlabel(_axis_label(time.name or "time", time.unit))
+    if len(solution.time) > 1:
+        axes.set_xlim(solution.time[0], solution.time[-1])
+    if len(solution.events) <= 100:
+        for event in solution.events:
+            axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=0)
+
+
+def _shown(solution: Solution, name: str) -> str:
+    problem = solution.problem
+    for quantity in (*problem.states, *problem.outputs):
+        if quantity.name == name:
+            return quantity.display
+    return ""
+
+
+def _legend(axes: Any, curves: int) -> None:
+    axes.legend(loc="best", ncols=1 if curves <= 4 else 2, handlelength=1.4, columnspacing=1.0)
+
+
+def _axis_label(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and unit != "1" else name
+
+
+def _unit_label(unit: str) -> str:
+    return f"[{unit}]" if unit and unit != "1" else ""

@@ -1,0 +1,189 @@
+"""The report at the end of a run: how it ended, what it cost, how accurate it is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from .display import Display, factor
+from .lang.diagnostics import Severity
+from .render import Mark, ShownLine, heading, line_rows, note_rows, place_row
+from .style import PLAIN, Style, pad, width
+
+if TYPE_CHECKING:
+    from .runtime.accuracy import Accuracy, Drift
+    from .runtime.problem import Origin
+    from .solution import Solution
+
+MOST_STATES = 12
+"""States in the table; of more, those with the largest estimated error are shown."""
+MOST_EVENTS = 8
+
+
+def report(solution: Solution, display: Display, style: Style = PLAIN) -> str:
+    """Return the whole report as text, without an end of line."""
+    blocks = [[_headline(solution, style)], _cost(solution, style)]
+    blocks.append(_values(solution, display, style))
+    blocks.append(_invariants(solution.accuracy, style))
+    blocks.append(_events(solution, style))
+    return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def render_failure(solution: Solution, style: Style = PLAIN) -> str:
+    """Return why a run stopped early, with the line of the model that is to blame and the state there."""
+    failure = solution.failure
+    if failure is None:
+        return solution.message
+    rows = render_message(failure.message, failure.origin, style).split("\n")
+    shown = list(failure.state.items())[:MOST_STATES]
+    units = {q.name: q.unit for q in solution.problem.states}
+    state = ", ".join(f"{name} = {number(value)}{_with_unit(units.get(name, ''))}" for name, value in shown)
+    more = len(failure.state) - len(shown)
+    rows += note_rows("state", state + (f", and {more} more" if more else ""), 2, style)
+    return "\n".join(rows)
+
+
+def render_message(message: str, origin: Origin | None, style: Style = PLAIN) -> str:
+    """Return a message of the runtime like a diagnostic, with its source line where one is known."""
+    rows = [heading(Severity.ERROR, "", message, style)]
+    if origin is not None:
+        gutter = len(str(origin.line)) + 1
+        rows.append(place_row(origin.file, origin.line, origin.column, gutter, first=True, style=style))
+        start = width(origin.text[: origin.column - 1])
+        mark = Mark(start, max(width(origin.text.rstrip()), start + 1), "", True)
+        rows += line_rows(ShownLine(origin.line, origin.text, (mark,)), gutter, Severity.ERROR, style)
+    return "\n".join(rows)
+
+
+def number(value: float) -> str:
+    """Return a number with seven digits, as short as possible."""
+    return f"{value:.7g}"
+
+
+def duration(seconds: float) -> str:
+    """Return a time in the unit that suits its size: ``183 us``, ``2.1 ms``, ``3.4 s``, ``2 min 5 s``."""
+    if seconds < 0.9995e-3:
+        return f"{seconds * 1e6:.3g} us"
+    if seconds < 0.9995:
+        return f"{seconds * 1e3:.3g} ms"
+    if seconds < 99.95:
+        return f"{seconds:.3g} s"
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes} min {rest} s"
+
+
+def count(value: int) -> str:
+    """Return an integer with thin groups of three digits: ``12 345``."""
+    return f"{value:,}".replace(",", " ")
+
+
+def _headline(solution: Solution, style: Style) -> str:
+    problem = solution.problem
+    name = problem.name + (f", {solution.experiment}" if solution.experiment else "")
+    word = solution.outcome.value
+    colour = {"completed": style.green, "terminated": style.green, "interrupted": style.yellow}.get(
+        word, style.red
+    )
+    end = (
+        f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{_with_unit(problem.time.unit)}"
+    )
+    text = f"{style.bold(name)}: {colour(word)}{end if len(solution.time) else ''}"
+    return f"{text}: {solution.message}" if word == "terminated" and solution.message else text
+
+
+def _cost(solution: Solution, style: Style) -> list[str]:
+    made = solution.statistics
+    rejected = f", {count(made.rejected)} rejected" if made.rejected else ""
+    rows = [
+        ("method", _method(solution)),
+        ("steps", f"{count(made.steps)}{rejected}, {count(made.evaluations)} evaluations"),
+        ("run time", duration(made.run_time)),
+    ]
+    if made.stiff_time is not None:
+        rows.append(("note", f"the equations became stiff at t = {number(made.stiff_time)} s"))
+    return [f"  {style.dim(pad(label, 10))} {text}" for label, text in rows]
+
+
+def _method(solution: Solution) -> str:
+    return f"{solution.statistics.method}, {'compiled C' if solution.compiled else 'Python'}"
+
+
+def _values(solution: Solution, display: Display, style: Style) -> list[str]:
+    """The last value of each state with its estimated errors."""
+    if not len(solution.time):
+        return []
+    estimate = solution.accuracy.error
+    states = list(solution.problem.states)
+    if len(states) > MOST_STATES:
+        if estimate:
+            states.sort(key=lambda q: -estimate.by_state[q.name])
+        states = states[:MOST_STATES]
+    head = ["", f"at {number(float(solution.time[-1]))}{_with_unit(solution.problem.time.unit)}"]
+    head += ["estimated error", "largest"] if estimate else []
+    table = [head]
+    for quantity in states:
+        unit = display.unit(quantity.unit, quantity.display)
+        value = float(solution[quantity.name][-1]) * factor(quantity.unit) / factor(unit)
+        row = [quantity.name, number(value) + _with_unit(unit)]
+        if estimate:
+            row += [
+                f"{estimate.by_state_at_end[quantity.name]:.1e}",
+                f"{estimate.by_state[quantity.name]:.1e}",
+            ]
+        table.append(row)
+    rows = _aligned(table, style)
+    left_out = len(solution.problem.states) - len(states)
+    if left_out:
+        rows.append(style.dim(f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")))
+    if estimate:
+        rows.append(
+            style.dim(
+                f"  errors relative to nominal + |value|, from a second run at {estimate.tolerance:.1g}"
+            )
+        )
+    elif solution.accuracy.remark:
+        rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
+    return rows
+
+
+def _invariants(accuracy: Accuracy, style: Style) -> list[str]:
+    drifts: list[tuple[str, Drift]] = []
+    if accuracy.energy is not None:
+        drifts.append(("energy balance", accuracy.energy))
+    drifts += [(drift.name, drift) for drift in accuracy.conserved]
+    table = [["drift of what is constant", "", "relative"]] if drifts else []
+    for name, drift in drifts:
+        relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
+        table.append([name, f"{drift.absolute:.1e}{_with_unit(drift.unit)}", relative])
+    return _aligned(table, style)
+
+
+def _events(solution: Solution, style: Style) -> list[str]:
+    events = solution.events
+    if not events:
+        return []
+    rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
+    rows += [
+        f"  {event.time:>14.9g} s  {event.name}  {style.dim(event.kind)}" for event in events[:MOST_EVENTS]
+    ]
+    if len(events) > MOST_EVENTS:
+        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more"))
+    return rows
+
+
+def _aligned(table: Sequence[Sequence[str]], style: Style) -> list[str]:
+    """Lay out rows in columns, the first to the left, the others to the right; the first row is the head."""
+    if not table:
+        return []
+    columns = range(len(table[0]))
+    widths = [max(width(row[i]) for row in table) for i in columns]
+    rows = []
+    for i, row in enumerate(table):
+        cells = [pad(row[0], widths[0]), *(" " * (widths[c] - width(row[c])) + row[c] for c in columns[1:])]
+        text = ("  " + "   ".join(cells)).rstrip()
+        rows.append(style.dim(text) if i == 0 else text)
+    return rows
+
+
+def _with_unit(unit: str) -> str:
+    return f" {unit}" if unit and unit != "1" else ""
