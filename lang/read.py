@@ -23,7 +23,7 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
         if path.stat().st_size > LARGEST:
             size = path.stat().st_size / 1e6
             help = "a model is text of at most 10 MB; large tables belong into a data file"
-            raise reporter.fail("E0103", f"'{name}' is too large: {size:.0f} MB", None, help=help)
+            raise reporter.fail("E0101", f"'{name}' is too large: {size:.0f} MB", None, help=help)
         data = path.read_bytes()
     except OSError as error:
         raise reporter.fail("E0101", f"cannot read '{name}': {_reason(path, error)}", None) from None
@@ -34,17 +34,17 @@ def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
     """Turn the bytes of a file into source text. Raises CompileError as ``read_source`` does."""
     if b"\0" in data:
         help = "a model is plain text, written with an editor"
-        raise reporter.fail("E0102", f"'{name}' is binary, not text", None, help=help)
+        raise reporter.fail("E0101", f"'{name}' is binary, not text", None, help=help)
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         message = f"'{name}' is not UTF-8: byte {data[error.start]:#04x} in line {line}"
-        raise reporter.fail("E0102", message, None, help="save it in the encoding UTF-8") from None
+        raise reporter.fail("E0101", message, None, help="save it in the encoding UTF-8") from None
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if not text.strip():
         help = "'mechc new NAME' writes a model to begin with"
-        raise reporter.fail("E0104", f"'{name}' is empty", None, help=help)
+        raise reporter.fail("E0101", f"'{name}' is empty", None, help=help)
     return SourceFile(name, text)
 
 
