@@ -1,0 +1,262 @@
+"""Central forces and gravity (K3, P3, P4, T19, U67, U110, U112-U116, U154, figure eight, Pleiades)."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from closed_forms import kepler_orbit
+from gallery import DATA, Array, Case, Formula, at, check, references, run, upward_crossings
+from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
+from scipy.special import ellipk
+
+POLAR = {
+    "r": "r", "theta_unwrapped": "theta", "rdot": "der(r)", "thetadot": "der(theta)", "x": "x", "y": "y",
+}  # fmt: skip
+PLANE = {"x": "x", "y": "y", "vx": "der(x)", "vy": "der(y)"}
+
+
+def stars(n: int) -> dict[str, str]:
+    names: dict[str, str] = {}
+    for i in range(1, n + 1):
+        names |= {f"x{i}": f"r[{i},1]", f"y{i}": f"r[{i},2]"}
+        names |= {f"vx{i}": f"der(r[{i},1])", f"vy{i}": f"der(r[{i},2])"}
+    return names
+
+
+# Data, names, tolerance, bound at the last time relative to 1 + |value| in units of the tolerance.
+REFERENCES = [
+    # a rate of 75 at the pericentre: an error of the period shows 75 times larger in the angle
+    ("kepler_four_orbits", "thesis_kepler", POLAR, 1e-10, 3000),
+    ("figure_eight", "figure_eight_choreography", stars(3), 1e-11, 1000),
+    # near collisions: the measured growth of an error over 3 units of time is 1e4
+    ("pleiades", "pleiades", stars(7), 1e-12, 1e5),
+]
+
+
+@pytest.mark.parametrize(("example", "data", "names", "tolerance", "bound"), REFERENCES)
+def test_reference(example: str, data: str, names: dict[str, str], tolerance: float, bound: float) -> None:
+    points = references(data)
+    solution = run(example, stop=min(points[-1]["t"], 20.0), tolerance=tolerance)
+    for point in points:
+        if point["t"] > 20:
+            continue
+        expected = np.array([point["values"][k] for k in names])
+        got = at(solution, point["t"], list(names.values()))
+        assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < bound * tolerance, point["t"]
+
+
+# The error of one step at the pericentre shifts the phase; it counts (1 - e)^-1.5 times more.
+@pytest.mark.parametrize(
+    ("e", "bound"),
+    [("0", 300), ("0.1", 300), ("0.3", 300), ("0.5", 1000), ("0.7", 1000), ("0.9", 3e4), ("0.99", 1e6)],
+)
+def test_kepler(e: str, bound: float) -> None:
+    """U112 and the family of eccentricities of the reference."""
+    points = [p for p in references("kepler_eccentricity_family") if p["case"].split(",")[0] == f"e={e}"]
+    assert points
+    solution = run("kepler", set={"e": float(e)})
+    for point in points:
+        expected = np.array([point["values"][k] for k in PLANE])
+        got = at(solution, point["t"], list(PLANE.values()))
+        assert np.max(np.abs(got - expected)) / np.max(np.abs(expected)) < bound * 1e-10, point["t"]
+
+
+THESIS = json.loads((DATA / "thesis_kepler.json").read_text(encoding="utf-8"))[
+    "other_rows_of_thesis_table_4_5"
+]
+
+
+@pytest.mark.parametrize(
+    ("experiment", "row"), zip((None, "orbit2", "orbit3", "orbit4"), THESIS, strict=True)
+)
+def test_three_laws_of_kepler(experiment: str | None, row: dict[str, str]) -> None:
+    """K3: ellipse, areal velocity and period."""
+    a, b, e, period = (float(row[k]) for k in ("a", "b", "e", "period"))
+    h = -a * e  # the sun is at the origin
+    solution = run("kepler_four_orbits", experiment)
+    ellipse = ((solution["x"] - h) / a) ** 2 + (solution["y"] / b) ** 2
+    assert ellipse == pytest.approx(1, abs=3000e-10)
+    areal = 0.5 * float(row["r0"]) ** 2 * float(row["thetadot0"])
+    assert solution["areal"] == pytest.approx(areal, rel=300e-10)
+    for n in range(1, int(2.5 / period) + 1):
+        assert solution(n * period)["theta"] == pytest.approx(2 * pi * n, abs=1e4 * 1e-10 * n)
+
+
+def two_bodies() -> Case:
+    m1, m2, w = 2.0, 3.0, sqrt(5 / 1.2)
+    centre0, drift = np.array([3, 1.5]) / 5, (2 * np.array([0.2, -0.4]) + 3 * np.array([-0.1, 0.6])) / 5
+    d0, v0 = np.array([1, 0.5]), np.array([-0.3, 1.0])
+
+    def position(i: int, share: float) -> Formula:
+        return lambda t: centre0[i] + drift[i] * t + share * (d0[i] * cos(w * t) + v0[i] / w * sin(w * t))
+
+    values: dict[str, Formula] = {}
+    for i in (0, 1):
+        values[f"r1[{i + 1}]"] = position(i, -m2 / (m1 + m2))
+        values[f"r2[{i + 1}]"] = position(i, m1 / (m1 + m2))
+        values[f"centre[{i + 1}]"] = position(i, 0)
+    return Case("two_bodies", values, bound=300)
+
+
+def gravitating_pair() -> Case:
+    def separation(i: int) -> Formula:
+        return lambda t: kepler_orbit(t, [1, 0.3, -0.2], [-0.6, 1.5, 0.5], 5)[:, i]
+
+    def centre(i: int) -> Formula:
+        start, drift = np.array([3, 0.9, -0.6]) / 5, np.array([0.2 - 1.5, 0.4 + 5.1, -0.2 + 1.2]) / 5
+        return lambda t: start[i] + drift[i] * t
+
+    def areal(i: int) -> Formula:
+        return lambda t: np.cross([1, 0.3, -0.2], [-0.6, 1.5, 0.5])[i] / 2
+
+    parts = {"separation": separation, "centre": centre, "areal": areal}
+    values = {f"{name}[{i + 1}]": part(i) for name, part in parts.items() for i in range(3)}
+    return Case("gravitating_pair", values, bound=3000)
+
+
+def square_of_distance(r: float, rr: float, E2: float) -> Formula:
+    """r^2(t) in a potential 1/r^2: its second derivative is 4 E/m."""
+    return lambda t: r * r + 2 * rr * t + E2 * t * t
+
+
+CASES = [
+    two_bodies(),
+    gravitating_pair(),
+    Case(
+        "isotropic_oscillator",
+        {
+            "x": lambda t: 0.5 * cos(2 * t),
+            "y": lambda t: 0.3 * sin(2 * t),
+            "p_phi": lambda t: 0.3,
+            "energy.total": lambda t: 0.5 * 0.36 + 0.5 * 4 * 0.25,
+        },
+        bound=300,
+    ),
+    Case(
+        "isotropic_oscillator",
+        {"r": lambda t: 0.5, "energy.total": lambda t: 0.5 * 2},
+        bound=30,
+        experiment="least",
+    ),
+    Case(
+        "inverse_cube_force",
+        {"r": lambda t: sqrt(1 + 2 * sqrt(2) * t), "theta": lambda t: 0.5 * np.log(1 + 2 * sqrt(2) * t)},
+        bound=100,
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_closed_form(case: Case) -> None:
+    check(case)
+
+
+@pytest.mark.parametrize("experiment", [None, "circle", "parabola", "hyperbola"])
+def test_orbit_equation(experiment: str | None) -> None:
+    """P4: 1/r = (m k/l^2)(1 + e cos phi) along the whole run."""
+    solution = run("orbit_equation", experiment)
+    e = {None: 0.5, "circle": 0.0, "parabola": 1.0, "hyperbola": 1.5}[experiment]
+    assert solution["r"] == pytest.approx(1 / (1 + e * cos(solution["phi"])), rel=1000e-10)
+    assert solution["conic"] == pytest.approx(solution["r"], rel=1000e-10)
+    assert np.ptp(solution["phi"]) > 1.5
+
+
+@pytest.mark.parametrize(
+    ("experiment", "l", "E", "shape"),
+    [(None, 2.0, 1.5, cos), ("falls", 1.0, 0.5, sinh), ("bound", 1.0, -0.1, cosh), ("spiral", 1.0, 0.0, exp)],
+)
+def test_four_orbits_in_an_inverse_square_potential(
+    experiment: str | None, l: float, E: float, shape: Callable[[Any], Any]
+) -> None:
+    """T19, alpha = m = 1: r^2 is quadratic in t, and 1/r one function of kappa*phi, kappa^2 = abs(1 - 2/l^2)."""
+    solution = run("inverse_square_potential", experiment)
+    rr0 = -sqrt(2 * E * 1.5**2 + 2 - l * l)
+    assert solution["r"] ** 2 == pytest.approx(
+        square_of_distance(1.5, rr0, 2 * E)(solution.time), rel=300e-10
+    )
+    assert solution["H"] == pytest.approx(E, abs=300e-10)
+    kappa = sqrt(abs(1 - 2 / l**2))
+    factor = sqrt(2 * abs(E) / abs(l * l - 2)) if E else 1 / 1.5
+    inverse = {"cos": np.arccos, "sinh": np.arcsinh, "cosh": np.arccosh, "exp": np.log}[shape.__name__](
+        1 / 1.5 / factor
+    )
+    first = -inverse if shape is cos else inverse  # inwards at the start
+    assert 1 / solution["r"] == pytest.approx(factor * shape(first + kappa * solution["phi"]), rel=1000e-10)
+
+
+@pytest.mark.parametrize(("experiment", "b"), [(None, 1.0), ("captured", 0.6)])
+def test_capture(experiment: str | None, b: float) -> None:
+    """U116, m = 2, alpha = 1/2: r^2 is quadratic in t; its minimum is ((l^2/(2m) - alpha)/E)."""
+    solution = run("capture", experiment)
+    E = 1 - 0.5 / (25 + b * b)
+    expected = square_of_distance(sqrt(25 + b * b), -5, E)(solution.time)
+    assert solution["r"] ** 2 == pytest.approx(expected, rel=1000e-10)
+    if experiment is None:
+        nearest = solution(5 / E)["r"]  # where the parabola r^2(t) is lowest
+        assert nearest == pytest.approx(sqrt((b * b - 0.5) / E), rel=1000e-10)
+
+
+def test_precessing_ellipse() -> None:
+    """U115: the closed orbit, and 5.9607530 from one perihelion to the next."""
+    solution = run("precessing_ellipse")
+    assert solution["r"] == pytest.approx(solution["closed_form"], rel=1000e-10)
+    assert solution["closed_form"][0] == pytest.approx(1 / 1.6324555, rel=1e-7)
+    perihelia = [solution(t)["phi"] for t in upward_crossings(solution, "der(r)")]
+    assert np.diff(perihelia) == pytest.approx(5.9607530, abs=6e-8)
+    assert solution["perihelion"][0] == pytest.approx(5.9607530, abs=6e-8)
+
+
+@pytest.mark.parametrize(("experiment", "turn"), [(None, 0.94607409), ("closed", 0.75), ("nearly", 1.0)])
+def test_apsidal_angle_of_the_string_through_a_table(experiment: str | None, turn: float) -> None:
+    """U113: angle from one innermost point to the next, over 2 pi; small amplitude: sqrt(lambda/3)."""
+    solution = run("table_hole_string", experiment, tolerance=1e-11)
+    inner = [solution(t) for t in upward_crossings(solution, "der(r)")]
+    phases = np.diff([p["phi"] for p in inner]) / (2 * pi)
+    # the starting radius is printed with 7 digits; the small amplitude is 1e-4
+    assert phases == pytest.approx(turn, abs=3e-7)
+    if experiment is None:
+        assert solution["epsilon"] == pytest.approx(3, abs=1e-6)
+        assert solution["r"].max() == pytest.approx(2.9422419, abs=1e-3)  # of the points of the grid
+
+
+def test_circle_on_the_table() -> None:
+    check(Case("table_hole_string", {"r": lambda t: 1, "phi": lambda t: t}, bound=30, experiment="circle"))
+
+
+def schwarzschild_advance(r0: float, u: float) -> float:
+    """Angle between two pericentres: du/dphi^2 = 2 (u - u1)(u - u2)(u - u3), a complete elliptic integral."""
+    l = r0 * u
+    E2 = (1 - 2 / r0) * (1 + u * u)
+    low, mid, high = sorted(np.roots([2, -1, 2 / l**2, (E2 - 1) / l**2]).real)
+    return float(4 / sqrt(2 * (high - low)) * ellipk((mid - low) / (high - low)))
+
+
+@pytest.mark.parametrize(
+    ("options", "stop", "bound"), [({}, 3000.0, 1e-7), ({"r0": 3000.0, "u": 0.016}, 1.5e6, 1e-7)]
+)
+def test_schwarzschild(options: dict[str, float], stop: float, bound: float) -> None:
+    """U154: conserved quantities and the advance of the pericentre; far out 6 pi M/(a (1 - e^2)) a turn."""
+    solution = run("schwarzschild", stop=stop, tolerance=1e-11, set=options)
+    r0, u = options.get("r0", 30.0), options.get("u", 0.16)
+    assert solution["norm2"] == pytest.approx(1, abs=1e-8)
+    assert solution["E"] == pytest.approx(sqrt((1 - 2 / r0) * (1 + u * u)), abs=1e-8)
+    assert solution["l"] == pytest.approx(r0 * u, rel=1e-8)
+    pericentres = [solution(t)["phi"] for t in upward_crossings(solution, "der(r)")]
+    # it starts at the apocentre, half a turn before the first pericentre
+    turns = np.diff([-pericentres[0], *pericentres])
+    assert len(turns) >= 1
+    advance = schwarzschild_advance(r0, u)
+    assert turns == pytest.approx(advance, abs=bound)
+    if r0 > 1000:
+        assert advance - 2 * pi == pytest.approx(6 * pi / (r0 * u) ** 2, rel=0.01)
+
+
+def test_conserved_quantities_of_the_figure_eight() -> None:
+    """The initial values are printed with 8 digits, so the momenta are zero to 1e-8 and stay so."""
+    solution = run("figure_eight", tolerance=1e-11, stop=20.0)
+    for name in ("P[1]", "P[2]", "L"):
+        assert np.ptp(solution[name]) < 1000e-11

@@ -1,0 +1,105 @@
+"""Double pendulums against 30-digit solutions (K1, K2, V3, V6, U52)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from closed_forms import integrate, small_swings
+from gallery import Array, at, references, run, values
+
+TIP = {"xB": "B[1]", "yB": "B[2]"}
+K1 = {"q1": "q1", "q2": "q2", "u1": "der(q1)", "u2": "der(q2)"}
+POINTS = {
+    "th1": "th1", "th2": "th2", "w1": "der(th1)", "w2": "der(th2)", "x2": "tip[1]", "y2": "tip[2]",
+}  # fmt: skip
+PARTS = {"q1": "shoulder.angle", "q2": "elbow.angle", "xB": "tip[1]", "yB": "tip[2]"}
+SPACE = {
+    "q1": "q1", "q2": "q2", "q3": "q3", "u1": "der(q1)", "u2": "der(q2)", "u3": "der(q3)",
+    "xP": "trajectory[1]", "yP": "trajectory[2]", "zP": "trajectory[3]",
+}  # fmt: skip
+WRONG = "DoublePendulumAsPublished"
+
+# Bounds at t = 10 in units of the tolerance. The motions are chaotic: the horizon is 10 s, over which an error
+# grows by the last number at most (measured by starts that differ by 1e-9).
+RUNS = [
+    ("double_pendulum_bars", None, None, "thesis_double_pendulum_2d_right_caseA", K1 | TIP, 3000),
+    ("double_pendulum_bars", None, "caseB", "thesis_double_pendulum_2d_right_caseB", K1 | TIP, 3000),
+    ("double_pendulum_bars", WRONG, None, "thesis_double_pendulum_2d_aswritten_caseA", K1 | TIP, 30000),
+    ("double_pendulum_bars", WRONG, "caseB", "thesis_double_pendulum_2d_aswritten_caseB", K1 | TIP, 30000),
+    ("double_bars", None, None, "thesis_double_pendulum_2d_right_caseA", PARTS, 3000),
+    ("double_pendulum_points", None, None, "double_pendulum_point_masses", POINTS, 3000),
+    ("double_pendulum_3d", None, None, "thesis_double_pendulum_3d", SPACE, 3000),
+]
+
+
+@pytest.mark.parametrize(("example", "model", "experiment", "data", "names", "bound"), RUNS)
+def test_reference(
+    example: str, model: str | None, experiment: str | None, data: str, names: dict[str, str], bound: float
+) -> None:
+    solution = run(example, experiment, model=model)
+    for point in references(data):
+        if point["t"] > 10:
+            continue
+        expected = np.array([point["values"][k] for k in names])
+        got = at(solution, point["t"], list(names.values()))
+        assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < bound * 1e-10, point["t"]
+
+
+def test_the_two_cases_part_between_4_5_and_4_9_seconds() -> None:
+    """K1: the tips of cases A and B, started 0.14 apart, are still close at 4.5 s and far apart at 4.9 s."""
+    a, b = run("double_pendulum_bars"), run("double_pendulum_bars", "caseB")
+    apart = {t: np.linalg.norm(at(a, t, ["B[1]", "B[2]"]) - at(b, t, ["B[1]", "B[2]"])) for t in (4.5, 4.9)}
+    assert apart[4.9] > 2 * apart[4.5]
+
+
+@pytest.mark.parametrize(
+    ("example", "case", "M", "K", "names"),
+    [
+        (
+            "double_pendulum_bars",
+            "thesis double pendulum",
+            [[10 / 3, 5 / 6], [5 / 6, 1 / 3]],
+            9.8 * np.array([[3, 0.5], [0.5, 0.5]]),
+            ("q1", "q2"),
+        ),
+        (
+            "double_pendulum_points",
+            "point double pendulum",
+            [[2, 1], [1, 1]],
+            9.81 * np.array([[2, 0], [0, 1]]),
+            ("th1", "th2"),
+        ),
+    ],
+)
+def test_small_swings(
+    example: str, case: str, M: list[list[float]], K: Array, names: tuple[str, str]
+) -> None:
+    """Frequencies of the reference; at an amplitude of 1e-6 the linear motion is good to 1e-10."""
+    solution = run(example, set={names[0]: 1e-6, names[1]: 0.0})
+    omega, motion = small_swings(M, K, [1, 0], solution.time)
+    known = values("normal_modes_set", case)
+    assert omega == pytest.approx([known["omega1"], known["omega2"]], rel=1e-13)
+    for name, expected in zip(names, motion, strict=True):
+        assert solution[name] / 1e-6 == pytest.approx(expected, abs=1e-7)
+
+
+def test_generalised_momenta() -> None:
+    """U52: p1 and p2 as stated, and the motion by the textbook's equations."""
+    m1, m2, l1, l2, g = 2.0, 1.0, 0.8, 1.2, 9.81
+    solution = run("double_pendulum_momenta")
+    th1, th2, w1, w2 = (solution[n] for n in ("th1", "th2", "der(th1)", "der(th2)"))
+    coupling = m2 * l1 * l2 * np.cos(th1 - th2)
+    assert solution["p1"] == pytest.approx((m1 + m2) * l1**2 * w1 + coupling * w2, abs=1e-12)
+    assert solution["p2"] == pytest.approx(m2 * l2**2 * w2 + coupling * w1, abs=1e-12)
+
+    def rates(_: float, y: Array) -> list[float]:
+        a, b, u, v = y
+        M = [[(m1 + m2) * l1, m2 * l2 * np.cos(a - b)], [l1 * np.cos(a - b), l2]]
+        Q = [
+            -m2 * l2 * v**2 * np.sin(a - b) - (m1 + m2) * g * np.sin(a),
+            l1 * u**2 * np.sin(a - b) - g * np.sin(b),
+        ]
+        return [u, v, *np.linalg.solve(M, Q)]
+
+    expected = integrate(rates, [np.deg2rad(40), np.deg2rad(-20), 0, 0], solution.time)
+    assert np.max(np.abs(np.array([th1, th2]) - expected[:2])) < 1000e-10

@@ -1,0 +1,86 @@
+"""Resistance of a medium (U24, U26, U28, U30-U32)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from gallery import Array, Case, Formula, check, run
+from numpy import cosh, exp, log, sqrt, tanh
+
+g = 9.81
+
+
+def mixed(m: float, d: float) -> tuple[float, Formula]:
+    """Terminal speed and v(t) of m v' = m g - A v - B v^2 from rest; v+ and v- are the roots of the right side."""
+    A, B = 7.75 * 2e-5 * d, 0.17 * 1.29 * d * d
+    low, high = (-A - sqrt(A * A + 4 * B * m * g)) / (2 * B), (-A + sqrt(A * A + 4 * B * m * g)) / (2 * B)
+
+    def speed(t: Array) -> Any:
+        C = high / low * exp(-B / m * (high - low) * t)
+        return (high - low * C) / (1 - C)
+
+    return high, speed
+
+
+stokes, delay = (7800 - 1260) * 1e-6 * g / (18 * 1.4), 7800e-6 / (18 * 1.4)
+
+CASES = [
+    Case(
+        "stokes_drag",
+        {
+            "fall.position[2]": lambda t: -stokes * (t - delay * (1 - exp(-t / delay))),
+            "terminal": lambda t: stokes,
+        },
+        bound=100,
+    ),
+    Case("mixed_drag", {"der(y)": mixed(0.6, 0.25)[1]}, bound=100),
+    Case("mixed_drag", {"der(y)": mixed(1e-7, 0.01)[1]}, bound=100, experiment="bubble"),
+    Case("mixed_drag", {"der(y)": mixed(0.5e-9, 1e-4)[1]}, bound=100, experiment="drop"),
+    Case("horizontal_drag", {"x": lambda t: 6 * (1 - exp(-t / 2))}, bound=30),
+    Case("horizontal_drag", {"x": lambda t: 4 * log(1 + 0.75 * t)}, bound=30, experiment="quadratic"),
+    Case(
+        "linear_quadratic_drag",
+        {"x": lambda t: 4 * log(1 + 1.5 * (1 - exp(-t / 2))), "distance": lambda t: 4 * log(2.5)},
+        bound=30,
+    ),
+    Case(
+        "shuttlecock",
+        {
+            "y": lambda t: 6.8**2 / g * log(cosh(g * t / 6.8)),
+            "der(fall.position[2])": lambda t: -6.8 * tanh(g * t / 6.8),
+        },
+        bound=30,
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_closed_form(case: Case) -> None:
+    check(case)
+
+
+@pytest.mark.parametrize(
+    ("example", "experiment", "speed", "digits"),
+    [
+        ("drag_reynolds", None, 27.8423, 6e-5),
+        ("drag_reynolds", "small", 8.80451, 6e-6),
+        ("drag_reynolds", "grain", 1.570821, 6e-7),
+        ("mixed_drag", "bubble", 0.17909474, 6e-9),
+        ("mixed_drag", "drop", 0.3034256, 6e-8),
+        ("mixed_drag", None, 20.721499, 6e-7),
+    ],
+)
+def test_printed_terminal_speed(example: str, experiment: str | None, speed: float, digits: float) -> None:
+    """U26, U28: half a unit of the last printed digit; the start has decayed by e^-15 or more."""
+    assert run(example, experiment)["der(y)"][-1] == pytest.approx(speed, abs=digits)
+
+
+def test_reynolds_number_of_the_grain() -> None:
+    assert run("drag_reynolds", "grain")["Re"][-1] == pytest.approx(101.3, abs=0.05)
+
+
+def test_stopping_distances() -> None:
+    """U30 b: M v/gamma; U31: (m/beta) ln(1 + beta v0/alpha); both have stopped to e^-20."""
+    assert run("horizontal_drag")["x"][-1] == pytest.approx(6, abs=1e-7)
+    assert run("linear_quadratic_drag")["x"][-1] == pytest.approx(4 * log(2.5), abs=1e-8)

@@ -1,0 +1,98 @@
+"""Accelerated and turning frames (P11, U100-U103); the linear equations solved by the matrix exponential."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gallery import Array, Case, Formula, at, check, run
+from numpy import cos, sin, sqrt
+from scipy.linalg import expm
+
+g, w = 9.81, 7.292e-5
+
+
+def cabin(i: int) -> Formula:
+    """U101 in inertial axes: d'' = -(k/m) d - A from the moving origin; then turned into the cabin."""
+    A, k = np.array([0.3, 0, 0.1]), 2.0
+    d0, v0 = np.array([1, 0, 0.5]), np.array([0, 0.2 + 0.5, 0])
+
+    def r(t: Array) -> Array:
+        W = sqrt(k)
+        d = (
+            np.multiply.outer(d0 + A / k, cos(W * t))
+            + np.multiply.outer(v0 / W, sin(W * t))
+            - (A / k)[:, None]
+        )
+        angle = 0.5 * t + 0.05 * t * t
+        turned = [cos(angle) * d[0] + sin(angle) * d[1], -sin(angle) * d[0] + cos(angle) * d[1], d[2]]
+        return np.asarray(turned[i])
+
+    return r
+
+
+CASES = [
+    Case(
+        "accelerated_frame",
+        {
+            "r[1]": lambda t: -0.2 + 0.3 * cos(sqrt(10) * t),
+            "r[2]": lambda t: 0.2 * cos(sqrt(10) * t) + 0.3 / sqrt(10) * sin(sqrt(10) * t),
+        },
+        bound=300,
+    ),
+    Case("moving_frame", {f"r[{i + 1}]": cabin(i) for i in range(3)}, bound=300),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_closed_form(case: Case) -> None:
+    check(case)
+
+
+def test_pseudo_forces() -> None:
+    """U101: m a + k r - (Coriolis + Euler + centrifugal + inertia) vanishes along the run."""
+    solution = run("moving_frame")
+    assert max(np.max(np.abs(solution[f"check[{i}]"])) for i in (1, 2, 3)) < 1e-12
+
+
+def on_the_earth(latitude: float, r0: list[float], v0: list[float], t: float) -> Array:
+    """r(t) of r'' = -g z - 2 W x r' - W x (W x r), x south, y east, z up."""
+    W = w * np.array([-cos(latitude), 0, sin(latitude)])
+    X = np.array([[0, -W[2], W[1]], [W[2], 0, -W[0]], [-W[1], W[0], 0]])
+    A = np.zeros((7, 7))
+    A[:3, 3:6] = np.eye(3)
+    A[3:6, :3], A[3:6, 3:6] = -X @ X, -2 * X
+    A[5, 6] = -g
+    return np.asarray((expm(A * t) @ np.array([*r0, *v0, 1]))[:3])
+
+
+# example, experiment, latitude, r0, v0, duration, deflection to the east in first order, its printed digits
+FALLS = [
+    ("falling_body_east", None, 49, [0, 0, 100], [0, 0, 0], sqrt(200 / g), 0.01440054),
+    ("bullet_up", None, 45, [0, 0, 0], [0, 0, 100], 200 / g, -0.7143851),
+    ("thrown_and_dropped", None, 49, [0, 0, 0], [0, 0, sqrt(200 * g)], 2 * sqrt(200 / g), -4 * 0.01440054),
+    ("thrown_and_dropped", "dropped", 49, [0, 0, 100], [0, 0, 0], sqrt(200 / g), 0.01440054),
+]
+
+
+@pytest.mark.parametrize(("example", "experiment", "latitude", "r0", "v0", "stop", "first_order"), FALLS)
+def test_deflection(
+    example: str,
+    experiment: str | None,
+    latitude: float,
+    r0: list[float],
+    v0: list[float],
+    stop: float,
+    first_order: float,
+) -> None:
+    """Exact motion to the tolerance; first order in w to the next order, w t = 1.5e-3."""
+    solution = run(example, experiment)
+    assert solution.time[-1] == pytest.approx(stop, rel=1e-14)
+    expected = on_the_earth(np.deg2rad(latitude), r0, v0, stop)
+    # nominal length 1 m: a few steps of 1e-10 m, while the height is that of 100 m to rounding
+    assert at(solution, stop, ["x", "y", "z"]) == pytest.approx(expected, abs=1e-7)
+    assert solution["y"][-1] == pytest.approx(first_order, rel=2e-3)
+
+
+def test_thrown_and_dropped_deflect_four_to_one() -> None:
+    thrown, dropped = run("thrown_and_dropped")["y"][-1], run("thrown_and_dropped", "dropped")["y"][-1]
+    assert thrown / dropped == pytest.approx(-4, rel=2e-3)

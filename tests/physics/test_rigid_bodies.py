@@ -1,0 +1,190 @@
+"""Tops and free bodies (P13, T14, T15, T22, U137-U139, U145, Dzhanibekov)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from closed_forms import integrate
+from gallery import Array, Case, Formula, at, check, references, run, upward_crossings
+from numpy import cos, pi, sin, sqrt
+
+EULER = {
+    "theta": "theta", "phi": "phi", "psi": "psi",
+    "thetadot": "der(theta)", "phidot": "der(phi)", "psidot": "der(psi)",
+}  # fmt: skip
+BODY = {
+    "w1": "der(R)[1]", "w2": "der(R)[2]", "w3": "der(R)[3]",
+    "R12": "axis2[1]", "R22": "axis2[2]", "R32": "axis2[3]",
+}  # fmt: skip
+QUATERNION = ["R[1]", "R[2]", "R[3]", "R[4]"]
+
+
+def test_heavy_symmetric_top() -> None:
+    """P13; the spin angle grows to 188, an error of its rate with the time."""
+    solution = run("heavy_symmetric_top")
+    for point in references("heavy_symmetric_top"):
+        expected = np.array([point["values"][k] for k in EULER])
+        got = at(solution, point["t"], list(EULER.values()))
+        assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < 1000e-10
+    assert solution["p_psi"] == pytest.approx(4, abs=100e-10)
+    assert solution["p_phi"] == pytest.approx(3.625254671094455935, abs=100e-10)
+
+
+def test_nutation_of_the_heavy_symmetric_top() -> None:
+    solution = run("heavy_symmetric_top")
+    lowest = upward_crossings(solution, "der(theta)")
+    assert np.diff(lowest) == pytest.approx(1.128850532250744616523439135, rel=1e-8)
+    assert solution["theta"].max() <= 0.5786730700614316154529222017 + 300e-10
+    assert solution["theta"].min() >= 0.5 - 300e-10
+
+
+def test_heavy_top_without_euler_angles() -> None:
+    """U145: the same top as a body with a Rotation; its tip, and the conserved momenta."""
+    solution = run("heavy_top_rotation")
+    for point in references("heavy_symmetric_top"):
+        theta, phi = point["values"]["theta"], point["values"]["phi"]
+        tip = [sin(theta) * sin(phi), -sin(theta) * cos(phi), cos(theta)]
+        assert at(solution, point["t"], ["tip[1]", "tip[2]", "tip[3]"]) == pytest.approx(tip, abs=3000e-10)
+        assert solution(point["t"])["cos_nutation"] == pytest.approx(cos(theta), abs=3000e-10)
+    assert solution["l3"] == pytest.approx(4, abs=300e-10)
+    assert solution["lZ"] == pytest.approx(3.625254671094455935, abs=300e-10)
+
+
+def test_sleeping_top() -> None:
+    """Stable since its spin 20 is above 2 sqrt(I1 m g l)/I3 = 15.66; a slower one falls."""
+    assert run("heavy_top_rotation", "sleeping")["cos_nutation"].min() > 1 - 1e-8
+    slow = {"der(R)[3]": 15.0}
+    assert run("heavy_top_rotation", "sleeping", set=slow)["cos_nutation"].min() < 0.999
+
+
+@pytest.mark.parametrize(("experiment", "precession"), [(None, 0.0), ("loops", -2.0), ("waves", 4.0)])
+def test_lagrange_top(experiment: str | None, precession: float) -> None:
+    """T14: bounds of the nutation are the roots of the cubic in u = cos(theta); shape of the precession."""
+    I1, I3, weight, u0 = 4e-3, 1e-3, 9.81 * 0.05, cos(pi / 6)
+    p3 = I3 * 200
+    pz = I1 * (1 - u0**2) * precession + p3 * u0
+    E = I1 / 2 * precession**2 * (1 - u0**2) + weight * u0
+    u = np.poly1d([1, 0])
+    cubic = (1 - u * u) * 2 * I1 * (E - weight * u) - (pz - p3 * u) ** 2
+    bounds = np.sort(
+        np.arccos([r.real for r in cubic.roots if abs(r) <= 1 + 1e-9 and abs(r.imag) < 1e-6]).real
+    )
+    solution = run("lagrange_top", experiment)
+    turning = [solution(t)["theta"] for t in upward_crossings(solution, "der(theta)")]
+    assert turning == pytest.approx(bounds[0], abs=3000e-10)
+    assert solution["theta"].max() == pytest.approx(bounds[1], abs=1e-4)  # of the points of the grid
+    assert solution["theta"].max() <= bounds[1] + 3000e-10
+    slowest, fastest = solution["der(phi)"].min(), solution["der(phi)"].max()
+    match experiment:
+        case None:  # cusps: it stops at the top of each wave
+            assert -1e-6 < slowest < 1e-3 < fastest
+        case "loops":
+            assert slowest < -1 and fastest > 1
+        case "waves":
+            assert slowest > 1
+    rest = solution["U_eff"] + I1 / 2 * solution["der(theta)"] ** 2
+    assert np.ptp(rest) < 1000e-10
+
+
+def precessing_axis(i: int) -> Formula:
+    """e3 of the free symmetric top: the start (0, 0, 1) turned about L = (2, 0, 12) at |L|/I1 (Rodrigues)."""
+    L = np.array([2.0, 0, 12])
+    n, rate = L / np.linalg.norm(L), np.linalg.norm(L) / 2
+    e = np.array([0, 0, 1.0])
+    parts = e, np.cross(n, e), n * (n @ e)
+    return lambda t: (
+        parts[0][i] * cos(rate * t) + parts[1][i] * sin(rate * t) + parts[2][i] * (1 - cos(rate * t))
+    )
+
+
+CASES = [
+    Case(
+        "free_symmetric_top",
+        {
+            "der(R)[1]": lambda t: cos(2 * t),
+            "der(R)[2]": lambda t: sin(2 * t),
+            "der(R)[3]": lambda t: 4,
+            "L[1]": lambda t: 2,
+            "L[3]": lambda t: 12,
+            "e3[1]": precessing_axis(0),
+            "e3[2]": precessing_axis(1),
+            "e3[3]": precessing_axis(2),
+        },
+        bound=300,
+    ),
+    Case(
+        "torqued_top",
+        {
+            "cos_theta": lambda t: 0.5,
+            "W3": lambda t: t / 6,
+            "phi": lambda t: t * t / 4,
+        },
+        bound=100,
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_closed_form(case: Case) -> None:
+    check(case)
+
+
+def test_wobble_of_the_earth() -> None:
+    """U138: the pole goes round in 333 turns; 40 days of it. The amplitude is 2e-7 of the spin."""
+    solution = run("earth_wobble")
+    angle = 0.003 * 2 * pi * solution.time / 86164
+    assert solution["pole[1]"] == pytest.approx(0.2e-6 * cos(angle), abs=1e-12)
+    assert solution["pole[2]"] == pytest.approx(0.2e-6 * sin(angle), abs=1e-12)
+    assert solution["wobble"][-1] / 86164 == pytest.approx(333.3, abs=0.1)
+
+
+def euler(J: tuple[float, float, float], w: Array, N: tuple[float, float, float] = (0, 0, 0)) -> list[float]:
+    """Euler's equations, N1 = I1 w1' + (I3 - I2) w2 w3 and cyclic."""
+    return [(N[i] - (J[i - 1] - J[i - 2]) * w[i - 2] * w[i - 1]) / J[i] for i in range(3)]
+
+
+@pytest.mark.parametrize(
+    ("experiment", "start"),
+    [(None, [0.001, 1, 0.001]), ("smallest", [1, 0.001, 0.001]), ("largest", [0.001, 0.001, 1])],
+)
+def test_tennis_racket(experiment: str | None, start: list[float]) -> None:
+    """U139; about the middle axis the error of the start grows by 1e3, so does that of the steps."""
+    solution = run("tennis_racket", experiment)
+    w = np.array([solution[f"der(R)[{i}]"] for i in (1, 2, 3)])
+    expected = integrate(lambda _, y: euler((1, 2, 3), y), start, solution.time)
+    assert np.max(np.abs(w - expected)) < (1e-5 if experiment is None else 300e-10)
+    if experiment is None:
+        assert w[1].min() < -0.99  # it turns over
+        assert solution["growth"][0] == pytest.approx(1 / sqrt(3), rel=1e-12)
+    else:
+        rate = {"smallest": sqrt(2 / 6), "largest": sqrt(2 / 2)}[experiment]
+        small = w[1 if experiment == "smallest" else 0]
+        follow = w[2 if experiment == "smallest" else 1]
+        # linear equations s' = a f, f' = -b s with a b = rate^2
+        a = {"smallest": 1.0, "largest": -1.0}[experiment]
+        t = solution.time
+        assert small == pytest.approx(0.001 * (cos(rate * t) + a / rate * sin(rate * t)), abs=1e-7)
+        assert np.max(np.abs(follow)) < 0.002
+
+
+def test_dzhanibekov() -> None:
+    """Rates, middle axis and attitude; an error at the unstable axis grows by exp(2.9 t) until each turn."""
+    solution = run("dzhanibekov", tolerance=1e-11)
+    for point in references("dzhanibekov_free_body"):
+        bound = 1e-6 if point["t"] > 10 else 1e-7
+        expected = [point["values"][k] for k in BODY]
+        assert at(solution, point["t"], list(BODY.values())) == pytest.approx(expected, abs=bound)
+        attitude = np.array([point["values"][f"q{i}"] for i in range(4)])
+        got = at(solution, point["t"], QUATERNION)
+        assert abs(got @ attitude) == pytest.approx(1, abs=bound)
+    assert np.diff(upward_crossings(solution, "der(R)[2]")) == pytest.approx(10.05185827631494, abs=1e-6)
+
+
+def test_euler_equations_with_torque() -> None:
+    """U137."""
+    solution = run("euler_equations")
+    expected = integrate(
+        lambda t, y: euler((0.3, 0.5, 0.7), y, (0.1 * cos(2 * t), 0.05, 0)), [1, 0.5, -0.3], solution.time
+    )
+    got = np.array([solution[f"w{i}"] for i in (1, 2, 3)])
+    assert np.max(np.abs(got - expected)) < 1000e-10

@@ -1,0 +1,122 @@
+"""Particles on surfaces and slopes (T16, U38, U45, U57, U79, U80, V4)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from closed_forms import integrate, time_between
+from gallery import Array, Case, at, check, references, run, upward_crossings
+from numpy import cos, sin, sqrt, tan
+from scipy.optimize import brentq
+
+g = 9.81
+
+wedge_s = g * 0.5 * 3 / (2 + 0.25)
+wedge_X = -g * 0.5 * sqrt(0.75) / (2 + 0.25)
+
+CASES = [
+    Case("helix", {"z": lambda t: -g * t**2 / 10}, bound=100),
+    Case(
+        "wedge",
+        {
+            "s": lambda t: wedge_s * t**2 / 2,
+            "X": lambda t: wedge_X * t**2 / 2,
+            "a_s": lambda t: 6.54,
+            "a_X": lambda t: wedge_X,
+        },
+        bound=10,
+    ),
+]
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_closed_form(case: Case) -> None:
+    check(case)
+
+
+def test_printed_acceleration_of_the_wedge() -> None:
+    assert run("wedge")["a_X"][0] == pytest.approx(-1.887935, abs=6e-7)
+
+
+SPHERICAL = {
+    "theta": "theta", "phi": "phi", "thetadot": "der(theta)", "phidot": "der(phi)",
+    "x": "bob[1]", "y": "bob[2]", "z": "bob[3]",
+}  # fmt: skip
+ELASTIC = {"x": "x", "y": "y"}
+PARTS = {
+    "x": "guide.position[1]", "y": "guide.position[2]",
+    "vx": "der(guide.position[1])", "vy": "der(guide.position[2])",
+}  # fmt: skip
+
+
+# Bounds at the last time in units of the tolerance; the elastic pendulum trades its energy to and fro for 40 s.
+@pytest.mark.parametrize(
+    ("example", "data", "names", "bound"),
+    [
+        ("spherical_pendulum", "spherical_pendulum", SPHERICAL, 1000),
+        ("elastic_pendulum", "elastic_pendulum_1_2", ELASTIC, 3000),
+        ("elastic_pendulum_parts", "elastic_pendulum_1_2", PARTS, 3000),
+    ],
+)
+def test_reference(example: str, data: str, names: dict[str, str], bound: float) -> None:
+    points = references(data)
+    solution = run(example, stop=points[-1]["t"])
+    for point in points:
+        expected = [point["values"][k] for k in names]
+        assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=bound * 1e-10)
+
+
+@pytest.mark.parametrize(
+    ("example", "momentum"),
+    [("spherical_pendulum", "p_phi"), ("cone", "p_phi"), ("particle_on_sphere", "p_phi")],
+)
+def test_cyclic_angle(example: str, momentum: str) -> None:
+    """Its momentum is conserved and its rate keeps its sign."""
+    solution = run(example)
+    assert np.ptp(solution[momentum]) < 300e-10
+    assert solution["der(phi)"].min() > 0
+
+
+def test_cone() -> None:
+    """V4: rho'^2 = 2 sin^2(alpha)/m (E - p^2/(2 m rho^2) - m g rho cot(alpha)); turning points and their times."""
+    p, slope, sine2 = 1.5, 1 / tan(np.pi / 6), 0.25
+    E = p**2 / (2 * 0.25) + g * 0.5 * slope
+
+    def excess(rho: float) -> float:
+        return float(E - p**2 / (2 * rho**2) - g * rho * slope)
+
+    other = brentq(excess, 0.51, 5, xtol=1e-15)
+    half = time_between(lambda rho: 2 * sine2 * excess(rho), 0.5, other)
+    solution = run("cone")
+    for n in range(1, int(10 / half) + 1):
+        assert solution(n * half)["rho"] == pytest.approx(other if n % 2 else 0.5, rel=1000e-10)
+    assert abs(solution(half)["der(rho)"]) < 1e-7
+
+
+@pytest.mark.parametrize(("experiment", "F0"), [(None, 2.0), ("free", 0.0)])
+def test_paraboloid(experiment: str | None, F0: float) -> None:
+    """T16: L = m/2 (x'^2 + y'^2 + 4 a^2 (x x' + y y')^2) - m g a (x^2 + y^2), with the force along x; a = 1/2."""
+
+    def rates(t: float, s: Array) -> list[float]:
+        x, y, u, v = s
+        M = [[1 + x * x, x * y], [x * y, 1 + y * y]]
+        pull = -(u * u + v * v + g)
+        return [u, v, *np.linalg.solve(M, [pull * x + F0 * sin(3 * t), pull * y])]
+
+    solution = run("paraboloid", experiment)
+    expected = integrate(rates, [0.2, 0, 0, 0.5], solution.time)
+    assert solution["x"] == pytest.approx(expected[0], abs=300e-10)
+    assert solution["y"] == pytest.approx(expected[1], abs=300e-10)
+    if experiment == "free":
+        assert np.ptp(solution["l"]) < 100e-10
+
+
+def test_particle_on_sphere() -> None:
+    """U79: turning points at 51.13163 deg and at its mirror image."""
+    solution = run("particle_on_sphere")
+    lowest = [solution(t)["theta"] for t in upward_crossings(solution, "der(theta)")]
+    sine2 = (1 - 0.6 + sqrt(0.16 + 2 * 0.25)) / 2
+    assert lowest == pytest.approx(np.arcsin(sqrt(sine2)), abs=300e-10)
+    assert np.rad2deg(lowest[0]) == pytest.approx(51.13163, abs=6e-6)
+    assert solution["theta"].max() <= np.pi - lowest[0] + 300e-10
+    assert cos(solution["theta"]).min() < -0.62

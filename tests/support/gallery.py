@@ -1,0 +1,140 @@
+"""Run the examples and compare them with known answers.
+
+A run of tolerance ``tol`` keeps the error of each step below ``tol*(nominal + |value|)``. What the steps add
+up to grows with their number and with the instability of the motion, so each case states its own bound as a
+multiple of the tolerance, and why where it is more than the usual few hundred steps.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+import mechc
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+DATA = ROOT / "tests" / "physics" / "data"
+TOLERANCE = 1e-10
+ROUNDING = 1e-13  # of a few hundred steps; smaller errors are not told apart
+
+Array = NDArray[np.float64]
+Formula = Callable[[Array], Any]
+"""A quantity as a function of the times of the output."""
+Solution = mechc.Solution
+
+
+@cache
+def load(example: str, model: str | None = None) -> mechc.Model:
+    """Load an example by the name of its file."""
+    return mechc.load(EXAMPLES / f"{example}.mech", model=model)
+
+
+_runs: dict[str, Solution] = {}
+
+
+def run(
+    example: str,
+    experiment: str | None = None,
+    *,
+    model: str | None = None,
+    stop: float | None = None,
+    tolerance: float = TOLERANCE,
+    set: Mapping[str, Any] | None = None,
+) -> Solution:
+    """Simulate an example, once for each set of options, and demand that the run completes."""
+    key = repr((example, experiment, model, stop, tolerance, sorted((set or {}).items())))
+    if key not in _runs:
+        solution = load(example, model).simulate(
+            stop=stop, tolerance=tolerance, experiment=experiment, set=dict(set or {})
+        )
+        assert isinstance(solution, mechc.Solution)
+        _runs[key] = solution
+    solution = _runs[key]
+    assert solution.outcome.value == "completed", solution.message
+    return solution
+
+
+@dataclass(frozen=True)
+class Case:
+    """A run whose quantities are known functions of time.
+
+    ``bound``: largest error over the run, relative to the largest value of each quantity, in units of the
+    tolerance.
+    """
+
+    example: str
+    values: Mapping[str, Formula]
+    bound: float
+    experiment: str | None = None
+    model: str | None = None
+    stop: float | None = None
+    tolerance: float = TOLERANCE
+    set: Mapping[str, Any] = field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return " ".join(x for x in (self.example, self.model, self.experiment) if x)
+
+
+def check(case: Case) -> None:
+    """Compare all output points with the closed form, and the estimated error with the true one."""
+    solution = run(
+        case.example,
+        case.experiment,
+        model=case.model,
+        stop=case.stop,
+        tolerance=case.tolerance,
+        set=case.set,
+    )
+    estimates = solution.accuracy.error.by_state if solution.accuracy.error else {}
+    errors = {}
+    for name, function in case.values.items():
+        expected = np.broadcast_to(np.asarray(function(solution.time), dtype=float), solution.time.shape)
+        scale = float(np.max(np.abs(expected))) or 1.0
+        errors[name] = float(np.max(np.abs(solution[name] - expected))) / scale
+    assert max(errors.values()) <= case.bound * case.tolerance, errors
+    for name in errors.keys() & estimates.keys():
+        estimate, error = estimates[name], errors[name]
+        assert error / 100 <= estimate <= 100 * max(error, ROUNDING), (name, estimate, error)
+
+
+def references(name: str) -> list[dict[str, Any]]:
+    """Return the reference points of a data file, with their numbers as floats."""
+    points = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))["references"]
+    return [
+        {
+            "case": point.get("case", ""),
+            "t": float(point["t"]) if "t" in point else 0.0,
+            "values": {k: float(v) for k, v in point["values"].items() if k != "note"},
+        }
+        for point in points
+    ]
+
+
+def values(data: str, case: str) -> dict[str, float]:
+    """Return the values of the one reference point whose case starts with ``case``."""
+    (point,) = [p for p in references(data) if p["case"].startswith(case)]
+    return dict(point["values"])
+
+
+def upward_crossings(solution: Solution, name: str) -> list[float]:
+    """Times at which a quantity passes zero upwards: bracketed by the grid, found on the dense output."""
+    x, t = solution[name], solution.time
+    return [
+        float(brentq(lambda s: float(solution(s)[name]), t[i], t[i + 1], xtol=1e-14, rtol=1e-14))
+        for i in np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+    ]
+
+
+def at(solution: Solution, t: float, names: Sequence[str]) -> Array:
+    """Quantities at a time, from the dense output."""
+    point = solution(t)
+    return np.array([float(point[name]) for name in names])
