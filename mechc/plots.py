@@ -102,9 +102,12 @@ def figure(solution: Solution, display: Display, names: Sequence[str] = ()) -> A
         )
         problem = solution.problem
         result.suptitle(problem.doc or problem.name, fontsize=11, x=0.01, ha="left", color="#111827")
+        grid = result.add_gridspec(rows, columns)
         for i, panel in enumerate(panels):
             three = isinstance(panel, Paths) and panel.dimension == 3
-            axes = result.add_subplot(rows, columns, i + 1, projection="3d" if three else None)
+            alone = i == len(panels) - 1 and i % columns == 0 and isinstance(panel, (Curves, Energies))
+            place = grid[i // columns, :] if alone else grid[i // columns, i % columns]
+            axes = result.add_subplot(place, projection="3d" if three else None)
             _draw(axes, panel, solution, display)
     return result
 
@@ -228,12 +231,12 @@ def _draw_curves(axes: Any, panel: Curves, solution: Solution, display: Display)
 
 
 def _draw_portrait(axes: Any, panel: Portrait, solution: Solution, display: Display) -> None:
-    units = []
-    values = []
-    for name in (panel.name, panel.rate):
-        si = solution.unit(name)
-        units.append(display.unit(si, _shown(solution, name)))
-        values.append(display.convert(solution[name], si, units[-1]))
+    si = solution.unit(panel.name), solution.unit(panel.rate)
+    unit = display.unit(si[0], _shown(solution, panel.name))
+    per_time = si[1].removeprefix(si[0]) if si[0] and si[1].startswith(f"{si[0]}/") else ""
+    units = unit, f"{unit}{per_time}" if per_time else display.unit(si[1], "")
+    names = panel.name, panel.rate
+    values = [display.convert(solution[n], s, u) for n, s, u in zip(names, si, units, strict=True)]
     axes.plot(*values, color=COLOURS[0], linewidth=1.1)
     axes.plot(values[0][:1], values[1][:1], "o", color=COLOURS[1], markersize=4)
     axes.set_title(f"phase portrait of {panel.name}")

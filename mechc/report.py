@@ -113,18 +113,19 @@ def _values(solution: Solution, display: Display, style: Style) -> list[str]:
     if not len(solution.time):
         return []
     estimate = solution.accuracy.error
-    states = list(solution.problem.states)
+    states = [quantity for quantity in solution.problem.states if quantity.kind != "account"]
+    total = len(states)
     if len(states) > MOST_STATES:
         if estimate:
             states.sort(key=lambda q: -estimate.by_state[q.name])
         states = states[:MOST_STATES]
-    head = ["", f"at {number(float(solution.time[-1]))}{_with_unit(solution.problem.time.unit)}"]
+    head = ["", f"at {number(float(solution.time[-1]))}{_with_unit(solution.problem.time.unit)}", ""]
     head += ["estimated error", "largest"] if estimate else []
     table = [head]
     for quantity in states:
         unit = display.unit(quantity.unit, quantity.display)
         value = float(solution[quantity.name][-1]) * factor(quantity.unit) / factor(unit)
-        row = [quantity.name, number(value) + _with_unit(unit)]
+        row = [quantity.name, number(value), "" if unit == "1" else unit]
         if estimate:
             row += [
                 f"{estimate.by_state_at_end[quantity.name]:.1e}",
@@ -132,7 +133,7 @@ def _values(solution: Solution, display: Display, style: Style) -> list[str]:
             ]
         table.append(row)
     rows = _aligned(table, style)
-    left_out = len(solution.problem.states) - len(states)
+    left_out = total - len(states)
     if left_out:
         rows.append(style.dim(f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")))
     if estimate:
@@ -151,10 +152,10 @@ def _invariants(accuracy: Accuracy, style: Style) -> list[str]:
     if accuracy.energy is not None:
         drifts.append(("energy balance", accuracy.energy))
     drifts += [(drift.name, drift) for drift in accuracy.conserved]
-    table = [["drift of what is constant", "", "relative"]] if drifts else []
+    table = [["drift of what is constant", "absolute", "", "relative"]] if drifts else []
     for name, drift in drifts:
         relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
-        table.append([name, f"{drift.absolute:.1e}{_with_unit(drift.unit)}", relative])
+        table.append([name, f"{drift.absolute:.1e}", "" if drift.unit == "1" else drift.unit, relative])
     return _aligned(table, style)
 
 
@@ -172,15 +173,21 @@ def _events(solution: Solution, style: Style) -> list[str]:
 
 
 def _aligned(table: Sequence[Sequence[str]], style: Style) -> list[str]:
-    """Lay out rows in columns, the first to the left, the others to the right; the first row is the head."""
+    """Lay out rows in columns: names and units (the first and third) to the left, numbers to the right.
+
+    The first row is the head.
+    """
     if not table:
         return []
     columns = range(len(table[0]))
     widths = [max(width(row[i]) for row in table) for i in columns]
     rows = []
     for i, row in enumerate(table):
-        cells = [pad(row[0], widths[0]), *(" " * (widths[c] - width(row[c])) + row[c] for c in columns[1:])]
-        text = ("  " + "   ".join(cells)).rstrip()
+        cells = [
+            pad(row[c], widths[c]) if c in (0, 2) else " " * (widths[c] - width(row[c])) + row[c]
+            for c in columns
+        ]
+        text = f"  {cells[0]}   {cells[1]} {'   '.join(cells[2:])}".rstrip()
         rows.append(style.dim(text) if i == 0 else text)
     return rows
 

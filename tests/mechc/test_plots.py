@@ -1,0 +1,80 @@
+"""Pictures hold the panels that a model calls for, with units, and need no display."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hand_made import pendulum_problem, pendulum_solution
+
+from mechc.display import Display, choose
+from mechc.plots import Curves, Energies, Paths, Portrait, balance_error, figure, panels_of, point_names, save
+from mechc.runtime.problem import Quantity
+from mechc.solution import Solution
+
+
+@pytest.fixture(scope="module")
+def solution() -> Solution:
+    return pendulum_solution()
+
+
+def test_panels(solution: Solution) -> None:
+    assert panels_of(solution) == [
+        Curves("coordinates", "rad", ("theta",)),
+        Portrait("theta", "der(theta)"),
+        Paths(("bob",), 2),
+        Energies(("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=False),
+        Energies(("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=True),
+    ]
+
+
+def test_points_are_two_or_three_lengths() -> None:
+    def vector(name: str, unit: str, size: int) -> list[Quantity]:
+        return [Quantity(f"{name}[{i}]", "output", unit) for i in range(1, size + 1)]
+
+    outputs = [
+        *vector("tip", "m", 2),
+        *vector("force", "N", 2),
+        *vector("r", "m", 3),
+        *vector("many", "m", 4),
+    ]
+    assert point_names(outputs) == {"tip": 2, "r": 3}
+
+
+def test_labels_have_the_units_of_the_model_or_the_chosen_ones(solution: Solution) -> None:
+    axes = figure(solution, Display()).axes
+    assert axes[0].get_ylabel() == "[deg]"
+    assert (axes[1].get_xlabel(), axes[1].get_ylabel()) == ("theta [deg]", "der(theta) [deg/s]")
+    assert figure(solution, choose("rad,mm")).axes[2].get_xlabel() == "x [mm]"
+
+
+def test_curves_show_converted_values(solution: Solution) -> None:
+    line = figure(solution, Display()).axes[0].get_lines()[0]
+    assert line.get_ydata()[0] == pytest.approx(60.0, rel=1e-12)
+
+
+def test_chosen_names_only(solution: Solution) -> None:
+    axes = figure(solution, Display(), ["der(theta)", "bob[1]"]).axes
+    assert [a.get_title(loc="left") for a in axes] == ["der(theta)", "bob[1]"]
+
+
+def test_the_balance_is_total_and_dissipated_energy(solution: Solution) -> None:
+    error, unit = balance_error(solution)
+    assert unit == "J" and error[0] == 0.0
+    assert 0 < abs(error).max() < 1e-5  # tolerance 1e-8 and 10 J, with the dense output's error
+
+
+@pytest.mark.parametrize("ending", ["png", "pdf", "svg"])
+def test_pictures_need_no_display(
+    ending: str, solution: Solution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    path = tmp_path / f"motion.{ending}"
+    save(solution, path, Display())
+    assert path.stat().st_size > 5000
+
+
+def test_every_name_of_the_problem_can_be_drawn(solution: Solution) -> None:
+    problem = pendulum_problem()
+    names = [q.name for q in (*problem.states, *problem.outputs)]
+    assert sum(len(a.get_lines()) for a in figure(solution, Display(), names).axes) == len(names)

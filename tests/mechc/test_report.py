@@ -1,0 +1,63 @@
+"""The report of a run says what happened, in the units of the model."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hand_made import failing_solution, pendulum_solution
+
+from mechc.display import Display, choose
+from mechc.report import count, duration, render_failure, report
+
+
+def test_a_completed_run() -> None:
+    solution = pendulum_solution()
+    rows = report(solution, Display()).splitlines()
+    assert rows[0] == "Pendulum: completed at time = 5 s"
+    assert rows[2] == "  method     scipy:DOP853, Python"
+    assert re.fullmatch(r"  steps      \d+(, \d+ rejected)?, [\d ]+ evaluations", rows[3])
+    theta = next(row for row in rows if row.startswith("  theta "))
+    error = r"\d\.\de-\d\d"
+    assert re.fullmatch(rf"  theta +-?\d+\.\d+ deg +{error} +{error}", theta)
+    assert float(theta.split()[1]) == pytest.approx(solution["theta"][-1] * 57.29577951308232, rel=1e-6)
+    assert any(re.fullmatch(rf"  energy balance +{error} J +{error}", row) for row in rows)
+    assert not any("energy.lost" in row for row in rows), "accounts are kept for the balance only"
+
+
+def test_chosen_units_change_rates_too() -> None:
+    shown = report(pendulum_solution(), choose("mrad"))
+    assert re.search(r"^  theta +-?[\d.]+ mrad ", shown, re.MULTILINE)
+    assert re.search(r"^  der\(theta\) +-?[\d.]+ mrad/s ", shown, re.MULTILINE)
+
+
+def test_a_failure_names_time_line_and_state() -> None:
+    solution = failing_solution()
+    assert report(solution, Display()).startswith("Pendulum: failed at time = 1 s")
+    rows = render_failure(solution).splitlines()
+    assert re.fullmatch(r"error: the \w+ of 'theta' is not a number at t = 1 s", rows[0])
+    assert rows[1:4] == [
+        "  --> pendulum.mech:5:3",
+        " 5 |   coordinate theta = 60 deg;",
+        "   |   ^^^^^^^^^^^^^^^^^^^^^^^^^^",
+    ]
+    assert rows[4].startswith("   = state: theta = ") and " rad/s, " in rows[4]
+
+
+def test_a_failed_assertion_shows_its_own_line() -> None:
+    rows = render_failure(pendulum_solution(**{"der(theta)": 7.0})).splitlines()
+    assert rows[0].startswith("error: assertion failed at t = ")
+    assert rows[0].endswith(": the bob stays below")
+    assert rows[1] == "  --> pendulum.mech:9:3"
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [(1.83e-4, "183 us"), (0.0021, "2.1 ms"), (0.9996, "1 s"), (3.42, "3.42 s"), (125.4, "2 min 5 s")],
+)
+def test_durations(seconds: float, text: str) -> None:
+    assert duration(seconds) == text
+
+
+def test_counts_are_grouped() -> None:
+    assert [count(n) for n in (0, 999, 1234567)] == ["0", "999", "1 234 567"]
