@@ -14,11 +14,11 @@ __all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve",
 
 VARIANTS = (
     Variant(Choice.LEAST_FILL, 6),
+    Variant(Choice.LEAST_FILL, 5),
     Variant(Choice.FEWEST_USERS, 6),
     Variant(Choice.OLDEST, 6),
-    Variant(Choice.LEAST_FILL, 4),
-    Variant(Choice.FEWEST_USERS, 4),
-    Variant(Choice.OLDEST, 4),
+    Variant(Choice.FEWEST_USERS, 5),
+    Variant(Choice.OLDEST, 5),
 )
 """No variant is best everywhere; each of them has linear cost for every tree tried."""
 
@@ -69,11 +69,13 @@ def solve(
     best: tuple[int, str, Solution, Graph] | None = None
     made = 0
     unswept: set[tuple[Choice, int]] = set()
-    for tried, attempt in enumerate(_attempts(system, variants, dense)):
+    tried = 0
+    for attempt in _attempts(system, variants, dense):
         if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
             break
         if attempt and any(c is attempt.choice and w <= attempt.frontier for c, w in unswept):
             continue  # neither that attempt nor this one has anything to sweep
+        tried += 1
         # an attempt much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
         fork = graph.fork()

@@ -7,7 +7,7 @@ for any order if the matrix is; what is left is evaluated forward. On a tree of 
 articulated-body recursion.
 
 Two frontier sweeps bound the fill-in at hubs and in loops. Where the row of the pivot has more than a few
-variables (six suffice for a tree of bodies in space, four in the plane), definitions in it are replaced by
+variables (six for a tree of bodies in space, five for loops in the plane), definitions in it are replaced by
 their variables, and likewise definitions that use the unknown by their users, down to the smallest frontier
 met: a greedy vertex cut, with a budget of 4 times the frontier plus 16 steps. Multipliers are unknowns like
 others, placed right after the last unknown on which their constraint depends.

@@ -1,0 +1,335 @@
+"""Path elimination: right answers, zero pivots, multipliers, and the rows it starts from."""
+
+import math
+from collections.abc import Callable
+
+import mpmath
+import numpy as np
+import pytest
+from mechanisms import (
+    Mechanism,
+    chain_parents,
+    close,
+    closed_chain,
+    ladder,
+    planar_tree,
+    spatial_tree,
+    spherical_hub,
+    support_on_manifold,
+)
+
+from mechc.compiler.graph import Graph, Node
+from mechc.compiler.graph.eliminate import VARIANTS, Choice, Variant, ZeroPivot, solve, solve_dense
+from mechc.compiler.graph.evaluate import evaluate, multiprecision
+from mechc.compiler.graph.linear import NotAffine, bias, linear_system, mass_matrix
+from mechc.compiler.graph.rewrite import substitute
+
+TREES: dict[str, Callable[[Graph], Mechanism]] = {
+    "points": lambda g: planar_tree(g, chain_parents(9), joint_angles=False, rigid=False),
+    "points, joint angles": lambda g: planar_tree(g, chain_parents(9), joint_angles=True, rigid=False),
+    "bars": lambda g: planar_tree(g, chain_parents(9), joint_angles=True, rigid=True),
+    "planar tree": lambda g: planar_tree(g, [-1, 0, 0, 1, 1, 2, 2, 0], joint_angles=True, rigid=True),
+    "forest": lambda g: planar_tree(g, [-1, 0, -1, 2, -1], joint_angles=True, rigid=True),
+    "spatial chain": lambda g: spatial_tree(g, chain_parents(7)),
+    "spatial tree": lambda g: spatial_tree(g, [-1, 0, 0, 1, 1, 2, 2, 3, 3]),
+    "hub": lambda g: spherical_hub(g, 4),
+}
+
+
+def dense_solution(m: Mechanism, environment: dict[Node, float]) -> np.ndarray:
+    """Solve M a = -h, both by differentiating the residual, with numpy."""
+    count = len(m.a)
+    matrix = mass_matrix(m.graph, m.residuals, m.a)
+    entries = evaluate(m.graph, [n for row in matrix for n in row], environment)
+    right = evaluate(m.graph, bias(m.graph, m.residuals, m.a), environment)
+    return np.linalg.solve(np.array(entries, float).reshape(count, count), -np.array(right, float))
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_agrees_with_a_dense_solve(name: str) -> None:
+    g = Graph()
+    m = TREES[name](g)
+    found = solve(g, m.residuals, m.a)
+    for seed in range(3):
+        at = m.environment(seed)
+        a = np.array(evaluate(g, found.solutions, at))
+        expected = dense_solution(m, at)
+        # the dense solve loses cond(M) eps: up to 1e5 eps for these chains
+        assert np.abs(a - expected).max() <= 1e-10 * np.abs(expected).max()
+        assert min(evaluate(g, found.pivots, at)) > 0.0
+
+
+@pytest.mark.parametrize("name", TREES)
+def test_makes_the_residual_vanish_in_fifty_digits(name: str) -> None:
+    g = Graph()
+    m = TREES[name](g)
+    found = solve(g, m.residuals, m.a)
+    zero = substitute(g, m.residuals, dict(zip(m.a, found.solutions, strict=True)))
+    # by value the residual is zero already
+    assert all(g.is_zero(n) for n in zero)
+    with mpmath.workdps(50):
+        at = {n: mpmath.mpf(v) for n, v in m.environment(1).items()}
+        numbers = multiprecision(mpmath.mp)
+        at |= dict(zip(m.a, evaluate(g, found.solutions, at, numbers), strict=True))
+        assert max(abs(r) for r in evaluate(g, m.residuals, at, numbers)) < mpmath.mpf("1e-42")
+
+
+@pytest.mark.parametrize("variant", [*VARIANTS, Variant(Choice.OLDEST, 0), Variant(Choice.LEAST_FILL, 2)])
+@pytest.mark.parametrize("name", ["bars", "spatial tree", "hub"])
+def test_every_variant_is_right(name: str, variant: Variant) -> None:
+    g = Graph()
+    m = TREES[name](g)
+    found = solve(g, m.residuals, m.a, variants=[variant], dense=False)
+    assert found.variant == variant.name
+    at = m.environment(5)
+    expected = dense_solution(m, at)
+    a = np.array(evaluate(g, found.solutions, at))
+    assert np.abs(a - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("by_value", [True, False])
+def test_dense_elimination(by_value: bool) -> None:
+    g = Graph(by_value=by_value)
+    m = TREES["spatial tree"](g)
+    found = solve_dense(g, m.residuals, m.a)
+    at = m.environment(2)
+    expected = dense_solution(m, at)
+    assert (
+        np.abs(np.array(evaluate(g, found.solutions, at)) - expected).max() <= 1e-10 * np.abs(expected).max()
+    )
+    assert min(evaluate(g, found.pivots, at)) > 0.0
+
+
+def test_small_systems_may_be_solved_densely() -> None:
+    """One full matrix of symbols: no sharing that paths could use."""
+    g = Graph()
+    count = 4
+    a = [g.symbol(f"a{i}") for i in range(count)]
+    residuals = [
+        g.sum([g.symbol(f"b{i}"), *(g.mul(g.symbol(f"m{min(i, j)}{max(i, j)}"), a[j]) for j in range(count))])
+        for i in range(count)
+    ]
+    found = solve(g, residuals, a)
+    best = min(solve(Graph.fork(g), residuals, a, dense=False).operations, found.operations)
+    assert found.operations == best
+    assert solve_dense(g, residuals, a).operations == found.operations
+
+
+def test_the_cheapest_variant_wins() -> None:
+    counts = {}
+    for variant in (*VARIANTS, None):
+        g = Graph()
+        m = TREES["spatial chain"](g)
+        if variant is None:
+            counts["best"] = solve(g, m.residuals, m.a, dense=False).operations
+        else:
+            counts[variant.name] = solve(g, m.residuals, m.a, variants=[variant], dense=False).operations
+    best = counts.pop("best")
+    assert best == min(counts.values())
+    assert best < max(counts.values())
+
+
+def test_forming_is_deterministic() -> None:
+    found = []
+    for _ in range(2):
+        g = Graph()
+        m = TREES["hub"](g)
+        e = solve(g, m.residuals, m.a)
+        found.append((e, [g.args(n) for n in g.reach(e.solutions)]))
+    assert found[0] == found[1]
+
+
+# ---------------------------------------------------------------- zero pivots
+
+
+def massless(count: int, without: set[int], *, joint_angles: bool = True) -> tuple[Graph, Mechanism]:
+    """A chain of points of unit mass, some of them without mass."""
+    g = Graph()
+    m = planar_tree(g, chain_parents(count), joint_angles=joint_angles, rigid=False)
+    masses = {g.symbol(f"m{i}"): g.zero if i in without else g.one for i in range(count)}
+    m.residuals = substitute(g, m.residuals, masses)
+    return g, m
+
+
+def test_a_singular_mass_matrix_is_found_by_value() -> None:
+    """Masses 1, 0, 0, 1: three coordinates move the last point, which has two directions."""
+    g, m = massless(4, {1, 2})
+    matrix = mass_matrix(g, m.residuals, m.a)
+    at = m.environment(1)
+    numbers = np.array(evaluate(g, [n for row in matrix for n in row], at), float).reshape(4, 4)
+    singular = np.linalg.svd(numbers, compute_uv=False)
+    assert singular[-1] < 1e-14 * singular[0] < 1e-3 * singular[-2]
+    with pytest.raises(ZeroPivot) as caught:
+        solve(g, m.residuals, m.a)
+    assert caught.value.unknown in caught.value.remaining
+    with pytest.raises(ZeroPivot):
+        solve_dense(g, m.residuals, m.a)
+
+
+def test_a_zero_pivot_leaves_the_graph_as_it_was() -> None:
+    g, m = massless(4, {1, 2})
+    size = len(g)
+    with pytest.raises(ZeroPivot):
+        solve(g, m.residuals, m.a)
+    assert len(g) - size < 200  # the rows, no products of an elimination
+
+
+@pytest.mark.parametrize("without", [{0}, {0, 2}, {1}])
+def test_massless_points_between_masses_are_fine(without: set[int]) -> None:
+    g, m = massless(4, without)
+    at = m.environment(1)
+    found = solve(g, m.residuals, m.a)
+    expected = dense_solution(m, at)
+    np.testing.assert_allclose(evaluate(g, found.solutions, at), expected, rtol=1e-10)
+
+
+def test_a_coordinate_that_moves_no_mass_is_named() -> None:
+    g, m = massless(3, {2}, joint_angles=False)
+    with pytest.raises(ZeroPivot) as caught:
+        solve(g, m.residuals, m.a)
+    assert caught.value.unknown == 2
+
+
+def test_dependent_constraints_have_a_zero_pivot() -> None:
+    g = Graph()
+    m = closed_chain(g, 3, joint_angles=False)
+    lam = g.symbol("lam2")
+    count = len(m.q)
+    # a third constraint, the sum of the first and twice the second
+    combination = g.add(m.residuals[count], g.mul(g.two, m.residuals[count + 1]))
+    forces = mass_matrix(g, m.residuals[:count], m.a[count:])
+    third = [g.mul(lam, g.add(row[0], g.mul(g.two, row[1]))) for row in forces]
+    residuals = [g.add(r, t) for r, t in zip(m.residuals, third, strict=False)]
+    with pytest.raises(ZeroPivot) as caught:
+        solve(g, [*residuals, *m.residuals[count:], combination], [*m.a, lam])
+    assert caught.value.unknown >= count
+
+
+# ---------------------------------------------------------------- multipliers
+
+
+def closed_states(m: Mechanism, count: int, upright: bool) -> list[dict[Node, float]]:
+    """Return states on the manifold; a ladder starts near its upright shape."""
+    states = []
+    for seed in range(1, count + 1):
+        at = m.environment(seed, spread=0.2 if upright else 1.0)
+        if upright:
+            at |= {
+                n: v + (math.pi / 2, -math.pi / 2, math.pi / 2)[i % 3]
+                for i, (n, v) in enumerate((n, at[n]) for n in m.q)
+            }
+            lengths = {n: v for n, v in at.items() if m.graph.name(n)[0] == "l" and n not in m.a}
+            at |= {n: 1.0 + 0.1 * (v - 1.0) for n, v in lengths.items()}
+        states.append(close(m, at))
+    return states
+
+
+@pytest.mark.parametrize("kind", ["chain", "chain, joint angles", "ladder"])
+def test_closed_loops_agree_with_a_dense_solve(kind: str) -> None:
+    g = Graph()
+    m = ladder(g, 3) if kind == "ladder" else closed_chain(g, 6, joint_angles=kind != "chain")
+    states = closed_states(m, 3, kind == "ladder")
+    for after in (None, support_on_manifold(m, states)):
+        found = solve(g, m.residuals, m.a, after=after)
+        for at in states:
+            expected = dense_solution(m, at)
+            got = np.array(evaluate(g, found.solutions, at))
+            assert np.abs(got - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+def test_multipliers_follow_their_coordinates() -> None:
+    g = Graph()
+    m = ladder(g, 2)
+    after = support_on_manifold(m, closed_states(m, 2, True))
+    # the second cell closes whatever the first one does
+    assert after == {6: {0, 1, 2}, 7: {0, 1, 2}, 8: {3, 4, 5}, 9: {3, 4, 5}}
+    order = solve(g, m.residuals, m.a, after=after).order
+    assert [i for i in order if i >= 6] == [8, 9, 6, 7]
+    assert max(order.index(i) for i in (3, 4, 5)) < order.index(8) < order.index(9) < order.index(0)
+    # by default a multiplier waits for all coordinates in its row
+    order = solve(g, m.residuals, m.a).order
+    assert set(order[6:]) == {6, 7, 8, 9}
+
+
+def test_unknowns_that_wait_for_each_other_are_refused() -> None:
+    g = Graph()
+    m = planar_tree(g, chain_parents(3), joint_angles=True, rigid=False)
+    with pytest.raises(ValueError, match="wait"):
+        solve(g, m.residuals, m.a, after={0: {1}, 1: {0}})
+
+
+def test_rows_may_be_paired_with_other_unknowns() -> None:
+    """L = g u' v': the residual of u holds only the acceleration of v."""
+    g = Graph()
+    a, metric, fu, fv = ([g.symbol("au"), g.symbol("av")], g.symbol("g"), g.symbol("fu"), g.symbol("fv"))
+    residuals = [g.sub(g.mul(metric, a[1]), fu), g.sub(g.mul(metric, a[0]), fv)]
+    with pytest.raises((ZeroPivot, ValueError)):
+        solve(g, residuals, a)
+    found = solve(g, residuals, a, rows=[1, 0])
+    assert found.solutions == (g.div(fv, metric), g.div(fu, metric)) or all(
+        g.identical(n, e)
+        for n, e in zip(found.solutions, (g.div(fv, metric), g.div(fu, metric)), strict=True)
+    )
+
+
+def test_sizes_must_agree() -> None:
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    with pytest.raises(ValueError, match="1 equations for 2"):
+        solve(g, [x], [x, y])
+    with pytest.raises(ValueError, match="row of its own"):
+        solve(g, [x, y], [x, y], rows=[0, 0])
+
+
+# ---------------------------------------------------------------- rows
+
+
+def test_shared_nodes_become_definitions() -> None:
+    g = Graph()
+    x, y, c = g.symbol("x"), g.symbol("y"), g.symbol("c")
+    shared = g.add(x, g.mul(c, y))
+    system = linear_system(g, [g.mul(shared, c), g.add(g.sin(c), g.mul(g.two, shared))], [x, y])
+    assert system.rows == {shared: {x: g.one, y: c}, ~0: {shared: c}, ~1: {shared: g.two}}
+    assert system.offsets == {shared: g.zero, ~0: g.zero, ~1: g.sin(c)}
+
+
+def test_branches_may_differ_in_their_coefficients() -> None:
+    g = Graph()
+    x, c, d = g.symbol("x"), g.symbol("c"), g.symbol("d")
+    condition = g.less(c, d)
+    residual = g.select(condition, g.sub(g.mul(c, x), d), g.add(x, g.one))
+    found = solve(g, [residual], [x])
+    assert evaluate(g, found.solutions, {c: 2.0, d: 3.0}) == [1.5]
+    assert evaluate(g, found.solutions, {c: 3.0, d: 2.0}) == [-1.0]
+
+
+@pytest.mark.parametrize(
+    "build",
+    [
+        lambda g, x, y: g.mul(x, y),
+        lambda g, x, y: g.sin(x),
+        lambda g, x, y: g.div(g.one, x),
+        lambda g, x, y: g.select(g.less(x, y), x, y),
+        lambda g, x, y: g.abs(y),
+    ],
+)
+def test_other_than_affine_is_refused(build: Callable[[Graph, Node, Node], Node]) -> None:
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    n = build(g, x, y)
+    with pytest.raises(NotAffine) as caught:
+        solve(g, [g.add(n, g.one), y], [x, y])
+    assert caught.value.node in g.reach([n])
+
+
+def test_the_mass_matrix_is_symmetric_and_what_is_left_is_the_bias() -> None:
+    g = Graph()
+    m = TREES["spatial tree"](g)
+    matrix = mass_matrix(g, m.residuals, m.a)
+    count = len(m.a)
+    assert all(g.identical(matrix[i][j], matrix[j][i]) for i in range(count) for j in range(i))
+    # bodies on different branches do not meet
+    assert matrix[7][8] == g.zero or not g.is_zero(matrix[7][8])
+    assert g.is_zero(matrix[1][2])
+    rebuilt = [g.add(g.dot(row, m.a), h) for row, h in zip(matrix, bias(g, m.residuals, m.a), strict=True)]
+    assert all(g.identical(r, n) for r, n in zip(rebuilt, m.residuals, strict=True))
