@@ -44,10 +44,13 @@ def lower(equations: Equations) -> Program:
         tables=tuple(graph.tables),
         parameters=_parameters(equations, constants),
         functions=tuple(functions),
+        known=equations.known,
         experiments=equations.experiments,
         rotations=equations.rotations,
+        conserved=equations.conserved,
+        energy_balance=equations.energy_balance,
+        assertions=equations.assertions,
         jacobian_pattern=equations.jacobian_pattern,
-        assertions=tuple(a.message for a in equations.assertions),
     )
 
 

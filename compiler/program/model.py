@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..equations.model import Entry, ExperimentPlan
+from ..equations.model import AssertionText, Entry, ExperimentPlan
 from ..graph import Table
 
 Value = int
@@ -99,7 +99,7 @@ class Program:
     """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
 
     ``parameters`` writes p in place: dependent parameters, then ``n_hoisted`` constants of the run behind them.
-    ``functions`` keep the order of the equations.
+    ``functions`` keep the order of the equations; what follows them is as in ``Equations``.
     """
 
     name: str
@@ -112,10 +112,13 @@ class Program:
     tables: tuple[Table, ...]
     parameters: ProgramFunction
     functions: tuple[ProgramFunction, ...]
+    known: tuple[bool, ...]
     experiments: tuple[ExperimentPlan, ...] = ()
     rotations: tuple[int, ...] = ()
+    conserved: tuple[int, ...] = ()
+    energy_balance: tuple[int, ...] = ()
+    assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
-    assertions: tuple[str, ...] = ()
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

@@ -40,8 +40,8 @@ def call(name: str, arity: int) -> Form:
 
 
 def infix(sign: str, binds: int, *, condition: bool = False) -> Form:
-    """Return the form of a binary operation that groups from left to right."""
-    return Form(f"{{}} {sign} {{}}", binds, (binds, binds + 1), condition)
+    """Return the form of a binary operation that groups from left to right; comparisons do not group."""
+    return Form(f"{{}} {sign} {{}}", binds, (binds + condition, binds + 1), condition)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,108 @@
+"""What the runtime needs to know of a program besides its code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.lang.source import Span
+from mechc.runtime.problem import (
+    Array,
+    Assertion,
+    Experiment,
+    ModelFunction,
+    Origin,
+    Problem,
+    Quantity,
+    Setting,
+)
+
+from ..equations.model import Entry, ExperimentPlan, SettingTarget
+from ..program import Program
+
+
+def make_problem(
+    program: Program,
+    *,
+    functions: Mapping[str, ModelFunction] | None = None,
+    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None,
+    library: Path | None = None,
+) -> Problem:
+    """Return the problem of a program: its description, with either Python functions or a shared library."""
+    return Problem(
+        name=program.name,
+        doc=program.doc,
+        nq=program.nq,
+        nv=program.nv,
+        nx=program.nx,
+        nh=program.n_hoisted,
+        time=_quantity(program.arrays["t"][0]),
+        states=_quantities(program, "y"),
+        parameters=_quantities(program, "p"),
+        inputs=_quantities(program, "u"),
+        discretes=_quantities(program, "z"),
+        outputs=_quantities(program, "out"),
+        known=program.known,
+        rotations=program.rotations,
+        assertions=tuple(Assertion(a.message, origin(a.span)) for a in program.assertions),
+        experiments=tuple(_experiment(e) for e in program.experiments),
+        conserved=program.conserved,
+        energy_balance=program.energy_balance,
+        functions=functions or {},
+        parameters_function=parameters_function,
+        library=library,
+    )
+
+
+def describe(program: Program) -> dict[str, object]:
+    """Return the fields of the problem but its code, as plain data for JSON."""
+    fields = asdict(make_problem(program))
+    for name in ("functions", "parameters_function", "library"):
+        del fields[name]
+    return fields
+
+
+def origin(span: Span | None) -> Origin | None:
+    """Return a place in the source as plain data, with the text of its line."""
+    if span is None:
+        return None
+    line, column = span.file.position(span.start)
+    return Origin(span.file.name, line, column, span.file.line(line))
+
+
+def _quantities(program: Program, array: str) -> tuple[Quantity, ...]:
+    return tuple(_quantity(entry) for entry in program.arrays[array])
+
+
+def _quantity(entry: Entry) -> Quantity:
+    return Quantity(
+        name=entry.name,
+        kind=entry.kind,
+        unit=entry.unit,
+        display=entry.display,
+        nominal=entry.nominal,
+        minimum=entry.minimum,
+        maximum=entry.maximum,
+        doc=entry.doc,
+        origin=origin(entry.span),
+    )
+
+
+def _experiment(plan: ExperimentPlan) -> Experiment:
+    return Experiment(
+        name=plan.name,
+        doc=plan.doc,
+        function=plan.function,
+        options=plan.options,
+        words=dict(plan.words),
+        settings=tuple(_setting(s) for s in plan.settings),
+        sweeps=tuple((_setting(s), values) for s, values in plan.sweeps),
+    )
+
+
+def _setting(target: SettingTarget) -> Setting:
+    return Setting(target.array, target.index, target.guess)

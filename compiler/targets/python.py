@@ -1,0 +1,255 @@
+"""The Python target: a readable module that needs NumPy only, and the same functions in memory."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import keyword
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mechc.runtime.problem import Array, ModelFunction
+
+from ..equations.model import Entry, ExperimentPlan, SettingTarget
+from ..graph import operations as ops
+from ..program import Program, ProgramFunction
+from ..program.model import Body, Literal, Load, Lookup, Operate, Store
+from ..program.names import identifiers
+from . import scalar_functions, standalone
+from .c import sentence
+from .expressions import Dialect, lines
+from .literal import Form as LiteralForm
+from .literal import constant
+from .python_forms import DIALECT, FUNCTIONS
+
+ALWAYS: Final = ("rhs", "initial", "inputs", "discretes", "outputs", "assertions")
+"""Functions that the standalone part calls; where the model has none they return an empty list."""
+
+_RESERVED: Final = frozenset(
+    (
+        *keyword.kwlist,
+        *keyword.softkwlist,
+        "abs",
+        "pi",
+        "np",
+        "math",
+        "given",
+        *(f.name for f in FUNCTIONS.values()),
+    )
+)
+
+_MARKER: Final = "# ---- copied from here\n"
+
+
+def emit_python(program: Program) -> str:
+    """Return the text of a module that simulates the model and needs NumPy only."""
+    return "\n".join(_File(program).lines()) + "\n"
+
+
+def load_python(
+    program: Program,
+) -> tuple[dict[str, ModelFunction], Callable[[Array, NDArray[np.uint8]], None]]:
+    """Return the functions of a program by name, and the one that completes p in place."""
+    namespace: dict[str, Any] = {"__name__": "generated"}
+    exec(compile(emit_python(program), f"<generated: {program.name}>", "exec"), namespace)
+    checked = namespace["checked"]
+    complete = checked(namespace["parameters"])
+
+    def parameters(p: Array, given: NDArray[np.uint8]) -> None:
+        p[:] = complete(p.tolist(), given.tolist())
+
+    return {f.name: _over_lists(checked(namespace[f.name])) for f in program.functions}, parameters
+
+
+def _over_lists(function: Callable[..., list[float]]) -> ModelFunction:
+    """Return the function for arrays; it computes with Python's floats, which are faster than NumPy's."""
+
+    def evaluate(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        return np.array(function(t, y.tolist(), u.tolist(), z.tolist(), p.tolist()))
+
+    return evaluate
+
+
+class _File:
+    def __init__(self, program: Program) -> None:
+        self.program = program
+        self.names = identifiers(program, _RESERVED)
+        functions = (program.parameters, *program.functions)
+        statements = [s for f in functions for body in f.bodies for s in body]
+        used = {s.code for s in statements if type(s) is Operate}
+        if any(type(s) is Lookup for s in statements):
+            used.add(ops.LOOKUP)
+        self.used = [FUNCTIONS[code] for code in sorted(used & FUNCTIONS.keys())]
+        self.uses_pi = any(
+            type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements
+        )
+
+    def lines(self) -> Iterator[str]:
+        program = self.program
+        yield from _docstring(program)
+        yield from self.imports()
+        yield from _tables(program)
+        for f in self.used:
+            if f.own:
+                yield inspect.getsource(getattr(scalar_functions, f.name)) + "\n"
+        for i, table in enumerate(program.tables):
+            yield f"TABLE_{i} = ("
+            for row in (table.points, table.values, table.slopes):
+                yield f"    {row!r},"
+            yield ")"
+        yield "# functions with their form for arrays, and those that yield truth values"
+        yield "ARRAY_FUNCTIONS = {"
+        for f in self.used:
+            yield f'    "{f.name}": {f.array},'
+        yield "}"
+        yield f"CONDITIONS = {{{', '.join(_string(f.name) for f in self.used if f.condition)}}}".replace(
+            "{}", "set()"
+        )
+        yield "\n"
+        yield from self.function(program.parameters)
+        given = {f.name for f in program.functions}
+        for function in program.functions:
+            yield from self.function(function)
+        for name in ALWAYS:
+            if name not in given:
+                yield f"def {name}(t, y, u, z, p):"
+                yield '    """The model has none."""'
+                yield "    return []\n\n"
+        yield from _experiments(program.experiments)
+        yield inspect.getsource(standalone).split(_MARKER)[1].lstrip("\n").rstrip("\n")
+
+    def imports(self) -> Iterator[str]:
+        names = sorted([f.name for f in self.used if not f.own] + (["pi"] if self.uses_pi else []))
+        yield "from __future__ import annotations\n"
+        yield "import argparse\nimport csv\nimport itertools\nimport math\nimport types"
+        if any(f.name == "lookup" for f in self.used):
+            yield "from bisect import bisect_right"
+        yield "from collections.abc import Callable, Iterator, Mapping, Sequence"
+        if names:
+            yield f"from math import {', '.join(names)}"
+        yield "from typing import Any\n"
+        yield "import numpy as np\n"
+
+    def function(self, function: ProgramFunction) -> Iterator[str]:
+        """Yield one function; it reads sequences of numbers and returns a list."""
+        parameters = function is self.program.parameters
+        (body,) = function.bodies
+        results: dict[int, str] = {}
+        yield f"def {function.name}({'p, given' if parameters else 't, y, u, z, p'}):"
+        yield f'    """{_quoted(sentence(function.doc))}"""'
+        if parameters:
+            yield "    p = list(p)"
+            names = {(a, i): f"{a}[{i}]" for a, i in _loads(body)}
+        else:
+            names = {load: self.names[load] for load in _loads(body)}
+            for load in sorted(names, key=lambda load: ("tyuzp".index(load[0]), load[1])):
+                if load[0] != "t":
+                    yield f"    {names[load]} = {load[0]}[{load[1]}]"
+        for line in lines(body, _collecting(results), names):
+            if line:
+                yield f"    {line}"
+        if parameters:
+            yield "    return p\n\n"
+        else:
+            yield from _result([results[i] for i in range(function.n_out)])
+
+
+def _collecting(results: dict[int, str]) -> Dialect:
+    """Return the dialect with stores to ``out`` kept for the return statement."""
+
+    def store(statement: Store, expression: str) -> str:
+        if statement.array != "out":
+            return DIALECT.store(statement, expression)
+        results[statement.index] = expression
+        return ""
+
+    return replace(DIALECT, store=store)
+
+
+def _result(values: Sequence[str]) -> Iterator[str]:
+    line = f"    return [{', '.join(values)}]"
+    if len(line) <= 110:
+        yield line
+    else:
+        yield "    return ["
+        yield from (f"        {value}," for value in values)
+        yield "    ]"
+    yield "\n"
+
+
+def _loads(body: Body) -> set[tuple[str, int]]:
+    return {(s.array, s.index) for s in body if type(s) is Load}
+
+
+def _docstring(program: Program) -> Iterator[str]:
+    yield f'"""{_quoted(program.name)}: a mechanical model, generated by mechc. Needs NumPy only.'
+    if program.doc.strip():
+        yield ""
+        yield from (_quoted(line.rstrip()) for line in program.doc.strip().splitlines())
+    yield ""
+    yield "Run it as a program, or call ``simulate``. The model is in the functions of (t, y, u, z, p), all in SI units:"
+    yield "time, states, inputs, discrete variables and parameters, in the order of the lists below. ``vectorised(rhs)``"
+    yield "computes many states at once. Of the options of an experiment start, stop, every and tolerance count; there is"
+    yield "one method, an adaptive Runge-Kutta method of order five."
+    yield '"""\n'
+
+
+def _tables(program: Program) -> Iterator[str]:
+    yield f"NAME = {_string(program.name)}"
+    yield "# name, unit, and the size that tolerances refer to"
+    yield from _table("STATES", program.arrays["y"], nominal=True)
+    yield "# name and unit"
+    yield from _table("PARAMETERS", program.arrays["p"])
+    yield from _table("INPUTS", program.arrays["u"])
+    yield from _table("DISCRETES", program.arrays["z"])
+    yield from _table("OUTPUTS", program.arrays["out"])
+    yield f"N_CONSTANTS = {program.n_hoisted}  # computed by parameters(), behind the parameters in p"
+    yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
+    yield from _strings("ASSERTIONS", [a.message for a in program.assertions])
+    yield "\n"
+
+
+def _table(name: str, entries: Sequence[Entry], *, nominal: bool = False) -> Iterator[str]:
+    if not entries:
+        yield f"{name} = []"
+        return
+    yield f"{name} = ["
+    for entry in entries:
+        size = f", {entry.nominal if entry.nominal is not None else 1.0!r}" if nominal else ""
+        doc = entry.doc.strip().splitlines()
+        yield f"    ({_string(entry.name)}, {_string(entry.unit)}{size})," + (f"  # {doc[0]}" if doc else "")
+    yield "]"
+
+
+def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
+    yield "# what an experiment's function returns: first its options, then the values of its settings"
+    yield "EXPERIMENTS = {"
+    for e in experiments:
+        yield f"    {_string(e.name or 'default')}: {{"
+        yield f'        "function": {e.function},'
+        yield f'        "options": {json.dumps(e.options)},'
+        yield f'        "settings": [{", ".join(map(_place, e.settings))}],'
+        yield f'        "sweeps": [{", ".join(f"({_place(s)}, {list(values)})" for s, values in e.sweeps)}],'
+        yield "    },"
+    yield "}\n\n"
+
+
+def _place(target: SettingTarget) -> str:
+    return f'("{target.array}", {target.index})'
+
+
+def _strings(name: str, texts: Sequence[str]) -> Iterator[str]:
+    yield f"{name} = [{', '.join(map(_string, texts))}]"
+
+
+def _string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _quoted(text: str) -> str:
+    """Return text that can stand in a docstring."""
+    return text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')

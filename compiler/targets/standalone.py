@@ -1,0 +1,294 @@
+"""The part that is the same in every generated Python module: everything below the marker is copied.
+
+What stands above it here is a model of nothing, in the place of the generated part.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import itertools
+import math
+import types
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+NAME = "empty"
+STATES: list[tuple[str, str, float]] = []
+PARAMETERS: list[tuple[str, str]] = []
+INPUTS: list[tuple[str, str]] = []
+OUTPUTS: list[tuple[str, str]] = []
+N_CONSTANTS = 0
+ROTATIONS: list[int] = []
+ASSERTIONS: list[str] = []
+EXPERIMENTS: dict[str, dict[str, Any]] = {}
+ARRAY_FUNCTIONS: dict[str, Callable[..., Any]] = {}
+CONDITIONS: set[str] = set()
+
+
+def nothing(*arguments: Any) -> list[float]:
+    return []
+
+
+parameters = rhs = initial = inputs = discretes = outputs = assertions = nothing
+
+# ---- copied from here
+
+
+def _careful(name: str) -> Callable[..., Any]:
+    """Return a function by its name; where ``math`` raises, it gives what NumPy does: NaN or infinity."""
+    function, fallback = globals()[name], ARRAY_FUNCTIONS[name]
+
+    def evaluate(*arguments: Any) -> Any:
+        try:
+            value = function(*arguments)
+        except (ArithmeticError, ValueError):
+            value = fallback(*arguments)
+        return value if name in CONDITIONS else np.float64(value)
+
+    return evaluate
+
+
+def checked(function: Callable[..., list[float]]) -> Callable[..., list[float]]:
+    """Return a function of this module that never raises: undefined values become NaN, as they do in C.
+
+    Where Python raises an exception, the same text is evaluated with NumPy's numbers.
+    """
+    again = types.FunctionType(function.__code__, {**globals(), **{n: _careful(n) for n in ARRAY_FUNCTIONS}})
+
+    def evaluate(*arguments: Any) -> list[float]:
+        try:
+            return function(*arguments)
+        except (ArithmeticError, ValueError):
+            converted = [[np.float64(v) for v in a] if np.ndim(a) else np.float64(a) for a in arguments]
+            with np.errstate(all="ignore"):
+                return [float(v) for v in again(*converted)]
+
+    return evaluate
+
+
+def vectorised(function: Callable[..., list[float]]) -> Callable[..., Any]:
+    """Return a function of this module for many states at once: y of shape (ny, n) gives (n_out, n).
+
+    Any of t and the rows of y, u, z and p may be a number or have n values.
+    """
+    over_arrays = types.FunctionType(function.__code__, {**globals(), **ARRAY_FUNCTIONS})
+
+    def evaluate(t: Any, y: Any, u: Any = (), z: Any = (), p: Any = ()) -> Any:
+        t, y, u, z, p = (np.asarray(a, float) for a in (t, y, u, z, p))
+        with np.errstate(all="ignore"):
+            out = over_arrays(t, y, u, z, p)
+        shape = np.broadcast_shapes(t.shape, *(a.shape[1:] for a in (y, u, z, p)))
+        return np.array([np.broadcast_to(v, shape) for v in out])
+
+    return evaluate
+
+
+PLACES = {
+    **{name: ("u", i) for i, (name, _) in enumerate(INPUTS)},
+    **{name: ("y", i) for i, (name, _, _) in enumerate(STATES)},
+    **{name: ("p", i) for i, (name, _) in enumerate(PARAMETERS)},
+}
+
+
+def all_parameters(values: Mapping[int, float]) -> list[float]:
+    """Return p: the given parameters by index, defaults for all others, and the constants of the run."""
+    p = [values.get(i, math.nan) for i in range(len(PARAMETERS))] + [math.nan] * N_CONSTANTS
+    return checked(parameters)(p, [i in values for i in range(len(PARAMETERS))])
+
+
+def simulate(
+    stop: float | None = None,
+    tolerance: float | None = None,
+    *,
+    every: float | None = None,
+    points: int = 501,
+    experiment: str | None = None,
+    values: Mapping[str, float] | None = None,
+    signals: Mapping[str, Callable[[float], float]] | None = None,
+) -> dict[str, Any]:
+    """Return the motion: arrays by name, of the time, all states and all outputs.
+
+    ``values`` sets parameters, initial states and inputs by name, in SI units, and goes before the settings
+    of the experiment (by default the first one); ``signals`` gives inputs as functions of time.
+    """
+    plan = EXPERIMENTS[experiment] if experiment is not None else next(iter(EXPERIMENTS.values()), None)
+    own = {PLACES[name]: float(value) for name, value in (values or {}).items()}
+    chosen, options = dict(own), {}
+    driven = {PLACES[name][1]: signal for name, signal in (signals or {}).items()}
+    default_inputs = checked(inputs)
+
+    def inputs_at(t: float) -> list[float]:
+        u = default_inputs(t, (), (), (), p) if INPUTS else []
+        return [driven[i](t) if i in driven else chosen.get(("u", i), value) for i, value in enumerate(u)]
+
+    for _ in range(len(plan["settings"]) + 2 if plan else 1):
+        p = all_parameters({i: value for (array, i), value in chosen.items() if array == "p"})
+        z = checked(discretes)(0.0, (), inputs_at(0.0), (), p)
+        y = checked(initial)(0.0, (), inputs_at(0.0), z, p)
+        if plan:
+            results = checked(plan["function"])(0.0, y, inputs_at(0.0), z, p)
+            options = dict(zip(plan["options"], results, strict=False))
+            chosen = {**dict(zip(plan["settings"], results[len(options) :], strict=True)), **own}
+    stop = options.get("stop") if stop is None else stop
+    every = options.get("every") if every is None else every
+    tolerance = options.get("tolerance", 1e-8) if tolerance is None else tolerance
+    if stop is None:
+        raise ValueError("give a stop time: the model has none")
+    start = options.get("start", 0.0)
+    times = np.linspace(start, stop, points)
+    if every is not None:
+        times = np.append(np.arange(start, stop - 1e-9 * every, every), stop)
+    y = [chosen.get(("y", i), value) for i, value in enumerate(y)]
+    rate, report, hold = checked(rhs), checked(outputs), checked(assertions)
+
+    def accept(t: float, y: Any) -> Any:
+        for i in ROTATIONS:
+            y[i : i + 4] /= math.sqrt(sum(y[i : i + 4] ** 2))
+        for holds, message in zip(hold(t, y.tolist(), inputs_at(t), z, p), ASSERTIONS, strict=True):
+            if not holds > 0.5:
+                raise RuntimeError(f"at t = {t:g}: {message}")
+        return y
+
+    def slope(t: float, y: Any) -> Any:
+        return np.array(rate(t, y.tolist(), inputs_at(t), z, p))
+
+    begin = min(0.0, start)
+    states = list(_dormand_prince(slope, begin, accept(begin, np.array(y)), times, tolerance, accept))
+    rows = [report(t, s.tolist(), inputs_at(t), z, p) for t, s in zip(times, states, strict=True)]
+    names = [name for name, _, _ in STATES] + [name for name, _ in OUTPUTS]
+    table = np.hstack([np.array(states), np.array(rows).reshape(len(rows), -1)])
+    return {"time": times, **dict(zip(names, table.T, strict=True))}
+
+
+# J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19: fifth order, error of the embedded fourth
+_NODES = [0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0]
+_STAGES = [
+    [],
+    [1 / 5],
+    [3 / 40, 9 / 40],
+    [44 / 45, -56 / 15, 32 / 9],
+    [19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729],
+    [9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656],
+    [35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84],
+]
+_ERRORS = np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40])
+
+
+def _dormand_prince(
+    slope: Callable[[float, Any], Any],
+    t: float,
+    y: Any,
+    times: Any,
+    tolerance: float,
+    accept: Callable[[float, Any], Any],
+) -> Iterator[Any]:
+    """Yield the state at each of the times; steps end there, and ``accept`` may correct their result.
+
+    The error of a step stays below ``tolerance`` times (nominal value + size) of each state.
+    """
+    nominal = np.array([size for *_, size in STATES])
+    k = np.empty((7, len(y)))
+    k[0] = slope(t, y)
+    dt = (
+        0.01
+        * tolerance**0.2
+        * max(1e-6, np.max(nominal + abs(y)) / max(1e-6, np.max(abs(k[0]), initial=0.0)))
+    )
+    for end in times:
+        while t < end:
+            step = min(dt, end - t)
+            for i in range(1, 7):
+                new = y + step * (np.array(_STAGES[i]) @ k[:i])
+                k[i] = slope(t + _NODES[i] * step, new)
+            scale = tolerance * (nominal + np.maximum(abs(y), abs(new)))
+            error = np.sqrt(np.mean((step * (_ERRORS @ k) / scale) ** 2)) if len(y) else 0.0
+            factor = (
+                min(5.0, max(0.2, 0.9 * error**-0.2))
+                if 0.0 < error < math.inf
+                else 5.0
+                if error == 0.0
+                else 0.2
+            )
+            if error <= 1.0:
+                t = end if step == end - t else t + step
+                y = accept(t, new)
+                k[0] = slope(t, y) if ROTATIONS else k[6]
+                # a step cut short by an output time says little about the next one
+                dt = max(dt, step * factor) if step < dt else step * factor
+            else:
+                dt = step * factor
+                if not t + 1e-3 * dt > t:
+                    bad = [name for (name, *_), v in zip(STATES, k[6], strict=True) if not math.isfinite(v)]
+                    what = f"the rate of {bad[0]} is undefined" if bad else "the step size vanishes"
+                    raise RuntimeError(f"at t = {t:g}: {what}")
+        yield y.copy()
+
+
+def main() -> None:
+    """Run an experiment, or all values of its sweeps; print a table, write a CSV file."""
+    parser = argparse.ArgumentParser(description=f"simulate {NAME}")
+    parser.add_argument(
+        "--experiment", choices=list(EXPERIMENTS), help="settings of the model (default: first)"
+    )
+    parser.add_argument("--stop", type=float, help="end of the run in s")
+    parser.add_argument("--every", type=float, help="time between two rows in s")
+    parser.add_argument("--tolerance", type=float, help="relative tolerance of a step (default 1e-8)")
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="NAME=VALUE", help="a value in SI units"
+    )
+    parser.add_argument("-o", "--output", metavar="FILE.csv", help="write all rows and columns")
+    options = parser.parse_args()
+    values = {}
+    for setting in options.set:
+        name, _, value = setting.partition("=")
+        if name not in PLACES:
+            parser.error(f"no parameter, state or input {name!r}; there are: {', '.join(PLACES)}")
+        try:
+            values[name] = float(value)
+        except ValueError:
+            parser.error(f"{value!r} is no number")
+    plan = EXPERIMENTS.get(options.experiment) or next(iter(EXPERIMENTS.values()), {})
+    names = {place: name for name, place in PLACES.items()}
+    sweeps = [[(names[place], v) for v in numbers] for place, numbers in plan.get("sweeps", [])]
+    columns = [("time", "s"), *((name, unit) for name, unit, _ in STATES), *OUTPUTS]
+    rows = []
+    for combination in itertools.product(*sweeps):
+        try:
+            motion = simulate(
+                options.stop,
+                options.tolerance,
+                every=options.every,
+                experiment=options.experiment,
+                values={**dict(combination), **values},
+            )
+        except (RuntimeError, ValueError) as failure:
+            raise SystemExit(str(failure)) from None
+        swept = [v for _, v in combination]
+        rows += [[*swept, *row] for row in zip(*(motion[name] for name, _ in columns), strict=True)]
+        _print_table(", ".join(f"{name} = {v:g}" for name, v in combination), columns, motion)
+    if options.output:
+        heads = [*(place for place, _ in plan.get("sweeps", []))]
+        with open(options.output, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            titles = [*((names[place], "") for place in heads), *columns]
+            writer.writerow([f"{name} [{unit}]" if unit else name for name, unit in titles])
+            writer.writerows([repr(float(v)) for v in row] for row in rows)
+
+
+def _print_table(title: str, columns: Sequence[tuple[str, str]], motion: Mapping[str, Any]) -> None:
+    """Print at most 11 rows and 7 columns."""
+    shown, count = columns[:7], len(motion["time"])
+    if title:
+        print(title)
+    print("".join(f"{f'{name} [{unit}]' if unit else name:>18}" for name, unit in shown))
+    for i in sorted({round(j * (count - 1) / 10) for j in range(11)}):
+        print("".join(f"{motion[name][i]:18.9g}" for name, _ in shown))
+    if len(columns) > len(shown):
+        print(f"{len(columns) - len(shown)} more columns: -o FILE.csv writes all")
+
+
+if __name__ == "__main__":
+    main()
