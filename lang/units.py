@@ -182,7 +182,7 @@ UNIT_PATTERN = rf"{_ONE}(?:{_EXPONENT})?(?:[./]{_ONE}(?:{_EXPONENT})?)*"
 """Regular expression, without groups, of a unit in a model: ``kg.m^2/s``. For editors and tests;
 ``unit_end`` finds the same and need not compile it."""
 
-_STEP = re.compile(rf"([A-Za-z]+)(?![0-9_])({_EXPONENT})?")
+_STEP = re.compile(rf"([A-Za-z]+)(?![A-Za-z0-9_])({_EXPONENT})?")
 
 
 def unit_end(text: str, start: int = 0) -> int:
@@ -228,9 +228,11 @@ def parse_unit(text: str) -> Unit:
     """
     if text == "1":
         return Unit(text, DIMENSIONLESS, Fraction(1))
-    position = 1 if text.startswith("1/") else 0
-    if unit_end(text, position + (position == 1)) != len(text) or not text:
+    inverse = text.startswith("1/")
+    begin = 2 if inverse else 0
+    if begin == len(text) or unit_end(text, begin) != len(text):
         raise _unit_error(text)
+    position = 1 if inverse else 0
     dimension, factor, angle = DIMENSIONLESS, Fraction(1), Fraction(0)
     scale = 1.0
     while position < len(text):
@@ -252,7 +254,7 @@ def parse_unit(text: str) -> Unit:
 
 
 def _unit_error(text: str) -> UnitError:
-    for word in re.findall(r"[^\W\d_]+", text):
+    for word in re.findall(r"(?<![\w^])[^\W\d_]+", text):
         if word not in _SYMBOLS:
             suggestion = suggest_unit(word)
             return UnitError(f"unknown unit '{word}'", text.replace(word, suggestion) if suggestion else "")

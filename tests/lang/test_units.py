@@ -1,0 +1,160 @@
+"""Units against values known from the SI brochure, and the rules of their text."""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from mechc.lang.units import (
+    DIMENSIONLESS,
+    NAMED_TYPES,
+    UNIT_NAMES,
+    UNIT_PATTERN,
+    Dimension,
+    UnitError,
+    convert,
+    from_si,
+    parse_unit,
+    preferred_unit,
+    to_si,
+    unit_end,
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "dimension", "factor"),
+    [
+        ("m", "m", 1),
+        ("km/h", "m/s", Fraction(1000, 3600)),
+        ("N.m/rad", "kg.m^2/s^2", 1),
+        ("m^3/kg/s^2", "m^3/kg/s^2", 1),
+        ("MV/m", "kg.m/s^3/A", 10**6),
+        ("bar", "kg/m/s^2", 10**5),
+        ("mT", "kg/s^2/A", Fraction(1, 1000)),
+        ("Wb", "kg.m^2/s^2/A", 1),
+        ("uF", "s^4.A^2/kg/m^2", Fraction(1, 10**6)),
+        ("kOhm", "kg.m^2/s^3/A^2", 1000),
+        ("H", "kg.m^2/s^2/A^2", 1),
+        ("eV", "kg.m^2/s^2", Fraction("1.602176634e-19")),
+        ("au", "m", 149597870700),
+        ("t", "kg", 1000),
+        ("d", "s", 86400),
+        ("m^-1", "1/m", 1),
+        ("1/m", "1/m", 1),
+        ("cm^2", "m^2", Fraction(1, 10000)),
+        ("N/m^(1/2)", "kg.m^(1/2)/s^2", 1),
+        ("1", "1", 1),
+        ("mol.cd.K", "K.mol.cd", 1),
+    ],
+)
+def test_dimension_and_factor(text: str, dimension: str, factor: Fraction) -> None:
+    unit = parse_unit(text)
+    assert str(unit.dimension) == dimension
+    assert unit.factor == factor
+
+
+def test_angles_are_numbers_that_remember() -> None:
+    assert parse_unit("rad").dimension == DIMENSIONLESS
+    assert float(parse_unit("deg").factor) == math.radians(1)
+    assert float(60 * parse_unit("rpm").factor) == pytest.approx(2 * math.pi, rel=1e-15)
+    assert parse_unit("rev/min").factor == parse_unit("rpm").factor
+    assert [parse_unit(u).angle for u in ("deg", "rad/s", "rpm", "rad/s^2", "rad/m")] == [True] * 5
+    assert [parse_unit(u).angle for u in ("Hz", "m", "N.m/rad", "rad^2")] == [False] * 4
+
+
+def test_a_broken_power_of_a_prefix() -> None:
+    assert float(parse_unit("mm^0.5").factor) == pytest.approx(math.sqrt(1e-3), rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "suggestion"),
+    [
+        ("metres", "m"),
+        ("Seconds", "s"),
+        ("Nm", "N.m"),
+        ("kG", "kg"),
+        ("degrees", "deg"),
+        ("newton/metre", "N/metre"),
+        ("foo", ""),
+        ("", ""),
+        ("m/", ""),
+        ("N m", ""),
+        ("2", ""),
+        ("m^n", ""),
+        ("1/", ""),
+        ("m^2^2", ""),
+    ],
+)
+def test_no_unit(text: str, suggestion: str) -> None:
+    with pytest.raises(UnitError) as caught:
+        parse_unit(text)
+    assert caught.value.suggestion == suggestion
+
+
+def test_words_and_letters_that_are_no_units() -> None:
+    for word in ("in", "at", "on", "to", "from", "x", "theta", "then", "l", "inch", "pi", "e"):
+        assert unit_end(word) == 0
+
+
+@given(st.text(alphabet="mskgNraduh./^-()0123456789x ", max_size=12))
+def test_unit_end_is_the_longest_match_of_the_pattern(text: str) -> None:
+    match = re.match(UNIT_PATTERN, text)
+    assert unit_end(text) == (match.end() if match else 0)
+
+
+@given(st.lists(st.sampled_from(UNIT_NAMES), min_size=1, max_size=4), st.integers(-3, 3))
+def test_products_of_units_multiply(names: list[str], power: int) -> None:
+    text = ".".join(f"{n}^{power}" for n in names)
+    dimension, factor = DIMENSIONLESS, Fraction(1)
+    for name in names:
+        dimension *= parse_unit(name).dimension ** power
+        factor *= parse_unit(name).factor ** power
+    assert parse_unit(text).dimension == dimension
+    assert parse_unit(text).factor == factor
+
+
+@given(st.lists(st.fractions(-3, 3, max_denominator=6), min_size=7, max_size=7))
+def test_the_text_of_a_dimension_reads_back(exponents: list[Fraction]) -> None:
+    kg, m, s, A, K, mol, cd = exponents
+    dimension = DIMENSIONLESS * Dimension((kg, m, s, A, K, mol, cd))
+    assert parse_unit(str(dimension)).dimension == dimension
+    assert dimension**2 / dimension == dimension
+
+
+def test_pretty() -> None:
+    assert parse_unit("N").dimension.pretty() == "kg.m/s^2 (N)"
+    assert parse_unit("J").dimension.pretty() == "kg.m^2/s^2 (J)"
+    assert parse_unit("m").dimension.pretty() == "m"
+    assert parse_unit("kg/s").dimension.pretty() == "kg/s"
+    assert DIMENSIONLESS.pretty() == "1"
+
+
+def test_preferred_units() -> None:
+    shown = {u: preferred_unit(parse_unit(u).dimension, parse_unit(u).angle) for u in ("deg", "rpm", "km", "N.m")}
+    assert shown == {"deg": "rad", "rpm": "rad/s", "km": "m", "N.m": "J"}
+    assert preferred_unit(parse_unit("kg.m^2").dimension) == "kg.m^2"
+    assert preferred_unit(DIMENSIONLESS) == "1"
+    assert preferred_unit(parse_unit("N.s^3").dimension) == "kg.m.s"
+
+
+def test_named_types() -> None:
+    assert NAMED_TYPES["Torque"].unit == "N.m"
+    assert NAMED_TYPES["Torque"].dimension == NAMED_TYPES["Energy"].dimension
+    assert NAMED_TYPES["AngularVelocity"].angle
+    assert not NAMED_TYPES["Frequency"].angle
+    assert NAMED_TYPES["Real"].dimension.is_none
+    for type in NAMED_TYPES.values():
+        assert parse_unit(type.unit).factor == 1, f"{type.name} is not shown in SI"
+
+
+def test_conversion() -> None:
+    assert to_si(Fraction(80), parse_unit("cm")) == Fraction(4, 5)
+    assert from_si(math.pi, parse_unit("deg")) == pytest.approx(180, rel=1e-15)
+    assert convert(36.0, parse_unit("km/h"), parse_unit("m/s")) == pytest.approx(10, rel=1e-15)
+    with pytest.raises(UnitError):
+        convert(1.0, parse_unit("m"), parse_unit("s"))
