@@ -12,7 +12,7 @@ import click
 
 COMPLETED, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
-NEWS = "please report it with the model and the file below, so that it gets mended"
+REPORT = "Please report it as an issue of the project, with the model and this file:"
 
 STAGES = {
     "lang": "reading the text",
@@ -47,19 +47,46 @@ def explain_failure(error: BaseException) -> int:
         case CompileError():
             show_compile_error(error)
             return FAILED
-        case _ if is_users(error):
-            say("error", str(error))
+        case OSError():
+            say("error", reason(error))
+            return FAILED
+        case _ if "mechc.runtime.outcome" in sys.modules and show_runtime_error(error):
             return FAILED
         case _:
             report_bug(error)
             return FAILED
 
 
-def is_users(error: BaseException) -> bool:
-    """Say whether an exception tells of the user's files, model or machine rather than of a bug."""
-    if isinstance(error, OSError):
-        return True
-    return bool(getattr(error, "is_users", False))
+def reason(error: OSError) -> str:
+    """Return what the system refused, without its error number."""
+    what = error.strerror or str(error)
+    return f"{error.filename}: {what}" if error.filename else what
+
+
+def show_runtime_error(error: BaseException) -> bool:
+    """Write an exception of the runtime that tells of the user's model or machine; say whether it was one."""
+    from ..report import render_message
+    from ..runtime.build import BuildError, CompilerMissing
+    from ..runtime.files import ResultsFileError
+    from ..runtime.outcome import SimulationError
+    from ..style import style_for
+
+    match error:
+        case SimulationError():
+            click.echo(
+                render_message(error.message, error.origin, style_for(sys.stderr)), err=True, color=True
+            )
+        case BuildError() | ResultsFileError():
+            say("error", str(error))
+        case CompilerMissing():
+            say(
+                "error",
+                str(error),
+                "install gcc or clang, or: pip install 'mechc[cc]'; --target python does without",
+            )
+        case _:
+            return False
+    return True
 
 
 def show_compile_error(error: BaseException) -> None:
@@ -97,7 +124,7 @@ def report_bug(error: BaseException) -> None:
     handle, name = tempfile.mkstemp(prefix="mechc-bug-", suffix=".txt", text=True)
     with os.fdopen(handle, "w", encoding="utf-8") as file:
         file.write(_circumstances() + trace)
-    click.echo(f"  {NEWS}\n  {name}\n  (MECHC_DEBUG=1 shows the traceback here)", err=True)
+    click.echo(f"  {REPORT}\n  {name}\n  (MECHC_DEBUG=1 shows the traceback here)", err=True)
 
 
 def stage_of(error: BaseException) -> str:

@@ -18,16 +18,16 @@ TEMPLATE = """\
 // parts begins with `import mech.planar.*;`.
 
 model {name} "pendulum with a little friction in the hinge"
-  parameter m = 1 kg         "mass of the bob";
-  parameter l = 1 m          "length of the rod";
-  parameter g = 9.81 m/s^2   "gravity";
-  parameter c = 0.05 N.m.s   "friction in the hinge; 0 keeps the energy constant";
+  parameter m = 1 kg "mass of the bob";
+  parameter l = 1 m "length of the rod";
+  parameter g = 9.81 m/s^2 "gravity";
+  parameter c = 0.05 N.m.s "friction in the hinge; 0 keeps the energy constant";
 
-  coordinate theta = 60 deg  "angle from the vertical, released at rest";
+  coordinate theta = 60 deg "angle from the vertical, released at rest";
 
-  kinetic   1/2*m*l^2*der(theta)^2;
+  kinetic 1/2*m*l^2*der(theta)^2;
   potential -m*g*l*cos(theta);
-  damping   c on theta;
+  damping c on theta;
 
   output bob = {{l*sin(theta), -l*cos(theta)}} "position of the bob";
 

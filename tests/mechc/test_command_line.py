@@ -1,0 +1,195 @@
+"""Every command in-process: what it writes, where to, and its exit code."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from mechc import __version__
+from mechc.cli.main import COMMANDS, run
+
+WRONG = "model Wrong\n  parametr m = 1 kg;\nend Wrong;\n"
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    """Run a command; return exit code, standard output and standard error."""
+    code = run(arguments)
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_help_lists_every_command_and_each_explains_itself(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(capsys, "--help")
+    assert code == 0
+    for name, line in COMMANDS.items():
+        assert f"  {name}" in out
+        code, own, _ = call(capsys, name, "--help")
+        assert (code, own.startswith(f"Usage: mechc {name}")) == (0, True)
+        assert line.split()[0] in out
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(capsys, "--version") == (0, f"mechc {__version__}\n", "")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    heavy = ["numpy", "scipy", "sympy", "lark", "matplotlib", "rich", "mechc.compiler", "mechc.lang.parser"]
+    program = (
+        "import sys; from mechc.cli.main import run; run(['--help']); "
+        f"print([m for m in {heavy!r} if m in sys.modules], file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["rum"], "Did you mean 'mechc run'?"),
+        (["pendulum.mech"], "Did you mean 'mechc run pendulum.mech'?"),
+        (["run"], "Missing argument 'MODEL.mech'"),
+        (["run", "x.mech", "--set", "l"], "'l' is not of the form name=value"),
+        (["run", "x.mech", "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
+        (["run", "--plot", "x.mech"], "x.mech is a model: write it before --plot"),
+        (["show", "tokens", "x.mech"], "'tokens' is not one of"),
+        (["explain", "E9999"], "there is no message E9999"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], hint: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert hint in err
+    assert "Traceback" not in err
+
+
+def test_new_writes_a_model_in_canonical_layout_once(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = call(capsys, "new", "my-pendulum")
+    assert code == 0 and "wrote my-pendulum.mech" in err
+    assert "model MyPendulum" in Path("my-pendulum.mech").read_text()
+    assert call(capsys, "fmt", "--check", "my-pendulum.mech")[0] == 0
+    Path("my-pendulum.mech").write_text("mine")
+    code, _, err = call(capsys, "new", "my-pendulum")
+    assert code == 2 and "exists" in err
+    assert Path("my-pendulum.mech").read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["3body", "no/such/folder/pendulum"])
+def test_new_refuses_names_it_cannot_use(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(capsys, "new", name)[0] == 2
+
+
+def test_fmt(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    untidy, tidy = "model A\nparameter m=1 kg ;\n end A;", "model A\n  parameter m = 1 kg;\nend A;\n"
+    first, second = Path("first.mech"), Path("second.mech")
+    first.write_text(untidy)
+    second.write_text(tidy)
+    code, out, err = call(capsys, "fmt", "--check", "first.mech", "second.mech")
+    assert (code, out, err) == (1, "", "first.mech: would be changed\n")
+    assert first.read_text() == untidy
+    code, out, _ = call(capsys, "fmt", "--diff", "first.mech")
+    assert "+  parameter m = 1 kg;" in out and first.read_text() == untidy
+    assert call(capsys, "fmt", "first.mech", "second.mech") == (0, "", "first.mech: changed\n")
+    assert first.read_text() == tidy
+
+
+def test_fmt_of_standard_input() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "mechc", "fmt", "-"], input="model A\nend A;", capture_output=True, text=True
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, "model A\nend A;\n", "")
+
+
+def test_fmt_of_a_wrong_model_changes_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("wrong.mech").write_text(WRONG)
+    code, out, err = call(capsys, "fmt", "wrong.mech")
+    assert (code, out) == (1, "")
+    assert "wrong.mech:2:3" in err and "did you mean 'parameter'?" in err
+    assert Path("wrong.mech").read_text() == WRONG
+
+
+def test_show_ast(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a.mech").write_text('model A "doc"\n  parameter m = 3/2 kg;\nend A;\n'.replace("3/2", "1.5"))
+    code, out, _ = call(capsys, "show", "ast", "a.mech")
+    assert code == 0
+    assert out.splitlines() == [
+        "File",
+        "  items[1]: Model doc='doc' name='A'",
+        "    body[1]: Parameter name='m'",
+        "      value: Quantity value=3/2 unit='kg' text='1.5'",
+    ]
+
+
+def test_a_missing_file_is_told_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, "show", "ast", "nothere.mech")
+    assert (code, out) == (1, "")
+    assert "nothere.mech" in err and "Traceback" not in err
+
+
+def test_cache_and_doctor(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
+    code, out, _ = call(capsys, "doctor")
+    assert code == 0
+    assert f"mechc         {__version__}" in out and "numpy" in out
+    assert str(tmp_path / "cache") in out
+    (tmp_path / "cache" / "something").write_text("12345")
+    _, out, _ = call(capsys, "cache", "clear")
+    assert str(tmp_path / "cache") in out
+    assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_doctor_tells_of_a_compiler_that_does_not_answer(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CC", "/no/such/compiler")
+    code, out, _ = call(capsys, "doctor")
+    assert code == 1
+    assert "CC=/no/such/compiler" in out
+
+
+def test_our_own_bug_is_called_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from mechc.cli import new
+
+    def broken(stem: str) -> str:
+        raise ZeroDivisionError("oh")
+
+    monkeypatch.setattr(new, "model_name", broken)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    code, out, err = call(capsys, "new", "x")
+    assert (code, out) == (1, "")
+    assert err.startswith("error: this is a bug in mechc, in the command line: ZeroDivisionError: oh\n")
+    assert "Traceback" not in err
+    written = next(tmp_path.glob("mechc-bug-*.txt"))
+    assert str(written) in err and "Traceback" in written.read_text()
+    monkeypatch.setenv("MECHC_DEBUG", "1")
+    assert "Traceback" in call(capsys, "new", "x")[2]
+
+
+def test_a_closed_pipe_is_no_error() -> None:
+    command = f"{sys.executable} -m mechc show ast {Path('big.mech')} | head -1"
+    Path("big.mech").write_text("model A\n" + "  parameter m = 1 kg;\n" * 5000 + "end A;\n")
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, env={**os.environ})
+    assert (done.stdout, done.stderr) == ("File\n", "")
+
+
+def test_check_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("wrong.mech").write_text(WRONG)
+    code, out, err = call(capsys, "check", "--json", "wrong.mech")
+    assert (code, err) == (1, "")
+    (found,) = json.loads(out)
+    assert found["place"] == {"file": "wrong.mech", "line": 2, "column": 3, "end_line": 2, "end_column": 11}
+    assert found["severity"] == "error" and found["code"].startswith("E01")
