@@ -9,7 +9,8 @@ from pathlib import Path
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
-from mechc.lang.parser import parse, read_source
+from mechc.lang.parser import parse
+from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
 
 from .equations.assemble import assemble

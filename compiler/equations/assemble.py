@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
+from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
 from .entries import Layout, layout_of
@@ -17,8 +18,11 @@ from .outputs import OutputList, list_outputs
 from .solve import Solved, solve_system
 
 
-def assemble(system: MechanicalSystem, reporter: Reporter, *, keep_all: bool = False) -> Equations:
-    """Return the equations of a model; report what makes them undetermined."""
+def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = False) -> Equations:
+    """Return the equations of a model; report what makes them undetermined.
+
+    ``implicit`` adds the Jacobian of the right-hand side, which implicit methods need.
+    """
     solved = solve_system(system, reporter)
     reporter.stop_on_errors()
     layout = layout_of(system, solved.driven, solved.energies)
@@ -26,6 +30,10 @@ def assemble(system: MechanicalSystem, reporter: Reporter, *, keep_all: bool = F
     functions = _functions(system, solved, layout, listed)
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
+    pattern: tuple[tuple[int, int], ...] = ()
+    if implicit:
+        derivatives, pattern = _jacobian(system, layout, functions)
+        functions = (*functions, derivatives)
     everything = (*functions, *plan_functions)
     facts = needs(system, layout, everything)
     return Equations(
@@ -52,6 +60,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, *, keep_all: bool = F
         assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
         conserved=listed.conserved,
         energy_balance=listed.energy_balance,
+        jacobian_pattern=pattern,
     )
 
 
@@ -95,7 +104,7 @@ def _functions(
             Function("discretes", "initial discrete variables", resolve(_defaults(system, "discretes")))
         )
     if solved.projection is not None:
-        functions += _projections(system, solved, resolve)
+        functions += _projections(system, solved, layout, resolve)
     if system.assertions:
         functions.append(
             Function(
@@ -107,8 +116,25 @@ def _functions(
     return tuple(functions)
 
 
+def _jacobian(
+    system: MechanicalSystem, layout: Layout, functions: Sequence[Function]
+) -> tuple[Function, tuple[tuple[int, int], ...]]:
+    """Return the function of the entries of d(rhs)/dy that can differ from zero, and their places."""
+    rhs = next(f for f in functions if f.name == "rhs")
+    states = [n for n, slot in layout.slots.items() if slot.array == "y"]
+    rows = jacobian(system.graph, rhs.outputs, states)
+    entries = [(i, j, n) for i, row in enumerate(rows) for j, n in sorted(row.items())]
+    function = Function(
+        "jacobian", "entries of d(rhs)/dy that can differ from zero", tuple(n for *_, n in entries)
+    )
+    return function, tuple((i, j) for i, j, _ in entries)
+
+
 def _projections(
-    system: MechanicalSystem, solved: Solved, resolve: Callable[[Sequence[Node]], tuple[Node, ...]]
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    resolve: Callable[[Sequence[Node]], tuple[Node, ...]],
 ) -> list[Function]:
     """Return the functions that move a state onto the constraints."""
     found = solved.projection
@@ -123,6 +149,11 @@ def _projections(
             "project_velocity",
             "correction of the velocities, then the residuals of velocity constraints",
             resolve([*found.velocity, *found.velocity_residuals]),
+        ),
+        Function(
+            "displace",
+            "N(q) d: change of the coordinates, with the correction d in the place of v",
+            resolve([system.qdot[k] for k in layout.q_indices]),
         ),
     ]
 
