@@ -62,7 +62,7 @@ class Graph(Store):
         # _intern, written out: additions and multiplications are nearly all calls
         key = v if v <= HALF else P - v
         found = self._classes.get(key)
-        if found is not None:
+        if found is not None and (not (partial := self._partial)[found] or partial[a] or partial[b]):
             return found if values[found] == v else self.neg(found)
         self._classes[key] = n = self._new(ADD, a, b, v)
         return n
@@ -92,7 +92,7 @@ class Graph(Store):
             v += P
         key = v if v <= HALF else P - v
         found = self._classes.get(key)
-        if found is not None:
+        if found is not None and (not (partial := self._partial)[found] or partial[a] or partial[b]):
             return found if values[found] == v else self.neg(found)
         self._classes[key] = n = self._new(SUB, a, b, v)
         return n
@@ -128,7 +128,11 @@ class Graph(Store):
             v -= P
         key = v if v <= HALF else P - v
         found = self._classes.get(key)
-        if found is not None and code[found] != SUB:
+        if (
+            found is not None
+            and code[found] != SUB
+            and (not (partial := self._partial)[found] or partial[a] or partial[b])
+        ):
             return found if values[found] == v else self.neg(found)
         self._classes[key] = n = self._new(MUL, a, b, v)
         return n
@@ -229,6 +233,7 @@ class Graph(Store):
             self._cache[key] = n
             if c >= 0:
                 self._third[n] = c
+                self._partial[n] = self._partial[n] or self._partial[c]
         return n
 
     def _function(self, code: int, a: Node) -> Node:

@@ -53,6 +53,9 @@ NOT: Final = 35
 SELECT: Final = 36
 LOOKUP: Final = 37
 
+PARTIAL: Final = frozenset({DIV, TAN, ASIN, ACOS, ACOSH, ATANH, LOG, SQRT, ATAN2, MODULO, POW})
+"""Operations that have no value, or no derivative, for some arguments. (abs and its like are defined everywhere.)"""
+
 Partial = Callable[["Graph", tuple["Node", ...], "Node"], "Node"]
 """Derivative with respect to one argument: (graph, arguments, the node itself) -> node."""
 

@@ -214,19 +214,29 @@ class _State:
 
     def _remove_cheapest_first(self, path: set[Node], cost: Callable[[Node], tuple[int, int]]) -> None:
         costs = {v: cost(v) for v in path}
+        heap = [(c, v) for v, c in costs.items()]
+        heapify(heap)
         while costs:
-            v = min(costs, key=costs.__getitem__)
+            c, v = heappop(heap)
+            if costs.get(v) != c:
+                continue  # removed, or its cost has changed since
             del costs[v]
             near = set(self.users[v])
             self.remove(v)
             near.update(*[self.rows[k] for k in near])
-            for w in near & costs.keys():
-                costs[Node(w)] = cost(Node(w))
+            for w in costs.keys() & near:
+                costs[w] = c = cost(w)
+                heappush(heap, (c, w))
 
     def _fill(self, v: Node) -> tuple[int, int]:
         """Return how many entries the rows of the users would gain; the older of two goes first."""
-        variables, rows = self.rows[v].keys(), self.rows
-        return sum(len(variables - rows[k].keys()) for k in self.users[v]), v
+        variables, rows = self.rows[v], self.rows
+        fill = 0
+        for k in self.users[v]:
+            row = rows[k]
+            # not a difference of sets: that would walk through the row, which may be long
+            fill += sum([w not in row for w in variables])
+        return fill, v
 
     def _use(self, v: Node) -> tuple[int, int]:
         """Return the number of users; the younger of two goes first."""

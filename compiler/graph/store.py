@@ -5,10 +5,13 @@ carries its value at one random point of a prime field (field.py). A constructor
 already there, up to sign, returns the node that has it: this finds common subexpressions, a - a = 0,
 sin^2 + cos^2 = 1 and everything else that is an identity of rational functions and angles.
 
-Which form represents a value: the one built first. Exceptions: a constant always represents its value, and
-a sum or difference computed later is replaced by whatever exists, but an earlier *difference* never stands
-for anything else than a sum (2 sin^2 a is not replaced by 1 - cos 2a, which cancels near a = 0).
-x*y/x is y: an identity may remove a division by something that vanishes at single points.
+Which form represents a value: the one built first, but
+- a constant always represents its value;
+- an earlier *difference* stands for sums and differences only: 2 sin^2 a is not replaced by 1 - cos 2a, which
+  cancels near a = 0;
+- an earlier form that is *partial* (it divides, takes a root or logarithm somewhere, so it has singular states)
+  does not stand for one that is not: x + 1 is not replaced by (x^2 - 1)/(x - 1).
+The other way round is accepted: x*y/x is y, an identity may remove a singular state.
 """
 
 from __future__ import annotations
@@ -18,7 +21,7 @@ from fractions import Fraction
 from typing import Final, NewType, Self
 
 from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
-from .operations import ADD, CONST, MUL, NEG, SELECT, SUB, SYMBOL
+from .operations import ADD, CONST, MUL, NEG, PARTIAL, SELECT, SUB, SYMBOL
 from .table import Table
 
 Node = NewType("Node", int)
@@ -44,6 +47,7 @@ class Store:
         "_lookups",
         "_names",
         "_negatives",
+        "_partial",
         "_points",
         "_right",
         "_symbols",
@@ -68,6 +72,7 @@ class Store:
         self._left: list[Node] = []
         self._right: list[Node] = []
         self._values: list[int] = []
+        self._partial: list[bool] = []
         # what only some nodes have
         self._third: dict[Node, Node] = {}
         self._names: dict[Node, str] = {}
@@ -194,16 +199,27 @@ class Store:
         self._left.append(a)
         self._right.append(b)
         self._values.append(v)
+        partial = self._partial
+        partial.append(code in PARTIAL or (a >= 0 and partial[a]) or (b >= 0 and partial[b]))
         return n
 
     def _intern(self, code: int, a: Node, b: Node, v: int) -> Node:
         """Return the node with this value in the field, or a new one."""
         key = v if v <= HALF else P - v
         found = self._classes.get(key)
-        if found is not None and (self._code[found] != SUB or code in (ADD, SUB)):
+        if found is not None and self._may_stand(found, code, a, b):
             return found if self._values[found] == v else self.neg(found)
         self._classes[key] = n = self._new(code, a, b, v)
         return n
+
+    def _may_stand(self, found: Node, code: int, a: Node, b: Node) -> bool:
+        """Tell whether a node with the right value may represent an operation; see the module."""
+        if self._code[found] == SUB and code not in (ADD, SUB):
+            return False
+        partial = self._partial
+        if not partial[found] or code in PARTIAL:
+            return True
+        return (a >= 0 and partial[a]) or (b >= 0 and partial[b])
 
     def _structural(self, code: int, a: Node, b: Node = NONE) -> Node:
         """Return the node with this operation and these arguments, or a new one."""

@@ -166,11 +166,26 @@ def test_a_difference_does_not_represent_a_product(g: Graph) -> None:
     assert g.is_zero(g.sub(difference, product))
 
 
+def test_a_singular_form_does_not_represent_a_regular_one(g: Graph) -> None:
+    x = g.symbol("x")
+    singular = g.div(g.sub(g.mul(x, x), g.one), g.sub(x, g.one))
+    regular = g.add(x, g.one)
+    assert g.op(singular) == ops.DIV
+    assert g.op(regular) == ops.ADD
+    assert g.identical(singular, regular)
+    # from now on the regular form is the one
+    assert g.div(g.mul(g.two, regular), g.two) == regular
+    y = g.symbol("y")
+    quotient = g.div(y, x)
+    assert g.mul(y, g.div(g.one, x)) == quotient  # both divide by x
+
+
 def test_identities_cancel_divisions(g: Graph) -> None:
     x, y = g.symbol("x"), g.symbol("y")
     assert g.div(g.mul(x, y), x) == y
     square = g.sub(g.mul(x, x), g.mul(y, y))
-    assert g.div(square, g.sub(x, y)) == g.add(x, y)
+    total = g.add(x, y)
+    assert g.div(square, g.sub(x, y)) == total
 
 
 def test_division_by_zero_is_found_by_value(g: Graph) -> None:
