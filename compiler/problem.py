@@ -1,0 +1,38 @@
+"""From a program to something that can be run: through the C compiler where there is one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Literal
+
+from mechc.runtime.build import build_shared, find_compiler, model_flags
+from mechc.runtime.problem import Problem
+
+from .program.model import Program
+from .targets import description
+from .targets.c import emit_c
+from .targets.python import load_python
+
+HEADER = "model.h"
+
+
+def make_problem(
+    program: Program, target: Literal["auto", "c", "python"] = "auto", *, reproducible: bool = False
+) -> Problem:
+    """Return the functions of a program, ready to be called.
+
+    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says.
+    Raises CompilerMissing (target ``c``) and BuildError.
+    """
+    if target == "python" or (target == "auto" and find_compiler() is None):
+        functions, parameters = load_python(program)
+        return description.make_problem(program, functions=functions, parameters_function=parameters)
+    sources = {"model.c": emit_c(program), HEADER: header()}
+    return description.make_problem(program, library=build_shared(sources, model_flags(reproducible)))
+
+
+def header() -> str:
+    """Return the text of the contract that generated C code includes."""
+    import mechc.runtime
+
+    return (Path(mechc.runtime.__file__).parent / "kernel" / HEADER).read_text(encoding="utf-8")
