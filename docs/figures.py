@@ -1,0 +1,230 @@
+"""Make docs/gallery.md and the pictures of the gallery: ``python docs/figures.py [EXAMPLE ...]``.
+
+One line for each system: rows of the source texts, the example, its test, what the picture shows.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+EXAMPLES = HERE.parent / "examples"
+PICTURES = HERE / "gallery"
+
+
+@dataclass(frozen=True)
+class Row:
+    """``x`` against each of ``y``, for each of the experiments ("" is the default one)."""
+
+    rows: str
+    example: str
+    test: str
+    x: str
+    y: tuple[str, ...]
+    experiments: tuple[str, ...] = ("",)
+    stop: float | None = None
+
+
+def row(
+    rows: str, example: str, test: str, x: str, y: str, experiments: str = "", stop: float | None = None
+) -> Row:
+    """Write a row briefly: several names in one text, separated by blanks; ``-`` is the default experiment."""
+    chosen = tuple("" if e == "-" else e for e in experiments.split()) or ("",)
+    return Row(rows, example, test, x, tuple(y.split()), chosen, stop)
+
+
+PENDULUMS, DOUBLE, DRIVEN = "test_pendulums.py", "test_double_pendulums.py", "test_driven_pendulums.py"
+LINEAR, NONLINEAR, CENTRAL = "test_oscillators.py", "test_nonlinear_oscillators.py", "test_central_forces.py"
+SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py"
+FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
+T = "time"
+
+ROWS = (
+    row("", "double_pendulum", "../test_examples.py", "tip[1]", "tip[2]"),
+    row("K1", "double_pendulum_bars", DOUBLE, "B[1]", "B[2]", "- caseB"),
+    row("K2", "double_pendulum_3d", DOUBLE, "trajectory[1]", "trajectory[2]"),
+    row("K3", "kepler_four_orbits", CENTRAL, "x", "y", "- orbit2 orbit3 orbit4"),
+    row("K4", "pendulum_phase_portrait", PENDULUMS, "theta", "der(theta)", "- rotation separatrix", 2),
+    row("V1", "two_masses_spring", LINEAR, T, "x1 x2 centre"),
+    row("V2", "forced_oscillator", LINEAR, T, "x"),
+    row("V3, reference", "double_pendulum_points", DOUBLE, "tip[1]", "tip[2]"),
+    row("V4", "cone", SURFACES, T, "rho"),
+    row("V6", "double_bars", DOUBLE, "tip[1]", "tip[2]"),
+    row("V7", "vibrating_base", LINEAR, T, "y", "", 5),
+    row("V8", "pendulum_driven_base", DRIVEN, T, "theta", "- vertical"),
+    row("V10", "coupled_pendulums", PENDULUMS, T, "th1 th2"),
+    row("V11", "bar_pendulum", PENDULUMS, T, "hinge.angle"),
+    row("P3", "two_bodies", CENTRAL, "r1[1]", "r1[2]"),
+    row("P4", "orbit_equation", CENTRAL, "phi", "r", "- circle parabola hyperbola"),
+    row("P11", "thrown_and_dropped", FRAMES, T, "east", "- dropped"),
+    row("P13, reference", "heavy_symmetric_top", BODIES, T, "theta"),
+    row("P14", "three_springs", LINEAR, T, "x1 x2"),
+    row("P17", "elastic_rod", LINEAR, T, "x[1] x[5] x[10]", "", 2),
+    row("T8", "forced_resonance", LINEAR, T, "x", "- beats"),
+    row("T9", "damped_oscillator", LINEAR, T, "x", "- critical heavy"),
+    row("T10", "forced_damped_oscillator", LINEAR, T, "x", "- resonance", 30),
+    row("T12", "compound_pendulum_axis", PENDULUMS, T, "theta"),
+    row("T14", "lagrange_top", BODIES, "axis[1]", "axis[2]", "- loops waves"),
+    row("T15", "free_symmetric_top", BODIES, "e3[1]", "e3[2]"),
+    row("T16", "paraboloid", SURFACES, "x", "y", "- free"),
+    row("T18", "tan_squared_well", NONLINEAR, T, "x"),
+    row("T19", "inverse_square_potential", CENTRAL, T, "r", "- falls bound spiral"),
+    row("T20", "ring_of_masses", LINEAR, T, "u[1] u[2]", "", 4),
+    row("T22", "torqued_top", BODIES, T, "phi W3"),
+    row("T26", "relativistic_charge", FAST, "x", "y", "magnetic"),
+    row("U8", "swirl", LINEAR, "x", "y"),
+    row("U9", "saddle_xy", LINEAR, "x", "y"),
+    row("U11", "exponential_force", NONLINEAR, T, "x der(x)"),
+    row("U15", "lennard_jones", NONLINEAR, "r", "der(r)"),
+    row("U16", "saddle", LINEAR, "x", "y"),
+    row("U24", "stokes_drag", DRAG, T, "der(fall.position[2])"),
+    row("U26", "drag_reynolds", DRAG, T, "der(y)", "- small grain", 5),
+    row("U28", "mixed_drag", DRAG, T, "der(y)"),
+    row("U30 (b, c)", "horizontal_drag", DRAG, T, "x", "- quadratic"),
+    row("U31", "linear_quadratic_drag", DRAG, T, "x", "", 20),
+    row("U32", "shuttlecock", DRAG, T, "y"),
+    row("U38", "wedge", SURFACES, T, "s X"),
+    row("U43", "pendulum", PENDULUMS, T, "theta"),
+    row("U43, points", "pendulum_point", PENDULUMS, "theta", "der(theta)"),
+    row("U43, parts", "pendulum_parts", PENDULUMS, "pin.angle", "der(pin.angle)"),
+    row("U45, reference", "elastic_pendulum", SURFACES, "x", "y"),
+    row("reference", "elastic_pendulum_parts", SURFACES, "guide.position[1]", "guide.position[2]"),
+    row("U46", "pendulum_accelerating_support", PENDULUMS, T, "theta"),
+    row("U47", "mass_on_spring", LINEAR, T, "x", "", 4),
+    row("U48", "heavy_spring", LINEAR, T, "x", "", 4),
+    row("U49", "hanging_spring", LINEAR, T, "x", "- massless", 4),
+    row("U52", "double_pendulum_momenta", DOUBLE, T, "p1 p2"),
+    row("U53", "sprung_pair", LINEAR, T, "x1 x2", "", 4),
+    row("U54", "varying_length", DRIVEN, T, "theta"),
+    row("U55", "harmonic_and_constant", LINEAR, "x", "y"),
+    row("U56", "bead_on_oscillating_hoop", DRIVEN, T, "theta"),
+    row("U57", "helix", SURFACES, T, "z"),
+    row("U58", "pendulum_driven_support", DRIVEN, "theta", "der(theta)"),
+    row("U66", "sliding_support", PENDULUMS, T, "X theta"),
+    row("U67", "isotropic_oscillator", CENTRAL, "x", "y"),
+    row("U70", "relativistic_orbit", FAST, "x", "y"),
+    row("U74", "relativistic_constant_force", FAST, T, "v"),
+    row("U79", "particle_on_sphere", SURFACES, "phi", "theta"),
+    row("U80, reference", "spherical_pendulum", SURFACES, "bob[1]", "bob[2]"),
+    row("U82, U83", "pendulum_period", PENDULUMS, T, "theta"),
+    row("U86", "ear_drum", NONLINEAR, "x", "der(x)", "- large edge"),
+    row("U87", "duffing_free", NONLINEAR, "x", "der(x)", "- inner outer"),
+    row("U88", "forced_pendulum", DRIVEN, T, "theta", "strong"),
+    row("U89", "parametric_pendulum", DRIVEN, T, "theta"),
+    row("U100", "accelerated_frame", FRAMES, "r[1]", "r[2]"),
+    row("U101", "moving_frame", FRAMES, "r[1]", "r[2]"),
+    row("U102", "falling_body_east", FRAMES, "y", "z"),
+    row("U103", "bullet_up", FRAMES, "y", "z"),
+    row("U109, reference", "rotating_hoop", DRIVEN, "theta", "der(theta)"),
+    row("U110", "gravitating_pair", CENTRAL, "separation[1]", "separation[2]"),
+    row("U112, reference", "kepler", CENTRAL, "x", "y"),
+    row("U113", "table_hole_string", CENTRAL, "phi", "r"),
+    row("U114", "inverse_cube_force", CENTRAL, "theta", "r"),
+    row("U115", "precessing_ellipse", CENTRAL, "phi", "r"),
+    row("U116", "capture", CENTRAL, "x", "y", "- captured"),
+    row("U123", "physical_pendulum", PENDULUMS, T, "axis.angle"),
+    row("U137", "euler_equations", BODIES, T, "w1 w2 w3"),
+    row("U138", "earth_wobble", BODIES, "pole[1]", "pole[2]"),
+    row("U139", "tennis_racket", BODIES, T, "der(R)[1] der(R)[2] der(R)[3]"),
+    row("U145", "heavy_top_rotation", BODIES, "tip[1]", "tip[2]"),
+    row("U154", "schwarzschild", CENTRAL, "x", "y"),
+    row("reference", "figure_eight", CENTRAL, "r[1,1]", "r[1,2]"),
+    row("reference", "pleiades", CENTRAL, "r[7,1]", "r[7,2]"),
+    row("reference", "dzhanibekov", BODIES, T, "axis2[2]"),
+    row("reference", "beam", NONLINEAR, T, "theta[10] theta[40]"),
+    row("reference", "duffing_double_well", NONLINEAR, "x", "der(x)"),
+    row("reference", "driven_pendulum", DRIVEN, "theta", "der(theta)", "- doubled"),
+    row("reference", "van_der_pol", NONLINEAR, "x", "v"),
+    row("reference", "hanging_chain", PENDULUMS, T, "joint[1].angle joint[5].angle"),
+    row("reference", "pendulum_row", PENDULUMS, T, "theta[1] theta[2] theta[3]"),
+)
+
+HEAD = """# Gallery
+
+Systems with known answers. Each is one file in `examples/`; its test in `tests/physics/` compares a run with
+the answer that the source states, and states its own bound. The rows name the source: K a thesis on the
+double pendulum, T questions of advanced mechanics, V a text on variation principles, P a chapter of classical
+mechanics, U lecture notes (Physics 206); *reference* marks test problems of the literature with 30-digit
+solutions in `tests/physics/data/`. Made by `python docs/figures.py`.
+
+| row | system | model | test | figure |
+|---|---|---|---|---|
+"""
+
+
+def table() -> str:
+    """Return the text of gallery.md; the systems are described by the models' own doc strings."""
+    lines = []
+    for r in ROWS:
+        test = (
+            f"[{r.test.removeprefix('../')}](../tests/physics/{r.test})"
+            if "/" not in r.test
+            else "[test_examples.py](../tests/test_examples.py)"
+        )
+        model = f"[{r.example}](../examples/{r.example}.mech)"
+        lines.append(
+            f"| {r.rows} | {description(r.example)} | {model} | {test} | ![](gallery/{r.example}.png) |"
+        )
+    return HEAD + "\n".join(lines) + "\n"
+
+
+def description(example: str) -> str:
+    """Return the doc string of the last model of an example; of a bare file, its first comment."""
+    text = (EXAMPLES / f"{example}.mech").read_text(encoding="utf-8")
+    lines = [line for line in text.splitlines() if line.startswith("model ")]
+    return (lines[-1] if lines else "").partition('"')[2].rpartition('"')[0].replace("|", "\\|")
+
+
+def draw(r: Row) -> None:
+    """Run an example and write its picture."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    from matplotlib import pyplot as plt
+
+    import mechc
+
+    model = mechc.load(EXAMPLES / f"{r.example}.mech")
+    figure, axes = plt.subplots(figsize=(4.2, 3.0), dpi=80, layout="constrained")
+    for experiment in r.experiments:
+        solution = model.simulate(experiment=experiment or None, stop=r.stop)
+        x = solution.time if r.x == T else solution[r.x]
+        for name in r.y:
+            parts = ([name] if len(r.y) > 1 else []) + (
+                [experiment or "default"] if len(r.experiments) > 1 else []
+            )
+            axes.plot(x, solution[name], linewidth=0.9, label=", ".join(parts))
+    unit = solution.unit(r.x) if r.x != T else "s"
+    axes.set_xlabel(f"{r.x} [{unit}]")
+    axes.set_ylabel(f"{', '.join(r.y)} [{solution.unit(r.y[0])}]")
+    if len(r.y) * len(r.experiments) > 1:
+        axes.legend(fontsize="small", frameon=False)
+    if path_in_space(r):
+        axes.set_aspect("equal", adjustable="datalim")
+    axes.spines[["top", "right"]].set_visible(False)
+    PICTURES.mkdir(exist_ok=True)
+    figure.savefig(PICTURES / f"{r.example}.png", metadata={"Software": None})
+    plt.close(figure)
+
+
+def path_in_space(r: Row) -> bool:
+    """Say whether the picture is a path in a plane, to be drawn to one scale."""
+    pairs = {("x", "y"), ("1", "2"), ("1", "3")}
+    return r.x != T and (r.x[-2:-1] or r.x, r.y[0][-2:-1] or r.y[0]) in pairs
+
+
+def chosen(names: Sequence[str]) -> Iterator[Row]:
+    return (r for r in ROWS if not names or r.example in names)
+
+
+def main(names: Sequence[str]) -> None:
+    (HERE / "gallery.md").write_text(table(), encoding="utf-8")
+    for r in chosen(names):
+        draw(r)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,37 @@
+"""Every example runs as it stands and is in the gallery."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+
+import pytest
+from gallery import EXAMPLES, ROOT, run
+
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.mech"))
+SLOW = {"beam"}
+
+spec = importlib.util.spec_from_file_location("figures", ROOT / "docs" / "figures.py")
+assert spec is not None and spec.loader is not None
+figures = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(figures)
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in SLOW else n for n in NAMES])
+def test_runs(name: str) -> None:
+    """With its own stop and the tolerance of the gallery; the energy balance closes."""
+    solution = run(name)
+    balance = solution.accuracy.energy
+    if balance is not None and balance.relative is not None:
+        assert balance.relative < 1e-6
+
+
+def test_gallery_page_is_up_to_date() -> None:
+    """docs/gallery.md is what ``python docs/figures.py`` writes, with all examples, tests and pictures."""
+    assert sorted(r.example for r in figures.ROWS) == NAMES
+    page = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert page == figures.table()
+    for r in figures.ROWS:
+        test: Path = ROOT / "tests" / "physics" / r.test
+        assert f'"{r.example}"' in test.read_text(encoding="utf-8") or "test_examples" in r.test, r.example
+        assert (ROOT / "docs" / "gallery" / f"{r.example}.png").is_file(), r.example
