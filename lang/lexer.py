@@ -99,7 +99,7 @@ class _Lexer:
         self.match = _pattern(tables).match
         self.tokens: list[Token] = []
         self.comments: list[Comment] = []
-        self.strange_names: set[str] = set()
+        self.reported: set[str] = set()  # names and signs, once each
 
     def run(self) -> None:
         text, length = self.text, len(self.text)
@@ -268,8 +268,8 @@ class _Lexer:
             self.tokens[-1] = Token("QUANTITY", f"{before.text} {unit}", before.start, end)
             return end
         plain = "".join(_plain(letter) for letter in name)
-        if name not in self.strange_names:
-            self.strange_names.add(name)
+        if name not in self.reported:
+            self.reported.add(name)
             strange = next(letter for letter in name if letter > "\x7f")
             help = f"write '{plain}'" if plain.isascii() and plain.isidentifier() else ""
             self.error(
@@ -285,6 +285,9 @@ class _Lexer:
 
     def unexpected(self, start: int) -> None:
         sign = self.text[start]
+        if sign in self.reported:
+            return
+        self.reported.add(sign)
         name = unicodedata.name(sign, "").casefold()
         if sign == "\u00b0":
             self.error("E0105", "'\u00b0' cannot stand here", start, start + 1, help="write '30 deg'")

@@ -11,6 +11,7 @@ import os
 import pickle
 import sys
 import tempfile
+from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
@@ -18,6 +19,7 @@ from functools import cache
 from importlib import metadata
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 from .units import UNIT_PATTERN
 
@@ -91,31 +93,25 @@ def build_tables(grammar: str) -> Tables:
         grammar, parser="lalr", lexer=NoLexer, strict=True, maybe_placeholders=True, keep_all_tokens=True
     )
     table = parser.parser.parser.parser.parse_table
+    index = {table.start_states["start"]: 0}
+    rows = []
+    for state in _in_order(index, table.states, Shift):
+        rows.append(sorted(table.states[state].items(), key=lambda item: str(item[0])))
     productions: list[Production] = []
     number: dict[int, int] = {}
     moves: list[dict[str, int]] = []
     gotos: list[dict[str, int]] = []
-    index = {state: i for i, state in enumerate(table.states)}
     terminals = {t.name for t in parser.terminals} | {END}
-    for row in table.states.values():
+    for row in rows:
         moves.append({})
         gotos.append({})
-        for symbol, (kind, argument) in row.items():
+        for symbol, (kind, argument) in row:
             if kind is Shift:
                 (moves if symbol in terminals else gotos)[-1][str(symbol)] = index[argument]
                 continue
             if id(argument) not in number:
                 number[id(argument)] = len(productions)
-                options = argument.options
-                productions.append(
-                    _production(
-                        str(argument.origin.name),
-                        len(argument.expansion),
-                        argument.alias and str(argument.alias),
-                        options.expand1,
-                        options.empty_indices,
-                    )
-                )
+                productions.append(_production(argument))
             moves[-1][str(symbol)] = ~number[id(argument)]
     keywords, punctuation, patterns = {}, {}, {}
     for terminal in parser.terminals:
@@ -138,16 +134,28 @@ def build_tables(grammar: str) -> Tables:
     )
 
 
-def _production(
-    origin: str, size: int, alias: str | None, transparent: bool, left_out: tuple[bool, ...]
-) -> Production:
-    if transparent and alias is None and size == 1:
+def _in_order(index: dict[Any, int], states: Mapping[Any, Mapping[Any, Any]], shift: object) -> Iterator[Any]:
+    """Number the states in the order in which they are reached, so that equal grammars give equal tables."""
+    waiting = deque(index)
+    while waiting:
+        state = waiting.popleft()
+        yield state
+        for _, (kind, target) in sorted(states[state].items(), key=lambda item: str(item[0])):
+            if kind is shift and target not in index:
+                index[target] = len(index)
+                waiting.append(target)
+
+
+def _production(rule: Any) -> Production:
+    """Translate a rule of Lark."""
+    origin, size, alias = str(rule.origin.name), len(rule.expansion), rule.alias
+    if rule.options.expand1 and alias is None and size == 1:
         return Production(origin, size, Mode.PASS, "", None)
-    action = alias or origin
+    action = str(alias or origin)
     slots: tuple[int | None, ...] | None = None
-    if left_out:
+    if rule.options.empty_indices:
         present = iter(range(size))
-        slots = tuple(None if absent else next(present) for absent in left_out)
+        slots = tuple(None if absent else next(present) for absent in rule.options.empty_indices)
     return Production(origin, size, _LISTS.get(action, Mode.CALL), action, slots)
 
 

@@ -23,7 +23,9 @@ def test_the_grammar_has_no_conflict() -> None:
 
 
 def test_a_conflict_would_be_noticed() -> None:
-    doubtful = grammar_text().replace("?conjunction:", "?conjunction: disjunction AND conjunction -> binary |")
+    doubtful = grammar_text().replace(
+        "?conjunction:", "?conjunction: disjunction AND conjunction -> binary |"
+    )
     with pytest.raises(GrammarError):
         build_tables(doubtful)
 
@@ -59,7 +61,7 @@ def test_samples_have_the_same_tokens_with_larks_own_lexer(path: Path, reference
     ours, _ = tokenise(source, load_tables(), Reporter())
     interactive = reference_parser.parse_interactive(source.text)
     theirs = list(interactive.exhaust_lexer())
-    interactive.feed_eof(theirs[-1])
+    interactive.feed_eof(theirs[-1])  # type: ignore[no-untyped-call]
     words = {t.upper() for t in KEYWORDS}
     assert ours[-1].kind == END
     assert [(t.start, t.end) for t in ours[:-1]] == [(_begin(t), t.end_pos) for t in theirs]

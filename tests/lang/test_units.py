@@ -135,7 +135,9 @@ def test_pretty() -> None:
 
 
 def test_preferred_units() -> None:
-    shown = {u: preferred_unit(parse_unit(u).dimension, parse_unit(u).angle) for u in ("deg", "rpm", "km", "N.m")}
+    shown = {
+        u: preferred_unit(parse_unit(u).dimension, parse_unit(u).angle) for u in ("deg", "rpm", "km", "N.m")
+    }
     assert shown == {"deg": "rad", "rpm": "rad/s", "km": "m", "N.m": "J"}
     assert preferred_unit(parse_unit("kg.m^2").dimension) == "kg.m^2"
     assert preferred_unit(DIMENSIONLESS) == "1"

@@ -12,7 +12,14 @@ from mechc.lang.units import NAMED_TYPES
 
 @pytest.mark.parametrize(
     ("a", "b", "distance"),
-    [("", "", 0), ("abc", "abc", 0), ("kitten", "sitting", 3), ("ab", "ba", 1), ("", "abc", 3), ("ca", "abc", 3)],
+    [
+        ("", "", 0),
+        ("abc", "abc", 0),
+        ("kitten", "sitting", 3),
+        ("ab", "ba", 1),
+        ("", "abc", 3),
+        ("ca", "abc", 3),
+    ],
 )
 def test_edit_distance(a: str, b: str, distance: int) -> None:
     assert edit_distance(a, b) == distance

@@ -1,0 +1,91 @@
+"""Files to text, and the cache of the parser's tables."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from mechc.lang import tables
+from mechc.lang.diagnostics import CompileError
+from mechc.lang.parser import read_source
+from mechc.lang.read import LARGEST, decode
+
+
+def message(path: Path) -> str:
+    with pytest.raises(CompileError) as caught:
+        read_source(path)
+    (problem,) = caught.value.diagnostics
+    assert problem.code == "E0101"
+    return problem.message.replace(str(path), "FILE")
+
+
+def test_line_ends_and_byte_order_mark(tmp_path: Path) -> None:
+    path = tmp_path / "a.mech"
+    path.write_bytes(b"\xef\xbb\xbflet a = 1;\r\nlet b = 2;\rlet c = 3;\n")
+    source = read_source(path)
+    assert source.text == "let a = 1;\nlet b = 2;\nlet c = 3;\n"
+    assert source.name == str(path)
+
+
+def test_files_that_are_no_model(tmp_path: Path) -> None:
+    path = tmp_path / "a.mech"
+    assert message(path) == "cannot read 'FILE': there is no such file"
+    assert message(tmp_path) == "cannot read 'FILE': it is a folder"
+    path.write_bytes(b"")
+    assert message(path) == "'FILE' is empty"
+    path.write_bytes(b" \n\t\n")
+    assert message(path) == "'FILE' is empty"
+    path.write_bytes(b"\x7fELF\0\0")
+    assert message(path) == "'FILE' is binary, not text"
+    path.write_bytes(b"let a = 1;\nlet b = \xff;\n")
+    assert message(path) == "'FILE' is not UTF-8: byte 0xff in line 2"
+    with path.open("wb") as file:
+        file.truncate(LARGEST + 1)
+    assert message(path) == "'FILE' is too large: 10 MB"
+
+
+@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything is readable here")
+def test_unreadable_file(tmp_path: Path) -> None:
+    path = tmp_path / "a.mech"
+    path.write_text("let a = 1;")
+    path.chmod(0)
+    assert message(path) == "cannot read 'FILE': you are not allowed to"
+
+
+def test_text_that_did_not_come_from_a_file() -> None:
+    from mechc.lang.diagnostics import Reporter
+
+    assert decode("x", b"a\r\n", Reporter()).text == "a\n"
+
+
+@pytest.fixture
+def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "cache"
+    monkeypatch.setattr(tables, "_cache_folder", lambda: folder)
+    return folder
+
+
+def test_tables_are_kept_and_found_again(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = tables.load_tables.__wrapped__()
+    (kept,) = cache_folder.iterdir()
+    assert kept.suffix == ".pickle"
+    monkeypatch.setattr(tables, "build_tables", lambda grammar: pytest.fail("made again"))
+    assert tables.load_tables.__wrapped__() == made
+
+
+@pytest.mark.parametrize("damage", [b"", b"\x80\x05.", b"cos\nsystem\n", b"\x80\x05K\x01."])
+def test_a_damaged_cache_is_made_anew(cache_folder: Path, damage: bytes) -> None:
+    made = tables.load_tables.__wrapped__()
+    (kept,) = cache_folder.iterdir()
+    kept.write_bytes(damage)
+    assert tables.load_tables.__wrapped__() == made
+    assert kept.read_bytes() != damage
+
+
+def test_no_place_for_a_cache_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    blocked = tmp_path / "file"
+    blocked.write_text("in the way")
+    monkeypatch.setattr(tables, "_cache_folder", lambda: blocked / "below")
+    assert tables.load_tables.__wrapped__().keywords["model"] == "MODEL"
