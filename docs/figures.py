@@ -10,6 +10,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import mechc
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.read import read_source
+
 HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parent / "examples"
 PICTURES = HERE / "gallery"
@@ -172,10 +178,12 @@ def table() -> str:
 
 
 def description(example: str) -> str:
-    """Return the doc string of the last model of an example; of a bare file, its first comment."""
-    text = (EXAMPLES / f"{example}.mech").read_text(encoding="utf-8")
-    lines = [line for line in text.splitlines() if line.startswith("model ")]
-    return (lines[-1] if lines else "").partition('"')[2].rpartition('"')[0].replace("|", "\\|")
+    """Return the doc string of the model that an example runs; of a bare file, its first comment."""
+    source = read_source(EXAMPLES / f"{example}.mech")
+    file = parse(source, Reporter())
+    models = [item for item in file.items if isinstance(item, ast.Model) and not item.partial]
+    text = models[-1].doc if models else file.comments[0].text.removeprefix("//").strip()
+    return text.replace("|", "\\|")
 
 
 def draw(r: Row) -> None:
@@ -184,8 +192,6 @@ def draw(r: Row) -> None:
 
     matplotlib.use("Agg")
     from matplotlib import pyplot as plt
-
-    import mechc
 
     model = mechc.load(EXAMPLES / f"{r.example}.mech")
     figure, axes = plt.subplots(figsize=(4.2, 3.0), dpi=80, layout="constrained")
