@@ -1,0 +1,54 @@
+"""The language page is complete, and its examples are right."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from mechc.lang.builtins import BUILTINS, Category
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.keywords import DEFINITIONS, STATEMENTS
+from mechc.lang.parser import parse
+from mechc.lang.source import SourceFile
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "language.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```mech\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+LATER = {Category.EVENT}
+
+
+@pytest.mark.parametrize("number", range(len(BLOCKS)))
+def test_examples_parse(number: int) -> None:
+    assert parse(SourceFile(f"example {number}", BLOCKS[number]), Reporter()).items
+
+
+def test_every_function_is_described() -> None:
+    missing = [b.name for b in BUILTINS.values() if b.category not in LATER and f"`{b.name}" not in PAGE]
+    # Names that only stand for others, or belong to what comes later.
+    assert set(missing) <= {"origin", "closed", "at", "inertia_tensor", "mass_centre"}
+
+
+def test_every_statement_is_described() -> None:
+    words = {*STATEMENTS, *DEFINITIONS} - {"place", "closure"}
+    assert [
+        word
+        for word in sorted(words)
+        if not re.search(rf"`[^`\n]*\b{word}\b|^\s*{word}\b", PAGE, re.MULTILINE)
+    ] == []
+
+
+def test_every_library_model_is_described() -> None:
+    models: list[str] = []
+    for path in sorted((ROOT / "stdlib").glob("*.mech")):
+        models += re.findall(r"^model (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+    assert [name for name in models if f"| `{name}` |" not in PAGE] == []
+
+
+def test_links_between_sections() -> None:
+    anchors = {
+        re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
+        for title in re.findall(r"^## (.*)$", PAGE, re.MULTILINE)
+    }
+    assert set(re.findall(r"\(#([^)]+)\)", PAGE)) == anchors
