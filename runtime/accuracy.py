@@ -1,0 +1,113 @@
+"""How accurate a run is: a companion run at a tighter tolerance, and what the motion keeps constant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from .problem import Array, Problem
+
+COMPANION_RATIO = 100.0
+LOWEST_COMPANION = 1e-14
+EPSILON = float(np.finfo(float).eps)
+
+
+@dataclass(frozen=True, slots=True)
+class Drift:
+    """Largest change of a quantity that ought to stay constant. ``relative`` to the largest size of the
+    quantity (of all energies, for the energy balance); None where that is zero."""
+
+    name: str
+    unit: str
+    absolute: float
+    relative: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorEstimate:
+    """Of the global error: |difference from the companion run| / (nominal + |value|), by state.
+
+    ``largest`` and ``at_end`` are the largest ones over all states, during the run and at its end.
+    ``tolerance`` is that of the companion run (its step, for a fixed-step method).
+    """
+
+    largest: float
+    at_end: float
+    by_state: Mapping[str, float]
+    by_state_at_end: Mapping[str, float]
+    tolerance: float
+
+
+@dataclass(frozen=True, slots=True)
+class Accuracy:
+    """``error`` is None if no companion run was made, or if it failed: ``remark`` then says why."""
+
+    error: ErrorEstimate | None = None
+    energy: Drift | None = None
+    conserved: tuple[Drift, ...] = ()
+    remark: str = ""
+
+
+def companion_tolerance(tolerance: float) -> tuple[float, float]:
+    """Give the companion's tolerance and the factor from difference to error of the main run.
+
+    Tighter by 100 where rounding allows. The error falls like the tolerance, so that a companion tighter by
+    less than that still has the share 1 / ratio of the error. At the tightest tolerances the companion is the
+    looser run: the difference is then its error, an upper bound.
+    """
+    tight = max(tolerance / COMPANION_RATIO, LOWEST_COMPANION)
+    if tolerance / tight >= 10:
+        return tight, 1 / (1 - tight / tolerance)
+    return 10 * tolerance, 1.0
+
+
+def companion_step(step: float, order: int) -> tuple[float, float]:
+    """The same for a fixed step: half of it, Richardson's factor."""
+    return step / 2, 2.0**order / (2.0**order - 1)
+
+
+def compare(
+    problem: Problem, y: Array, companion: Array, nominal: Array, factor: float, steps: int, tolerance: float
+) -> ErrorEstimate:
+    """Estimate errors from two runs on one grid, [n, ny] each; never below the growth of rounding errors."""
+    floor = EPSILON * np.sqrt(max(steps, 1))
+    error = np.maximum(factor * np.abs(y - companion) / (nominal + np.abs(companion)), floor)
+    names = [quantity.name for quantity in problem.states]
+    largest = error.max(axis=0)
+    return ErrorEstimate(
+        largest=float(largest.max()),
+        at_end=float(error[-1].max()),
+        by_state=dict(zip(names, largest.tolist(), strict=True)),
+        by_state_at_end=dict(zip(names, error[-1].tolist(), strict=True)),
+        tolerance=tolerance,
+    )
+
+
+def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
+    """Largest change of total + dissipated - supplied energy; ``outputs`` [n, n_outputs]."""
+    if not problem.energy_balance:
+        return None
+    total, dissipated, supplied = problem.energy_balance
+    balance = outputs[:, total].copy()
+    if dissipated >= 0:
+        balance += outputs[:, dissipated]
+    if supplied >= 0:
+        balance -= outputs[:, supplied]
+    energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
+    energies += [i for i in problem.energy_balance if i >= 0]
+    return _drift(problem, total, balance, float(np.abs(outputs[:, energies]).max(initial=0.0)))
+
+
+def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
+    return tuple(
+        _drift(problem, index, outputs[:, index], float(np.abs(outputs[:, index]).max(initial=0.0)))
+        for index in problem.conserved
+    )
+
+
+def _drift(problem: Problem, index: int, values: Array, size: float) -> Drift:
+    quantity = problem.outputs[index]
+    absolute = float(np.abs(values - values[0]).max())
+    return Drift(quantity.name, quantity.unit, absolute, absolute / size if size > 0 else None)

@@ -1,0 +1,175 @@
+"""C sources to a shared library, by the C compiler of this machine, kept in the cache by content.
+
+The key of an entry holds the sources, the flags, the compiler with its version, and, for code of this
+processor only, the processor. A build goes to a folder of its own and is renamed at its end, so that two
+processes may build the same entry at once.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import importlib.util
+import os
+import platform
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
+
+NATIVE = "-march=native"
+_COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
+_FAST = (NATIVE, "-ffp-contract=fast")
+_REPRODUCIBLE = ("-ffp-contract=off",)
+
+LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+
+
+@dataclass(frozen=True, slots=True)
+class Compiler:
+    """A C compiler that answers: its command line and what it says of its version."""
+
+    command: tuple[str, ...]
+    version: str
+
+
+class BuildError(Exception):
+    """The C compiler failed. ``output`` is what it said; the sources are kept in ``folder``."""
+
+    def __init__(self, command: Sequence[str], output: str, folder: Path) -> None:
+        super().__init__(
+            f"the C compiler failed: {shlex.join(command)}\n{output.rstrip()}\nthe sources are kept in {folder}"
+        )
+        self.command = tuple(command)
+        self.output = output
+        self.folder = folder
+
+
+class CompilerMissing(Exception):
+    """No C compiler was found."""
+
+
+def kernel_flags(reproducible: bool = False) -> tuple[str, ...]:
+    return ("-O2", *_COMMON, *(_REPRODUCIBLE if reproducible else _FAST))
+
+
+def model_flags(reproducible: bool = False) -> tuple[str, ...]:
+    """-O1: straight-line code gains nothing from -O2, and compiles in half the time."""
+    return ("-O1", *_COMMON, *(_REPRODUCIBLE if reproducible else _FAST))
+
+
+def find_compiler() -> Compiler | None:
+    """Find a C compiler: environment ``CC``, then cc, gcc, clang, then ziglang's.
+
+    Raises ``CompilerMissing`` if ``CC`` is set and does not answer.
+    """
+    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+
+
+@functools.cache
+def _find_compiler(chosen: str, path: str) -> Compiler | None:
+    if chosen:
+        found = _ask((*shlex.split(chosen),))
+        if found is None:
+            raise CompilerMissing(f"the environment says CC={chosen}, which cannot be run")
+        return found
+    for name in ("cc", "gcc", "clang"):
+        command = shutil.which(name, path=path)
+        if command and (found := _ask((command,))):
+            return found
+    if importlib.util.find_spec("ziglang"):
+        return _ask((sys.executable, "-m", "ziglang", "cc"))
+    return None
+
+
+def _ask(command: tuple[str, ...]) -> Compiler | None:
+    try:
+        answer = subprocess.run((*command, "--version"), capture_output=True, text=True, timeout=60)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return Compiler(command, answer.stdout.strip()) if answer.returncode == 0 else None
+
+
+def build_shared(
+    sources: Mapping[str, str],
+    flags: Sequence[str],
+    key: str = "",
+    *,
+    name: str = "model",
+    compiler: Compiler | None = None,
+) -> Path:
+    """Give the shared library made of ``sources`` (text by file name, headers among them).
+
+    ``key`` is further text on which the result depends. Raises ``BuildError`` and ``CompilerMissing``.
+    """
+    compiler = compiler or find_compiler()
+    if compiler is None:
+        raise CompilerMissing("no C compiler was found")
+    digest = _digest(sources, flags, key, compiler)
+    library = cache_folder() / f"{name}-{digest}{LIBRARY_SUFFIX}"
+    if library.is_file():
+        mark_used(library)
+        return library
+    folder = Path(tempfile.mkdtemp(prefix=BUILD_PREFIX, dir=cache_folder()))
+    for file, text in sources.items():
+        (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    built = _compile(compiler, [file for file in sources if file.endswith(".c")], flags, folder)
+    os.replace(built, library)
+    shutil.rmtree(folder)
+    prune_cache()
+    return library
+
+
+def _digest(sources: Mapping[str, str], flags: Sequence[str], key: str, compiler: Compiler) -> str:
+    digest = hashlib.sha256()
+    parts = [key, *compiler.command, compiler.version, platform.machine(), sys.platform, *flags]
+    if NATIVE in flags:
+        parts.append(_processor())
+    for file in sorted(sources):
+        parts += [file, sources[file]]
+    for part in parts:
+        text = part.encode()
+        digest.update(b"%d:" % len(text) + text)
+    return digest.hexdigest()[:32]
+
+
+@functools.cache
+def _processor() -> str:
+    """What tells this processor from others, as far as generated instructions go."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return platform.processor()
+    wanted = ("model name", "flags", "Features", "CPU implementer", "CPU part", "isa")
+    return "\n".join(dict.fromkeys(line for line in lines if line.startswith(wanted)))
+
+
+def _compile(compiler: Compiler, files: Sequence[str], flags: Sequence[str], folder: Path) -> Path:
+    built = folder / f"built{LIBRARY_SUFFIX}"
+    extra = ("-fno-sanitize=all",) if "ziglang" in compiler.command else ()
+    link = ("-shared", *(() if sys.platform == "win32" else ("-lm",)))
+    if len(files) == 1:
+        _run((*compiler.command, *flags, *extra, files[0], "-o", built.name, *link), folder)
+        return built
+    objects = [f"{file}.o" for file in files]
+    commands = [
+        (*compiler.command, *flags, *extra, "-c", file, "-o", made)
+        for file, made in zip(files, objects, strict=True)
+    ]
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        list(pool.map(lambda command: _run(command, folder), commands))
+    _run((*compiler.command, *extra, *objects, "-o", built.name, *link), folder)
+    return built
+
+
+def _run(command: Sequence[str], folder: Path) -> None:
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, errors="replace")
+    if done.returncode != 0:
+        raise BuildError(command, done.stdout + done.stderr, folder)

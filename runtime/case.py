@@ -1,0 +1,293 @@
+"""One run made ready: options and experiment resolved, parameters, initial state, inputs and output times.
+
+Order of precedence: the caller's options and values, then the experiment, then the defaults. Settings of an
+experiment may depend on parameters that the experiment sets; they are evaluated until nothing changes.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .functions import Functions
+from .inputs import Table, constant
+from .outcome import SimulationError
+from .problem import Array, Experiment, Problem, Quantity, Setting
+from .trajectory import Progress
+
+DEFAULT_TOLERANCE = 1e-8
+LOWEST_TOLERANCE = 1e-14
+DEFAULT_POINTS = 500
+
+NUMBERS = ("start", "stop", "every", "step", "tolerance")
+WORDS = ("method", "display")
+
+
+@dataclass(frozen=True, slots=True)
+class SimulationOptions:
+    """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
+
+    ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the
+    motion itself begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step
+    methods. ``every``: output spacing; else ``points`` output times are spread evenly. ``dense`` keeps the
+    polynomials of all steps for ``Solution(t)``. ``max_steps`` bounds accepted steps.
+    """
+
+    experiment: str | None = None
+    values: Mapping[str, float] = field(default_factory=dict)
+    inputs: Mapping[str, Table] = field(default_factory=dict)
+    start: float | None = None
+    stop: float | None = None
+    every: float | None = None
+    points: int = DEFAULT_POINTS
+    step: float | None = None
+    tolerance: float | None = None
+    method: str | None = None
+    max_step: float | None = None
+    max_steps: int | None = None
+    estimate_error: bool = True
+    dense: bool = True
+    reproducible: bool = False
+    progress: Progress | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Case:
+    """A run that can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
+    unless it was given."""
+
+    experiment: str
+    p: Array
+    z: Array
+    y0: Array
+    tables: Mapping[int, Table]
+    begin: float
+    stop: float
+    grid: Array
+    method: str
+    tolerance: float
+    step: float | None
+    max_step: float
+
+
+def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
+    """Give the experiment ``name``; without a name the unnamed one, else the first, else None."""
+    if name is not None:
+        for experiment in problem.experiments:
+            if experiment.name == name:
+                return experiment
+        names = [experiment.name for experiment in problem.experiments]
+        raise SimulationError(f"'{problem.name}' has no experiment '{name}'" + suggest(name, names))
+    for experiment in problem.experiments:
+        if not experiment.name:
+            return experiment
+    return problem.experiments[0] if problem.experiments else None
+
+
+def find_setting(problem: Problem, name: str) -> Setting:
+    """Find what a value by this name sets: a parameter, an initial value or a constant input."""
+    for array, quantities in (("p", problem.parameters), ("y", problem.states), ("u", problem.inputs)):
+        for index, quantity in enumerate(quantities):
+            if quantity.name == name:
+                return Setting(array, index)
+    if any(quantity.name == name for quantity in problem.outputs):
+        raise SimulationError(f"'{name}' is an output of '{problem.name}': it follows from the motion")
+    known = [q.name for q in (*problem.parameters, *problem.states, *problem.inputs)]
+    raise SimulationError(
+        f"'{problem.name}' has no parameter, state or input '{name}'" + suggest(name, known)
+    )
+
+
+def suggest(name: str, known: list[str]) -> str:
+    close = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean '{close[0]}'?" if close else ""
+
+
+def prepare(problem: Problem, functions: Functions, options: SimulationOptions) -> Case:
+    """Make a run ready. Raises ``SimulationError``."""
+    wanted = {find_setting(problem, name): float(value) for name, value in options.values.items()}
+    experiment = find_experiment(problem, options.experiment)
+    p, chosen, numbers, words = _settle(problem, functions, experiment, wanted)
+    _check_parameters(problem, p)
+    tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
+
+    def number(name: str, given: float | None) -> float | None:
+        return numbers.get(name) if given is None else float(given)
+
+    start, every = number("start", options.start) or 0.0, number("every", options.every)
+    stop = number("stop", options.stop)
+    if stop is None:
+        raise SimulationError(f"'{problem.name}' does not say when to stop: give a stop time")
+    grid = output_times(start, stop, every, options.points)
+    begin = min(0.0, start)
+    tolerance = number("tolerance", options.tolerance)
+    tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    if not LOWEST_TOLERANCE <= tolerance < 1:
+        raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
+    step = number("step", options.step)
+    if step is not None and not (math.isfinite(step) and step > 0):
+        raise SimulationError(f"the step is positive, it is {step:g}")
+    max_step = options.max_step if options.max_step is not None else (stop - begin) / 10
+    if not max_step > 0 and stop > begin:
+        raise SimulationError(f"the largest step is positive, it is {max_step:g}")
+
+    z, y0 = initial_state(problem, functions, begin, p, tables)
+    for setting, value in chosen.items():
+        if setting.array == "y":
+            y0[setting.index] = value
+    _check_state(problem, y0)
+    return Case(
+        experiment=experiment.name if experiment else "",
+        p=p,
+        z=z,
+        y0=y0,
+        tables=tables,
+        begin=begin,
+        stop=stop,
+        grid=grid,
+        method=options.method or words.get("method", "auto"),
+        tolerance=tolerance,
+        step=step,
+        max_step=max_step,
+    )
+
+
+def output_times(start: float, stop: float, every: float | None, points: int) -> Array:
+    """Times from ``start`` to ``stop``: multiples of ``every`` and the stop, or ``points`` evenly spread."""
+    if not (math.isfinite(start) and math.isfinite(stop)):
+        raise SimulationError("start and stop are finite times")
+    if stop < start:
+        raise SimulationError(f"the stop time {stop:g} s lies before the start {start:g} s")
+    if stop == start:
+        return np.array([stop], dtype=np.float64)
+    if every is None:
+        if points < 2:
+            raise SimulationError(f"at least 2 output points are needed, not {points}")
+        return np.linspace(start, stop, points)
+    if not every > 0:
+        raise SimulationError(f"the output spacing is positive, it is {every:g}")
+    count = (stop - start) / every
+    if count > 1e9:
+        raise SimulationError(f"an output spacing of {every:g} s gives more than 1e9 points")
+    times: Array = start + every * np.arange(math.floor(count * (1 + 1e-12)) + 1, dtype=np.float64)
+    if times[-1] > stop or stop - times[-1] < 1e-9 * every:
+        times[-1] = stop
+    return times if times[-1] == stop else np.append(times, stop)
+
+
+def input_values(functions: Functions, tables: Mapping[int, Table], t: float, p: Array, nu: int) -> Array:
+    """Inputs at time t, continuous from the right."""
+    if functions.inputs is None:
+        return np.empty(0)
+    u = functions.inputs(t, np.empty(0), np.empty(nu), np.empty(0), p).copy()
+    for index, table in tables.items():
+        u[index] = table(np.array([t]))[0]
+    return u
+
+
+def initial_state(
+    problem: Problem, functions: Functions, t: float, p: Array, tables: Mapping[int, Table]
+) -> tuple[Array, Array]:
+    """Discrete variables and initial state as the model gives them."""
+    u = input_values(functions, tables, t, p, len(problem.inputs))
+    unknown = np.full(problem.ny, np.nan)
+    z = np.full(len(problem.discretes), np.nan)
+    if functions.discretes is not None:
+        z = functions.discretes(t, unknown, u, z, p).copy()
+    return z, functions.initial(t, unknown, u, z, p).copy()
+
+
+def _settle(
+    problem: Problem, functions: Functions, experiment: Experiment | None, wanted: Mapping[Setting, float]
+) -> tuple[Array, dict[Setting, float], dict[str, float], dict[str, str]]:
+    """Parameters with all settings applied, the settings, and the options of the experiment."""
+    count = len(problem.parameters)
+    chosen = {Setting(s.array, s.index): value for s, value in wanted.items()}
+    fixed = set(chosen)
+
+    def parameters() -> Array:
+        p = np.full(count + problem.nh, np.nan)
+        given = np.zeros(count, dtype=np.uint8)
+        for setting, value in chosen.items():
+            if setting.array == "p":
+                p[setting.index] = value
+                given[setting.index] = 1
+        functions.parameters(p, given)
+        return p
+
+    p = parameters()
+    if experiment is None:
+        return p, chosen, {}, {}
+    unknown = [name for name in (*experiment.options, *experiment.words) if name not in (*NUMBERS, *WORDS)]
+    if unknown:
+        raise SimulationError(
+            f"experiment '{experiment.name}' has the option '{unknown[0]}', not supported yet"
+        )
+    settings = [Setting(s.array, s.index) for s in experiment.settings]
+    for _ in range(len(settings) + 2):
+        tables = {s.index: constant(value) for s, value in chosen.items() if s.array == "u"}
+        z, y = initial_state(problem, functions, 0.0, p, tables)
+        u = input_values(functions, tables, 0.0, p, len(problem.inputs))
+        values = functions.experiments[experiment.function](0.0, y, u, z, p)
+        numbers = {name: float(v) for name, v in zip(experiment.options, values, strict=False)}
+        before = dict(chosen)
+        for setting, value in zip(settings, values[len(experiment.options) :], strict=True):
+            if setting not in fixed:
+                chosen[setting] = float(value)
+        p = parameters()
+        if chosen == before:
+            return p, chosen, numbers, dict(experiment.words)
+    raise SimulationError(
+        f"the settings of experiment '{experiment.name}' do not settle: they depend on each other"
+    )
+
+
+def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int, float]) -> dict[int, Table]:
+    tables = {index: constant(value) for index, value in constants.items()}
+    for name, table in options.inputs.items():
+        setting = find_setting(problem, name)
+        if setting.array != "u":
+            raise SimulationError(f"'{name}' is no input of '{problem.name}'")
+        if name in options.values:
+            raise SimulationError(f"the input '{name}' is given twice: as a value and as a table")
+        tables[setting.index] = table
+    return tables
+
+
+def _check_parameters(problem: Problem, p: Array) -> None:
+    for quantity, value in zip(problem.parameters, p, strict=False):
+        if not math.isfinite(value):
+            raise SimulationError(f"the parameter '{quantity.name}' has no finite value", quantity.origin)
+        _check_range(quantity, float(value), "the parameter")
+
+
+def _check_state(problem: Problem, y0: Array) -> None:
+    for quantity, value in zip(problem.states, y0, strict=True):
+        if not math.isfinite(value):
+            what = "not a number" if math.isnan(value) else "infinite"
+            raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
+        _check_range(quantity, float(value), "the initial value of")
+    for index in problem.rotations:
+        norm = float(np.linalg.norm(y0[index : index + 4]))
+        if not norm > 0:
+            quantity = problem.states[index]
+            raise SimulationError(f"the initial rotation '{quantity.name}' is zero", quantity.origin)
+        y0[index : index + 4] /= norm
+
+
+def _check_range(quantity: Quantity, value: float, what: str) -> None:
+    unit = f" {quantity.unit}" if quantity.unit else ""
+    if quantity.minimum is not None and value < quantity.minimum:
+        raise SimulationError(
+            f"{what} '{quantity.name}' is {value:g}{unit}, below its minimum {quantity.minimum:g}{unit}",
+            quantity.origin,
+        )
+    if quantity.maximum is not None and value > quantity.maximum:
+        raise SimulationError(
+            f"{what} '{quantity.name}' is {value:g}{unit}, above its maximum {quantity.maximum:g}{unit}",
+            quantity.origin,
+        )

@@ -1,0 +1,59 @@
+"""Functions of a problem at many times and states."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Literal
+
+import numpy as np
+
+from . import native
+from .case import Case, input_values
+from .functions import Functions
+from .problem import Array, Problem
+from .solver import table_structs
+
+
+def evaluate_rows(
+    problem: Problem, functions: Functions, case: Case, name: Literal["rhs", "outputs"], t: Array, y: Array
+) -> Array:
+    """Give [n, size]: the function ``name`` at the times t [n] and states y [n, ny]."""
+    size = problem.ny if name == "rhs" else len(problem.outputs)
+    function = functions.rhs if name == "rhs" else functions.outputs
+    rows = np.empty((t.size, size))
+    if function is None or t.size == 0:
+        return rows
+    if functions.struct is not None:
+        t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
+        tables, _alive = table_structs(case.tables)
+        u = np.empty(len(problem.inputs))
+        native.load_kernel().mech_evaluate(
+            ctypes.addressof(functions.struct),
+            getattr(functions.struct, name),
+            size,
+            ctypes.addressof(tables),
+            len(tables),
+            t.size,
+            *(array.ctypes.data for array in (t, y, case.z, case.p, u, rows)),
+        )
+        return rows
+    for k in range(t.size):
+        u = input_values(functions, case.tables, float(t[k]), case.p, len(problem.inputs))
+        rows[k] = function(float(t[k]), y[k], u, case.z, case.p)
+    return rows
+
+
+def input_rows(problem: Problem, functions: Functions, case: Case, t: Array) -> Array:
+    """Give the inputs [n, nu] at the times t [n]."""
+    nu = len(problem.inputs)
+    rows = np.empty((t.size, nu))
+    for k in range(t.size if nu else 0):
+        rows[k] = input_values(functions, case.tables, float(t[k]), case.p, nu)
+    return rows
+
+
+def solution_columns(problem: Problem, functions: Functions, case: Case, t: Array, y: Array) -> Array:
+    """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
+    outputs = evaluate_rows(problem, functions, case, "outputs", t, y)
+    inputs = input_rows(problem, functions, case, t)
+    return np.hstack([y, outputs, inputs, np.tile(case.z, (t.size, 1))])

@@ -1,0 +1,152 @@
+"""The functions of a problem in one form, whether they are Python functions or live in a shared library."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import native
+from .problem import Array, ModelFunction, Problem
+
+
+@dataclass(frozen=True, slots=True)
+class Functions:
+    """Callables with the signature (t, y, u, z, p) -> array; sizes as in ``Problem``.
+
+    ``struct`` and ``library`` are there if the functions are compiled.
+    """
+
+    rhs: ModelFunction
+    initial: ModelFunction
+    inputs: ModelFunction | None
+    discretes: ModelFunction | None
+    outputs: ModelFunction | None
+    assertions: ModelFunction | None
+    experiments: Mapping[str, ModelFunction]
+    parameters: Callable[[Array, NDArray[np.uint8]], None]
+    struct: native.ModelStruct | None = None
+    library: ctypes.CDLL | None = None
+
+
+def load_functions(problem: Problem) -> Functions:
+    """Give the functions of ``problem``: those of its library if it has one.
+
+    Raises ``ValueError`` if a function is missing, or if the library was made for other sizes.
+    """
+    return _from_python(problem) if problem.library is None else _from_library(problem)
+
+
+def _from_python(problem: Problem) -> Functions:
+    given = problem.functions
+
+    def needed(name: str, size: int) -> ModelFunction | None:
+        if size == 0:
+            return None
+        if name not in given:
+            raise ValueError(f"problem '{problem.name}' has no function '{name}'")
+        return _as_array(given[name])
+
+    if problem.parameters_function is None and len(problem.parameters) + problem.nh > 0:
+        raise ValueError(f"problem '{problem.name}' has parameters, but no function that fills them")
+    rhs, initial = needed("rhs", 1), needed("initial", 1)
+    assert rhs is not None and initial is not None
+    return Functions(
+        rhs=rhs,
+        initial=initial,
+        inputs=needed("inputs", len(problem.inputs)),
+        discretes=needed("discretes", len(problem.discretes)),
+        outputs=needed("outputs", len(problem.outputs)),
+        assertions=needed("assertions", len(problem.assertions)),
+        experiments={e.function: _as_array(given[e.function]) for e in problem.experiments},
+        parameters=problem.parameters_function or _no_parameters,
+    )
+
+
+def _as_array(function: ModelFunction) -> ModelFunction:
+    """Let generated functions return any sequence, and let undefined values pass as numbers do in C."""
+
+    @functools.wraps(function)
+    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.asarray(function(t, y, u, z, p), dtype=np.float64)
+
+    return call
+
+
+def _no_parameters(p: Array, given: NDArray[np.uint8]) -> None:
+    assert p.size == 0 and given.size == 0
+
+
+def _from_library(problem: Problem) -> Functions:
+    library = ctypes.CDLL(str(problem.library))
+    library.mech_model_get.restype = ctypes.POINTER(native.ModelStruct)
+    model: native.ModelStruct = library.mech_model_get().contents
+    _check_sizes(problem, model)
+
+    def needed(name: str, size: int) -> ModelFunction | None:
+        if size == 0:
+            return None
+        address: int | None = getattr(model, name)
+        if address is None:
+            raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
+        return _compiled(native.MODEL_FUNCTION(address), size)
+
+    rhs, initial = needed("rhs", problem.ny), needed("initial", problem.ny)
+    assert rhs is not None and initial is not None
+    experiments: dict[str, ModelFunction] = {}
+    for e in problem.experiments:
+        address = ctypes.cast(getattr(library, e.function), ctypes.c_void_p).value
+        assert address is not None
+        experiments[e.function] = _compiled(native.MODEL_FUNCTION(address), len(e.options) + len(e.settings))
+    fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
+
+    def parameters(p: Array, given: NDArray[np.uint8]) -> None:
+        fill(p.ctypes.data, given.ctypes.data_as(ctypes.POINTER(ctypes.c_ubyte)))
+
+    return Functions(
+        rhs=rhs,
+        initial=initial,
+        inputs=needed("inputs", len(problem.inputs)),
+        discretes=needed("discretes", len(problem.discretes)),
+        outputs=needed("outputs", len(problem.outputs)),
+        assertions=needed("assertions", len(problem.assertions)),
+        experiments=experiments,
+        parameters=parameters,
+        struct=model,
+        library=library,
+    )
+
+
+def _check_sizes(problem: Problem, model: native.ModelStruct) -> None:
+    sizes = {
+        "version": native.MODEL_VERSION,
+        "nq": problem.nq,
+        "nv": problem.nv,
+        "nx": problem.nx,
+        "nu": len(problem.inputs),
+        "nz": len(problem.discretes),
+        "np": len(problem.parameters),
+        "nh": problem.nh,
+        "n_outputs": len(problem.outputs),
+        "n_assertions": len(problem.assertions),
+        "n_rotations": len(problem.rotations),
+    }
+    for name, size in sizes.items():
+        if getattr(model, name) != size:
+            raise ValueError(
+                f"the library of problem '{problem.name}' has {name} = {getattr(model, name)}, not {size}"
+            )
+
+
+def _compiled(function: Callable[..., None], size: int) -> ModelFunction:
+    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        out = np.empty(size)
+        function(t, y.ctypes.data, u.ctypes.data, z.ctypes.data, p.ctypes.data, out.ctypes.data)
+        return out
+
+    return call

@@ -1,0 +1,165 @@
+"""Inputs given as tables over time: their values, their kinks, and how they are read from a CSV file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .outcome import SimulationError
+from .problem import Array
+
+ConvertUnit = Callable[[str, str], float]
+"""(input name or "time", unit as written) -> factor to SI; raises ``SimulationError`` for a wrong unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """Values of one input over time in SI; the first and the last value hold beyond the ends.
+
+    ``interpolation``: linear, step (holds the value of the row before) or spline (natural cubic).
+    """
+
+    times: Array
+    values: Array
+    slopes: Array
+    interpolation: str
+
+    def __call__(self, t: Array) -> Array:
+        """Evaluate at ``t``, continuous from the right."""
+        x, v = self.times, self.values
+        t = np.clip(np.asarray(t, dtype=np.float64), x[0], x[-1])
+        i = np.clip(np.searchsorted(x, t, side="right") - 1, 0, max(x.size - 2, 0))
+        if x.size == 1:
+            return np.full(t.shape, v[0])
+        if self.interpolation == "step":
+            return np.where(t >= x[-1], v[-1], v[i])
+        h, d = x[i + 1] - x[i], v[i + 1] - v[i]
+        s = (t - x[i]) / h
+        if self.interpolation == "linear":
+            return v[i] + s * d
+        r = 1 - s
+        return v[i] + s * (d + r * (r * (h * self.slopes[i] - d) - s * (h * self.slopes[i + 1] - d)))
+
+    def kinks(self) -> Array:
+        """Times at which the value or its slope jumps: each must be the end of a step."""
+        if self.times.size == 1:
+            return self.times[:0]
+        return self.times[[0, -1]] if self.interpolation == "spline" else self.times
+
+
+def make_table(
+    times: Sequence[float] | Array, values: Sequence[float] | Array, interpolation: str = "linear"
+) -> Table:
+    """Check and prepare a table. Raises ``SimulationError``."""
+    x, v = np.array(times, dtype=np.float64), np.array(values, dtype=np.float64)
+    if interpolation not in ("linear", "step", "spline"):
+        raise SimulationError(f"interpolation is linear, step or spline, not '{interpolation}'")
+    if x.ndim != 1 or x.shape != v.shape or x.size == 0:
+        raise SimulationError("a table needs as many values as times, and at least one")
+    if not (np.isfinite(x).all() and np.isfinite(v).all()):
+        raise SimulationError("a table holds finite numbers only")
+    if (np.diff(x) <= 0).any():
+        row = int(np.argmax(np.diff(x) <= 0)) + 2
+        raise SimulationError(
+            f"times of a table increase strictly, but row {row} ({x[row - 1]:g}) follows {x[row - 2]:g}"
+        )
+    slopes = _spline_slopes(x, v) if interpolation == "spline" else np.zeros_like(x)
+    return Table(x, v, slopes, interpolation)
+
+
+def constant(value: float) -> Table:
+    return make_table([0.0], [value], "step")
+
+
+def _spline_slopes(x: Array, v: Array) -> Array:
+    """Slopes of the natural cubic spline, by the tridiagonal system for its first derivatives."""
+    n = x.size
+    if n == 1:
+        return np.zeros(1)
+    h, d = np.diff(x), np.diff(v) / np.diff(x)
+    lower, diagonal, upper, right = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    diagonal[0], upper[0], right[0] = 2.0, 1.0, 3 * d[0]
+    diagonal[-1], lower[-1], right[-1] = 2.0, 1.0, 3 * d[-1]
+    lower[1:-1], upper[1:-1] = h[1:], h[:-1]
+    diagonal[1:-1] = 2 * (h[1:] + h[:-1])
+    right[1:-1] = 3 * (h[1:] * d[:-1] + h[:-1] * d[1:])
+    for i in range(1, n):
+        factor = lower[i] / diagonal[i - 1]
+        diagonal[i] -= factor * upper[i - 1]
+        right[i] -= factor * right[i - 1]
+    slopes = np.zeros(n)
+    slopes[-1] = right[-1] / diagonal[-1]
+    for i in range(n - 2, -1, -1):
+        slopes[i] = (right[i] - upper[i] * slopes[i + 1]) / diagonal[i]
+    return slopes
+
+
+def read_tables(
+    path: Path, interpolations: Mapping[str, str], convert: ConvertUnit, column: str | None = None
+) -> dict[str, Table]:
+    """Read a CSV file with the header ``time [s],torque [N.m],...``: one table for each column.
+
+    ``interpolations`` gives, for each input that exists, how its table is interpolated. With ``column`` the
+    file has one column beside the time, and it is the table of that input whatever its header says.
+    Raises ``SimulationError`` with file and line.
+    """
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise SimulationError(f"cannot read the table {path}: {error}") from error
+    if len(rows) < 2:
+        raise SimulationError(f"the table {path} has no rows")
+    names, units = zip(*(_split_header(cell) for cell in rows[0]), strict=True)
+    if names[0] != "time":
+        raise SimulationError(
+            f"the first column of the table {path} is 'time [s]', not '{rows[0][0].strip()}'"
+        )
+    if column is not None:
+        if len(names) != 2:
+            raise SimulationError(f"the table {path} for '{column}' needs two columns, it has {len(names)}")
+        names = ("time", column)
+    data = _numbers(path, rows[1:], len(names))
+    tables: dict[str, Table] = {}
+    times = data[:, 0] * convert("time", units[0])
+    for index, name in enumerate(names[1:], start=1):
+        if name not in interpolations:
+            known = ", ".join(sorted(interpolations)) or "none"
+            raise SimulationError(
+                f"the table {path} has a column '{name}', which is no input (inputs: {known})"
+            )
+        if name in tables:
+            raise SimulationError(f"the table {path} has two columns '{name}'")
+        try:
+            tables[name] = make_table(
+                times, data[:, index] * convert(name, units[index]), interpolations[name]
+            )
+        except SimulationError as error:
+            raise SimulationError(f"the table {path}: {error.message}") from error
+    return tables
+
+
+def _split_header(cell: str) -> tuple[str, str]:
+    name, bracket, unit = cell.strip().partition("[")
+    if bracket and not unit.endswith("]"):
+        raise SimulationError(f"a column is headed 'name [unit]', not '{cell.strip()}'")
+    return name.strip(), unit.removesuffix("]").strip()
+
+
+def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Array:
+    data = np.empty((len(rows), width))
+    for line, row in enumerate(rows):
+        if len(row) != width:
+            raise SimulationError(f"row {line + 1} of the table {path} has {len(row)} cells, not {width}")
+        for index, cell in enumerate(row):
+            try:
+                data[line, index] = float(cell)
+            except ValueError as error:
+                raise SimulationError(
+                    f"row {line + 1} of the table {path} holds '{cell.strip()}', which is no number"
+                ) from error
+    return data

@@ -1,0 +1,133 @@
+"""A run by the C kernel, in slices between which progress is told and Ctrl-C is heard."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from . import native
+from .case import Case
+from .functions import Functions
+from .interruption import noted_interruptions
+from .outcome import Failure, assertion_failed, not_finite, step_too_small, time_text
+from .problem import Array, Problem
+from .solver import Solver
+from .trajectory import DenseOutput, Progress, Statistics, Trajectory, with_last_point
+
+SLICE_SECONDS = 0.05
+FIRST_SLICE = 256
+DENSE_LIMIT = 128_000_000
+"""Bytes above which the polynomials of a run are no longer kept."""
+FIRST_RECORD = 512
+
+
+def run_kernel(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    *,
+    method: str,
+    tolerance: float,
+    nominal: Array,
+    step: float | None,
+    dense: bool,
+    max_steps: int | None,
+    progress: Progress | None,
+    reproducible: bool = False,
+) -> Trajectory:
+    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
+    kernel = native.load_kernel(reproducible)
+    with (
+        Solver(kernel, functions, case, method, tolerance, tolerance * nominal, step or 0.0) as solver,
+        noted_interruptions() as interrupted,
+    ):
+        record = _Record(solver) if dense else None
+        status = native.RUNNING
+        size = FIRST_SLICE
+        while not interrupted():
+            left = size if max_steps is None else max_steps - solver.report()[0].steps
+            if left <= 0:
+                break
+            begun = time.perf_counter()
+            status = solver.advance(case.stop, min(size, left))
+            seconds = time.perf_counter() - begun
+            if status == native.RECORD_FULL and record is not None:
+                record.renew()
+            elif status != native.RUNNING:
+                break
+            else:
+                size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(seconds, 1e-6))))
+            if progress is not None:
+                progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
+        report, y = solver.report()
+        t, rows = solver.grid_rows(report.n_grid)
+        if status != native.REACHED:
+            t, rows = with_last_point(t, rows, report.t, y)
+        return Trajectory(
+            t=t,
+            y=rows,
+            dense=record.polynomials() if record is not None else None,
+            statistics=_statistics(method, report),
+            failure=_failure(problem, status, report, y, max_steps),
+            interrupted=status in (native.RUNNING, native.RECORD_FULL) and interrupted(),
+        )
+
+
+class _Record:
+    """The polynomials of all steps, kept as long as they stay within ``DENSE_LIMIT``."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+        self._filled: list[Array] = []
+        self._size = 0
+        solver.start_record(FIRST_RECORD)
+
+    def renew(self) -> None:
+        """Put the full buffer aside and give the kernel a larger one; none beyond the limit."""
+        filled = self._solver.recorded(self._solver.report()[0].n_record)
+        self._filled.append(filled)
+        self._size += filled.nbytes
+        if self._size > DENSE_LIMIT:
+            self._filled.clear()
+        self._solver.start_record(2 * len(filled) if self._size <= DENSE_LIMIT else 0)
+
+    def polynomials(self) -> DenseOutput | None:
+        if self._size > DENSE_LIMIT:
+            return None
+        rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.report()[0].n_record)])
+        if not rows.size:
+            return None
+        coefficients = rows[:, 2:].reshape(-1, self._solver.n_dense, self._solver.ny)
+        return DenseOutput(rows[:, 0].copy(), rows[:, 1].copy(), coefficients)
+
+
+def _statistics(method: str, report: native.ReportStruct) -> Statistics:
+    return Statistics(
+        method=method,
+        steps=report.steps,
+        rejected=report.rejected,
+        evaluations=report.evaluations,
+        run_time=report.seconds,
+        shortest_step=report.dt_min if report.steps else None,
+        longest_step=report.dt_max if report.steps else None,
+        stiff_time=None if np.isnan(report.stiff_time) else report.stiff_time,
+    )
+
+
+def _failure(
+    problem: Problem, status: int, report: native.ReportStruct, y: Array, max_steps: int | None
+) -> Failure | None:
+    match status:
+        case native.NOT_FINITE:
+            return not_finite(problem, report.failed_index, report.failed_value, report.t, y)
+        case native.STEP_TOO_SMALL:
+            return step_too_small(problem, report.failed_index, report.t, y)
+        case native.ASSERTION:
+            return assertion_failed(problem, report.failed_index, report.t, y)
+        case native.RUNNING if max_steps is not None and report.steps >= max_steps:
+            state = {q.name: float(v) for q, v in zip(problem.states, y, strict=True)}
+            message = f"{max_steps} steps were taken at {time_text(report.t)}, more are not allowed"
+            return Failure("too many steps", report.t, "", message, None, state)
+        case _:
+            return None

@@ -1,0 +1,175 @@
+"""The C kernel from Python: its structs (``kernel/solver.h``, ``kernel/model.h``) and its functions.
+
+The kernel is compiled once per installation and compiler; a model is a library of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from ctypes import (
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_int,
+    c_long,
+    c_longlong,
+    c_size_t,
+    c_ubyte,
+    c_void_p,
+)
+from pathlib import Path
+
+from .build import build_shared, kernel_flags
+
+MODEL_VERSION = 1
+KERNEL_VERSION = 1
+
+RUNNING, REACHED, RECORD_FULL = 0, 1, 2
+STEP_TOO_SMALL, NOT_FINITE, ASSERTION = -1, -2, -3
+
+INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
+
+MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
+PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, POINTER(c_ubyte))
+
+
+class ModelStruct(Structure):
+    """mech_model"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
+        *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
+        ("rotations", POINTER(c_int)),
+        ("n_jacobian", c_int),
+        ("jac_row", POINTER(c_int)),
+        ("jac_col", POINTER(c_int)),
+        ("parameters", c_void_p),
+        *(
+            (name, c_void_p)
+            for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
+        ),
+    )
+    version: int
+    nq: int
+    nv: int
+    nx: int
+    nu: int
+    nz: int
+    np: int
+    nh: int
+    n_outputs: int
+    n_assertions: int
+    n_rotations: int
+
+
+class TableStruct(Structure):
+    """mech_table"""
+
+    _fields_ = (
+        ("input", c_int),
+        ("interpolation", c_int),
+        ("n", c_int),
+        ("t", c_void_p),
+        ("value", c_void_p),
+        ("slope", c_void_p),
+    )
+
+
+class OptionsStruct(Structure):
+    """mech_options"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("method", "n_tables", "n_stops")),
+        *((name, c_long) for name in ("n_grid", "record_capacity")),
+        *((name, c_double) for name in ("t0", "dt_max", "dt", "rtol")),
+        *(
+            (name, c_void_p)
+            for name in ("atol", "y0", "z", "p", "tables", "stops", "grid", "grid_y", "record")
+        ),
+    )
+
+
+class ReportStruct(Structure):
+    """mech_report"""
+
+    _fields_ = (
+        *(
+            (name, c_double)
+            for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "seconds")
+        ),
+        *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
+        *((name, c_long) for name in ("n_grid", "n_record")),
+        ("status", c_int),
+        ("failed_index", c_int),
+    )
+    t: float
+    dt: float
+    dt_min: float
+    dt_max: float
+    stiff_time: float
+    failed_value: float
+    seconds: float
+    steps: int
+    rejected: int
+    evaluations: int
+    n_grid: int
+    n_record: int
+    status: int
+    failed_index: int
+
+
+_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+    "mech_kernel_version": (c_int, ()),
+    "mech_method_count": (c_int, ()),
+    "mech_method_index": (c_int, (c_char_p,)),
+    "mech_method_name": (c_char_p, (c_int,)),
+    "mech_method_doc": (c_char_p, (c_int,)),
+    "mech_method_is_adaptive": (c_int, (c_int,)),
+    "mech_method_order": (c_int, (c_int,)),
+    "mech_method_n_dense": (c_int, (c_int,)),
+    "mech_create": (c_void_p, (c_void_p, POINTER(OptionsStruct))),
+    "mech_free": (None, (c_void_p,)),
+    "mech_advance": (c_int, (c_void_p, c_double, c_long)),
+    "mech_read": (None, (c_void_p, POINTER(ReportStruct), c_void_p)),
+    "mech_write": (None, (c_void_p, c_void_p)),
+    "mech_restart": (None, (c_void_p,)),
+    "mech_set_record": (None, (c_void_p, c_void_p, c_long)),
+    "mech_save_size": (c_size_t, (c_void_p,)),
+    "mech_save": (None, (c_void_p, c_void_p)),
+    "mech_load": (None, (c_void_p, c_void_p)),
+    "mech_evaluate": (
+        None,
+        (c_void_p, c_void_p, c_int, c_void_p, c_int, c_long, *(c_void_p,) * 6),
+    ),
+    "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
+    "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
+}
+
+
+def kernel_sources() -> dict[str, str]:
+    """Give the text of every file of the kernel by its name."""
+    folder = Path(__file__).parent / "kernel"
+    files = sorted([*folder.glob("*.c"), *folder.glob("*.h")])
+    return {file.name: file.read_text(encoding="utf-8") for file in files}
+
+
+@functools.cache
+def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
+    """Load the kernel, compiled on first use. Raises ``BuildError`` and ``CompilerMissing``."""
+    library = ctypes.CDLL(str(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel")))
+    for name, (result, arguments) in _SIGNATURES.items():
+        function = getattr(library, name)
+        function.restype = result
+        function.argtypes = arguments
+    assert library.mech_kernel_version() == KERNEL_VERSION
+    return library
+
+
+def kernel_methods(library: ctypes.CDLL) -> dict[str, str]:
+    """Name and description of each method of the kernel."""
+    return {
+        library.mech_method_name(index).decode(): library.mech_method_doc(index).decode()
+        for index in range(library.mech_method_count())
+    }

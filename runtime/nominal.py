@@ -1,0 +1,131 @@
+"""Nominal values: the size that each state has in this run, against which its error is measured.
+
+A tolerance of 1e-8 bounds the local error of a state by 1e-8 (nominal + |value|). Every rule multiplies and
+compares quantities of one unit only, so that a change of units changes no step: the same model in kilometres and
+in metres runs alike. The rules, in this order:
+
+1. a nominal that the model declares; 1 for the entries of a rotation;
+2. the initial value, else the size of the declared range;
+3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
+4. where this is zero, the smallest one of the states of the same kind and unit;
+5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
+6. what the state reaches in the duration of the run by its rate at the start;
+7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
+
+No nominal is below 1e-6 times the largest one of its kind and unit: smaller ones would be below rounding.
+An account of energy has the size of the energies at the start.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from .problem import Array, Problem, Quantity
+
+PURE = ("", "1", "rad")
+FLOOR = 1e-6
+
+
+def nominal_values(
+    problem: Problem, y0: Array, rates: Array, p: Array, energies: Sequence[float], duration: float
+) -> Array:
+    """Give the nominal value [ny] of each state; ``rates``: dy/dt at the start, [ny]."""
+    rates = np.where(np.isfinite(rates), rates, 0.0)
+    coordinates = range(problem.nq)
+    velocities = range(problem.nq, problem.nq + problem.nv)
+    nominal = np.zeros(problem.ny)
+    entries = {first + k for first in problem.rotations for k in range(4)}
+    positions = [i for i in (*coordinates, *range(problem.nq + problem.nv, problem.ny)) if i not in entries]
+    accounts = [i for i in positions if problem.states[i].kind == "account"]
+    positions = [i for i in positions if i not in accounts]
+
+    nominal[sorted(entries)] = 1.0
+    for i in positions:
+        nominal[i] = _own_size(problem.states[i], y0[i])
+    _share(problem, nominal, positions)
+    for i in positions:
+        if nominal[i] == 0:
+            nominal[i] = _parameter_size(problem, p, problem.states[i].unit)
+        if nominal[i] == 0:
+            nominal[i] = _reach(problem, i, rates, duration) or 1.0
+
+    partner = _coordinate_of_velocity(problem)
+    for i in velocities:
+        own = _own_size(problem.states[i], y0[i])
+        if problem.states[i].nominal is None:
+            own = max(own, math.sqrt(abs(rates[i]) * nominal[partner[i]]))
+        nominal[i] = own
+    _share(problem, nominal, velocities)
+    sizes = [nominal[i] / nominal[partner[i]] for i in velocities]
+    fastest = max(sizes, default=0.0)
+    for i in velocities:
+        if nominal[i] == 0:
+            nominal[i] = nominal[partner[i]] * (fastest or (1 / duration if duration > 0 else 1.0))
+
+    energy = max((abs(e) for e in energies if math.isfinite(e)), default=0.0)
+    for i in accounts:
+        nominal[i] = problem.states[i].nominal or energy or abs(rates[i]) * duration or 1.0
+    return nominal
+
+
+def _own_size(quantity: Quantity, initial: float) -> float:
+    if quantity.nominal is not None:
+        return abs(quantity.nominal)
+    if initial != 0:
+        return abs(float(initial))
+    ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
+    return max(ends, default=0.0)
+
+
+def _share(problem: Problem, nominal: Array, indices: Sequence[int]) -> None:
+    """Give states without a size that of the smallest one of their unit, and keep all above the floor."""
+    groups: dict[str, list[int]] = {}
+    for i in indices:
+        groups.setdefault(problem.states[i].unit, []).append(i)
+    for group in groups.values():
+        largest = max(nominal[i] for i in group)
+        free = [i for i in group if problem.states[i].nominal is None]
+        for i in free:
+            if nominal[i] > 0:
+                nominal[i] = max(nominal[i], FLOOR * largest)
+        smallest = min((nominal[i] for i in group if nominal[i] > 0), default=0.0)
+        for i in free:
+            if nominal[i] == 0:
+                nominal[i] = smallest
+
+
+def _parameter_size(problem: Problem, p: Array, unit: str) -> float:
+    if unit in PURE:
+        return 1.0
+    logarithms = [
+        math.log(abs(value))
+        for quantity, value in zip(problem.parameters, p, strict=False)
+        if quantity.unit == unit and value != 0
+    ]
+    return math.exp(sum(logarithms) / len(logarithms)) if logarithms else 0.0
+
+
+def _reach(problem: Problem, index: int, rates: Array, duration: float) -> float:
+    """How far a state gets in ``duration`` by its rate, and a coordinate by its acceleration, at the start."""
+    reach = abs(float(rates[index])) * duration
+    if index < problem.nq:
+        for velocity, coordinate in _coordinate_of_velocity(problem).items():
+            if coordinate == index:
+                reach = max(reach, abs(float(rates[velocity])) * duration**2)
+    return reach
+
+
+def _coordinate_of_velocity(problem: Problem) -> dict[int, int]:
+    """Index in y of the coordinate of each velocity; the three of a rotation belong to its first entry."""
+    partner: dict[int, int] = {}
+    coordinate, velocity = 0, problem.nq
+    while coordinate < problem.nq:
+        width, count = (4, 3) if coordinate in problem.rotations else (1, 1)
+        for _ in range(count):
+            partner[velocity] = coordinate
+            velocity += 1
+        coordinate += width
+    return partner

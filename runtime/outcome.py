@@ -1,0 +1,84 @@
+"""How a run ends, and how a failure is told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from .problem import Array, Origin, Problem
+
+
+class Outcome(Enum):
+    COMPLETED = "completed"
+    TERMINATED = "terminated"
+    FAILED = "failed"
+    INTERRUPTED = "interrupted"
+
+
+class SimulationError(Exception):
+    """A run that cannot begin as it was asked for: an unknown name, no stop time, a value out of its range."""
+
+    def __init__(self, message: str, origin: Origin | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.origin = origin
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """Why a run stopped early. ``name`` is the offending quantity, "" for an assertion; ``state`` the last
+    one that was reached, at ``time``."""
+
+    kind: str
+    """not finite, step too small, assertion, too many steps"""
+    time: float
+    name: str
+    message: str
+    origin: Origin | None
+    state: Mapping[str, float]
+
+
+def time_text(time: float) -> str:
+    return f"t = {time:.10g} s"
+
+
+def derivative_text(problem: Problem, index: int) -> str:
+    """Name the time derivative of a state: "the acceleration of 'theta'"."""
+    name = problem.states[index].name
+    if index < problem.nq:
+        return f"the rate of '{name}'"
+    if index < problem.nq + problem.nv and name.startswith("der("):
+        base, _, component = name.removeprefix("der(").partition(")")
+        return f"the acceleration of '{base}{component}'"
+    return f"the derivative of '{name}'"
+
+
+def value_text(value: float) -> str:
+    return "not a number" if math.isnan(value) else "infinite"
+
+
+def state_at(problem: Problem, y: Array) -> dict[str, float]:
+    return {quantity.name: float(value) for quantity, value in zip(problem.states, y, strict=True)}
+
+
+def not_finite(problem: Problem, index: int, value: float, time: float, y: Array) -> Failure:
+    message = f"{derivative_text(problem, index)} is {value_text(value)} at {time_text(time)}"
+    quantity = problem.states[index]
+    return Failure("not finite", time, quantity.name, message, quantity.origin, state_at(problem, y))
+
+
+def step_too_small(problem: Problem, index: int, time: float, y: Array) -> Failure:
+    quantity = problem.states[index]
+    message = (
+        f"the step became too small at {time_text(time)}: the motion is singular there, "
+        f"or the tolerance is below what rounding allows; '{quantity.name}' changes fastest"
+    )
+    return Failure("step too small", time, quantity.name, message, quantity.origin, state_at(problem, y))
+
+
+def assertion_failed(problem: Problem, index: int, time: float, y: Array) -> Failure:
+    assertion = problem.assertions[index]
+    message = f"assertion failed at {time_text(time)}: {assertion.message}"
+    return Failure("assertion", time, "", message, assertion.origin, state_at(problem, y))

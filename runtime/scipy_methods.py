@@ -1,0 +1,258 @@
+"""The small reference: a run by scipy's methods, or by rk4 in Python, on the functions of a problem.
+
+It needs no C compiler, gives the same trajectory and statistics as the kernel, and is what tests compare the
+kernel with. scipy is imported on first use.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .case import Case, input_values
+from .functions import Functions
+from .interruption import noted_interruptions
+from .outcome import Failure, assertion_failed, not_finite, step_too_small, time_text
+from .problem import Array, Problem
+from .trajectory import Progress, Statistics, Trajectory, with_last_point
+
+PREFIX = "scipy:"
+METHODS = ("DOP853", "LSODA", "Radau", "BDF")
+
+
+@dataclass(slots=True)
+class _System:
+    """dy/dt with inputs, of unit quaternions, counted; the last undefined value is remembered.
+
+    A table is held on the piece that begins at ``piece``: within a step it must not jump.
+    """
+
+    problem: Problem
+    functions: Functions
+    case: Case
+    evaluations: int = 0
+    piece: tuple[float, float] = (0.0, 0.0)
+    undefined: tuple[int, float] | None = None
+
+    def rhs(self, t: float, y: Array) -> Array:
+        norms = [float(np.linalg.norm(y[i : i + 4])) for i in self.problem.rotations]
+        dy = self.functions.rhs(t, self.normalised(y), self.inputs(t), self.case.z, self.case.p).copy()
+        for index, norm in zip(self.problem.rotations, norms, strict=True):
+            dy[index : index + 4] *= norm  # linear in the quaternion, so its direction is exact
+        self.evaluations += 1
+        if not np.isfinite(dy).all():
+            index = int(np.argmin(np.isfinite(dy)))
+            self.undefined = (index, float(dy[index]))
+        return dy
+
+    def inputs(self, t: float) -> Array:
+        begin, end = self.piece
+        inside = min(max(t, begin), np.nextafter(end, begin))  # step tables jump at the end of a piece
+        return input_values(self.functions, self.case.tables, inside, self.case.p, len(self.problem.inputs))
+
+    def normalised(self, y: Array) -> Array:
+        """``y`` [ny] or [n, ny] with quaternions of unit length."""
+        if not self.problem.rotations:
+            return y
+        y = y.copy()
+        for index in self.problem.rotations:
+            part = y[..., index : index + 4]
+            part /= np.linalg.norm(part, axis=-1, keepdims=True)
+        return y
+
+    def failed_assertion(self, t: float, y: Array) -> Failure | None:
+        if self.functions.assertions is None:
+            return None
+        u = input_values(self.functions, self.case.tables, t, self.case.p, len(self.problem.inputs))
+        holds = self.functions.assertions(t, self.normalised(y), u, self.case.z, self.case.p) > 0.5
+        if holds.all():
+            return None
+        return assertion_failed(self.problem, int(np.argmin(holds)), t, self.normalised(y))
+
+
+@dataclass(slots=True)
+class _Pieces:
+    """Dense output of all steps."""
+
+    ends: list[float] = field(default_factory=list)
+    polynomials: list[Callable[[Array], Array]] = field(default_factory=list)
+
+    def __call__(self, t: Array) -> Array:
+        step = np.clip(np.searchsorted(self.ends, t, side="left"), 0, len(self.ends) - 1)
+        groups = [(k, np.flatnonzero(step == k)) for k in np.unique(step)]
+        first = self.polynomials[0](np.asarray(t[:1]))
+        y = np.empty((t.size, first.shape[0]))
+        for k, rows in groups:
+            y[rows] = self.polynomials[k](t[rows]).T
+        return y
+
+
+def run_scipy(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    *,
+    method: str,
+    tolerance: float,
+    nominal: Array,
+    step: float | None,
+    dense: bool,
+    max_steps: int | None,
+    progress: Progress | None,
+) -> Trajectory:
+    """Run ``case`` by ``method``: "rk4" or "scipy:NAME"."""
+    system = _System(problem, functions, case)
+    stops = np.unique(np.concatenate([[case.stop], *(table.kinks() for table in case.tables.values())]))
+    ends = [float(t) for t in stops if case.begin < t <= case.stop]
+    pieces = _Pieces()
+    t, y, steps = case.begin, case.y0, 0
+    shortest, longest = np.inf, 0.0
+    failure = _first_failure(system, t, y, ends[0] if ends else t)
+    begun = time.perf_counter()
+    with noted_interruptions() as interrupted, np.errstate(all="ignore"):
+        for end in ends:
+            if failure or interrupted():
+                break
+            system.piece = (t, end)
+            solver = _solver(system, method, tolerance, nominal, step, t, y, end)
+            while solver.status == "running" and not failure and not interrupted():
+                failure = _step(system, solver)
+                if failure:
+                    break
+                steps += 1
+                t, y = float(solver.t), solver.y
+                pieces.ends.append(t)
+                pieces.polynomials.append(solver.dense_output())
+                taken = t - float(solver.t_old)
+                shortest, longest = min(shortest, taken), max(longest, taken)
+                failure = system.failed_assertion(t, y)
+                if max_steps is not None and steps >= max_steps and t < case.stop and not failure:
+                    failure = _too_many(problem, system, max_steps, t, y)
+                if progress is not None:
+                    progress((t - case.begin) / (case.stop - case.begin))
+        stopped = interrupted() and t < case.stop
+    seconds = time.perf_counter() - begun
+    grid = case.grid[case.grid <= t]
+    rows = pieces(grid) if pieces.ends else np.tile(case.y0, (grid.size, 1))
+    rows[grid == case.begin] = case.y0
+    times = grid
+    if failure or stopped:
+        times, rows = with_last_point(grid, rows, t, y)
+    return Trajectory(
+        t=times,
+        y=system.normalised(rows),
+        dense=(lambda at: system.normalised(pieces(at))) if dense and pieces.ends else None,
+        statistics=Statistics(
+            method=method,
+            steps=steps,
+            rejected=None,
+            evaluations=system.evaluations,
+            run_time=seconds,
+            shortest_step=float(shortest) if steps else None,
+            longest_step=longest if steps else None,
+        ),
+        failure=failure,
+        interrupted=stopped,
+    )
+
+
+def _first_failure(system: _System, t: float, y: Array, end: float) -> Failure | None:
+    system.piece = (t, end)
+    system.rhs(t, y)
+    if system.undefined is not None:
+        return not_finite(system.problem, *system.undefined, t, y)
+    return system.failed_assertion(t, y)
+
+
+def _step(system: _System, solver: Any) -> Failure | None:
+    """Take one step. scipy meets an undefined value by ever smaller steps, or by an error of its algebra."""
+    t, y = float(solver.t), system.normalised(solver.y)
+    system.undefined = None
+    try:
+        solver.step()
+        failed = solver.status == "failed"
+    except (ValueError, np.linalg.LinAlgError):
+        if system.undefined is None:
+            raise
+        failed = True
+    if failed and system.undefined is not None:
+        return not_finite(system.problem, *system.undefined, t, y)
+    if failed:
+        return step_too_small(system.problem, int(np.argmax(np.abs(system.rhs(t, y)))), t, y)
+    return None
+
+
+def _too_many(problem: Problem, system: _System, max_steps: int, t: float, y: Array) -> Failure:
+    state = dict(zip((q.name for q in problem.states), system.normalised(y).tolist(), strict=True))
+    message = f"{max_steps} steps were taken at {time_text(t)}, more are not allowed"
+    return Failure("too many steps", t, "", message, None, state)
+
+
+def _solver(
+    system: _System,
+    method: str,
+    tolerance: float,
+    nominal: Array,
+    step: float | None,
+    t: float,
+    y: Array,
+    end: float,
+) -> Any:
+    if method == "rk4":
+        assert step is not None
+        return _FixedStep(system.rhs, t, y, end, step)
+    import scipy.integrate
+
+    # Below 100 units in the last place scipy raises rtol itself, with a warning.
+    rtol = max(tolerance, 100 * np.finfo(float).eps)
+    return getattr(scipy.integrate, method.removeprefix(PREFIX))(
+        system.rhs, t, y, end, rtol=rtol, atol=tolerance * nominal, max_step=max(system.case.max_step, 1e-300)
+    )
+
+
+class _FixedStep:
+    """The classical Runge-Kutta method with the interface of ``scipy.integrate.OdeSolver``."""
+
+    def __init__(
+        self, f: Callable[[float, Array], Array], t: float, y: Array, end: float, step: float
+    ) -> None:
+        self.status = "running"
+        self.t = self.t_old = self._origin = t
+        self.y, self._f, self._end, self._step = y, f, end, step
+        self._count = 0
+        self._dy = f(t, y)
+
+    def step(self) -> None:
+        self._count += 1
+        goal = self._origin + self._count * self._step
+        self.t_old = t = self.t
+        self.t = self._end if goal + 1e-6 * self._step >= self._end else goal
+        h, f, y = self.t - t, self._f, self.y
+        k1 = self._dy
+        k2 = f(t + h / 2, y + h / 2 * k1)
+        k3 = f(t + h / 2, y + h / 2 * k2)
+        k4 = f(self.t, y + h * k3)
+        self._y_old, self._dy_old = y, k1
+        self.y = y + h / 6 * (k1 + 2 * (k2 + k3) + k4)
+        self._dy = f(self.t, self.y)
+        if not np.isfinite(self._dy).all():
+            self.status = "failed"
+            self.t = t
+        elif self.t == self._end:
+            self.status = "finished"
+
+    def dense_output(self) -> Callable[[Array], Array]:
+        t, h, y0, y1, f0, f1 = self.t_old, self.t - self.t_old, self._y_old, self.y, self._dy_old, self._dy
+
+        def cubic(at: Array) -> Array:
+            s = (np.atleast_1d(at) - t) / h
+            r, d = 1 - s, (y1 - y0)[:, None]
+            b = h * f0[:, None] - d
+            value: Array = y0[:, None] + s * (d + r * (b + s * (d - h * f1[:, None] - b)))
+            return value
+
+        return cubic

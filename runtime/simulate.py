@@ -1,0 +1,251 @@
+"""The whole of a run: options in, ``Solution`` out."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .accuracy import (
+    Accuracy,
+    ErrorEstimate,
+    companion_step,
+    companion_tolerance,
+    compare,
+    conserved_drifts,
+    energy_drift,
+)
+from .case import Case, SimulationOptions, find_experiment, input_values, prepare, suggest
+from .evaluate import evaluate_rows, solution_columns
+from .functions import Functions, load_functions
+from .kernel_run import run_kernel
+from .nominal import nominal_values
+from .outcome import Outcome, SimulationError, time_text
+from .problem import Array, Problem
+from .scipy_methods import METHODS, PREFIX, run_scipy
+from .solution import Solution
+from .trajectory import Progress, Trajectory
+
+ADAPTIVE = ("dop853",)
+FIXED_STEP = {"rk4": 4}
+"""Order of each fixed-step method."""
+
+MAIN_SHARE = 0.36
+"""Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Runs side by side: ``values[k]`` are the values by name with which ``solutions[k]`` was made."""
+
+    values: tuple[dict[str, float], ...]
+    solutions: tuple[Solution, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Plan:
+    problem: Problem
+    functions: Functions
+    options: SimulationOptions
+    case: Case
+    method: str
+    nominal: Array
+
+
+def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
+    """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
+
+    Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
+    needed and cannot be built.
+    """
+    options = options or SimulationOptions()
+    axes = _axes(problem, options)
+    if axes:
+        raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
+    return _solve(_plan(problem, options))
+
+
+def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -> Sweep:
+    """Run every combination of the swept values of an experiment; one run if it sweeps nothing.
+
+    A value that the caller gives takes the place of its sweep.
+    """
+    options = options or SimulationOptions()
+    axes = _axes(problem, options)
+    values: list[dict[str, float]] = []
+    solutions: list[Solution] = []
+    count = int(np.prod([len(axis) for axis in axes.values()]))
+    for k, row in enumerate(itertools.product(*axes.values())):
+        point = dict(zip(axes, row, strict=True))
+        progress = _part(options.progress, k / count, (k + 1) / count)
+        one = replace(options, values={**options.values, **point}, progress=progress)
+        values.append(point)
+        solutions.append(_solve(_plan(problem, one)))
+        if solutions[-1].outcome is Outcome.INTERRUPTED:
+            break
+    return Sweep(tuple(values), tuple(solutions))
+
+
+def choose_method(problem: Problem, wanted: str) -> str:
+    """Resolve ``auto``, and ``dop853`` where there is no compiled code. Raises ``SimulationError``."""
+    known = ["auto", *ADAPTIVE, *FIXED_STEP, *(PREFIX + name for name in METHODS)]
+    if wanted not in known:
+        raise SimulationError(
+            f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
+        )
+    compiled = problem.library is not None
+    if wanted in ("auto", "dop853"):
+        return "dop853" if compiled else PREFIX + "DOP853"
+    return wanted
+
+
+def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
+    """Names and values that the experiment sweeps and the caller does not set."""
+    experiment = find_experiment(problem, options.experiment)
+    arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
+    swept = experiment.sweeps if experiment else ()
+    axes = {arrays[s.array][s.index].name: values for s, values in swept}
+    return {name: values for name, values in axes.items() if name not in options.values}
+
+
+def _plan(problem: Problem, options: SimulationOptions) -> _Plan:
+    functions = load_functions(problem)
+    case = prepare(problem, functions, options)
+    method = choose_method(problem, case.method)
+    if method in FIXED_STEP and case.step is None:
+        raise SimulationError(f"'{method}' takes steps of one size: give a step")
+    if method not in FIXED_STEP and case.step is not None:
+        raise SimulationError(
+            f"'{method}' chooses its steps itself, 'step' is for methods of fixed step; "
+            "the spacing of the output is 'every'"
+        )
+    u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
+    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
+    outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
+    energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
+    nominal = nominal_values(problem, case.y0, rates, case.p, energies, case.stop - case.begin)
+    return _Plan(problem, functions, options, case, method, nominal)
+
+
+def _solve(plan: _Plan) -> Solution:
+    problem, functions, case, options = plan.problem, plan.functions, plan.case, plan.options
+    share = MAIN_SHARE if options.estimate_error else 1.0
+    main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
+    outcome, message = _outcome(main)
+    error, remark = None, "no companion run was asked for"
+    if options.estimate_error and outcome is Outcome.COMPLETED:
+        error, remark, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
+        if interrupted:
+            outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
+    elif options.estimate_error:
+        remark = "no companion run was made, as the run did not complete"
+    columns = solution_columns(problem, functions, case, main.t, main.y)
+    outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
+    states = main.dense or _hermite(plan, main)
+    return Solution(
+        problem,
+        main.t,
+        columns,
+        lambda t: solution_columns(problem, functions, case, t, states(t)),
+        interpolation="dense output" if main.dense else "cubic Hermite between output points",
+        experiment=case.experiment,
+        parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
+        outcome=outcome,
+        message=message,
+        failure=main.failure,
+        statistics=main.statistics,
+        accuracy=Accuracy(error, energy_drift(problem, outputs), conserved_drifts(problem, outputs), remark),
+        remarks=_remarks(main),
+    )
+
+
+def _run(
+    plan: _Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
+) -> Trajectory:
+    options = plan.options
+    if plan.problem.library is None or plan.method.startswith(PREFIX):
+        run: Callable[..., Trajectory] = run_scipy
+    else:
+        run = run_kernel
+    return run(
+        plan.problem,
+        plan.functions,
+        plan.case,
+        method=plan.method,
+        tolerance=tolerance,
+        nominal=plan.nominal,
+        step=step,
+        dense=dense,
+        max_steps=options.max_steps,
+        progress=progress,
+        **({"reproducible": options.reproducible} if run is run_kernel else {}),
+    )
+
+
+def _estimate(
+    plan: _Plan, main: Trajectory, progress: Progress | None
+) -> tuple[ErrorEstimate | None, str, bool]:
+    """Make the companion run; give the estimate, a remark, and whether it was interrupted."""
+    if plan.method in FIXED_STEP:
+        assert plan.case.step is not None
+        step, factor = companion_step(plan.case.step, FIXED_STEP[plan.method])
+        tolerance, tightened = plan.case.tolerance, step
+    else:
+        tolerance, factor = companion_tolerance(plan.case.tolerance)
+        step, tightened = None, tolerance
+    unbounded = replace(plan, options=replace(plan.options, max_steps=None))
+    companion = _run(unbounded, tolerance, step, False, progress)
+    if companion.interrupted:
+        return None, "the companion run was interrupted", True
+    if companion.failure is not None:
+        return None, f"the companion run failed: {companion.failure.message}", False
+    estimate = compare(
+        plan.problem, main.y, companion.y, plan.nominal, factor, main.statistics.steps, tightened
+    )
+    return estimate, "", False
+
+
+def _outcome(main: Trajectory) -> tuple[Outcome, str]:
+    at = time_text(float(main.t[-1])) if main.t.size else "the start"
+    if main.failure is not None:
+        return Outcome.FAILED, main.failure.message
+    if main.interrupted:
+        return Outcome.INTERRUPTED, f"interrupted at {at}"
+    return Outcome.COMPLETED, f"completed at {at}"
+
+
+def _remarks(main: Trajectory) -> tuple[str, ...]:
+    if main.statistics.stiff_time is None:
+        return ()
+    return (
+        f"the problem is stiff since {time_text(main.statistics.stiff_time)}: an implicit method would be faster",
+    )
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Progress of one part of the work, told as progress of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(begin + (end - begin) * fraction)
+
+
+def _hermite(plan: _Plan, main: Trajectory) -> Callable[[Array], Array]:
+    """Cubic interpolation between output points, from states and their derivatives."""
+
+    def states(at: Array) -> Array:
+        if main.t.size < 2:
+            return np.repeat(main.y, at.size, axis=0)
+        dy = evaluate_rows(plan.problem, plan.functions, plan.case, "rhs", main.t, main.y)
+        i = np.clip(np.searchsorted(main.t, at, side="right") - 1, 0, main.t.size - 2)
+        h = (main.t[i + 1] - main.t[i])[:, None]
+        s = (at - main.t[i])[:, None] / h
+        r, d = 1 - s, main.y[i + 1] - main.y[i]
+        b = h * dy[i] - d
+        value: Array = main.y[i] + s * (d + r * (b + s * (d - h * dy[i + 1] - b)))
+        for first in plan.problem.rotations:
+            value[:, first : first + 4] /= np.linalg.norm(value[:, first : first + 4], axis=1, keepdims=True)
+        return value
+
+    return states

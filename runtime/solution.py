@@ -1,0 +1,138 @@
+"""What a run gives: the motion over time, how it ended, and how accurate it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from .accuracy import Accuracy, Drift
+from .files import json_number
+from .outcome import Failure, Outcome
+from .problem import Array, Problem, Quantity
+from .results import Results
+from .trajectory import Statistics
+
+
+@dataclass(frozen=True, slots=True)
+class Event:
+    time: float
+    name: str
+    kind: str
+
+
+Columns = Callable[[Array], Array]
+"""times [n] -> rows [n, number of columns]"""
+
+
+class Solution(Results):
+    """A mapping from the names of states, outputs, inputs and discrete variables to arrays over ``time``.
+
+    Call it with a time, or an array of times, for everything at these times: states by the dense output of the
+    method (by cubic Hermite interpolation between output points if that was not kept, see
+    ``interpolation``), outputs by the functions of the model.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        time: Array,
+        columns: Array,
+        at: Columns,
+        *,
+        interpolation: str,
+        experiment: str,
+        parameters: Mapping[str, float],
+        outcome: Outcome,
+        message: str,
+        failure: Failure | None,
+        statistics: Statistics,
+        accuracy: Accuracy,
+        events: tuple[Event, ...] = (),
+        remarks: tuple[str, ...] = (),
+    ) -> None:
+        """``columns`` [n, k]: one for each of ``quantities(problem)``; ``at`` gives them at other times."""
+        self.quantities = {quantity.name: quantity for quantity in quantities(problem)}
+        values = {name: columns[:, index] for index, name in enumerate(self.quantities)}
+        super().__init__(time, values, {name: q.unit for name, q in self.quantities.items()})
+        self.model = problem.name
+        self.experiment = experiment
+        self.parameters = parameters
+        self.outcome = outcome
+        self.message = message
+        self.failure = failure
+        self.statistics = statistics
+        self.accuracy = accuracy
+        self.events = events
+        self.remarks = remarks
+        self.interpolation = interpolation
+        self._at = at
+        self.report = self.summary()
+
+    def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
+        at = self._inside(time)
+        rows = self._at(np.atleast_1d(at).ravel())
+        return {name: rows[:, i].reshape(at.shape) for i, name in enumerate(self.quantities)}
+
+    def final(self) -> dict[str, float]:
+        """Give coordinates, rates, states and outputs at the last time."""
+        shown = ("input", "discrete")
+        return {name: float(self[name][-1]) for name, q in self.quantities.items() if q.kind not in shown}
+
+    def summary(self) -> dict[str, Any]:
+        """Give the report of the run as JSON knows it: not-a-number and infinity are null."""
+        s = self.statistics
+        return {
+            "model": self.model,
+            "experiment": self.experiment,
+            "outcome": self.outcome.value,
+            "message": self.message,
+            "remarks": list(self.remarks),
+            "time": float(self.time[-1]),
+            "final": {name: json_number(value) for name, value in self.final().items()},
+            "events": [{"time": e.time, "name": e.name, "kind": e.kind} for e in self.events],
+            "statistics": {
+                "method": s.method,
+                "steps": s.steps,
+                "rejected": s.rejected,
+                "evaluations": s.evaluations,
+                "run_time": s.run_time,
+                "shortest_step": s.shortest_step,
+                "longest_step": s.longest_step,
+                "stiff_time": s.stiff_time,
+            },
+            "accuracy": _accuracy_summary(self.accuracy),
+        }
+
+
+def quantities(problem: Problem) -> tuple[Quantity, ...]:
+    """All quantities of a solution, in the order of its columns."""
+    return (*problem.states, *problem.outputs, *problem.inputs, *problem.discretes)
+
+
+def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:
+    error, energy = accuracy.error, accuracy.energy
+    return {
+        "estimated_error": json_number(error.largest) if error else None,
+        "estimated_error_at_end": json_number(error.at_end) if error else None,
+        "by_state": _numbers(error.by_state) if error else None,
+        "by_state_at_end": _numbers(error.by_state_at_end) if error else None,
+        "energy_drift": _drift_number(energy) if energy else None,
+        "energy_change": json_number(energy.absolute) if energy else None,
+        "conserved": {drift.name: _drift_summary(drift) for drift in accuracy.conserved},
+        "remark": accuracy.remark,
+    }
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: json_number(value) for name, value in values.items()}
+
+
+def _drift_number(drift: Drift) -> float | None:
+    return None if drift.relative is None else json_number(drift.relative)
+
+
+def _drift_summary(drift: Drift) -> dict[str, float | None]:
+    return {"absolute": json_number(drift.absolute), "relative": _drift_number(drift)}

@@ -1,0 +1,127 @@
+"""One solver of the C kernel, as an object that owns the arrays which the kernel reads and writes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from types import TracebackType
+
+import numpy as np
+
+from . import native
+from .case import Case
+from .functions import Functions
+from .inputs import Table
+from .problem import Array
+
+
+class Solver:
+    """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context."""
+
+    def __init__(
+        self,
+        kernel: ctypes.CDLL,
+        functions: Functions,
+        case: Case,
+        method: str,
+        tolerance: float,
+        atol: Array,
+        step: float = 0.0,
+    ) -> None:
+        assert functions.struct is not None
+        index = kernel.mech_method_index(method.encode())
+        assert index >= 0
+        self._kernel = kernel
+        self._functions = functions
+        self.n_dense = int(kernel.mech_method_n_dense(index))
+        self.ny = case.y0.size
+        self._tables, self._table_data = table_structs(case.tables)
+        stops = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
+        self._arrays = {
+            "atol": np.ascontiguousarray(atol),
+            "y0": np.ascontiguousarray(case.y0),
+            "z": np.ascontiguousarray(case.z),
+            "p": np.ascontiguousarray(case.p),
+            "stops": stops[stops > case.begin],
+            "grid": np.ascontiguousarray(case.grid),
+            "grid_y": np.empty((case.grid.size, self.ny)),
+        }
+        self._record = np.empty(0)
+        options = native.OptionsStruct(
+            method=index,
+            n_tables=len(case.tables),
+            n_stops=self._arrays["stops"].size,
+            n_grid=case.grid.size,
+            t0=case.begin,
+            dt_max=case.max_step if case.max_step > 0 else 1.0,
+            dt=step,
+            rtol=tolerance,
+            tables=ctypes.addressof(self._tables),
+            **{name: array.ctypes.data for name, array in self._arrays.items()},
+        )
+        self._handle = kernel.mech_create(ctypes.addressof(functions.struct), ctypes.byref(options))
+        if not self._handle:
+            raise MemoryError("the kernel could not allocate its solver")
+
+    def __enter__(self) -> Solver:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._kernel.mech_free(self._handle)
+        self._handle = None
+
+    def advance(self, stop: float, max_steps: int) -> int:
+        """Take up to ``max_steps`` steps towards ``stop``; give the status of ``native``."""
+        return int(self._kernel.mech_advance(self._handle, stop, max_steps))
+
+    def report(self) -> tuple[native.ReportStruct, Array]:
+        """Where the run stands, and its state."""
+        report, y = native.ReportStruct(), np.empty(self.ny)
+        self._kernel.mech_read(self._handle, ctypes.byref(report), y.ctypes.data)
+        return report, y
+
+    def write(self, y: Array) -> None:
+        """Go on from another state."""
+        self._kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
+
+    def save(self) -> bytes:
+        """Give all that changes during a run."""
+        memory = ctypes.create_string_buffer(self._kernel.mech_save_size(self._handle))
+        self._kernel.mech_save(self._handle, memory)
+        return memory.raw
+
+    def load(self, memory: bytes) -> None:
+        """Go back to what ``save`` gave, bit for bit."""
+        assert len(memory) == self._kernel.mech_save_size(self._handle)
+        self._kernel.mech_load(self._handle, memory)
+
+    def grid_rows(self, count: int) -> tuple[Array, Array]:
+        return self._arrays["grid"][:count], self._arrays["grid_y"][:count]
+
+    def start_record(self, capacity: int) -> None:
+        """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
+        self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
+        self._kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
+
+    def recorded(self, count: int) -> Array:
+        return self._record[:count]
+
+
+def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.TableStruct], list[Array]]:
+    """Give tables as the kernel reads them, and the arrays that must stay alive with them."""
+    data: list[Array] = []
+    structs = []
+    for index, table in tables.items():
+        arrays = [np.ascontiguousarray(a) for a in (table.times, table.values, table.slopes)]
+        data += arrays
+        structs.append(
+            native.TableStruct(
+                index,
+                native.INTERPOLATIONS[table.interpolation],
+                table.times.size,
+                *(array.ctypes.data for array in arrays),
+            )
+        )
+    return (native.TableStruct * len(structs))(*structs), data

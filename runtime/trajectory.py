@@ -1,0 +1,71 @@
+"""What a method gives back: states on the output grid, the dense output, statistics, and why it stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .outcome import Failure
+from .problem import Array
+
+Progress = Callable[[float], None]
+"""Called between slices of a run with the fraction that is done."""
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """``run_time``: seconds inside the method. ``rejected``, ``shortest_step`` and ``longest_step`` are None
+    where a method does not tell. ``stiff_time``: where stiffness was first noticed."""
+
+    method: str
+    steps: int
+    rejected: int | None
+    evaluations: int
+    run_time: float
+    shortest_step: float | None = None
+    longest_step: float | None = None
+    stiff_time: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DenseOutput:
+    """The polynomials of all steps: ``begin`` and ``length`` [m], ``coefficients`` [m, n_dense, ny].
+
+    The basis is that of ``kernel/solver.h``, point 6.
+    """
+
+    begin: Array
+    length: Array
+    coefficients: Array
+
+    def __call__(self, t: Array) -> Array:
+        """Give y [n, ny] at the times t [n]; the first and last polynomial hold beyond the ends."""
+        step = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, self.begin.size - 1)
+        s = ((t - self.begin[step]) / self.length[step])[:, None]
+        c = self.coefficients
+        y: Array = c[step, -1]
+        for k in range(c.shape[1] - 2, -1, -1):
+            y = c[step, k] + (1 - s if k % 2 else s) * y
+        return y
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trajectory:
+    """``t`` [n], ``y`` [n, ny]: the rows of the grid that were reached, then the point where a run stopped
+    early. ``dense`` is None if it was not asked for, or would have exceeded its bound of memory."""
+
+    t: Array
+    y: Array
+    dense: Callable[[Array], Array] | None
+    statistics: Statistics
+    failure: Failure | None = None
+    interrupted: bool = False
+
+
+def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[Array, Array]:
+    """Append the point where a run stopped, unless it is the last row already."""
+    if t.size and t[-1] >= t_last:
+        return t, y
+    return np.append(t, t_last), np.vstack([y, y_last])
