@@ -186,7 +186,7 @@ DIALECT: Final = Dialect(
     _declare,
     _store,
     as_condition=Form("{} != 0", COMPARISON, (COMPARISON + 1,), True),
-    as_number=Form("{}", ATOM, (ATOM,)),
+    as_number=Form("(mech_real){}", UNARY, (UNARY + 1,)),
     library=INEXACT,
     library_literal="at_run_time({})",
 )

@@ -139,8 +139,6 @@ def _fit(value: _Text, need: int, condition: bool, dialect: Dialect) -> str:
     if value.condition == condition:
         return value.text if value.binds >= need else f"({value.text})"
     form = dialect.as_condition if condition else dialect.as_number
-    if form.template == "{}":
-        return value.text if value.binds >= need else f"({value.text})"
     inner = value.text if value.binds >= form.needs[0] else f"({value.text})"
     text = form.template.format(inner)
     return text if form.binds >= need else f"({text})"

@@ -69,31 +69,32 @@ def _finite_decimal(number: Fraction) -> str | None:
     if rest != 1:
         return None
     places = max(twos, fives)
-    digits = abs(number.numerator) * 10**places // denominator
-    if len(str(digits)) > _EXACT_DIGITS:
+    return _text(number.numerator * 10**places // denominator, -places, _EXACT_DIGITS)
+
+
+def _text(digits: int, exponent: int, longest: int) -> str | None:
+    """Return digits 10^exponent as a decimal; None where it has more than ``longest`` digits."""
+    sign = "-" if digits < 0 else ""
+    text = str(abs(digits))
+    stripped = text.rstrip("0")
+    exponent += len(text) - len(stripped)
+    if len(stripped) > longest:
         return None
-    return ("-" if number < 0 else "") + _point(digits, places)
-
-
-def _point(digits: int, places: int) -> str:
-    """Return digits / 10^places as text."""
-    text = str(digits)
-    if places > len(text) + 4 or places < 0:
-        mantissa = text[0] + "." + (text[1:].rstrip("0") or "0")
-        return f"{mantissa}e{len(text) - 1 - places}"
-    text = text.rjust(places + 1, "0")
-    whole, fraction = text[: len(text) - places], text[len(text) - places :]
-    return f"{whole}.{fraction or '0'}"
+    # the place of the point, counted from the first digit
+    point = len(stripped) + exponent
+    if not -4 < point <= longest:
+        return f"{sign}{stripped[0]}.{stripped[1:] or '0'}e{point - 1}"
+    if point <= 0:
+        return f"{sign}0.{'0' * -point}{stripped}"
+    return f"{sign}{stripped[:point].ljust(point, '0')}.{stripped[point:] or '0'}"
 
 
 def _rounded_decimal(number: Fraction, nearest: float) -> str:
     """Return the number to 40 digits, or to so many that a double takes the same value from them."""
-    magnitude = abs(number)
-    exponent = len(str(magnitude.numerator)) - len(str(magnitude.denominator))
+    exponent = len(str(abs(number.numerator))) - len(str(number.denominator))
     for digits in (_DIGITS, 2 * _DIGITS, 1200):
         places = digits - exponent
-        scaled = round(magnitude * Fraction(10) ** places)
-        text = ("-" if number < 0 else "") + _point(scaled, places)
-        if float(text) == nearest:
+        text = _text(round(number * Fraction(10) ** places), -places, digits + 1)
+        if text is not None and float(text) == nearest:
             return text
     raise AssertionError(f"no decimal for {number}")

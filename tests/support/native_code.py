@@ -1,8 +1,9 @@
-"""Generated C, compiled and called through ctypes."""
+"""Generated C, compiled and called through ctypes, and beside it the Python functions of the same program."""
 
 from __future__ import annotations
 
 import ctypes
+import random
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -13,8 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 import mechc.runtime
-from mechc.compiler.program import Program
+from mechc.compiler.equations.model import Equations
+from mechc.compiler.program import Program, lower, verify
 from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
+from mechc.compiler.targets.python import load_python
 
 KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
@@ -110,3 +113,37 @@ class NativeModel:
         p = np.full(self.program.size("p"), np.nan)
         self.parameters(p, np.zeros(len(self.program.arrays["p"]), np.uint8))
         return p
+
+
+def bits(values: Floats) -> list[int]:
+    """Return the numbers as integers; every NaN is the same one."""
+    return [int(np.float64(v).view(np.uint64)) if v == v else -1 for v in values]
+
+
+def random_states(count: int, size: int, seed: int = 1) -> list[list[float]]:
+    """Return states of magnitudes from small to large, within the domain of many functions or not."""
+    rng = random.Random(seed)
+    return [
+        [rng.choice((rng.uniform(-1, 1), rng.uniform(0, 4), rng.gauss(0, 30))) for _ in range(size)]
+        for _ in range(count)
+    ]
+
+
+class Both:
+    """A program as C and as Python."""
+
+    def __init__(self, equations: Equations, folder: Path) -> None:
+        self.program: Program = lower(equations)
+        verify(self.program)
+        self.native = NativeModel(self.program, folder)
+        self.python, self.complete = load_python(self.program)
+        self.p = self.native.default_parameters()
+        self.u = np.full(self.program.size("u"), 0.3)
+        self.z = np.full(self.program.size("z"), 1.0)
+
+    def compare(self, name: str, state: list[float], t: float = 0.7) -> None:
+        y = np.array(state)
+        expected = self.native.call(name, t, y, self.u, self.z, self.p)
+        found = self.python[name](t, y, self.u, self.z, self.p)
+        differing = [i for i, (a, b) in enumerate(zip(bits(expected), bits(found), strict=True)) if a != b]
+        assert not differing, (name, state, [(i, expected[i], found[i]) for i in differing])

@@ -1,0 +1,76 @@
+"""Exact constants as text: correctly rounded in double precision, and no digit lost in higher precision."""
+
+from __future__ import annotations
+
+import random
+from fractions import Fraction
+from math import pi
+
+import pytest
+
+from mechc.compiler.targets.c_forms import literal as c_literal
+from mechc.compiler.targets.literal import Form, constant
+from mechc.compiler.targets.python_forms import literal as python_literal
+
+
+@pytest.mark.parametrize(
+    ("number", "text"),
+    [
+        (Fraction(0), "0.0"),
+        (Fraction(7, 2), "3.5"),
+        (Fraction(-3), "-3.0"),
+        (Fraction(1, 10), "real(0.1)"),
+        (Fraction(-981, 100), "-real(9.81)"),
+        (Fraction(0.1), "0.1"),
+        (Fraction(1, 3), "ratio(1.0, 3.0)"),
+        (Fraction(-2, 7), "ratio(-2.0, 7.0)"),
+        (Fraction(pi), "PI"),
+        (-Fraction(pi), "-PI"),
+        (Fraction(667430, 10**16), "real(6.6743e-11)"),
+        (Fraction(10**30), "real(1.0e30)"),
+        (Fraction(10**22), "1e+22"),
+        (Fraction(10**30 + 1, 10), "real(100000000000000000000000000000.1)"),
+        (Fraction(1, 3 * 10**20), "real(3.333333333333333333333333333333333333333e-21)"),
+    ],
+)
+def test_text_in_c(number: Fraction, text: str) -> None:
+    assert c_literal(number)[0] == text
+
+
+def values() -> list[Fraction]:
+    rng = random.Random(3)
+    found = [Fraction(rng.randint(-(10**9), 10**9), rng.randint(1, 10**9)) for _ in range(200)]
+    found += [Fraction(rng.gauss(0, 1)) * 10 ** rng.randint(-300, 300) for _ in range(200)]
+    found += [Fraction(rng.randint(1, 10**6), 10 ** rng.randint(0, 40)) for _ in range(200)]
+    found += [Fraction(rng.randint(1, 10**60), rng.randint(1, 10**60)) for _ in range(200)]
+    found += [
+        Fraction(10) ** 308,
+        Fraction(5e-324),
+        Fraction(1, 10**310),
+        Fraction(2**53 + 1),
+        Fraction(2**54 + 3, 3),
+    ]
+    return found
+
+
+def test_python_text_is_the_correctly_rounded_constant() -> None:
+    for number in values():
+        assert eval(python_literal(number)[0], {"pi": pi}) == float(number), number
+
+
+def test_decimal_text_is_right_to_36_digits() -> None:
+    """A double takes the rounded value from it, a quadruple 113 binary digits."""
+    for number in values():
+        c = constant(number)
+        if c.form is Form.DECIMAL:
+            assert float(c.text) == float(number)
+            assert abs(Fraction(c.text) - number) <= abs(number) / 10**36
+        elif c.form is Form.DOUBLE:
+            assert Fraction(float(c.text)) == number
+        else:
+            assert Fraction(c.text) / Fraction(c.divisor) == number
+
+
+def test_a_number_beyond_doubles_is_refused() -> None:
+    with pytest.raises(OverflowError):
+        constant(Fraction(10) ** 400)
