@@ -14,19 +14,19 @@ __all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve",
 
 VARIANTS = (
     Variant(Choice.LEAST_FILL, 6),
-    Variant(Choice.LEAST_FILL, 5),
+    Variant(Choice.OLDEST, 5),
     Variant(Choice.FEWEST_USERS, 6),
+    Variant(Choice.LEAST_FILL, 5),
     Variant(Choice.OLDEST, 6),
     Variant(Choice.FEWEST_USERS, 5),
-    Variant(Choice.OLDEST, 5),
 )
 """No variant is best everywhere; each of them has linear cost for every tree tried."""
 
 ALWAYS_TRIED = 3
-TRIAL_NODES = 20_000
+TRIAL_NODES = 40_000
 """Nodes made by all variants together before no more than the first three are tried."""
 
-DENSE_LIMIT = 24
+DENSE_LIMIT = 16
 """Above this many unknowns the dense elimination never was the cheaper one."""
 
 

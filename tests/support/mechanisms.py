@@ -142,8 +142,11 @@ def ground(graph: Graph) -> Motion:
     return Motion(zero, zero, zero, (graph.zero, graph.symbol("g"), graph.zero))
 
 
-def spatial_tree(graph: Graph, parents: list[int], *, free_base: bool = False) -> Mechanism:
-    """Revolute joints about x, y, z in turn; each body with its centre below the joint, diagonal inertia."""
+def spatial_tree(graph: Graph, parents: list[int], *, tip_fixed: bool = False) -> Mechanism:
+    """Revolute joints about x, y, z in turn; each body with its centre below the joint, diagonal inertia.
+
+    ``tip_fixed``: the tip of the last body has three multipliers, which follow ``a``.
+    """
     count = len(parents)
     q, u, a = (symbols(graph, c, count) for c in "qua")
     zero = graph.zero
@@ -163,7 +166,13 @@ def spatial_tree(graph: Graph, parents: list[int], *, free_base: bool = False) -
         inertia = ((about, zero, zero), (zero, along, zero), (zero, zero, about))
         centre = (zero, graph.neg(graph.symbol(f"l{i}")), zero)
         seeds += body_seeds(graph, motion, graph.symbol(f"m{i}"), centre, inertia)
-    return Mechanism(graph, q, u, a, vjp(graph, seeds, u))
+    if not tip_fixed:
+        return Mechanism(graph, q, u, a, vjp(graph, seeds, u))
+    velocity, _ = at_offset(graph, motions[-1], (zero, graph.minus_one, zero))
+    lam = symbols(graph, "lam", 3)
+    seeds += [(v, graph.neg(n)) for v, n in zip(velocity, lam, strict=True)]
+    rates = jvp(graph, velocity, dict(zip(q, u, strict=True)) | dict(zip(u, a, strict=True)))
+    return Mechanism(graph, q, u, a + lam, vjp(graph, seeds, u) + rates)
 
 
 def general_body(graph: Graph, motion: Motion, name: str) -> list[tuple[Node, Node]]:
@@ -297,3 +306,8 @@ def support_on_manifold(mechanism: Mechanism, states: list[dict[Node, float]]) -
             j for j, n in row.items() if any(abs(evaluate(graph, [n], s)[0]) > 1e-9 for s in states)
         }
     return support
+
+
+def spatial_loop(graph: Graph, count: int) -> Mechanism:
+    """A spatial chain whose tip does not move: its velocity, in the axes of the last body, is constrained."""
+    return spatial_tree(graph, chain_parents(count), tip_fixed=True)

@@ -13,6 +13,7 @@ from mechanisms import (
     closed_chain,
     ladder,
     planar_tree,
+    spatial_loop,
     spatial_tree,
     spherical_hub,
     support_on_manifold,
@@ -235,6 +236,17 @@ def test_closed_loops_agree_with_a_dense_solve(kind: str) -> None:
             expected = dense_solution(m, at)
             got = np.array(evaluate(g, found.solutions, at))
             assert np.abs(got - expected).max() <= 1e-9 * np.abs(expected).max()
+
+
+def test_a_spatial_loop_agrees_with_a_dense_solve() -> None:
+    g = Graph()
+    m = spatial_loop(g, 8)
+    found = solve(g, m.residuals, m.a)
+    for seed in range(3):
+        at = m.environment(seed)
+        expected = dense_solution(m, at)
+        got = np.array(evaluate(g, found.solutions, at))
+        assert np.abs(got - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
 def test_multipliers_follow_their_coordinates() -> None:

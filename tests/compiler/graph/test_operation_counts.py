@@ -9,6 +9,7 @@ from mechanisms import (
     closed_chain,
     ladder,
     planar_tree,
+    spatial_loop,
     spatial_tree,
     spherical_hub,
     support_on_manifold,
@@ -47,6 +48,7 @@ def bars(count: int) -> Callable[[Graph], Mechanism]:
         ("spatial chain", lambda g: spatial_tree(g, chain_parents(7)), 7, 173),
         ("spatial chain", lambda g: spatial_tree(g, chain_parents(20)), 20, 233),
         ("hub with 30 spherical joints", lambda g: spherical_hub(g, 30), 96, 175),
+        ("spatial loop", lambda g: spatial_loop(g, 20), 20, 413),
         ("closed chain, absolute angles", lambda g: closed_chain(g, 50, joint_angles=False), 50, 115),
         ("closed chain, joint angles", lambda g: closed_chain(g, 50, joint_angles=True), 50, 118),
     ],
@@ -78,6 +80,11 @@ def test_cost_of_a_ladder_is_linear_with_interleaved_multipliers() -> None:
         counts.append(solve(g, m.residuals, m.a, after=after).operations)
     assert counts[2] <= 400 * 16
     assert counts[2] - counts[1] <= 2.02 * (counts[1] - counts[0])
+
+
+def test_cost_of_a_spatial_loop_is_linear() -> None:
+    counts = [operations(lambda g, k=k: spatial_loop(g, k)) for k in (16, 28, 40)]  # type: ignore[misc]
+    assert counts[2] - counts[1] <= 1.05 * (counts[1] - counts[0])
 
 
 def test_interning_by_value_pays() -> None:
