@@ -47,7 +47,7 @@ class Solved:
 def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     """Solve the equations of motion of a system; report what makes them undetermined."""
     graph = system.graph
-    driven, prescribed = _driven(system)
+    driven, prescribed = prescribed_motion(system)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [
         tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
@@ -111,7 +111,7 @@ def drive_indices(system: MechanicalSystem) -> list[tuple[int, int]]:
     return [(row.index, pairs[row.index]) for row in system.drives]
 
 
-def _driven(system: MechanicalSystem) -> tuple[dict[Node, Node], frozenset[int]]:
+def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], frozenset[int]]:
     """Return what replaces each driven coordinate, its rate and acceleration, and their indices in v."""
     graph = system.graph
     replace: dict[Node, Node] = {}

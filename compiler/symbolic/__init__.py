@@ -1,1 +1,1 @@
-"""The bridge to SymPy: formulas for people."""
+"""The bridge to SymPy: the equations of a model for people's eyes."""

@@ -1,0 +1,64 @@
+"""Formulas as MathML, which browsers show without a script or a network."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+
+import sympy as sp
+from sympy.printing.mathml import MathMLPresentationPrinter
+
+from .names import GREEK
+
+_LETTERS = {name: chr(code) for name, code in zip(
+    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi", "rho"], range(0x3B1, 0x3C2),
+    strict=True,
+)} | {name: chr(code) for name, code in zip(
+    ["sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"], range(0x3C3, 0x3CA), strict=True
+)} | {name.capitalize(): chr(code) for name, code in zip(
+    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi", "rho"], range(0x391, 0x3A2),
+    strict=True,
+)} | {name.capitalize(): chr(code) for name, code in zip(
+    ["sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"], range(0x3A3, 0x3AA), strict=True
+)}  # fmt: skip
+
+
+def mathml(left: str, right: sp.Expr) -> str:
+    """Return ``left = right`` as one formula; names are in the LaTeX of ``names.py``."""
+    body = _Printer().doprint(right)
+    return f'<math display="block"><mrow>{symbol(left)}<mo>=</mo>{body}</mrow></math>'
+
+
+def symbol(latex: str) -> str:
+    r"""Return a name such as ``\dot{\theta}_{1}`` as MathML."""
+    dotted = re.fullmatch(r"\\(d+)ot\{(.*?)\}(_\{.*\})?", latex)
+    if dotted:
+        dots, base, index = dotted.groups()
+        over = f"<mover>{symbol(base)}<mo>{'˙' if len(dots) == 1 else '¨'}</mo></mover>"
+        return f"<msub>{over}{symbol(index[2:-1])}</msub>" if index else over
+    indexed = re.fullmatch(r"(.+?)_\{(.*)\}", latex)
+    if indexed:
+        return f"<msub>{symbol(indexed[1])}<mrow>{symbol(indexed[2])}</mrow></msub>"
+    upright = re.fullmatch(r"\\(?:mathrm|text)\{(.*)\}", latex)
+    if upright:
+        return f'<mi mathvariant="normal">{escape(_plain(upright[1]))}</mi>'
+    if "," in latex:
+        return "<mo>,</mo>".join(symbol(part) for part in latex.split(","))
+    if latex.startswith("\\") and latex[1:] in GREEK:
+        return f"<mi>{_LETTERS.get(latex[1:], latex[1:])}</mi>"
+    if latex.isdigit():
+        return f"<mn>{latex}</mn>"
+    return f"<mi>{escape(_plain(latex))}</mi>"
+
+
+def _plain(text: str) -> str:
+    return text.replace(r"\_", "_").replace(r"\,", " ").replace("\\", "").replace("{", "").replace("}", "")
+
+
+class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
+    """SymPy's printer with our names."""
+
+    def _print_Symbol(self, sym: sp.Symbol, style: str = "plain") -> object:
+        from xml.dom.minidom import parseString
+
+        return parseString(symbol(sym.name).replace("˙", "&#x2D9;").replace("¨", "&#xA8;")).documentElement

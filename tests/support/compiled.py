@@ -1,0 +1,46 @@
+"""Compile model texts and evaluate their functions at given values, straight from the graph."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mechc.compiler.equations.solve import default_values
+from mechc.compiler.graph.evaluate import evaluate
+from mechc.compiler.pipeline import Compilation, compile_source
+from mechc.lang.source import SourceFile
+
+
+def compiled(text: str, **options: object) -> Compilation:
+    """Compile a model given as text."""
+    return compile_source(SourceFile("model.mech", text), **options)  # type: ignore[arg-type]
+
+
+def outcome(model: Compilation, function: str, values: Mapping[str, float]) -> dict[str, float]:
+    """Return the results of a function by name: states' rates for ``rhs``, outputs for ``outputs``.
+
+    ``values`` sets states, parameters, inputs and ``time`` by their names in results; the rest is at its default.
+    """
+    equations = model.equations
+    names = {
+        (array, k): entry.name
+        for array, entries in (
+            ("y", equations.states),
+            ("p", equations.parameters),
+            ("u", equations.inputs),
+            ("z", equations.discretes),
+        )
+        for k, entry in enumerate(entries)
+    }
+    environment = default_values(model.system)
+    known = set(values)
+    for node, slot in equations.layout.items():
+        name = "time" if slot.array == "t" else names[slot.array, slot.index]
+        if name in values:
+            environment[node] = values[name]
+            known.discard(name)
+        environment.setdefault(node, 0.0)
+    assert not known, f"not in the model: {known}"
+    chosen = next(f for f in equations.functions if f.name == function)
+    numbers = evaluate(equations.graph, list(chosen.outputs), environment)
+    entries = equations.states if function == "rhs" else equations.outputs
+    return {entry.name: float(x) for entry, x in zip(entries, numbers, strict=True)}
