@@ -1,0 +1,151 @@
+"""Write a model as code that stands alone: a Python module, or a folder of C files."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .settings import UsageMistake
+
+if TYPE_CHECKING:
+    from .compiler.pipeline import Compilation
+    from .compiler.program.model import Program
+
+MAIN = """\
+/* Runs the model and prints its motion as CSV, 501 rows, in SI units.
+ *
+ *   cc -std=c11 -O2 -o {name} *.c -lm
+ *   ./{name} [stop [tolerance]]
+ *
+ * The model is in {name}.c; the other files are the kernel that integrates it (see solver.h).
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "model.h"
+#include "solver.h"
+
+const mech_model *mech_model_get(void);
+
+enum {{ ROWS = 501 }};
+
+static mech_real *reals(size_t n)
+{{
+    mech_real *array = calloc(n > 0 ? n : 1, sizeof *array);
+    if (array == NULL) {{
+        fputs("out of memory\\n", stderr);
+        exit(1);
+    }}
+    return array;
+}}
+
+int main(int argc, char **argv)
+{{
+    const mech_model *model = mech_model_get();
+    const double stop = argc > 1 ? atof(argv[1]) : {stop!r};
+    const double tolerance = argc > 2 ? atof(argv[2]) : {tolerance!r};
+    const int ny = model->nq + model->nv + model->nx, n_out = model->n_outputs;
+    mech_real *p = reals((size_t)(model->np + model->nh)), *u = reals((size_t)model->nu);
+    mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *atol = reals((size_t)ny);
+    mech_real *grid = reals(ROWS), *rows = reals((size_t)(ROWS * ny)), *out = reals((size_t)n_out);
+    unsigned char *set = calloc((size_t)model->np + 1, 1);
+    if (set == NULL)
+        return 1;
+
+    model->parameters(p, set); /* defaults; to change p[i], write it and let set[i] = 1 first */
+    if (model->inputs)
+        model->inputs(0, y0, u, z, p, u);
+    if (model->discretes)
+        model->discretes(0, y0, u, z, p, z);
+    model->initial(0, y0, u, z, p, y0);
+    for (int i = 0; i < ny; i++)
+        atol[i] = tolerance * fmax(fabs((double)y0[i]), 1.0);
+    for (int i = 0; i < ROWS; i++)
+        grid[i] = stop * i / (ROWS - 1);
+
+    mech_options options = {{0}};
+    options.method = mech_method_index("dop853");
+    options.n_grid = ROWS;
+    options.dt_max = stop > 0 ? stop / 10 : 1;
+    options.rtol = tolerance;
+    options.atol = atol;
+    options.y0 = y0;
+    options.z = z;
+    options.p = p;
+    options.grid = grid;
+    options.grid_y = rows;
+    mech_solver *solver = mech_create(model, &options);
+    if (solver == NULL)
+        return 1;
+    int status;
+    do
+        status = mech_advance(solver, stop, 100000);
+    while (status == MECH_RUNNING);
+    mech_report report;
+    mech_read(solver, &report, y0);
+
+    puts("{header}");
+    for (long i = 0; i < report.n_grid; i++) {{
+        const mech_real *y = rows + i * ny;
+        printf("%.17g", (double)grid[i]);
+        for (int k = 0; k < ny; k++)
+            printf(",%.17g", (double)y[k]);
+        if (n_out > 0) {{
+            if (model->inputs)
+                model->inputs(grid[i], y, u, z, p, u);
+            model->outputs(grid[i], y, u, z, p, out);
+        }}
+        for (int k = 0; k < n_out; k++)
+            printf(",%.17g", (double)out[k]);
+        putchar('\\n');
+    }}
+    if (status != MECH_REACHED)
+        fprintf(stderr, "stopped at t = %.17g\\n", (double)report.t);
+    mech_free(solver);
+    return status == MECH_REACHED ? 0 : 1;
+}}
+"""
+
+
+def export(compilation: Compilation, target: str, output: Path | None) -> tuple[Path, ...]:
+    """Write the files of a target and return them. Raises UsageMistake for an unknown target."""
+    name = file_stem(compilation.program.name)
+    match target:
+        case "python":
+            from .compiler.targets.python import emit_python
+
+            return _write({output or Path(f"{name}.py"): emit_python(compilation.program)})
+        case "c":
+            folder = output or Path(f"{name}_c")
+            if folder.suffix:
+                raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
+            return _write({folder / file: text for file, text in c_files(compilation.program).items()})
+        case _:
+            raise UsageMistake(f"there is no target '{target}'", "python or c")
+
+
+def file_stem(model: str) -> str:
+    """Make the name of a file: ``DoublePendulum`` gives ``double_pendulum``."""
+    return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", model).lower()
+
+
+def c_files(program: Program) -> dict[str, str]:
+    """Return the C files by name: the model, the kernel, and a main program that prints CSV."""
+    from .compiler.targets.c import emit_c
+    from .runtime.native import kernel_sources
+
+    name = file_stem(program.name)
+    model = f"{name}_model.c" if f"{name}.c" in (kernel := kernel_sources()) else f"{name}.c"
+    entries = [*program.arrays["t"][:1], *program.arrays["y"], *program.arrays["out"]]
+    header = ",".join(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries)
+    main = MAIN.format(name=name, stop=10.0, tolerance=1e-9, header=header.replace('"', '\\"'))
+    return {model: emit_c(program), "main.c": main, **kernel}
+
+
+def _write(files: dict[Path, str]) -> tuple[Path, ...]:
+    for path, text in files.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8", newline="\n")
+    return tuple(files)
