@@ -15,7 +15,7 @@ from .diagnostics import Reporter
 from .keywords import RESERVED
 from .lexer import MOST_ERRORS, Token, tokenise
 from .read import read_source
-from .recovery import Panic, Situation, synchronise
+from .recovery import Edit, Panic, Situation, replaced_header, synchronise
 from .source import SourceFile, Span
 from .syntax_errors import STRAY, diagnose
 from .tables import END, Mode, Tables, load_tables
@@ -168,7 +168,14 @@ class _Machine:
                 labels=problem.labels,
                 help=problem.help,
             )
-        if isinstance(repair, Panic):
+        header = replaced_header(situation) if isinstance(repair, Panic) else None
+        if header is not None:
+            end, tokens = header
+            del self.states[situation.depth + 1 :], self.values[situation.depth :]
+            del self.starts[situation.depth :]
+            self.index = situation.first
+            Edit(end - self.index, tokens).apply(self.tokens, self.index)
+        elif isinstance(repair, Panic):
             place = synchronise(situation)
             if place is None:
                 return False

@@ -120,11 +120,11 @@ def indices(values: Sequence[ast.Expression]) -> Doc:
     return Bracket("[", tuple(_index(v) for v in values), "]")
 
 
-def _index(e: ast.Expression) -> str:
+def _index(e: ast.Expression, level: int = _CONDITIONAL) -> str:
     """Return what stands in brackets or in a range: ``i-1`` without blanks."""
     if isinstance(e, ast.Binary) and e.operator in ("+", "-") and not isinstance(e.right, ast.Binary):
-        return _index(e.left) + e.operator + flat(document(e.right, _PRODUCT))
-    return flat(document(e))
+        return _index(e.left, _SUM) + e.operator + flat(document(e.right, _PRODUCT))
+    return flat(document(e, level))
 
 
 def _generated(element: ast.Expression, generators: Sequence[ast.Generator]) -> Doc:

@@ -186,5 +186,25 @@ def synchronise(situation: Situation) -> tuple[int, int] | None:
     return lists[0] if lists else 0, index
 
 
+_HEADERS = {"if": "then", "elseif": "then", "when": "then", "elsewhen": "then", "for": "loop"}
+
+
+def replaced_header(s: Situation) -> tuple[int, tuple[tuple[str, str], ...]] | None:
+    """Return an empty header for the broken one of a block, and where that one ends.
+
+    With it the block still opens, and its end closes something.
+    """
+    word = s.tokens[s.first].text
+    if word not in _HEADERS or s.at_beginning:
+        return None
+    index = s.index
+    while s.tokens[index].kind not in ("SEMICOLON", END):
+        if s.tokens[index].text == _HEADERS[word]:
+            middle = (("NAME", "i"), ("IN", "in"), ("NUMBER", "1")) if word == "for" else (("TRUE", "true"),)
+            return index + 1, ((word.upper(), word), *middle, (_HEADERS[word].upper(), _HEADERS[word]))
+        index += 1
+    return None
+
+
 def _begins_line(s: Situation, index: int) -> bool:
     return s.source.position(s.tokens[index - 1].end)[0] < s.line(s.tokens[index])

@@ -187,6 +187,13 @@ def test_statements_behind_an_error_are_still_read() -> None:
     assert [e.code for e in errors_of(text)] == ["E0123", "E0110"]
 
 
+def test_a_broken_header_still_opens_its_block() -> None:
+    for header in ("for i im 1:2 loop", 'if a "x" then', "when a ) then", "for 3 loop"):
+        end = f"end {header.split()[0]};"
+        (error,) = errors_of(f'model A\n {header}\n assert c, "text";\n {end}\nend A;\n')
+        assert error.code in ("E0110", "E0117", "E0123")
+
+
 def test_a_handful_of_errors_is_enough() -> None:
     assert len(errors_of("let a = ;\n" * 100)) == MOST_ERRORS
     assert len(errors_of("@ $ ? % ' &\n" * 100)) == MOST_ERRORS
