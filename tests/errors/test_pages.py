@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from error_pages import CODE, codes_in_the_sources, codes_with_a_page, read_page, write_expected
+from error_pages import CODE, INDEX, codes_in_the_sources, codes_with_a_page, index, read_page, write_expected
 
 from mechc.api import load
 from mechc.lang.diagnostics import CompileError
@@ -47,3 +47,9 @@ def test_every_code_has_a_page_and_every_page_a_code() -> None:
     assert {c: where for c, where in sources.items() if c not in pages} == {}
     assert pages - set(sources) == set()
     assert all(CODE.fullmatch(page) for page in pages)
+
+
+def test_the_index_lists_all_pages(update_golden: bool) -> None:
+    if update_golden:
+        INDEX.write_text(index(), encoding="utf-8")
+    assert INDEX.read_text(encoding="utf-8") == index()

@@ -63,6 +63,38 @@ def write_expected(page: Page, shown: str) -> None:
     page.path.write_text(text, encoding="utf-8")
 
 
+INDEX = ROOT / "docs" / "errors.md"
+
+FAMILIES = {
+    "01": "Text and syntax",
+    "02": "Names and imports",
+    "03": "Types, shapes and units",
+    "04": "Components and modifications",
+    "05": "Mechanics",
+    "06": "Initial values",
+    "07": "Events, contact and friction",
+    "08": "Experiments and structural parameters",
+    "09": "Export",
+}
+
+
+def index() -> str:
+    """Return the text of docs/errors.md: all pages by family."""
+    rows = [
+        "# Messages",
+        "",
+        "`mechc explain E0301` prints a page. E are errors, W warnings, N notes.",
+    ]
+    for family, title in FAMILIES.items():
+        codes = [code for code in codes_with_a_page() if code[1:3] == family]
+        if codes:
+            rows += ["", f"## {title}", "", "| code | |", "|---|---|"]
+            for code in codes:
+                words = read_page(code).title.removeprefix(f"# {code}: ")
+                rows.append(f"| [{code}](../mechc/errors/{code}.md) | {words} |")
+    return "\n".join(rows) + "\n"
+
+
 def codes_in_the_sources() -> dict[str, str]:
     """Map each code that a source file mentions in a string to that file."""
     found: dict[str, str] = {}
