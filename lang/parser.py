@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, fields
 from typing import Any
 
 from . import ast
-from .build_ast import ACTIONS, Builder
+from .build_ast import ACTIONS
+from .builder import Builder
 from .diagnostics import Reporter
 from .keywords import RESERVED
 from .lexer import MOST_ERRORS, Token, tokenise

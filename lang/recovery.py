@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from .keywords import ACTIONS, DEFINITIONS, STATEMENTS
+from .keywords import ACTIONS, DEFINITIONS, KEYWORDS, STATEMENTS
 from .lexer import Token
 from .source import SourceFile, Span
 from .tables import END, Tables
@@ -39,6 +39,11 @@ class Panic:
 
 
 Repair = Edit | Panic
+
+
+def words_of(kinds: frozenset[str]) -> list[str]:
+    """Return the keywords among terminals, as they are written."""
+    return sorted(kind.casefold() for kind in kinds if kind.casefold() in KEYWORDS)
 
 
 @dataclass(frozen=True)
@@ -99,6 +104,16 @@ class Situation:
     def expected(self) -> frozenset[str]:
         """The terminals that fit here."""
         return frozenset(k for k in self.tables.moves[self.states[-1]] if self.accepts(k))
+
+    @property
+    def expected_words(self) -> list[str]:
+        return words_of(self.expected)
+
+    def is_keyword(self, index: int) -> bool:
+        """True where a token of this statement was taken as a keyword."""
+        start = self.tokens[index].start
+        values = self.values[self.depth :]
+        return any(isinstance(v, Token) and v.start == start and v.kind != "NAME" for v in values)
 
     def is_list(self, state: int) -> bool:
         """True for a state in which a statement may begin or a block end."""
