@@ -1,5 +1,7 @@
 """Which nodes only one branch needs."""
 
+import pytest
+
 from mechc.compiler.graph import Graph
 from mechc.compiler.graph.guard import guards
 
@@ -40,6 +42,24 @@ def test_nested_branches() -> None:
     assert (guard.condition, guard.depth) == (inner, 2)
     assert found[inner] is found[middle]  # the inner condition is asked only there
     assert found[z] is found[middle]
+
+
+@pytest.mark.parametrize("shallow_first", [True, False])
+def test_uses_at_different_depths(shallow_first: bool) -> None:
+    """One use two branches deep, one in the other branch of the inner condition, one deeper still."""
+    g = Graph()
+    x, y, z = (g.symbol(c) for c in "xyz")
+    first, second, third = g.less(x, y), g.less(y, z), g.less(z, x)
+    used = g.exp(z)
+    if shallow_first:
+        g.mul(used, y)
+    deep = g.select(third, g.mul(used, x), y)
+    root = g.select(first, g.select(second, deep, g.mul(used, y)), x)
+    found = guards(g, [root])
+    guard = found[used]
+    assert guard is not None and (guard.condition, guard.depth) == (first, 1)
+    inner = found[g.mul(used, x)]
+    assert inner is not None and (inner.condition, inner.depth) == (third, 3)
 
 
 def test_two_selects_with_one_condition_share_their_guard() -> None:

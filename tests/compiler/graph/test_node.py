@@ -164,6 +164,11 @@ def test_a_difference_does_not_represent_a_product(g: Graph) -> None:
     assert g.op(product) == ops.MUL
     assert g.identical(difference, product)
     assert g.is_zero(g.sub(difference, product))
+    b = g.symbol("b")
+    other = g.sub(g.one, g.mul(g.two, g.mul(g.sin(b), g.sin(b))))
+    cosine = g.cos(g.mul(g.two, b))
+    assert (g.op(other), g.op(cosine)) == (ops.SUB, ops.COS)
+    assert g.identical(other, cosine)
 
 
 def test_a_singular_form_does_not_represent_a_regular_one(g: Graph) -> None:
@@ -175,6 +180,9 @@ def test_a_singular_form_does_not_represent_a_regular_one(g: Graph) -> None:
     assert g.identical(singular, regular)
     # from now on the regular form is the one
     assert g.div(g.mul(g.two, regular), g.two) == regular
+    half_angle = g.div(g.sin(g.mul(g.two, x)), g.mul(g.two, g.cos(x)))
+    assert (g.op(half_angle), g.op(g.sin(x))) == (ops.DIV, ops.SIN)
+    assert g.identical(half_angle, g.sin(x))
     y = g.symbol("y")
     quotient = g.div(y, x)
     assert g.mul(y, g.div(g.one, x)) == quotient  # both divide by x

@@ -20,6 +20,14 @@ def test_agrees_with_scipy_inside(values: tuple[float, ...]) -> None:
             assert table(x, order) == pytest.approx(float(peer(x, order)), rel=1e-12, abs=1e-12)
 
 
+def test_slopes_at_the_ends_are_limited() -> None:
+    """The three-point formula gives 4.5 and would overshoot; three times the secant is allowed."""
+    table = monotone_table((0.0, 1.0, 2.0), (0.0, 1.0, -5.0))
+    assert table(0.0, 1) == 3.0
+    assert float(PchipInterpolator((0.0, 1.0, 2.0), (0.0, 1.0, -5.0))(0.0, 1)) == 3.0
+    assert monotone_table((0.0, 1.0, 2.0), (0.0, 1.0, 9.0))(0.0, 1) == 0.0
+
+
 def test_goes_on_straight_outside() -> None:
     table = monotone_table(POINTS, (0.0, 1.0, 1.5, 3.0, 9.0))
     for end, x in ((0.0, -2.0), (4.0, 7.0)):
