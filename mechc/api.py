@@ -10,9 +10,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
+from .compiler.flat.model import Experiment, Expression
+from .compiler.flat.model import Literal as LiteralValue
 from .compiler.pipeline import Compilation, compile_source
 from .lang import ast
 from .lang.diagnostics import Diagnostic, Reporter
@@ -24,10 +27,31 @@ from .settings import Given, Scalar, read_value, settings_in_si, structural_valu
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
     from .runtime.problem import Problem
+    from .simulation import Request, Sweep
     from .solution import Solution
 
 Structural = Mapping[str, Fraction | bool | str]
 Target = Literal["auto", "c", "python"]
+
+
+class Options(TypedDict, total=False):
+    """Options of a run. Times are numbers in SI or texts such as ``"250 ms"``.
+
+    ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
+    name of the input; ``progress`` is called with the fraction done.
+    """
+
+    stop: float | str | None
+    start: float | str | None
+    step: float | str | None
+    every: float | str | None
+    tolerance: float | None
+    method: str | None
+    inputs: Mapping[str, str | Path]
+    estimate_error: bool
+    reproducible: bool
+    target: Target
+    progress: Callable[[float], None] | None
 
 
 def load(path: str | Path, *, model: str | None = None, set: Mapping[str, Given] | None = None) -> Model:
@@ -135,47 +159,35 @@ class Model:
     def simulate(
         self,
         *,
-        stop: float | str | None = None,
-        start: float | str | None = None,
-        step: float | str | None = None,
-        every: float | str | None = None,
-        tolerance: float | None = None,
-        method: str | None = None,
         set: Mapping[str, Given] | None = None,
         experiment: str | None = None,
-        inputs: Mapping[str, str | Path] | None = None,
-        estimate_error: bool = True,
-        reproducible: bool = False,
-        target: Target = "auto",
-        progress: Callable[[float], None] | None = None,
+        **options: Unpack[Options],
     ) -> Solution:
         """Run the model and return its motion with the report of its accuracy.
 
-        Times are numbers in SI or texts such as ``"250 ms"``. ``set`` holds parameters, structural ones too,
-        and initial values; ``inputs`` CSV files by the name of the input. ``every`` is the spacing of
-        the output, ``step`` that of a fixed-step method. Raises UsageMistake for names, units and
-        options that do not fit, CompileError if a structural parameter makes the model wrong,
-        SimulationError if the run cannot begin. A run that fails on its way returns the part that it
-        computed, with ``outcome`` and ``message``.
+        ``set`` holds parameters, structural ones too, and initial values; ``experiment`` names one of the
+        model (without it the unnamed one, else the first). See ``Options`` for the rest. Raises
+        UsageMistake for names, units and options that do not fit, CompileError if a structural parameter
+        makes the model wrong, SimulationError if the run cannot begin. A run that fails on its way
+        returns the part that it computed, with ``outcome`` and ``message``.
         """
         from .simulation import simulate
 
         changed = self.with_values(set or {}).for_experiment(experiment)
-        return simulate(
-            changed,
-            stop=stop,
-            start=start,
-            step=step,
-            every=every,
-            tolerance=tolerance,
-            method=method,
-            experiment=experiment,
-            inputs={name: Path(path) for name, path in (inputs or {}).items()},
-            estimate_error=estimate_error,
-            reproducible=reproducible,
-            target=target,
-            progress=progress,
-        )
+        return simulate(changed, _request(experiment, options))
+
+    def sweep(
+        self,
+        *,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        **options: Unpack[Options],
+    ) -> Sweep:
+        """Run an experiment that sweeps parameters: once for each combination of their values."""
+        from .simulation import sweep
+
+        changed = self.with_values(set or {}).for_experiment(experiment)
+        return sweep(changed, _request(experiment, options))
 
     def with_values(self, values: Mapping[str, Given]) -> Model:
         """Return this model with other values of parameters; structural ones compile it again."""
@@ -193,16 +205,31 @@ class Model:
 
         Raises UsageMistake for an unknown experiment.
         """
-        experiments = self.compilation.flat.experiments
-        if name is None:
-            chosen = next((e for e in experiments if not e.name), experiments[0] if experiments else None)
-        else:
-            chosen = next((e for e in experiments if e.name == name), None)
-            if chosen is None:
-                raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
+        chosen = self._experiment(name)
         if chosen is None or not chosen.structural:
             return self
         return Model(self._code.variant({**chosen.structural, **self._code.structural}), self._settings)
+
+    def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Model]]:
+        """Return the combinations of structural values that an experiment sweeps, each with its model."""
+        plan = self._experiment(experiment)
+        swept = {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
+        points: list[tuple[dict[str, float | bool | str], Model]] = []
+        for row in product(*swept.values()):
+            values = {name: structural_literal(value) for name, value in zip(swept, row, strict=True)}
+            model = Model(self._code.variant({**self._code.structural, **values}), self._settings)
+            points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
+        return points
+
+    def _experiment(self, name: str | None) -> Experiment | None:
+        """Find an experiment. Raises UsageMistake for an unknown name."""
+        experiments = self.compilation.flat.experiments
+        if name is None:
+            return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
+        for experiment in experiments:
+            if experiment.name == name:
+                return experiment
+        raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
 
     def settable_units(self) -> dict[str, str]:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
@@ -265,3 +292,16 @@ def _fraction(name: str, value: Given) -> Fraction | bool | str:
         number = read_value(plain)
         return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
     return plain if isinstance(plain, (bool, str)) else Fraction(plain)
+
+
+def _request(experiment: str | None, options: Options) -> Request:
+    from .simulation import Request
+
+    return Request(experiment=experiment, **options)
+
+
+def structural_literal(value: Expression) -> Fraction | bool | str:
+    """Return the value of a swept structural parameter, which the compiler has made a literal."""
+    if not isinstance(value, LiteralValue):
+        raise TypeError("a swept structural parameter takes literal values")
+    return value.value

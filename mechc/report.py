@@ -13,11 +13,14 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from .runtime.accuracy import Accuracy, Drift
     from .runtime.problem import Origin
+    from .simulation import Sweep
     from .solution import Solution
 
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
 MOST_EVENTS = 8
+MOST_COLUMNS = 6
+"""Last values in the table of a sweep; the results hold all."""
 
 
 def report(solution: Solution, display: Display, style: Style = PLAIN) -> str:
@@ -27,6 +30,38 @@ def report(solution: Solution, display: Display, style: Style = PLAIN) -> str:
     blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_events(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
+
+
+def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
+    """Return one row for each run of a sweep: swept values, outcome, steps, last values, largest error."""
+    first = sweep.solutions[0]
+    shown = [
+        q
+        for q in (*first.problem.states, *first.problem.outputs)
+        if q.kind in ("coordinate", "state", "output")
+    ]
+    shown = shown[:MOST_COLUMNS]
+    units = [first.display.unit(q.unit, q.display) for q in shown]
+    swept = list(sweep.points[0])
+    head = [*swept, "outcome", "steps"]
+    head += [
+        f"{q.name} [{unit}]" if _with_unit(unit) else q.name for q, unit in zip(shown, units, strict=True)
+    ]
+    table = [[*head, "error"]]
+    for point, solution in zip(sweep.points, sweep.solutions, strict=True):
+        row = [number(value) if isinstance(value, float) else str(value) for value in point.values()]
+        row += [solution.outcome.value, count(solution.statistics.steps)]
+        for quantity, unit in zip(shown, units, strict=True):
+            row.append(number(float(solution[quantity.name][-1]) * factor(quantity.unit) / factor(unit)))
+        estimate = solution.accuracy.error
+        table.append([*row, f"{estimate.largest:.1e}" if estimate else "-"])
+    widths = [max(width(row[i]) for row in table) for i in range(len(table[0]))]
+    rows = [
+        "  " + "  ".join(" " * (w - width(cell)) + cell for cell, w in zip(row, widths, strict=True))
+        for row in table
+    ]
+    title = f"{style.bold(_title(first))}: {len(sweep.solutions)} runs, last values"
+    return "\n".join([title, "", style.dim(rows[0]), *rows[1:]])
 
 
 def render_failure(solution: Solution, style: Style = PLAIN) -> str:
@@ -79,7 +114,6 @@ def count(value: int) -> str:
 
 def _headline(solution: Solution, style: Style) -> str:
     problem = solution.problem
-    name = problem.name + (f", {solution.experiment}" if solution.experiment else "")
     word = solution.outcome.value
     colour = {"completed": style.green, "terminated": style.green, "interrupted": style.yellow}.get(
         word, style.red
@@ -87,8 +121,12 @@ def _headline(solution: Solution, style: Style) -> str:
     end = (
         f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{_with_unit(problem.time.unit)}"
     )
-    text = f"{style.bold(name)}: {colour(word)}{end if len(solution.time) else ''}"
+    text = f"{style.bold(_title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
     return f"{text}: {solution.message}" if word == "terminated" and solution.message else text
+
+
+def _title(solution: Solution) -> str:
+    return solution.problem.name + (f", {solution.experiment}" if solution.experiment else "")
 
 
 def _cost(solution: Solution, style: Style) -> list[str]:
@@ -99,8 +137,7 @@ def _cost(solution: Solution, style: Style) -> list[str]:
         ("steps", f"{count(made.steps)}{rejected}, {count(made.evaluations)} evaluations"),
         ("run time", duration(made.run_time)),
     ]
-    if made.stiff_time is not None:
-        rows.append(("note", f"the equations became stiff at t = {number(made.stiff_time)} s"))
+    rows += [("note", remark) for remark in solution.remarks]
     return [f"  {style.dim(pad(label, 10))} {text}" for label, text in rows]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,10 @@ from .display import Display, choose
 from .lang.units import UnitError, parse_unit
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.inputs import Table, read_tables
-from .runtime.outcome import SimulationError
+from .runtime.outcome import Outcome, SimulationError
 from .runtime.simulate import simulate as run
+from .runtime.simulate import simulate_sweep as run_sweep
+from .runtime.solution import Solution as Run
 from .settings import UsageMistake, read_value, unknown_name
 from .solution import Solution
 
@@ -20,43 +23,76 @@ if TYPE_CHECKING:
     from .runtime.problem import Problem
 
 
-def simulate(
-    model: Model,
-    *,
-    stop: float | str | None,
-    start: float | str | None,
-    step: float | str | None,
-    every: float | str | None,
-    tolerance: float | None,
-    method: str | None,
-    experiment: str | None,
-    inputs: Mapping[str, Path],
-    estimate_error: bool,
-    reproducible: bool,
-    target: Target,
-    progress: Callable[[float], None] | None,
-) -> Solution:
-    """Run a model whose structural parameters are settled. See ``Model.simulate``."""
-    if method is not None and method.startswith("scipy:"):
-        target = "python" if target == "auto" else target
-    problem = model.problem(target, reproducible=reproducible)
+@dataclass(frozen=True, slots=True)
+class Request:
+    """What a user asks of a run: texts with units where the user may write them. See ``Model.simulate``."""
+
+    stop: float | str | None = None
+    start: float | str | None = None
+    step: float | str | None = None
+    every: float | str | None = None
+    tolerance: float | None = None
+    method: str | None = None
+    experiment: str | None = None
+    inputs: Mapping[str, str | Path] = field(default_factory=dict)
+    estimate_error: bool = True
+    reproducible: bool = False
+    target: Target = "auto"
+    progress: Callable[[float], None] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """Several runs of one experiment: ``points`` are the swept values in SI, one mapping for each solution."""
+
+    points: tuple[Mapping[str, float | bool | str], ...]
+    solutions: tuple[Solution, ...]
+
+
+def simulate(model: Model, request: Request) -> Solution:
+    """Run a model whose structural parameters are settled."""
+    problem, options = _prepare(model, request)
+    return _shown(run(problem, options), problem, request)
+
+
+def sweep(model: Model, request: Request) -> Sweep:
+    """Run a model once for each combination of the values that its experiment sweeps; once if there are none.
+
+    Structural parameters are swept outermost: each of their values compiles the model again.
+    """
+    points: list[Mapping[str, float | bool | str]] = []
+    solutions: list[Solution] = []
+    for structural, variant in model.structural_points(request.experiment):
+        problem, options = _prepare(variant, request)
+        runs = run_sweep(problem, options)
+        points += [{**structural, **point} for point in runs.values]
+        solutions += [_shown(one, problem, request) for one in runs.solutions]
+        if solutions[-1].outcome is Outcome.INTERRUPTED:
+            break
+    return Sweep(tuple(points), tuple(solutions))
+
+
+def _prepare(model: Model, request: Request) -> tuple[Problem, SimulationOptions]:
+    problem = model.problem(request.target, reproducible=request.reproducible)
     unit = problem.time.unit
-    options = SimulationOptions(
-        experiment=experiment,
+    return problem, SimulationOptions(
+        experiment=request.experiment,
         values=model.settings,
-        inputs=_tables(problem, inputs),
-        stop=_time("stop", stop, unit),
-        start=_time("start", start, unit),
-        step=_time("step", step, unit),
-        every=_time("every", every, unit),
-        tolerance=tolerance,
-        method=method,
-        estimate_error=estimate_error,
-        reproducible=reproducible,
-        progress=progress,
+        inputs=_tables(problem, request.inputs),
+        stop=_time("stop", request.stop, unit),
+        start=_time("start", request.start, unit),
+        step=_time("step", request.step, unit),
+        every=_time("every", request.every, unit),
+        tolerance=request.tolerance,
+        method=request.method,
+        estimate_error=request.estimate_error,
+        reproducible=request.reproducible,
+        progress=request.progress,
     )
-    solution = run(problem, options)
-    return Solution.of(solution, problem, display=_display(problem, experiment))
+
+
+def _shown(solution: Run, problem: Problem, request: Request) -> Solution:
+    return Solution.of(solution, problem, display=_display(problem, request.experiment))
 
 
 def _time(name: str, given: float | str | None, unit: str) -> float | None:
@@ -69,7 +105,7 @@ def _time(name: str, given: float | str | None, unit: str) -> float | None:
     return value.in_unit(unit, name)[0]
 
 
-def _tables(problem: Problem, files: Mapping[str, Path]) -> dict[str, Table]:
+def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Table]:
     """Read the CSV file of each input. Raises UsageMistake, SimulationError."""
     units = {quantity.name: quantity.unit for quantity in problem.inputs}
     tables: dict[str, Table] = {}
@@ -90,7 +126,7 @@ def _tables(problem: Problem, files: Mapping[str, Path]) -> dict[str, Table]:
         if name not in units:
             raise unknown_name("input", name, units)
         interpolations = {quantity.name: "linear" for quantity in problem.inputs}
-        tables |= read_tables(path, interpolations, convert, column=name)
+        tables |= read_tables(Path(path), interpolations, convert, column=name)
     return tables
 
 

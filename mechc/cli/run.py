@@ -14,6 +14,7 @@ from .options import input_option, model_argument, model_option, set_option
 if TYPE_CHECKING:
     from ..api import Model
     from ..display import Display
+    from ..simulation import Sweep
     from ..solution import Solution
 
 RESULTS = (".csv", ".npz", ".json")
@@ -50,7 +51,9 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
 @click.option(
     "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step; 1e-8 without it."
 )
-@click.option("--method", metavar="NAME", help="dop853, rk4, scipy:Radau, ...; 'mechc doctor' lists them.")
+@click.option(
+    "--method", metavar="NAME", help="auto, dop853, rk4, scipy:DOP853, scipy:LSODA, scipy:Radau or scipy:BDF."
+)
 @click.option(
     "-o",
     "--output",
@@ -108,7 +111,7 @@ def _run_all(
     model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
 ) -> int:
     """Run the experiments that were asked for; the exit code is that of the worst."""
-    from .failures import FAILED, INTERRUPTED
+    from .failures import INTERRUPTED
 
     experiments: list[str | None] = [given["experiment"]]
     if given["experiment"] == "all":
@@ -116,33 +119,44 @@ def _run_all(
     objects: list[dict[str, object]] = []
     code = 0
     for experiment in experiments:
-        solution = _run_one(model, given, experiment)
-        solution.display = display or solution.display
-        many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
+        sweep = _run_one(model, given, experiment)
+        for solution in sweep.solutions:
+            solution.display = display or solution.display
+            code = max(code, _exit_code(solution))
         if given["as_json"]:
-            objects.append(solution.summary())
+            objects += _objects(sweep)
         elif not given["quiet"]:
-            _print_report(solution, first=experiment is experiments[0])
-        if solution.failure is not None and not given["as_json"]:
-            _print_failure(solution)
-        if given["output"]:
-            _write(solution, _beside(given["output"], many), names, quiet=given["quiet"])
-        if given["plot"] is not None:
-            picture = given["plot"] or f"{Path(file).stem}.png"
-            _plot(solution, _beside(picture, many), names, window=not given["plot"], quiet=given["quiet"])
-        code = max(code, {"failed": FAILED, "interrupted": INTERRUPTED}.get(solution.outcome.value, 0))
+            _print_report(sweep, first=experiment is experiments[0])
+        many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
+        for i, solution in enumerate(sweep.solutions, start=1):
+            addition = many + (f"-{i}" if len(sweep.solutions) > 1 else "")
+            if solution.failure is not None and not given["as_json"]:
+                _print_failure(solution)
+            if given["output"]:
+                _write(solution, _beside(given["output"], addition), names, quiet=given["quiet"])
+            if given["plot"] is not None:
+                picture = given["plot"] or f"{Path(file).stem}.png"
+                _plot(
+                    solution,
+                    _beside(picture, addition),
+                    names,
+                    window=not given["plot"],
+                    quiet=given["quiet"],
+                )
         if code == INTERRUPTED:
             break
     if given["as_json"]:
-        click.echo(json.dumps(objects[0] if len(experiments) == 1 else objects, indent=1, ensure_ascii=False))
+        click.echo(json.dumps(objects[0] if len(objects) == 1 else objects, indent=1, ensure_ascii=False))
+    elif not given["quiet"]:
+        _say_if_slow(sweep.solutions[-1], given)
     return code
 
 
-def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Solution:
+def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Sweep:
     from ..progress import Progress
 
     with Progress(model.name, quiet=given["quiet"]) as progress:
-        return model.simulate(
+        return model.sweep(
             stop=given["stop"],
             start=given["start"],
             every=given["every"],
@@ -155,6 +169,32 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Sol
             reproducible=given["reproducible"],
             target=given["target"],
             progress=progress,
+        )
+
+
+def _exit_code(solution: Solution) -> int:
+    from .failures import COMPLETED, FAILED, INTERRUPTED
+
+    return {"failed": FAILED, "interrupted": INTERRUPTED}.get(solution.outcome.value, COMPLETED)
+
+
+def _objects(sweep: Sweep) -> list[dict[str, object]]:
+    """Return the report of each run as plain data, with the swept values where there are any."""
+    return [
+        solution.summary() | ({"sweep": dict(point)} if point else {})
+        for point, solution in zip(sweep.points, sweep.solutions, strict=True)
+    ]
+
+
+def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
+    """Say that compiled code would be faster where Python was not asked for."""
+    from .failures import say
+
+    if not solution.compiled and given["target"] == "auto":
+        say(
+            "note",
+            "no C compiler was found, so this ran on Python, which is much slower",
+            "install gcc or clang, or: pip install 'mechc[cc]'",
         )
 
 
@@ -183,13 +223,14 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
     return names
 
 
-def _print_report(solution: Solution, *, first: bool) -> None:
-    from ..report import report
+def _print_report(sweep: Sweep, *, first: bool) -> None:
+    from ..report import report, sweep_report
     from ..style import style_for
 
-    click.echo(
-        ("" if first else "\n") + report(solution, solution.display, style_for(sys.stdout)), color=True
-    )
+    style = style_for(sys.stdout)
+    solution = sweep.solutions[0]
+    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, solution.display, style)
+    click.echo(("" if first else "\n") + text, color=True)
 
 
 def _print_failure(solution: Solution) -> None:
