@@ -35,7 +35,15 @@ def accelerations(
     try:
         found = solve(system.graph, equations, unknowns)
     except ZeroPivot as singular:
-        raise _massless(system, free, rows, singular, reporter) from None
+        from .pairing import pairing  # scipy is imported for such systems only
+
+        pairs = pairing(system.graph, equations, unknowns)
+        if pairs is None:
+            raise _massless(system, free, rows, singular, reporter) from None
+        try:
+            found = solve(system.graph, equations, unknowns, rows=pairs)
+        except ZeroPivot:
+            raise _massless(system, free, rows, singular, reporter) from None
     count = len(free)
     return Accelerations(found.solutions[:count], found.solutions[count:], found)
 
