@@ -204,13 +204,19 @@ def unknown_unit(s: Situation) -> Finding | None:
     if token.text == "do" or (closest(token.text, s.expected_words) and not suggest_unit(token.text)):
         return None
     text = s.source.text
-    if unit_end(text, token.start) > token.start:
-        power = text.find("^", token.start)
+    end = unit_end(text, token.start)
+    if end > token.start and before.end == token.start:
+        message = f"a blank is missing between '{before.text}' and the unit '{token.text}'"
+        problem = error("E0113", message, s.span(token), help=f"write '{before.text} {token.text}'")
+        return problem, Edit(delete=1, insert=(("UNITTAG", token.text),))
+    if end > token.start and text.startswith("^", end):
         help = f"write '({before.text} {token.text})^..' for the power of the quantity"
         if before.kind != "NUMBER":
             help = "a unit has powers of whole numbers only, such as 'm^2'"
-        message = f"the power of the unit '{token.text}' must be a number"
-        return error("E0128", message, Span(s.source, token.start, power + 1), help=help), Panic()
+        message = f"the power of the unit '{text[token.start : end]}' must be a number"
+        return error("E0128", message, Span(s.source, token.start, end + 1), help=help), Panic()
+    if end > token.start:
+        return None
     index = s.index
     while index + 2 < len(s.tokens) and s.tokens[index + 1].kind in ("SLASH", "DOT", "CARET"):
         after = s.tokens[index + 2]

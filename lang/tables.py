@@ -10,14 +10,11 @@ import hashlib
 import os
 import pickle
 import sys
-import tempfile
 from collections import deque
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
-from importlib import metadata
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -65,12 +62,13 @@ class Tables:
 
 
 _LISTS = {"empty": Mode.EMPTY, "first": Mode.FIRST, "append": Mode.APPEND}
-_FORMAT = "1"
+_FOLDER = Path(__file__).parent
+_MOST_KEPT = 4
 
 
 def grammar_text() -> str:
     """Return the grammar with the units in place."""
-    text = files(__package__).joinpath("mech.lark").read_text(encoding="utf-8")
+    text = _FOLDER.joinpath("mech.lark").read_text(encoding="utf-8")
     return text.replace("@UNIT@", UNIT_PATTERN.replace("/", r"\/"))
 
 
@@ -176,11 +174,9 @@ def load_tables() -> Tables:
 
 def _cache_path() -> Path:
     """Name the cached file after all that its content depends on."""
-    folder = files(__package__)
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(sys.version.encode())
     for part in ("mech.lark", "units.py", "tables.py"):
-        digest.update(folder.joinpath(part).read_bytes())
-    digest.update(f"{_FORMAT} {sys.version} {metadata.version('lark')}".encode())
+        digest.update(_FOLDER.joinpath(part).read_bytes())
     return _cache_folder() / f"grammar-{digest.hexdigest()[:20]}.pickle"
 
 
@@ -191,7 +187,12 @@ def _cache_folder() -> Path:
 
 
 def _keep(tables: Tables, path: Path) -> None:
-    """Write under a temporary name and rename, so that a second run never reads half a file."""
+    """Write under a temporary name and rename, so that a second run never reads half a file.
+
+    The tables of a few other versions stay beside it.
+    """
+    import tempfile
+
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, name = tempfile.mkstemp(dir=path.parent, prefix="grammar-", suffix=".new")
@@ -201,5 +202,8 @@ def _keep(tables: Tables, path: Path) -> None:
         with os.fdopen(handle, "wb") as file:
             pickle.dump(tables, file, protocol=5)
         os.replace(name, path)
+        kept = sorted(path.parent.glob("grammar-*.pickle"), key=lambda p: p.stat().st_mtime)
+        for old in kept[:-_MOST_KEPT]:
+            old.unlink(missing_ok=True)
     except OSError:
         Path(name).unlink(missing_ok=True)
