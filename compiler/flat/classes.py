@@ -1,0 +1,214 @@
+"""Models as classes: inheritance spread out, once for each model, before anything is instantiated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.suggest import closest
+
+from .namespace import Namespace
+
+
+@dataclass(frozen=True, slots=True)
+class Placed:
+    """A statement of ``model`` with the names it sees; ``level`` 0 is the model itself, 1 its base, and so on."""
+
+    statement: ast.Statement
+    namespace: Namespace
+    level: int
+    model: ast.Model
+
+
+@dataclass(frozen=True, slots=True)
+class Inherited:
+    """A modification in an ``extends`` clause."""
+
+    modification: ast.Modification
+    namespace: Namespace
+    level: int
+
+
+@dataclass(slots=True)
+class Class:
+    """``statements`` with those of the bases first; ``declarations`` by name, those under ``if`` apart."""
+
+    model: ast.Model
+    namespace: Namespace
+    statements: list[Placed] = field(default_factory=list)
+    declarations: dict[str, Placed] = field(default_factory=dict)
+    conditional: dict[str, ast.Declaration] = field(default_factory=dict)
+    inherited: list[Inherited] = field(default_factory=list)
+    experiments: dict[str, Placed] = field(default_factory=dict)
+    interface: tuple[str, ...] = ()
+    places: tuple[ast.Place, ...] = ()
+    dimensionless: bool = False
+    broken: bool = False
+
+    @property
+    def name(self) -> str:
+        return self.model.name
+
+
+@dataclass(slots=True)
+class Classes:
+    """The classes of one compilation."""
+
+    reporter: Reporter
+    _known: dict[int, Class] = field(default_factory=dict)
+
+    def of(self, model: ast.Model, namespace: Namespace) -> Class:
+        found = self._known.get(id(model))
+        if found is None:
+            inside = namespace.inside(model.body)
+            found = self._known[id(model)] = Class(model, inside)
+            self._spread(found, model, inside, 0, [], set())
+            _finish(found, self.reporter)
+        return found
+
+    def _spread(
+        self,
+        result: Class,
+        model: ast.Model,
+        namespace: Namespace,
+        level: int,
+        trail: list[ast.Model],
+        seen: set[int],
+    ) -> None:
+        if any(model is above for above in trail):
+            names = " -> ".join(m.name for m in [*trail, model])
+            self.reporter.error(
+                "E0405",
+                f"model '{model.name}' extends itself",
+                trail[-1].name_span,
+                caption=names,
+            )
+            result.broken = True
+            return
+        if id(model) in seen:  # a base shared by two bases counts once
+            return
+        seen.add(id(model))
+        namespace.resolve()
+        for statement in model.body:
+            if not isinstance(statement, ast.Extends):
+                continue
+            base = self._base(statement, namespace)
+            if base is None:
+                result.broken = True
+                continue
+            inner = base[1].inside(base[0].body)
+            self._spread(result, base[0], inner, level + 1, [*trail, model], seen)
+            result.inherited += [Inherited(m, namespace, level) for m in statement.modifications]
+        for statement in model.body:
+            if not isinstance(statement, ast.Extends | ast.Import | ast.Function | ast.Type):
+                result.statements.append(Placed(statement, namespace, level, model))
+
+    def _base(self, statement: ast.Extends, namespace: Namespace) -> tuple[ast.Model, Namespace] | None:
+        found = namespace.look_up(statement.base, statement.span)
+        if found is not None and isinstance(found.definition, ast.Model):
+            return found.definition, found.namespace
+        if found is not None or not namespace.broken:
+            near = closest(statement.base, namespace.names())
+            self.reporter.error(
+                "E0203",
+                f"there is no model '{statement.base}'",
+                statement.span,
+                help=f"did you mean '{near}'?" if near else "",
+            )
+        return None
+
+
+def _finish(result: Class, reporter: Reporter) -> None:
+    """Collect the declarations, interface frames and experiments of the spread statements."""
+    interface: list[str] = []
+    places: list[ast.Place] = []
+    for placed in result.statements:
+        statement = placed.statement
+        match statement:
+            case ast.Declaration():
+                _declare(result, placed, statement, reporter)
+                if isinstance(statement, ast.Frame) and statement.value is None and not statement.dimensions:
+                    interface.append(statement.name)
+            case ast.Dimensionless():
+                result.dimensionless = True
+            case ast.Experiment():
+                _add_experiment(result, placed, statement, reporter)
+            case ast.Place():
+                places.append(statement)
+            case ast.If():
+                for inner in _inside(statement, reporter):
+                    result.conditional.setdefault(inner.name, inner)
+            case ast.For():
+                _refuse_declarations(statement.body, reporter)
+            case _:
+                pass
+    result.interface = tuple(interface)
+    result.places = tuple(places)
+
+
+def _declare(result: Class, placed: Placed, statement: ast.Declaration, reporter: Reporter) -> None:
+    first = result.declarations.get(statement.name)
+    if first is not None:
+        if first.model is not placed.model and first.statement == statement:
+            return
+        assert isinstance(first.statement, ast.Declaration)
+        reporter.error(
+            "E0204",
+            f"'{statement.name}' is declared twice",
+            statement.name_span,
+            caption="again here",
+            labels=(Label(first.statement.name_span, "first here"),),
+            help="to change an inherited value, write 'extends Base(name = value);'"
+            if first.model is not placed.model
+            else "",
+        )
+        return
+    result.declarations[statement.name] = placed
+
+
+def _add_experiment(result: Class, placed: Placed, statement: ast.Experiment, reporter: Reporter) -> None:
+    first = result.experiments.get(statement.name)
+    if first is not None and first.level == placed.level:
+        named = f"'{statement.name}'" if statement.name else "without a name"
+        reporter.error(
+            "E0803",
+            f"there are two experiments {named}",
+            statement.span,
+            caption="again here",
+            labels=(Label(first.statement.span, "first here"),),
+        )
+        return
+    result.experiments[statement.name] = placed
+
+
+def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration]:
+    bodies = [branch.body for branch in statement.branches] + [statement.otherwise]
+    for body in bodies:
+        for inner in body:
+            if isinstance(inner, ast.Declaration):
+                yield inner
+            elif isinstance(inner, ast.If):
+                yield from _inside(inner, reporter)
+            elif isinstance(inner, ast.For):
+                _refuse_declarations(inner.body, reporter)
+
+
+def _refuse_declarations(body: tuple[ast.Statement, ...], reporter: Reporter) -> None:
+    for inner in body:
+        if isinstance(inner, ast.Declaration):
+            reporter.error(
+                "E0410",
+                f"'{inner.name}' is declared inside 'for'",
+                inner.span,
+                help=f"declare an array outside the loop, as in '{inner.name}[i in 1:n]'",
+            )
+        elif isinstance(inner, ast.For):
+            _refuse_declarations(inner.body, reporter)
+        elif isinstance(inner, ast.If):
+            for branch in inner.branches:
+                _refuse_declarations(branch.body, reporter)
+            _refuse_declarations(inner.otherwise, reporter)
+        elif isinstance(inner, ast.Experiment | ast.Dimensionless | ast.Independent):
+            reporter.error("E0410", "this statement cannot stand inside 'for'", inner.span)

@@ -1,0 +1,327 @@
+"""Values that are known while compiling: structural parameters, sizes, indices, conditions of structure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from . import types
+from .model import (
+    Apply,
+    Array,
+    Derivative,
+    Element,
+    Expression,
+    Kind,
+    Literal,
+    Name,
+    Previous,
+    Quadrature,
+    Query,
+    Select,
+    Type,
+)
+from .scope import Constant, Poisoned, Scope
+
+LARGEST = 1_000_000
+"""Most elements of an array, and most turns of a loop."""
+
+Value = Constant | tuple["Value", ...]
+
+_FLOATS: Mapping[str, Callable[..., float]] = {
+    name: getattr(math, name)
+    for name in [
+        "sin",
+        "cos",
+        "tan",
+        "asin",
+        "acos",
+        "atan",
+        "atan2",
+        "sinh",
+        "cosh",
+        "tanh",
+        "asinh",
+        "acosh",
+        "atanh",
+        "exp",
+        "log",
+        "log10",
+    ]
+}
+
+_EXACT: Mapping[str, Callable[..., Constant]] = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "negate": lambda a: -a,
+    "less": lambda a, b: a < b,
+    "less_equal": lambda a, b: a <= b,
+    "greater": lambda a, b: a > b,
+    "greater_equal": lambda a, b: a >= b,
+    "equal": lambda a, b: a == b,
+    "not_equal": lambda a, b: a != b,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "not": lambda a: not a,
+    "abs": abs,
+    "sign": lambda a: Fraction((a > 0) - (a < 0)),
+    "floor": lambda a: Fraction(math.floor(a)),
+    "ceil": lambda a: Fraction(math.ceil(a)),
+    "mod": lambda a, b: a - math.floor(a / b) * b,
+    "div": lambda a, b: Fraction(math.trunc(a / b)),
+    "min": lambda *a: min(a),
+    "max": lambda *a: max(a),
+}
+
+
+def constant(expression: Expression) -> Value | None:
+    """Return the value of an expression of constants; None where it is none. Irrational values are rounded."""
+    match expression:
+        case Literal(value=value):
+            return value
+        case Array(elements=items):
+            values = tuple(constant(e) for e in items)
+            return None if None in values else values  # type: ignore[return-value]
+        case Element(base=base, indices=indices):
+            value_of_base = constant(base)
+            for i in indices:
+                if not isinstance(value_of_base, tuple):
+                    return None
+                value_of_base = value_of_base[i]
+            return value_of_base
+        case Select(condition=condition, then=then, otherwise=otherwise):
+            test = constant(condition)
+            return None if test is None else constant(then if test else otherwise)
+        case Apply(function=function, arguments=arguments):
+            return _apply(function, [constant(a) for a in arguments])
+        case _:
+            return None
+
+
+def _apply(function: str, values: list[Value | None]) -> Value | None:
+    if any(v is None for v in values):
+        return None
+    try:
+        if function == "norm":
+            items = values[0]
+            assert isinstance(items, tuple)
+            return _root(sum((Fraction(x) ** 2 for x in items), Fraction(0)))  # type: ignore[arg-type]
+        if any(isinstance(v, tuple) for v in values):
+            return _each(function, values)
+        if function in _EXACT:
+            return _EXACT[function](*values)
+        if function == "power":
+            return _power(*values)  # type: ignore[arg-type]
+        if function == "sqrt":
+            return _root(Fraction(values[0]))  # type: ignore[arg-type]
+        if function in _FLOATS:
+            return Fraction(_FLOATS[function](*(float(v) for v in values)))  # type: ignore[arg-type]
+    except (ArithmeticError, ValueError):
+        return None
+    return None
+
+
+def _each(function: str, values: list[Value | None]) -> Value | None:
+    """Spread an operator over arrays, a scalar standing for all elements; products of arrays are not known."""
+    arrays = [v for v in values if isinstance(v, tuple)]
+    if function not in ("add", "subtract", "negate", "multiply", "divide"):
+        return None
+    if function in ("multiply", "divide") and (
+        len(arrays) > 1 or isinstance(values[-1], tuple) is (function == "divide")
+    ):
+        return None
+    results = tuple(
+        _apply(function, [v[i] if isinstance(v, tuple) else v for v in values]) for i in range(len(arrays[0]))
+    )
+    return None if None in results else results  # type: ignore[return-value]
+
+
+def _power(base: Fraction, exponent: Fraction) -> Fraction | None:
+    if exponent.denominator == 1:
+        bits = max(base.numerator.bit_length(), base.denominator.bit_length())
+        if bits * abs(exponent.numerator) <= 4096:
+            return base**exponent.numerator
+    return Fraction(float(base) ** float(exponent))
+
+
+def _root(value: Fraction) -> Fraction:
+    top, bottom = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    if top * top == value.numerator and bottom * bottom == value.denominator:
+        return Fraction(top, bottom)
+    return Fraction(math.sqrt(value))
+
+
+def to_expression(value: Value, type: Type, span: Span) -> Expression:
+    """Return a value as literals of ``type``."""
+    if isinstance(value, tuple):
+        inner = types.element_of(type)
+        return Array(type=type, span=span, elements=tuple(to_expression(v, inner, span) for v in value))
+    return Literal(type=type, span=span, value=value)
+
+
+# ---------------------------------------------------------------- what statements ask for
+
+
+def whole_number(scope: Scope, node: ast.Expression, purpose: str) -> int:
+    """Return the whole number that an expression gives; reports anything else."""
+    expression = scope.elaborate(node)
+    value = constant(expression)
+    if value is None:
+        raise not_structural(scope, node, expression, purpose)
+    if isinstance(value, Fraction) and value.denominator == 1 and not expression.type.shape:
+        if expression.type.dimension.is_none:
+            return value.numerator
+    raise scope.fail(
+        "E0326",
+        f"{purpose} must be a whole number",
+        node.span,
+        caption=f"this is {_shown(value, expression.type)}",
+    )
+
+
+def _shown(value: Value, type: Type) -> str:
+    if isinstance(value, Fraction) and type.dimension.is_none and not type.shape:
+        return f"{float(value):.10g}"
+    return types.describe(type)
+
+
+def truth(scope: Scope, node: ast.Expression, purpose: str) -> bool:
+    """Return the truth value that a structural condition gives; reports anything else."""
+    expression = scope.elaborate(node)
+    if expression.type.kind is not Kind.BOOLEAN or expression.type.shape:
+        raise scope.fail(
+            "E0318",
+            f"{purpose} must be true or false",
+            node.span,
+            caption=f"this is {types.describe(expression.type)}",
+        )
+    value = constant(expression)
+    if value is None:
+        raise not_structural(scope, node, expression, purpose)
+    return bool(value)
+
+
+def not_structural(scope: Scope, node: ast.Expression, expression: Expression, purpose: str) -> Poisoned:
+    """Report that a value is needed while compiling, but may change afterwards."""
+    name = next(iter(free_names(expression)), None)
+    return scope.fail(
+        "E0315",
+        f"{purpose} must be known when compiling",
+        node.span,
+        caption=f"'{name}' may change afterwards" if name else "this may change afterwards",
+        help=f"declare it as 'structural parameter', if '{name}' is a parameter"
+        if name and name != "time"
+        else "only structural parameters, numbers and indices of loops are known",
+    )
+
+
+def free_names(expression: Expression) -> dict[str, None]:
+    """Return the names that an expression mentions, in order."""
+    found: dict[str, None] = {}
+    pending: list[Expression] = [expression]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Name):
+            found[at.name] = None
+        else:
+            pending.extend(reversed(children(at)))
+    return found
+
+
+def children(expression: Expression) -> tuple[Expression, ...]:
+    """Return the operands of an expression."""
+    match expression:
+        case Apply(arguments=arguments):
+            return arguments
+        case Array(elements=items):
+            return items
+        case Literal() | Name():
+            return ()
+        case Element(base=base):
+            return (base,)
+        case Select(condition=condition, then=then, otherwise=otherwise):
+            return (condition, then, otherwise)
+        case _:
+            return _rarer_children(expression)
+
+
+def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
+    match expression:
+        case Derivative(operand=operand) | Previous(operand=operand):
+            return (operand,)
+        case Query(arguments=arguments):
+            return arguments
+        case Quadrature(lower=lower, upper=upper, body=body):
+            return (lower, upper, body)
+        case _:
+            return ()
+
+
+def range_values(scope: Scope, node: ast.Range) -> range:
+    """Return the whole numbers of ``a:b`` or ``a:step:b``."""
+    first = whole_number(scope, node.start, "the start of a range")
+    last = whole_number(scope, node.stop, "the end of a range")
+    step = 1 if node.step is None else whole_number(scope, node.step, "the step of a range")
+    if step == 0:
+        raise scope.fail("E0326", "the step of a range must not be zero", (node.step or node).span)
+    values = range(first, last + (1 if step > 0 else -1), step)
+    check_size(scope, len(values), node.span)
+    return values
+
+
+def check_size(scope: Scope, size: int, span: Span) -> None:
+    if size > LARGEST:
+        raise scope.fail(
+            "E0419",
+            f"{size} elements are too many",
+            span,
+            help=f"at most {LARGEST} are possible",
+        )
+
+
+def iterate(scope: Scope, name: str, node: ast.Expression) -> list[Scope]:
+    """Return one scope for each value of ``for name in node``."""
+    return [scope.with_local({name: item}) for item in values_of(scope, node)]
+
+
+def values_of(scope: Scope, node: ast.Expression) -> list[Expression]:
+    """Return the elements of a range, or of any expression with several values."""
+    if isinstance(node, ast.Range):
+        return [
+            Literal(type=types.INTEGER, span=node.span, value=Fraction(i)) for i in range_values(scope, node)
+        ]
+    expression = scope.elaborate(node)
+    if not expression.type.shape:
+        raise scope.fail(
+            "E0305",
+            "a loop runs over a range or an array",
+            node.span,
+            caption=f"this is {types.describe(expression.type)}",
+            help="write a range such as '1:n'",
+        )
+    return elements(expression)
+
+
+def elements(expression: Expression) -> list[Expression]:
+    """Return the elements of an array along its first dimension."""
+    return [pick(expression, (i,)) for i in range(expression.type.shape[0])]
+
+
+def pick(expression: Expression, indices: tuple[int, ...]) -> Expression:
+    """Return ``expression[indices]``, without a node where the elements are written out."""
+    while indices and isinstance(expression, Array):
+        expression, indices = expression.elements[indices[0]], indices[1:]
+    if not indices:
+        return expression
+    type = types.element_of(expression.type, len(indices))
+    if isinstance(expression, Element):
+        return Element(
+            type=type, span=expression.span, base=expression.base, indices=(*expression.indices, *indices)
+        )
+    return Element(type=type, span=expression.span, base=expression, indices=indices)

@@ -1,0 +1,262 @@
+"""From the syntax tree of a file to the flat model: the steps in order."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.suggest import closest
+
+from . import model, types
+from .classes import Class, Classes
+from .cycles import check_cycles
+from .experiments import experiments
+from .expressions import elaborate
+from .instance import Instance, VariableMember
+from .instantiate import make_instance
+from .lints import lint
+from .load import load, search_path
+from .model import FlatModel, Role
+from .namespace import Library, Namespace
+from .overrides import Given, check_known, exact
+from .record import Record
+from .scope import Flattening, Poisoned, Scope
+from .space import look_ahead
+from .statements import run
+from .values import declared_type
+from .variables import variable
+
+_DEEPEST = 20_000
+"""Frames of Python: expressions are at most 150 deep, and a definition may need others that come later."""
+
+_FILE_LEVEL = (ast.Import, ast.Model, ast.Function, ast.Type)
+
+
+def flatten(
+    file: ast.File,
+    reporter: Reporter,
+    *,
+    model: str | None = None,
+    structural: Mapping[str, Given] | None = None,
+    search: tuple[Path, ...] = (),
+) -> FlatModel:
+    """Return one model of a file, flat and checked; without ``model`` the last one that is not partial.
+
+    ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports.
+    Raises CompileError with everything found.
+    """
+    library = Library(search_path(file, search), reporter)
+    namespace = library.register(file)
+    namespace.resolve()
+    chosen = _choose(file, namespace, model, reporter)
+    classes = Classes(reporter)
+    cls = classes.of(chosen, namespace)
+    flattening = Flattening(reporter, library, classes, elaborate, exact(structural or {}))
+    with _deep_recursion():
+        try:
+            return _flatten(cls, flattening)
+        except RecursionError:
+            raise reporter.fail(
+                "E0331",
+                "definitions depend on each other in too long a chain",
+                chosen.name_span,
+                help="declare names before they are used",
+            ) from None
+
+
+@contextmanager
+def _deep_recursion() -> Iterator[None]:
+    before = sys.getrecursionlimit()
+    sys.setrecursionlimit(max(before, _DEEPEST))
+    try:
+        yield
+    finally:
+        sys.setrecursionlimit(before)
+
+
+# ---------------------------------------------------------------- which model
+
+
+def _choose(file: ast.File, namespace: Namespace, name: str | None, reporter: Reporter) -> ast.Model:
+    """Return the model that is asked for."""
+    models = {m.name: m for m in namespace.models}
+    bare = tuple(item for item in file.items if not isinstance(item, _FILE_LEVEL))
+    if bare:
+        anonymous = _anonymous(file, bare)
+        models[anonymous.name] = anonymous
+    if name is None:
+        whole = [m for m in models.values() if not m.partial]
+        if not whole:
+            raise reporter.fail(
+                "E0214",
+                f"'{file.source.name}' holds no model",
+                None,
+                help="a file holds statements, or 'model Name ... end Name;'"
+                if not models
+                else "a partial model is completed by one that extends it",
+            )
+        return whole[-1]
+    chosen = models.get(name)
+    if chosen is None:
+        near = closest(name, models)
+        raise reporter.fail(
+            "E0214",
+            f"'{file.source.name}' holds no model '{name}'",
+            None,
+            help=f"did you mean '{near}'?" if near else f"it holds {', '.join(models)}" if models else "",
+        )
+    if chosen.partial:
+        raise reporter.fail(
+            "E0215",
+            f"'{name}' is partial: it must be extended",
+            chosen.name_span,
+            help=f"write 'model Mine extends {name}; ... end Mine;'",
+        )
+    return chosen
+
+
+def _anonymous(file: ast.File, statements: tuple[ast.Statement, ...]) -> ast.Model:
+    """Return the model that the bare statements of a file are, named after the file."""
+    stem = Path(file.source.name).stem or "model"
+    name = "".join(c if c.isalnum() or c == "_" else "_" for c in stem)
+    first = statements[0].span
+    return ast.Model(name=name, name_span=first, body=statements, span=first.to(statements[-1].span))
+
+
+# ---------------------------------------------------------------- the steps
+
+
+def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
+    reporter = flattening.reporter
+    if cls.broken:
+        reporter.stop_on_errors()
+    flattening.dimensionless = cls.dimensionless
+    if cls.dimensionless:
+        flattening.time_type = types.NUMBER
+    instance = make_instance(flattening, cls, "", None, None, [])
+    _name_independent(instance)
+    check_known(instance, reporter)
+    look_ahead(flattening, cls)
+    record = Record()
+    run(instance, record)
+    _add_integrals(flattening, record)
+    variables = _variables(record)
+    found = experiments(instance)
+    _check_gravity(instance, record)
+    lint(instance)
+    definitions = tuple(record.definitions)
+    if not reporter.has_errors:
+        check_cycles(variables, definitions, reporter)
+    reporter.stop_on_errors()
+    return FlatModel(
+        name=cls.model.name,
+        doc=cls.model.doc,
+        space=flattening.space.size,
+        dimensionless=cls.dimensionless,
+        independent=flattening.independent,
+        structural=_structural(flattening),
+        variables=variables,
+        definitions=definitions,
+        energies=tuple(record.energies),
+        masses=tuple(record.masses),
+        inertias=tuple(record.inertias),
+        loads=tuple(record.loads),
+        dampings=tuple(record.dampings),
+        frictions=tuple(record.frictions),
+        constraints=tuple(record.constraints),
+        drives=tuple(record.drives),
+        contacts=tuple(record.contacts),
+        joints=_joints(record),
+        initials=tuple(record.initials),
+        equations=tuple(record.equations),
+        events=tuple(record.events),
+        assertions=tuple(record.assertions),
+        exacts=tuple(record.exacts),
+        experiments=found,
+        origin=model.Origin(cls.model.span),
+    )
+
+
+def _name_independent(instance: Instance) -> None:
+    """Rename time where the model says ``independent``."""
+    flattening = instance.flattening
+    for placed in instance.cls.statements:
+        statement = placed.statement
+        if not isinstance(statement, ast.Independent):
+            continue
+        flattening.independent = statement.name
+        scope = Scope(flattening, instance, placed.namespace)
+        if statement.type:
+            flattening.time_type = declared_type(scope, statement.type, statement.span)
+        elif statement.lower is not None:
+            try:
+                flattening.time_type = types.numeric(scope.elaborate(statement.lower).type)
+            except Poisoned:
+                continue
+
+
+def _add_integrals(flattening: Flattening, record: Record) -> None:
+    """Make a hidden state of each running integral."""
+    for name, body, type, origin in flattening.integrals:
+        record.equations.append(model.StateEquation(name, (), body, origin))
+        zero = model.Literal(type=type, span=origin.span, value=Fraction(0))
+        start = model.StartValue(zero, False, origin)
+        record.hidden.append(model.Variable(name, Role.STATE, type, origin, start=start))
+
+
+def _variables(record: Record) -> tuple[model.Variable, ...]:
+    result: list[model.Variable] = []
+    for member in record.variables:
+        try:
+            result.append(variable(member, member.value, record))
+        except Poisoned:
+            continue
+    return (*result, *record.hidden)
+
+
+def _joints(record: Record) -> tuple[model.Joint, ...]:
+    """Return the joints with their targets followed through connections to the frame that is meant."""
+    values = {d.name: d.value for d in record.definitions if d.role is model.DefinitionRole.FRAME}
+    result = []
+    for joint in record.joints:
+        target = joint.target
+        seen = {target}
+        while isinstance(value := values.get(target), model.Name) and value.name in values:
+            target = value.name
+            if target in seen:
+                break
+            seen.add(target)
+        result.append(joint if target == joint.target else replace(joint, target=target))
+    return tuple(result)
+
+
+def _structural(flattening: Flattening) -> dict[str, Fraction | bool | str]:
+    """Return the scalar structural parameters of all instances with their values."""
+    return {
+        name: member.constant.value
+        for name, member in flattening.variables.items()
+        if isinstance(member, VariableMember)
+        and member.structural
+        and isinstance(member.constant, model.Literal)
+    }
+
+
+def _check_gravity(instance: Instance, record: Record) -> None:
+    """Warn of a field that reaches no mass."""
+    if instance.gravity_span is not None and id(instance) not in record.reached:
+        instance.flattening.reporter.warning(
+            "W0401",
+            "gravity reaches no mass",
+            instance.gravity_span,
+            help="it acts on 'mass' statements, here and in components; an energy written out needs "
+            "'potential m*g*h'",
+        )
+
+
+__all__ = ["flatten", "load"]

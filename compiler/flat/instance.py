@@ -1,0 +1,177 @@
+"""Instances of classes and their members: what exists, before any of it is elaborated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from .classes import Class
+from .model import Expression, Origin, Role, Type
+from .scope import Flattening, Poisoned, Scope
+
+Index = tuple[int, ...]
+
+
+@dataclass(slots=True, eq=False)
+class Source:
+    """An expression of one scope that is elaborated when first needed, and then shared."""
+
+    node: ast.Expression
+    scope: Scope
+    _value: Expression | None = None
+    _wrong: bool = False
+
+    def value(self) -> Expression:
+        if self._wrong:
+            raise Poisoned
+        if self._value is None:
+            try:
+                self._value = self.scope.elaborate(self.node)
+            except Poisoned:
+                self._wrong = True
+                raise
+        return self._value
+
+
+@dataclass(frozen=True, slots=True)
+class Pick:
+    """One array of components that a modification has passed through, and the element it has reached."""
+
+    extents: tuple[int, ...]
+    index: Index
+
+
+@dataclass(frozen=True, slots=True)
+class Modifier:
+    """A modification on its way to a member: ``path`` is what is left of its target.
+
+    ``rank`` orders competing ones, the largest wins: (stage, -depth of the writer, -level of inheritance).
+    """
+
+    path: tuple[ast.Part, ...]
+    kind: str
+    rate: bool
+    source: Source
+    rank: tuple[int, int, int]
+    span: Span
+    picks: tuple[Pick, ...] = ()
+    link: bool = False
+
+
+DECLARED, INITIAL, EXTENDED, MODIFIED = range(4)
+"""Stages of ``Modifier.rank``."""
+
+
+class Progress(Enum):
+    NEW = 0
+    OPEN = 1
+    DONE = 2
+    WRONG = 3
+
+
+@dataclass(slots=True, eq=False)
+class Member:
+    """A declared name of an instance; ``name`` is its dotted name in the flat model."""
+
+    declaration: ast.Declaration
+    scope: Scope
+    name: str
+    modifiers: list[Modifier] = field(default_factory=list)
+    progress: Progress = Progress.NEW
+
+
+@dataclass(slots=True, eq=False)
+class VariableMember(Member):
+    """A parameter, coordinate, state, discrete variable or input; ``constant`` if structural.
+
+    ``bound``: the expression an input is connected to.
+    """
+
+    role: Role = Role.PARAMETER
+    type: Type | None = None
+    structural: bool = False
+    constant: Expression | None = None
+    value: Expression | None = None
+    bound: Expression | None = None
+
+
+@dataclass(slots=True, eq=False)
+class DefinitionMember(Member):
+    """A ``let`` or ``output``."""
+
+    type: Type | None = None
+    value: Expression | None = None
+
+
+@dataclass(slots=True, eq=False)
+class PlaceMember(Member):
+    """A frame or point, or an array of them: ``values`` by index, None for a free frame.
+
+    ``welds``: values given to free frames from outside by name, which place them as joints would.
+    """
+
+    extents: tuple[int, ...] = ()
+    types: dict[Index, Type] = field(default_factory=dict)
+    values: dict[Index, Expression | None] = field(default_factory=dict)
+    opening: set[Index] = field(default_factory=set)
+    welds: dict[Index, tuple[Expression, Origin]] = field(default_factory=dict)
+
+
+@dataclass(slots=True, eq=False)
+class ComponentMember(Member):
+    """A component; ``instances`` by index, none where its condition is false."""
+
+    extents: tuple[int, ...] = ()
+    instances: dict[Index, Instance] = field(default_factory=dict)
+
+
+AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
+
+
+@dataclass(slots=True, eq=False)
+class LabelMember:
+    """A named statement: ``kind`` is force, torque, damping, friction, constraint or contact."""
+
+    kind: str
+    name: str
+    statement: ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact
+    scope: Scope
+    type: Type | None = None
+    progress: Progress = Progress.NEW
+
+
+@dataclass(slots=True, eq=False)
+class Expanded:
+    """A statement of an instance after ``for`` and ``if``."""
+
+    statement: ast.Statement
+    scope: Scope
+
+
+@dataclass(slots=True, eq=False)
+class Instance:
+    """One object of a class. ``members`` grows when structural conditions are decided (``expanded``)."""
+
+    flattening: Flattening
+    cls: Class
+    path: str
+    parent: Instance | None
+    made_at: Span | None
+    depth: int
+    members: dict[str, AnyMember] = field(default_factory=dict)
+    labels: dict[tuple[str, Index], LabelMember] = field(default_factory=dict)
+    modifiers: dict[str, list[Modifier]] = field(default_factory=dict)
+    expanded: list[Expanded] | None = None
+    expanding: bool = False
+    gravity: Expression | None = None
+    gravity_span: Span | None = None
+
+    @property
+    def model(self) -> ast.Model:
+        return self.cls.model
+
+    def full_name(self, name: str) -> str:
+        return f"{self.path}.{name}" if self.path else name

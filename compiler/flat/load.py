@@ -1,0 +1,79 @@
+"""Files: reading them, and finding those that an import means."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import mechc.stdlib
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.read import read_source
+
+LIBRARY = "mech"
+"""First word of the names of the standard library: ``mech.planar``."""
+
+SUFFIX = ".mech"
+
+_parsed: dict[tuple[Path, int, int], ast.File] = {}
+
+
+def load(path: Path | str, reporter: Reporter) -> ast.File:
+    """Read and parse one file; a file that has not changed since is not parsed again.
+
+    Raises CompileError where it cannot be read or is not of the language.
+    """
+    path = Path(path)
+    try:
+        status = path.stat()
+    except OSError:
+        return parse(read_source(path, reporter), reporter)
+    key = (path, status.st_mtime_ns, status.st_size)
+    file = _parsed.get(key)
+    if file is None:
+        before = len(reporter.diagnostics)
+        file = parse(read_source(path, reporter), reporter)
+        if len(reporter.diagnostics) == before:
+            _parsed[key] = file
+    return file
+
+
+@cache
+def library_folder() -> Path:
+    """Return the folder of the standard library."""
+    return Path(next(iter(mechc.stdlib.__path__)))
+
+
+def search_path(file: ast.File, further: tuple[Path, ...]) -> tuple[Path, ...]:
+    """Return the folders to look in: the file's own, those given, and those of ``MECHPATH``."""
+    own = Path(file.source.name).parent
+    listed = os.environ.get("MECHPATH", "")
+    return (own, *further, *(Path(p) for p in listed.split(os.pathsep) if p))
+
+
+def find(name: str, folders: tuple[Path, ...]) -> Path | None:
+    """Return the file that the dotted name of an import means."""
+    for candidate in _candidates(name, folders):
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+def _candidates(name: str, folders: tuple[Path, ...]) -> Iterator[Path]:
+    first, _, rest = name.partition(".")
+    if first == LIBRARY and rest:
+        yield library_folder().joinpath(*rest.split(".")).with_suffix(SUFFIX)
+    for folder in folders:
+        yield folder.joinpath(*name.split(".")).with_suffix(SUFFIX)
+
+
+def importable(folders: tuple[Path, ...]) -> list[str]:
+    """Return the names of all files next to hand, for "did you mean"."""
+    names = [f"{LIBRARY}.{path.stem}" for path in sorted(library_folder().glob("*" + SUFFIX))]
+    for folder in folders:
+        if folder.is_dir():
+            names += [path.stem for path in sorted(folder.glob("*" + SUFFIX))]
+    return names

@@ -1,0 +1,530 @@
+"""What a declared name is: its type and value, found when first asked for."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
+
+from . import types
+from .evaluate import constant, not_structural, pick, to_expression
+from .instance import (
+    DefinitionMember,
+    Index,
+    Member,
+    Modifier,
+    PlaceMember,
+    Progress,
+    VariableMember,
+)
+from .instantiate import element_scope, extents, indices, subscript
+from .model import Apply, Array, Expression, Kind, Literal, Name, Role, Type
+from .overrides import overridden
+from .scope import Poisoned, Scope
+from .values import broadcast, declared_type, distributed, fit
+
+FRAME_NAMES = ("from", "to")
+"""Free frames that a value given by name connects like ``->``; any other is welded."""
+
+
+def begin(member: Member, what: str) -> bool:
+    """Start resolving a member; False if it is resolved. Reports one that needs itself."""
+    if member.progress is Progress.DONE:
+        return False
+    if member.progress is Progress.WRONG:
+        raise Poisoned
+    if member.progress is Progress.OPEN:
+        member.progress = Progress.WRONG
+        raise member.scope.fail(
+            "E0207",
+            f"'{member.declaration.name}' is defined by itself",
+            member.declaration.name_span,
+            caption=f"{what} depends on this name again",
+        )
+    member.progress = Progress.OPEN
+    return True
+
+
+# ---------------------------------------------------------------- variables
+
+
+def type_of(member: VariableMember) -> Type:
+    """Return the type of a variable, from its declaration or from its default."""
+    if member.type is not None:
+        return member.type
+    if begin(member, "its type"):
+        try:
+            _resolve_variable(member)
+        except Poisoned:
+            member.progress = Progress.WRONG
+            raise
+        member.progress = Progress.DONE
+    assert member.type is not None
+    return member.type
+
+
+def _resolve_variable(member: VariableMember) -> None:
+    declaration, scope = member.declaration, member.scope
+    if declaration.type:
+        member.type = _declared(declaration, scope)
+    elif member.role in (Role.COORDINATE, Role.STATE) or _default(declaration) is not None:
+        member.type = _inferred(member)
+    else:
+        winner = strongest(member.modifiers)
+        if winner is None:
+            raise scope.fail(
+                "E0327",
+                f"'{declaration.name}' needs a type or a value",
+                declaration.name_span,
+                help=f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
+            )
+        member.type = _widened(winner.source.value().type)
+    if member.structural:
+        member.constant = _structural_value(member)
+
+
+def _declared(declaration: ast.Declaration, scope: Scope) -> Type:
+    base = declared_type(scope, declaration.type, declaration.name_span)
+    shape = extents(scope, declaration.dimensions)
+    if base.kind is Kind.ROTATION and shape:
+        raise scope.fail(
+            "E0305", "an array of rotations is not possible", declaration.span, help="declare them one by one"
+        )
+    return types.with_shape(base, shape)
+
+
+def _default(declaration: ast.Declaration) -> ast.Expression | None:
+    """Return the expression of ``= e`` or ``~ e`` in a declaration."""
+    match declaration:
+        case ast.Coordinate(start=start) | ast.State(start=start):
+            return None if start is None else start.value
+        case ast.Parameter(value=value) | ast.Discrete(value=value) | ast.Input(value=value):
+            return value
+        case ast.Let(value=value) | ast.Output(value=value):
+            return value
+        case _:
+            return None
+
+
+def _inferred(member: VariableMember) -> Type:
+    declaration, scope = member.declaration, member.scope
+    default = _default(declaration)
+    if default is None:
+        raise scope.fail(
+            "E0327",
+            f"'{declaration.name}' needs a type or an initial value",
+            declaration.name_span,
+            help=f"write for example 'coordinate Length {declaration.name};'",
+        )
+    value = elementwise(declaration, scope, default)
+    type = value.type
+    if type.kind is Kind.POSE and member.role is Role.COORDINATE:
+        type = types.ROTATION
+    if not member.structural:
+        type = _widened(type)
+    if declaration.dimensions:
+        shape = extents(scope, declaration.dimensions)
+        if type.shape and type.shape != shape:
+            broadcast(
+                scope,
+                value,
+                types.with_shape(type, shape),
+                default.span,
+                declaration.name,
+                declaration.name_span,
+            )
+        type = types.with_shape(type, shape)
+    allowed = (Kind.REAL, Kind.ROTATION) if member.role in (Role.COORDINATE, Role.STATE) else None
+    if type.kind in (Kind.FRAME, Kind.POSE) or (allowed and type.kind not in allowed):
+        raise scope.fail(
+            "E0303",
+            f"'{declaration.name}' cannot be {types.describe(type)}",
+            default.span,
+            caption=f"this is {types.describe(type)}",
+            help="a frame is declared by 'frame'" if type.kind in (Kind.FRAME, Kind.POSE) else "",
+        )
+    return type
+
+
+def _widened(type: Type) -> Type:
+    """Return the type of a variable that gets a value of ``type``: a whole number may become any number."""
+    return types.numeric(type)
+
+
+def elementwise(declaration: ast.Declaration, scope: Scope, node: ast.Expression) -> Expression:
+    """Return the value of a declaration; with ``[i in 1:n]`` it is elaborated for each element."""
+    if not any(d.name for d in declaration.dimensions):
+        return scope.elaborate(node)
+    sizes = extents(scope, declaration.dimensions)
+    values = [element_scope(scope, declaration.dimensions, index).elaborate(node) for index in indices(sizes)]
+    return nested(values, sizes, node.span, scope)
+
+
+def nested(values: list[Expression], sizes: tuple[int, ...], span: Span, scope: Scope) -> Expression:
+    """Return an array of shape ``sizes`` (and that of the values) from its elements in row-major order."""
+    if not values:
+        raise scope.fail("E0422", "an array without elements has no type", span, help="give it a type")
+    if not sizes:
+        return values[0]
+    first = next((v for v in values if not types.is_zero(v)), values[0])
+    unified: list[Expression] = [
+        fit(
+            scope,
+            v,
+            types.numeric(first.type) if first.type.kind is Kind.INTEGER else first.type,
+            v.span,
+            code="E0317",
+        )
+        for v in values
+    ]
+    for count in reversed(sizes):
+        inner = unified[0].type
+        type = types.make(inner.kind, (count, *inner.shape), inner.dimension, inner.angle)
+        unified = [
+            Array(type=type, span=span, elements=tuple(unified[k : k + count]))
+            for k in range(0, len(unified), count)
+        ]
+    return unified[0]
+
+
+# ---------------------------------------------------------------- modifications
+
+
+def strongest(modifiers: list[Modifier], *, rate: bool = False) -> Modifier | None:
+    """Return the winning modification; two of equal rank are reported."""
+    best: Modifier | None = None
+    for modifier in modifiers:
+        if modifier.rate is not rate:
+            continue
+        if best is not None and modifier.rank == best.rank:
+            raise twice(modifier, best)
+        if best is None or modifier.rank > best.rank:
+            best = modifier
+    return best
+
+
+def twice(modifier: Modifier, first: Modifier) -> Poisoned:
+    name = modifier.path[0].name
+    return modifier.source.scope.fail(
+        "E0409",
+        f"'{name}' is given two values at the same level",
+        modifier.span,
+        caption="second",
+        labels=(Label(first.span, "first"),),
+        help="leave one of them out",
+    )
+
+
+def modified_value(member: VariableMember, modifier: Modifier, target: Type) -> Expression:
+    """Return the value that a modification gives to a member, fitted to its type."""
+    source = modifier.source
+    value = distributed(source.scope, source.value(), target.shape, modifier.picks, source.node.span)
+    declaration = member.declaration
+    return fit(
+        source.scope, value, target, source.node.span, name=declaration.name, declared=declaration.name_span
+    )
+
+
+def parameter_value(member: VariableMember) -> Expression | None:
+    """Return the value of a parameter, discrete variable or input: the strongest modification, or its default."""
+    type = type_of(member)
+    for modifier in member.modifiers:
+        check_plain(member, modifier)
+    winner = strongest(member.modifiers)
+    if winner is not None:
+        return modified_value(member, winner, type)
+    default = _default(member.declaration)
+    if default is None:
+        return None
+    value = elementwise(member.declaration, member.scope, default)
+    return fit(
+        member.scope,
+        value,
+        type,
+        default.span,
+        name=member.declaration.name,
+        declared=member.declaration.name_span,
+    )
+
+
+def check_plain(member: VariableMember, modifier: Modifier) -> None:
+    """Report ``~``, a rate, an index or a deeper name in the modification of a plain value."""
+    name, scope = member.declaration.name, modifier.source.scope
+    noun = member.role.value
+    if len(modifier.path) > 1:
+        raise scope.fail(
+            "E0401", f"'{name}' is {types.with_article(noun)} and has nothing inside", modifier.span
+        )
+    if modifier.rate:
+        raise scope.fail(
+            "E0403", f"'{name}' is {types.with_article(noun)}; its rate cannot be set", modifier.span
+        )
+    if modifier.kind == "~":
+        raise scope.fail(
+            "E0403",
+            f"'{name}' is {types.with_article(noun)}, which is known and not guessed",
+            modifier.span,
+            help=f"write '{name} = ...'",
+        )
+    if modifier.path[0].indices:
+        raise scope.fail(
+            "E0403",
+            f"one element of '{name}' cannot be modified alone",
+            modifier.span,
+            help="give all elements, as in '{1, 2, 3} m'",
+        )
+
+
+def _structural_value(member: VariableMember) -> Expression:
+    """Return the value of a structural parameter as literals."""
+    assert member.type is not None
+    given = overridden(member)
+    if given is not None:
+        return given
+    member.progress = Progress.OPEN
+    value = parameter_value_of_structural(member)
+    known = constant(value)
+    if known is None:
+        winner = strongest(member.modifiers)
+        scope = winner.source.scope if winner else member.scope
+        node = winner.source.node if winner else _default(member.declaration)
+        assert node is not None
+        raise not_structural(scope, node, value, f"the structural parameter '{member.declaration.name}'")
+    return to_expression(known, member.type, value.span)
+
+
+def parameter_value_of_structural(member: VariableMember) -> Expression:
+    value = parameter_value(member)
+    if value is None:
+        declaration = member.declaration
+        raise member.scope.fail(
+            "E0411",
+            f"the structural parameter '{declaration.name}' has no value",
+            declaration.name_span,
+            help=f"write '{declaration.name} = ...'",
+        )
+    return value
+
+
+# ---------------------------------------------------------------- let and output
+
+
+def definition_value(member: DefinitionMember) -> Expression:
+    """Return the checked value of a ``let`` or ``output``."""
+    if begin(member, "its value"):
+        try:
+            member.value = _definition(member)
+        except Poisoned:
+            member.progress = Progress.WRONG
+            raise
+        member.progress = Progress.DONE
+    assert member.value is not None
+    return member.value
+
+
+def _definition(member: DefinitionMember) -> Expression:
+    declaration, scope = member.declaration, member.scope
+    assert isinstance(declaration, ast.Let | ast.Output)
+    if declaration.value is None:
+        raise scope.fail(
+            "E0411",
+            f"output '{declaration.name}' has no value",
+            declaration.name_span,
+            help=f"write 'output {declaration.name} = ...;'",
+        )
+    if declaration.type:
+        member.type = _declared(declaration, scope)
+    value = elementwise(declaration, scope, declaration.value)
+    if member.type is not None:
+        return fit(
+            scope,
+            value,
+            member.type,
+            declaration.value.span,
+            name=declaration.name,
+            declared=declaration.name_span,
+        )
+    if declaration.dimensions:
+        shape = extents(scope, declaration.dimensions)
+        if value.type.kind is not Kind.POINT or value.type.shape != shape:
+            target = types.with_shape(value.type, shape)
+            value = broadcast(
+                scope, value, target, declaration.value.span, declaration.name, declaration.name_span
+            )
+    return value
+
+
+def definition_type(member: DefinitionMember) -> Type:
+    """Return the type of a ``let`` or ``output``; a declared one needs no value."""
+    if member.type is None and member.declaration.type and member.progress is not Progress.DONE:
+        if member.progress is Progress.WRONG:
+            raise Poisoned
+        member.type = _declared(member.declaration, member.scope)
+    return member.type if member.type is not None else definition_value(member).type
+
+
+# ---------------------------------------------------------------- frames and points
+
+
+def place_extents(member: PlaceMember) -> tuple[int, ...]:
+    if member.declaration.dimensions and not member.extents:
+        member.extents = extents(member.scope, member.declaration.dimensions)
+    return member.extents
+
+
+def is_free(member: PlaceMember) -> bool:
+    """Tell whether a frame was declared without a value."""
+    return isinstance(member.declaration, ast.Frame) and member.declaration.value is None
+
+
+def place_type(member: PlaceMember, index: Index) -> Type:
+    """Return FRAME, or the type of a point: that of its value."""
+    if isinstance(member.declaration, ast.Frame):
+        return types.FRAME
+    value = place_value(member, index)
+    assert value is not None
+    return value.type
+
+
+def place_value(member: PlaceMember, index: Index) -> Expression | None:
+    """Return the value of one frame or point; None for a free frame."""
+    if index in member.values:
+        return member.values[index]
+    if member.progress is Progress.WRONG:
+        raise Poisoned
+    if index in member.opening:
+        member.progress = Progress.WRONG
+        raise member.scope.fail(
+            "E0207",
+            f"'{member.declaration.name}' is defined by itself",
+            member.declaration.name_span,
+        )
+    member.opening.add(index)
+    try:
+        value = _place(member, index)
+    except Poisoned:
+        member.progress = Progress.WRONG
+        raise
+    member.values[index] = value
+    return value
+
+
+def _place(member: PlaceMember, index: Index) -> Expression | None:
+    declaration, scope = member.declaration, member.scope
+    assert isinstance(declaration, ast.Frame | ast.Point)
+    if declaration.value is None:
+        return _bound_frame(member, index)
+    for modifier in member.modifiers:
+        raise cannot_modify(member, modifier, "has a value of its own")
+    inner = element_scope(scope, declaration.dimensions, index)
+    value = inner.elaborate(declaration.value)
+    if (
+        index
+        and not any(d.name for d in declaration.dimensions)
+        and value.type.shape[: len(index)] == member.extents
+    ):
+        value = pick(value, index)
+    return placed_at(inner, value, declaration, declaration.value.span)
+
+
+def placed_at(scope: Scope, value: Expression, declaration: ast.Declaration, span: Span) -> Expression:
+    """Check that a value is a frame, or a point, as declared."""
+    kind = value.type.kind
+    if isinstance(declaration, ast.Frame):
+        if kind is Kind.FRAME and not value.type.shape:
+            return value
+        raise scope.fail(
+            "E0332",
+            f"'{declaration.name}' is a frame, the value is {types.describe(value.type)}",
+            span,
+            caption=f"this is {types.describe(value.type)}",
+            help="begin with a frame, as in 'world * trans({x, y}) * rot(angle)'",
+        )
+    if kind is Kind.POINT and len(value.type.shape) == 1:
+        return value
+    if kind is Kind.FRAME and not value.type.shape:
+        return value_as_point(scope, value, span)
+    raise scope.fail(
+        "E0332",
+        f"'{declaration.name}' is a point, the value is {types.describe(value.type)}",
+        span,
+        caption=f"this is {types.describe(value.type)}",
+        help="write a frame times a vector of lengths, as in 'world * {x, y}'",
+    )
+
+
+def value_as_point(scope: Scope, frame: Expression, span: Span) -> Expression:
+    """Return the origin of a frame as a point: the frame times a vector of zeros."""
+    size = scope.flattening.space.known(scope, span)
+    dimension = types.NUMBER.dimension if scope.flattening.dimensionless else types.LENGTH
+    zero = Literal(type=types.real(dimension), span=span, value=Fraction(0))
+    offset = Array(type=types.real(dimension, (size,)), span=span, elements=(zero,) * size)
+    type = types.make(Kind.POINT, (size,), dimension)
+    return Apply(type=type, span=span, function="multiply", arguments=(frame, offset))
+
+
+def cannot_modify(member: Member, modifier: Modifier, reason: str) -> Poisoned:
+    name = member.declaration.name
+    return modifier.source.scope.fail(
+        "E0402",
+        f"'{name}' cannot be modified: it {reason}",
+        modifier.span,
+        labels=(Label(member.declaration.name_span, "declared here"),),
+        help="parameters, initial values, inputs and free frames can be modified",
+    )
+
+
+def _bound_frame(member: PlaceMember, index: Index) -> Expression | None:
+    """Return what a free frame is connected to by ``->`` or by name; None while nothing is."""
+    winner = strongest(member.modifiers)
+    if winner is None:
+        return None
+    source, name = winner.source, member.declaration.name
+    if winner.kind != "=" or winner.rate or len(winner.path) > 1 or winner.path[0].indices:
+        raise source.scope.fail("E0403", f"'{name}' is a frame; write '{name} = frame'", winner.span)
+    sizes = place_extents(member)
+    value = distributed(source.scope, source.value(), sizes, winner.picks, source.node.span)
+    if index and value.type.shape == sizes:
+        value = pick(value, index)
+    if value.type.kind is not Kind.FRAME or value.type.shape:
+        given = types.describe(value.type)
+        raise source.scope.fail(
+            "E0332",
+            f"'{name}' connects to a frame, this is {given}",
+            source.node.span,
+            caption=f"this is {given}",
+            help="name a frame of the component, for example 'bar.a'"
+            if value.type.kind is not Kind.POINT
+            else "write the frame that carries the point, times 'trans(...)'",
+        )
+    if winner.link or name in FRAME_NAMES:
+        return value
+    member.welds[index] = (value, source.scope.origin(source.node.span))
+    return None
+
+
+# ---------------------------------------------------------------- references to members
+
+
+def variable_reference(member: VariableMember, span: Span) -> Expression:
+    """Return a variable by name; a structural parameter by its value."""
+    type = type_of(member)
+    if member.constant is not None:
+        return member.constant
+    return Name(type=type, span=span, name=member.name)
+
+
+def definition_reference(member: DefinitionMember, span: Span) -> Expression:
+    """Return a ``let`` or ``output`` by name; a constant whole number or truth value by its value."""
+    type = definition_type(member)
+    if type.kind in (Kind.INTEGER, Kind.BOOLEAN) and not type.shape:
+        value = definition_value(member)
+        if isinstance(value, Literal):
+            return value
+    return Name(type=type, span=span, name=member.name)
+
+
+def place_reference(member: PlaceMember, index: Index, span: Span) -> Expression:
+    return Name(type=place_type(member, index), span=span, name=member.name + subscript(index))

@@ -1,0 +1,235 @@
+"""Names of a file: its models, functions and types, and what its imports bring in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from mechc.lang import ast
+from mechc.lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
+from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.source import Span
+from mechc.lang.suggest import closest
+from mechc.lang.units import NAMED_TYPES, parse_unit
+
+from .load import find, importable, load
+
+Definition = ast.Model | ast.Function | ast.Type
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A definition together with the names that its own text sees."""
+
+    definition: Definition
+    namespace: Namespace
+
+
+@dataclass(slots=True)
+class Library:
+    """The files of one compilation, each loaded once."""
+
+    folders: tuple[Path, ...]
+    reporter: Reporter
+    _namespaces: dict[Path, Namespace] = field(default_factory=dict)
+
+    def namespace(self, path: Path) -> Namespace:
+        key = path.resolve()
+        found = self._namespaces.get(key)
+        if found is None:
+            file = load(path, self.reporter)
+            found = self._namespaces[key] = Namespace(file.items, self)
+        return found
+
+    def register(self, file: ast.File) -> Namespace:
+        """Return the namespace of a file that is parsed already."""
+        namespace = Namespace(file.items, self)
+        self._namespaces[Path(file.source.name).resolve()] = namespace
+        return namespace
+
+
+class Namespace:
+    """What the names of models, functions and types mean in one file, or in one model inside it."""
+
+    def __init__(self, items: tuple[ast.Statement, ...], library: Library, parent: Namespace | None = None):
+        self._library = library
+        self._parent = parent
+        self._imports = tuple(item for item in items if isinstance(item, ast.Import))
+        self._own: dict[str, Definition] = {}
+        self._explicit: dict[str, Found | Namespace] | None = None
+        self._paths: dict[str, Namespace] = {}
+        self._open: list[tuple[Namespace, ast.Import]] = []
+        self._broken = False
+        for item in items:
+            if isinstance(item, ast.Model | ast.Function | ast.Type):
+                self._define(item)
+
+    def _define(self, item: Definition) -> None:
+        reporter = self._library.reporter
+        first = self._own.get(item.name)
+        if first is not None:
+            reporter.error(
+                "E0204",
+                f"'{item.name}' is defined twice",
+                item.name_span,
+                caption="again here",
+                labels=(Label(first.name_span, "first here"),),
+            )
+            return
+        known = _predefined(item)
+        if known:
+            reporter.error(
+                "E0211",
+                f"'{item.name}' is the name of {known}",
+                item.name_span,
+                help="choose another name",
+            )
+        self._own[item.name] = item
+
+    def inside(self, items: tuple[ast.Statement, ...]) -> Namespace:
+        """Return the namespace of a model's body, which may import and define too."""
+        if any(isinstance(item, ast.Import | ast.Function | ast.Type) for item in items):
+            return Namespace(items, self._library, self)
+        return self
+
+    @property
+    def models(self) -> tuple[ast.Model, ...]:
+        """The models that this file defines itself, in order."""
+        return tuple(item for item in self._own.values() if isinstance(item, ast.Model))
+
+    @property
+    def broken(self) -> bool:
+        """True where an import failed, so that an unknown name may be no further mistake."""
+        self._resolve_imports()
+        return self._broken or (self._parent is not None and self._parent.broken)
+
+    # ------------------------------------------------------------ looking up
+
+    def look_up(self, name: str, span: Span) -> Found | None:
+        """Return what a dotted name means; None if nothing. Reports a name that two imports give."""
+        first, _, rest = name.partition(".")
+        found = self._first(first, span)
+        if rest:
+            if isinstance(found, Namespace):
+                return found.exported(rest)
+            self._resolve_imports()
+            path, _, last = name.rpartition(".")
+            namespace = self._paths.get(path)
+            if namespace is not None:
+                return namespace.exported(last)
+            return self._parent.look_up(name, span) if self._parent else None
+        if isinstance(found, Found):
+            return found
+        return self._parent.look_up(name, span) if self._parent else None
+
+    def exported(self, name: str) -> Found | None:
+        """Return what a name of this file's own definitions means."""
+        definition = self._own.get(name)
+        return None if definition is None else Found(definition, self)
+
+    def _first(self, name: str, span: Span) -> Found | Namespace | None:
+        own = self._own.get(name)
+        if own is not None:
+            return Found(own, self)
+        explicit = self._resolve_imports()
+        if name in explicit:
+            return explicit[name]
+        found: Found | None = None
+        by: ast.Import | None = None
+        for namespace, statement in self._open:
+            other = namespace.exported(name)
+            if other is None or (found is not None and other.definition is found.definition):
+                continue
+            if found is not None and by is not None:
+                self._library.reporter.error(
+                    "E0208",
+                    f"'{name}' comes from two imports",
+                    span,
+                    caption="which one is meant?",
+                    labels=(Label(by.span, "from here"), Label(statement.span, "and from here")),
+                    help=f"import it by name, as in 'import {by.path}.{{{name}}};'",
+                )
+                break
+            found, by = other, statement
+        return found
+
+    def names(self) -> Iterator[str]:
+        """Yield every name that means something here, for "did you mean"."""
+        yield from self._own
+        yield from self._resolve_imports()
+        for namespace, _ in self._open:
+            yield from namespace._own
+        if self._parent is not None:
+            yield from self._parent.names()
+
+    # ------------------------------------------------------------ imports
+
+    def resolve(self) -> None:
+        """Follow the imports now, so that wrong ones are reported even if nothing uses them."""
+        self._resolve_imports()
+
+    def _resolve_imports(self) -> dict[str, Found | Namespace]:
+        if self._explicit is None:
+            self._explicit = {}
+            for statement in self._imports:
+                self._resolve(statement, self._explicit)
+        return self._explicit
+
+    def _resolve(self, statement: ast.Import, explicit: dict[str, Found | Namespace]) -> None:
+        library = self._library
+        path = find(statement.path, library.folders)
+        names = statement.names
+        if path is None and not names:
+            parent, _, last = statement.path.rpartition(".")
+            path = find(parent, library.folders) if parent else None
+            names = (last,)
+        if path is None:
+            self._broken = True
+            near = closest(statement.path, importable(library.folders))
+            library.reporter.error(
+                "E0205",
+                f"there is no file for '{statement.path}'",
+                statement.span,
+                help=f"did you mean '{near}'?"
+                if near
+                else "the folders searched are the model's own, those of MECHPATH and the standard library",
+            )
+            return
+        namespace = library.namespace(path)
+        if names == ("*",):
+            self._open.append((namespace, statement))
+            return
+        if not names:
+            if statement.alias:
+                explicit[statement.alias] = namespace
+            else:
+                self._paths[statement.path] = namespace
+            return
+        for name in names:
+            found = namespace.exported(name)
+            if found is None:
+                self._broken = True
+                near = closest(name, namespace._own)
+                library.reporter.error(
+                    "E0206",
+                    f"'{path.name}' defines no '{name}'",
+                    statement.span,
+                    help=f"did you mean '{near}'?" if near else "",
+                )
+                continue
+            explicit[statement.alias or name] = found
+
+
+def _predefined(item: Definition) -> str:
+    """Say what the language itself means by a name, or nothing."""
+    name = item.name
+    if isinstance(item, ast.Type):
+        named = NAMED_TYPES.get(name)
+        same = named is not None and named.dimension == parse_unit(item.unit).dimension
+        return "" if same or (named is None and name != "Rotation") else "a type of the language"
+    if isinstance(item, ast.Function) and name in BUILTINS:
+        return f"a function of the language: {BUILTINS[name].doc}"
+    if name in CONSTANTS or name in PREDEFINED:
+        return "something that every model has"
+    return ""

@@ -1,0 +1,67 @@
+"""The flat model while it is being collected."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from mechc.lang.source import Span
+
+from . import model
+from .instance import Index, Instance, VariableMember
+
+
+@dataclass(frozen=True, slots=True)
+class Beginning:
+    """An ``initial`` statement about one variable, or about one element or the rate of it.
+
+    ``rank`` as in ``Modifier``.
+    """
+
+    member: VariableMember
+    indices: Index
+    rate: bool
+    start: model.StartValue
+    rank: tuple[int, int, int]
+    span: Span
+
+
+@dataclass(slots=True)
+class Record:
+    """Everything in the order of its statements; ``variables`` get their values last (variables.py)."""
+
+    variables: list[VariableMember] = field(default_factory=list)
+    definitions: list[model.Definition] = field(default_factory=list)
+    energies: list[model.Energy] = field(default_factory=list)
+    masses: list[model.Mass] = field(default_factory=list)
+    inertias: list[model.Inertia] = field(default_factory=list)
+    loads: list[model.Load] = field(default_factory=list)
+    dampings: list[model.Damping] = field(default_factory=list)
+    frictions: list[model.Friction] = field(default_factory=list)
+    constraints: list[model.Constraint] = field(default_factory=list)
+    drives: list[model.Drive] = field(default_factory=list)
+    contacts: list[model.Contact] = field(default_factory=list)
+    joints: list[model.Joint] = field(default_factory=list)
+    initials: list[model.InitialCondition] = field(default_factory=list)
+    equations: list[model.StateEquation] = field(default_factory=list)
+    events: list[model.Event] = field(default_factory=list)
+    assertions: list[model.Assertion] = field(default_factory=list)
+    exacts: list[model.ExactSolution] = field(default_factory=list)
+    beginnings: dict[str, list[Beginning]] = field(default_factory=dict)
+    hidden: list[model.Variable] = field(default_factory=list)
+    reached: set[int] = field(default_factory=set)
+    placed: dict[str, Span] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def numbered(self, kind: str) -> str:
+        """Return ``constraint[2]``, the name of a statement without a label."""
+        self.counts[kind] = self.counts.get(kind, 0) + 1
+        return f"{kind}[{self.counts[kind]}]"
+
+
+@dataclass(slots=True)
+class JointParts:
+    """The ``place`` and ``closure`` statements of one instance."""
+
+    instance: Instance
+    places: list[tuple[str, model.Expression, Span]] = field(default_factory=list)
+    closures: list[model.ClosureEquation] = field(default_factory=list)

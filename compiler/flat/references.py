@@ -1,0 +1,395 @@
+"""Dotted names to expressions: ``link[i-1].b``, ``joint.angle``, ``r[1, 1:2]``."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.builtins import BUILTINS, CONSTANTS
+from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
+from mechc.lang.suggest import closest
+
+from . import types
+from .evaluate import pick, range_values, whole_number
+from .instance import (
+    AnyMember,
+    ComponentMember,
+    DefinitionMember,
+    Index,
+    Instance,
+    LabelMember,
+    PlaceMember,
+    VariableMember,
+)
+from .instantiate import expand, indices, instances_of, member_of, subscript
+from .members import definition_reference, place_extents, place_reference, variable_reference
+from .model import Array, Expression, Kind, Literal, Name, Query
+from .scope import Poisoned, Scope
+
+_ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}
+
+
+def reference(scope: Scope, node: ast.Reference) -> Expression:
+    """Return the expression that a dotted name stands for."""
+    first = node.parts[0]
+    if len(node.parts) == 1 and not first.indices:
+        return _whole(scope, first.name, node.span)
+    value = scope.local.get(first.name)
+    if value is not None:
+        if len(node.parts) > 1:
+            raise scope.fail("E0202", f"'{first.name}' has nothing inside", node.span)
+        return indexed(scope, value, first.indices, first.span)
+    instance = scope.instance
+    member = None if instance is None else member_of(instance, first.name)
+    if member is None:
+        return _outside(scope, node)
+    assert instance is not None
+    return _member(scope, member, node.parts, node.span)
+
+
+def _whole(scope: Scope, name: str, span: Span) -> Expression:
+    value = scope.local.get(name)
+    if value is not None:
+        return value
+    instance = scope.instance
+    if instance is not None:
+        member = instance.members.get(name)
+        if member is None and name in instance.cls.conditional:
+            member = member_of(instance, name)
+        if member is not None:
+            if isinstance(member, VariableMember):
+                return variable_reference(member, span)
+            return _plain_member(scope, member, span)
+    return predefined(scope, name, span)
+
+
+def predefined(scope: Scope, name: str, span: Span) -> Expression:
+    """Return what every model has: ``world``, ``time``, ``pi``; reports an unknown name."""
+    flattening = scope.flattening
+    if name == "world":
+        return Name(type=types.FRAME, span=span, name="world")
+    if name == flattening.independent:
+        return Name(type=flattening.time_type, span=span, name="time")
+    if name in CONSTANTS:
+        return Literal(type=types.NUMBER, span=span, value=CONSTANTS[name])
+    raise unknown(scope, name, span)
+
+
+def _plain_member(scope: Scope, member: AnyMember, span: Span) -> Expression:
+    match member:
+        case VariableMember():
+            return variable_reference(member, span)
+        case DefinitionMember():
+            return definition_reference(member, span)
+        case PlaceMember():
+            sizes = place_extents(member)
+            if not sizes:
+                return place_reference(member, (), span)
+            return _stack([place_reference(member, i, span) for i in indices(sizes)], sizes, span)
+        case ComponentMember():
+            raise scope.fail(
+                "E0213",
+                f"'{member.declaration.name}' is a component and has no value",
+                span,
+                caption=f"it is a {member.declaration.type}",
+                help=f"name something inside it, as in '{member.declaration.name}.a'",
+            )
+
+
+def _member(scope: Scope, member: AnyMember, parts: tuple[ast.Part, ...], span: Span) -> Expression:
+    part, rest = parts[0], parts[1:]
+    if isinstance(member, ComponentMember):
+        return _inside(scope, member, part, rest, span)
+    if rest:
+        if isinstance(member, VariableMember | DefinitionMember | PlaceMember):
+            noun = type(member.declaration).__name__.lower()
+            raise scope.fail(
+                "E0202",
+                f"'{part.name}' is {types.with_article(noun)} and has no '{rest[0].name}'",
+                rest[0].span,
+                labels=(Label(member.declaration.name_span, "declared here"),),
+            )
+    if isinstance(member, PlaceMember) and place_extents(member):
+        return _place_element(scope, member, part, span)
+    return indexed(scope, _plain_member(scope, member, span), part.indices, part.span)
+
+
+def _place_element(scope: Scope, member: PlaceMember, part: ast.Part, span: Span) -> Expression:
+    sizes = member.extents
+    if not part.indices:
+        return _plain_member(scope, member, span)
+    own, further = part.indices[: len(sizes)], part.indices[len(sizes) :]
+    chosen = [_positions(scope, node, n, part.name) for node, n in zip(own, sizes, strict=False)]
+    if len(own) == len(sizes) and all(isinstance(c, int) for c in chosen):
+        element = place_reference(member, tuple(c for c in chosen if isinstance(c, int)), span)
+        return indexed(scope, element, further, part.span)
+    return indexed(scope, _plain_member(scope, member, span), part.indices, part.span)
+
+
+def _inside(
+    scope: Scope, member: ComponentMember, part: ast.Part, rest: tuple[ast.Part, ...], span: Span
+) -> Expression:
+    """Return what is inside a component; an array of components without index gives an array."""
+    if not rest:
+        return _plain_member(scope, member, span)
+    instances = existing(scope, member, part.span)
+    if not part.indices and member.extents:
+        values = [_within(scope, instance, rest, span) for instance in instances.values()]
+        return _stack(values, member.extents, span)
+    index = component_index(scope, member, part)
+    return _within(scope, instances[index], rest, span)
+
+
+def _within(scope: Scope, instance: Instance, parts: tuple[ast.Part, ...], span: Span) -> Expression:
+    part = parts[0]
+    member = member_of(instance, part.name)
+    if member is None:
+        raise no_such_member(scope, instance, part)
+    if len(parts) == 1 and not part.indices and isinstance(member, VariableMember):
+        return variable_reference(member, span)
+    return _member(scope, member, parts, span)
+
+
+def no_such_member(scope: Scope, instance: Instance, part: ast.Part) -> Poisoned:
+    if instance.cls.broken:
+        return Poisoned()
+    labels = (Label(instance.cls.model.name_span, f"{instance.cls.name} is defined here"),)
+    if part.name in instance.cls.conditional:
+        return scope.fail(
+            "E0216",
+            f"'{instance.path}' has '{part.name}' only under a condition that is false here",
+            part.span,
+            labels=(Label(instance.cls.conditional[part.name].name_span, "declared here"),),
+        )
+    near = closest(part.name, instance.members)
+    return scope.fail(
+        "E0202",
+        f"'{instance.path}', a {instance.cls.name}, has no '{part.name}'",
+        part.span,
+        labels=labels,
+        help=f"did you mean '{near}'?" if near else "",
+    )
+
+
+def existing(scope: Scope, member: ComponentMember, span: Span) -> dict[Index, Instance]:
+    """Return the instances of a component; reports one that its condition leaves out."""
+    instances = instances_of(member)
+    declaration = member.declaration
+    assert isinstance(declaration, ast.Component)
+    if not instances and declaration.condition is not None and not declaration.dimensions:
+        raise scope.fail(
+            "E0216",
+            f"'{declaration.name}' does not exist here",
+            span,
+            labels=(Label(declaration.condition.span, "this condition is false"),),
+            help="put what uses it under the same condition: 'if ... then ... end if;'",
+        )
+    return instances
+
+
+def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> Index:
+    """Return the index of one component, counted from 0."""
+    sizes = member.extents
+    if len(part.indices) != len(sizes):
+        raise scope.fail(
+            "E0316",
+            f"'{part.name}' has {_dimension_words(len(sizes))}, not {len(part.indices)}",
+            part.span,
+            labels=(Label(member.declaration.name_span, "declared here"),),
+        )
+    chosen = []
+    for node, size in zip(part.indices, sizes, strict=True):
+        position = _positions(scope, node, size, part.name)
+        if not isinstance(position, int):
+            raise scope.fail("E0316", "a range of components has no value", node.span)
+        chosen.append(position)
+    return tuple(chosen)
+
+
+def _dimension_words(count: int) -> str:
+    return {0: "no index", 1: "1 index"}.get(count, f"{count} indices")
+
+
+def _stack(values: list[Expression], sizes: tuple[int, ...], span: Span) -> Expression:
+    """Return an array of shape ``sizes`` from values of one type in row-major order."""
+    for count in reversed(sizes):
+        inner = values[0].type if values else types.NUMBER
+        type = types.make(inner.kind, (count, *inner.shape), inner.dimension, inner.angle)
+        values = [
+            Array(type=type, span=span, elements=tuple(values[k : k + count]))
+            for k in range(0, len(values), count)
+        ] or [Array(type=type, span=span, elements=())]
+    return values[0]
+
+
+# ---------------------------------------------------------------- indices
+
+
+def indexed(scope: Scope, value: Expression, nodes: tuple[ast.Expression, ...], span: Span) -> Expression:
+    """Return ``value[i, a:b]``. Indices are counted from 1 and known when compiling."""
+    if not nodes:
+        return value
+    shape = (4,) if value.type.kind is Kind.ROTATION else value.type.shape
+    if len(nodes) > len(shape):
+        raise scope.fail(
+            "E0316",
+            f"{len(nodes)} {'indices' if len(nodes) > 1 else 'index'} on {types.describe(value.type)}",
+            span,
+            caption="it has no elements" if not shape else f"it has {_dimension_words(len(shape))}",
+        )
+    chosen = [_positions(scope, node, size, _name(span)) for node, size in zip(nodes, shape, strict=False)]
+    return _choose(value, chosen, span)
+
+
+def _name(span: Span) -> str:
+    return span.text.partition("[")[0]
+
+
+def _choose(value: Expression, chosen: list[int | list[int]], span: Span) -> Expression:
+    fixed = []
+    for position in chosen:
+        if not isinstance(position, int):
+            break
+        fixed.append(position)
+    if fixed:
+        value = pick(value, tuple(fixed))
+    rest = chosen[len(fixed) :]
+    if not rest:
+        return value
+    positions = rest[0]
+    assert isinstance(positions, list)
+    items = [_choose(pick(value, (i,)), rest[1:], span) for i in positions]
+    return _stack(items, (len(items),), span)
+
+
+def _positions(scope: Scope, node: ast.Expression, size: int, name: str) -> int | list[int]:
+    """Return one position, or those of a range, counted from 0 and checked against the size."""
+    if isinstance(node, ast.Range):
+        positions = [i - 1 for i in range_values(scope, node)]
+        for i in positions:
+            _check_bounds(scope, i, size, name, node.span)
+        return positions
+    position = whole_number(scope, node, "an index") - 1
+    _check_bounds(scope, position, size, name, node.span)
+    return position
+
+
+def _check_bounds(scope: Scope, position: int, size: int, name: str, span: Span) -> None:
+    if not 0 <= position < size:
+        raise scope.fail(
+            "E0314",
+            f"index {position + 1} is outside 1:{size}" if size else f"'{name}' has no elements",
+            span,
+            caption=f"'{name}' has {size} element{'s' if size != 1 else ''}",
+        )
+
+
+# ---------------------------------------------------------------- names that are nothing here
+
+
+def _outside(scope: Scope, node: ast.Reference) -> Expression:
+    """Return what a name that is no member stands for: ``energy.total``, ``engine.power``, ``world``."""
+    first, rest = node.parts[0], node.parts[1:]
+    if len(rest) == 1 and not rest[0].indices:
+        if first.name == "energy" and rest[0].name in _ENERGIES and not first.indices:
+            dimension = types.NUMBER.dimension if scope.flattening.dimensionless else types.ENERGY
+            return Query(
+                type=types.real(dimension), span=node.span, function=_ENERGIES[rest[0].name], target=""
+            )
+        label = find_label(scope, ast.Reference(parts=(first,), span=first.span))
+        if label is not None and rest[0].name == "power":
+            dimension = types.NUMBER.dimension if scope.flattening.dimensionless else types.POWER
+            return Query(type=types.real(dimension), span=node.span, function="power", target=label.name)
+    if rest:
+        raise unknown(scope, first.name, first.span)
+    return indexed(scope, predefined(scope, first.name, first.span), first.indices, node.span)
+
+
+def unknown(scope: Scope, name: str, span: Span) -> Poisoned:
+    """Report a name that means nothing as a value."""
+    instance = scope.instance
+    if instance is not None and instance.cls.broken:
+        return Poisoned()
+    if instance is not None and name in instance.cls.conditional:
+        return scope.fail(
+            "E0216",
+            f"'{name}' exists only under a condition that is false here",
+            span,
+            labels=(Label(instance.cls.conditional[name].name_span, "declared here"),),
+        )
+    if name in BUILTINS:
+        return scope.fail(
+            "E0213", f"'{name}' is a function and needs its arguments", span, help=BUILTINS[name].doc
+        )
+    if instance is not None:
+        expand(instance)
+        if any(key[0] == name for key in instance.labels):
+            return scope.fail(
+                "E0213",
+                f"'{name}' names a statement and has no value",
+                span,
+                help=f"ask for 'multiplier({name})' or 'power({name})'",
+            )
+    found = scope.namespace.look_up(name, span)
+    if found is not None:
+        noun = type(found.definition).__name__.lower()
+        return scope.fail("E0213", f"'{name}' is {types.with_article(noun)} and has no value", span)
+    return scope.fail("E0201", f"unknown name '{name}'", span, help=_suggestion(scope, name))
+
+
+def _suggestion(scope: Scope, name: str) -> str:
+    candidates = [*scope.local, *CONSTANTS, "world", scope.flattening.independent]
+    if scope.instance is not None:
+        candidates = [*scope.local, *scope.instance.members, *candidates]
+    near = closest(name, candidates)
+    if near:
+        return f"did you mean '{near}'?"
+    if scope.instance is None:
+        return "a function sees its arguments only"
+    inside = [
+        f"{member.declaration.name}.{name}"
+        for member in scope.instance.members.values()
+        if isinstance(member, ComponentMember)
+        and not member.extents
+        and any(name in instance.members for instance in member.instances.values())
+    ]
+    return f"did you mean '{inside[0]}'?" if inside else ""
+
+
+# ---------------------------------------------------------------- named statements and components
+
+
+def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
+    """Return the named statement that a reference means, if it means one."""
+    instance = scope.instance
+    for part in node.parts[:-1]:
+        member = None if instance is None else member_of(instance, part.name)
+        if not isinstance(member, ComponentMember):
+            return None
+        instance = existing(scope, member, part.span).get(component_index(scope, member, part))
+    if instance is None:
+        return None
+    part = node.parts[-1]
+    expand(instance)
+    if not any(key[0] == part.name for key in instance.labels):
+        return None
+    index = tuple(whole_number(scope, i, "an index") for i in part.indices)
+    label = instance.labels.get((part.name, index))
+    if label is None:
+        raise scope.fail(
+            "E0314",
+            f"there is no '{part.name}{subscript(tuple(i - 1 for i in index))}'",
+            part.span,
+            help=f"'{part.name}' needs an index" if not index else "",
+        )
+    return label
+
+
+def find_instance(scope: Scope, node: ast.Reference) -> Instance | None:
+    """Return the component that a reference means, if it means one."""
+    instance = scope.instance
+    for part in node.parts:
+        member = None if instance is None else member_of(instance, part.name)
+        if not isinstance(member, ComponentMember):
+            return None
+        instance = existing(scope, member, part.span).get(component_index(scope, member, part))
+    return instance

@@ -1,0 +1,108 @@
+"""Whether a model is planar or spatial, seen before anything is elaborated.
+
+The first vector or rotation that belongs to a frame says it; so ``pos(a)`` has a known number of components
+even where it stands before that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from .classes import Class
+from .namespace import Namespace
+from .scope import Flattening
+
+_PLANAR = ("rot", "heading")
+_SPATIAL = ("rotx", "roty", "rotz", "axis_angle", "quat")
+_FRAMES = ("world", "from", "to")
+
+Hint = tuple[int, Span, str]
+
+
+def look_ahead(flattening: Flattening, cls: Class) -> None:
+    """Set the space of the model from the first place that tells."""
+    hint = _of_class(flattening, cls, set())
+    if hint is not None:
+        flattening.space.size, flattening.space.span, flattening.space.word = hint
+
+
+def _of_class(flattening: Flattening, cls: Class, seen: set[int]) -> Hint | None:
+    if id(cls.model) in seen:
+        return None
+    seen.add(id(cls.model))
+    frames = {placed.statement.name for placed in cls.statements if isinstance(placed.statement, ast.Frame)}
+    for placed in cls.statements:
+        hint = _of_statement(flattening, placed.statement, placed.namespace, frames, seen)
+        if hint is not None:
+            return hint
+    return None
+
+
+def _of_statement(
+    flattening: Flattening,
+    statement: ast.Statement,
+    namespace: Namespace,
+    frames: set[str],
+    seen: set[int],
+) -> Hint | None:
+    match statement:
+        case ast.Gravity(value=ast.Vector(elements=items, span=span)) if len(items) in (2, 3):
+            return len(items), span, f"a field of {len(items)} components"
+        case ast.Coordinate(type="Rotation", span=span):
+            return 3, span, "a rotation"
+        case ast.Component(type=type, span=span):
+            found = namespace.look_up(type, span)
+            if found is not None and isinstance(found.definition, ast.Model):
+                inner = flattening.classes.of(found.definition, found.namespace)
+                return _of_class(flattening, inner, seen)
+            return None
+        case ast.Experiment() | ast.Import() | ast.Function() | ast.Type() | ast.Extends():
+            return None
+        case _:
+            return next((h for e in nodes(statement) if (h := _of_expression(e, frames))), None)
+
+
+def nodes(node: ast.Node) -> Iterator[ast.Node]:
+    """Yield a node and everything inside it."""
+    pending = [node]
+    while pending:
+        at = pending.pop()
+        yield at
+        inner: list[ast.Node] = []
+        for field in fields(at):
+            value = getattr(at, field.name)
+            if isinstance(value, ast.Node):
+                inner.append(value)
+            elif isinstance(value, tuple):
+                inner += [v for v in value if isinstance(v, ast.Node)]
+        pending.extend(reversed(inner))
+
+
+def _of_expression(node: ast.Node, frames: set[str]) -> Hint | None:
+    match node:
+        case ast.Call(function=ast.Reference(parts=(ast.Part(name=name),)), arguments=arguments, span=span):
+            if name in _PLANAR:
+                return 2, span, f"'{name}'"
+            if name in _SPATIAL:
+                return 3, span, f"'{name}'"
+            if name == "trans" and arguments and isinstance(arguments[0], ast.Vector):
+                size = len(arguments[0].elements)
+                return (size, span, f"a displacement of {size} components") if size in (2, 3) else None
+        case ast.Binary(operator="*", left=left, right=ast.Vector(elements=items, span=span)):
+            if len(items) in (2, 3) and _begins_with_frame(left, frames):
+                return len(items), span, f"a vector of {len(items)} components"
+        case _:
+            pass
+    return None
+
+
+def _begins_with_frame(node: ast.Expression, frames: set[str]) -> bool:
+    while isinstance(node, ast.Binary) and node.operator == "*":
+        node = node.left
+    if isinstance(node, ast.Reference):
+        return node.parts[0].name in _FRAMES or node.parts[0].name in frames
+    return False

@@ -1,0 +1,177 @@
+"""Variables of the flat model: declarations with their winning values and attributes."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.suggest import closest
+from mechc.lang.units import UnitError, parse_unit
+
+from . import types
+from .coordinates import definition_of
+from .evaluate import constant, free_names
+from .instance import VariableMember
+from .members import type_of
+from .model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
+from .record import Record
+from .scope import Flattening, Poisoned, Scope
+from .starts import beginnings, rate_type, winner
+from .values import fits
+
+_NUMERIC_ATTRIBUTES = ("nominal", "min", "max")
+_TEXT_ATTRIBUTES = ("display", "chart", "interpolation")
+
+
+def variable(member: VariableMember, value: Expression | None, record: Record) -> Variable:
+    """Return a finished variable; ``value`` is that of a parameter, discrete variable or input."""
+    type = type_of(member)
+    declaration, scope = member.declaration, member.scope
+    start: StartValue | None = None
+    rate: StartValue | None = None
+    starts: dict[tuple[int, ...], StartValue] = {}
+    rates: dict[tuple[int, ...], StartValue] = {}
+    if member.role in (Role.COORDINATE, Role.STATE, Role.DISCRETE):
+        stated = (
+            record.beginnings.get(member.name, [])
+            if member.role is Role.DISCRETE
+            else beginnings(member, record)
+        )
+        start, starts = winner(stated, rate=False, shape=type.shape)
+        if member.role is Role.COORDINATE:
+            rate, rates = winner(stated, rate=True, shape=rate_type(scope.flattening, type).shape)
+    if member.role is Role.DISCRETE and start is not None:
+        value, start = start.value, None
+    return Variable(
+        name=member.name,
+        role=member.role,
+        type=type,
+        origin=scope.origin(declaration.span),
+        value=value,
+        start=start,
+        rate=rate,
+        starts=starts,
+        rates=rates,
+        attributes=attributes(scope, declaration, type),
+        doc=declaration.doc,
+    )
+
+
+def check_parameter(member: VariableMember, value: Expression) -> None:
+    """Report a value of a parameter that changes during the run."""
+    culprit = _changing(member.scope.flattening, value)
+    if culprit is None:
+        return
+    declaration = member.declaration
+    raise member.scope.fail(
+        "E0810",
+        f"parameter '{declaration.name}' must not depend on '{culprit}', which changes",
+        value.span,
+        caption=f"this depends on '{culprit}'",
+        help="a parameter is fixed during a run; write 'let' for what changes, or 'input' in a component",
+    )
+
+
+def _changing(flattening: Flattening, value: Expression) -> str | None:
+    seen: set[str] = set()
+    pending = [value]
+    while pending:
+        for name in free_names(pending.pop()):
+            if name in seen:
+                continue
+            seen.add(name)
+            member = flattening.variables.get(name)
+            if name == "time" or (member is not None and member.role is not Role.PARAMETER):
+                return name
+            if member is None and name in flattening.definitions:
+                pending.extend(definition_of(flattening, name))
+    return None
+
+
+# ---------------------------------------------------------------- attributes
+
+
+def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attributes:
+    """Return nominal value, limits, display unit and further options of a declaration."""
+    numbers: dict[str, float] = {}
+    texts: dict[str, str] = {}
+    for node in declaration.attributes:
+        name = node.target.name if isinstance(node.target, ast.Reference) else node.target.span.text
+        try:
+            value = _attribute(scope, node, name, type)
+        except Poisoned:
+            continue
+        if isinstance(value, str):
+            texts[name] = value
+        else:
+            numbers[name] = value
+    display = texts.pop("display", "") or _written_unit(declaration, type)
+    if not numbers and not texts and not display:
+        return _NONE
+    return Attributes(numbers.get("nominal"), numbers.get("min"), numbers.get("max"), display, texts)
+
+
+_NONE = Attributes()
+
+
+def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> float | str:
+    known = (*_NUMERIC_ATTRIBUTES, *_TEXT_ATTRIBUTES)
+    if name not in known or node.kind != "=":
+        near = closest(name, known)
+        raise scope.fail(
+            "E0415",
+            f"there is no attribute '{name}'",
+            node.span,
+            help=f"did you mean '{near}'?" if near else f"the attributes are {', '.join(known)}",
+        )
+    value = scope.elaborate(node.value)
+    known_value = constant(value)
+    if name in _NUMERIC_ATTRIBUTES:
+        wanted = types.with_shape(type, ())
+        if not fits(value, wanted) or value.type.shape or not isinstance(known_value, Fraction):
+            raise scope.fail(
+                "E0333",
+                f"'{name}' is {types.describe(wanted)} that is known when compiling",
+                node.value.span,
+                caption=f"this is {types.describe(value.type)}",
+            )
+        return float(known_value)
+    if not isinstance(known_value, str):
+        raise scope.fail(
+            "E0333", f"'{name}' is a text", node.value.span, help=f'write for example {name} = "mm"'
+        )
+    if name == "display":
+        _check_display(scope, node, known_value, type)
+    return known_value
+
+
+def _check_display(scope: Scope, node: ast.Modification, text: str, type: Type) -> None:
+    try:
+        unit = parse_unit(text)
+    except UnitError as error:
+        help = f"did you mean '{error.suggestion}'?" if error.suggestion else ""
+        raise scope.fail("E0328", str(error), node.value.span, help=help) from None
+    if unit.dimension != type.dimension:
+        raise scope.fail(
+            "E0328",
+            f"'{text}' is no unit of {types.unit_words(type.dimension, type.angle)}",
+            node.value.span,
+        )
+
+
+def _written_unit(declaration: ast.Declaration, type: Type) -> str:
+    """Return the unit of the literal that a declaration begins with: ``1 cm`` is shown in cm."""
+    start = getattr(declaration, "start", None)
+    node = start.value if isinstance(start, ast.Start) else getattr(declaration, "value", None)
+    while isinstance(node, ast.Unary | ast.Vector | ast.Parenthesis):
+        if isinstance(node, ast.Unary):
+            node = node.operand
+        elif node.unit:
+            return _if_fits(node.unit, type)
+        else:
+            node = node.elements[0] if isinstance(node, ast.Vector) else node.inner
+    return _if_fits(node.unit, type) if isinstance(node, ast.Quantity) else ""
+
+
+def _if_fits(unit: str, type: Type) -> str:
+    return unit if type.kind is Kind.REAL and parse_unit(unit).dimension == type.dimension else ""
