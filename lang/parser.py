@@ -5,6 +5,7 @@ Nothing here is recursive, so no text, however nested, exhausts the stack.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
 from typing import Any
@@ -21,11 +22,15 @@ from .source import SourceFile, Span
 from .syntax_errors import STRAY, diagnose
 from .tables import END, Mode, Tables, load_tables
 
-__all__ = ["DEEPEST", "MOST_ERRORS", "parse", "read_source"]
+__all__ = ["DEEPEST", "MOST_ERRORS", "VERSION", "parse", "read_source"]
 
 DEEPEST = 150
 """Most levels of nodes within nodes: later passes are recursive."""
 
+VERSION = 1
+"""The version of the language; the first line of a file may ask for it."""
+
+_VERSION_LINE = re.compile(r"//[ \t]*mech[ \t]+(\d{1,9})[ \t]*")
 _MOST_REPAIRS = 40
 
 
@@ -44,6 +49,7 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     while whole and not machine.advance():
         if not machine.repair(problems, mended) or len(problems.diagnostics) >= MOST_ERRORS:
             break
+    _check_version(comments, problems)
     if not problems.has_errors:
         _check_depth(machine.items, problems)
     _hand_over(problems, reporter)
@@ -193,6 +199,16 @@ def _hand_over(problems: Reporter, reporter: Reporter) -> None:
     for d in sorted(problems.diagnostics, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
         reporter.error(d.code, d.message, d.span, caption=d.caption, labels=d.labels, help=d.help)
     reporter.stop_on_errors()
+
+
+def _check_version(comments: tuple[ast.Comment, ...], problems: Reporter) -> None:
+    """Refuse a file whose first line asks for another version of the language: ``// mech 2``."""
+    first = comments[0] if comments else None
+    match = _VERSION_LINE.fullmatch(first.text) if first and first.span.start == 0 else None
+    if first and match and int(match[1]) != VERSION:
+        message = f"this file is written for version {match[1]} of the language"
+        help = f"this compiler reads version {VERSION}: '// mech {VERSION}'"
+        problems.error("E0130", message, first.span, help=help)
 
 
 def _children(node: ast.Node) -> Iterator[ast.Node]:

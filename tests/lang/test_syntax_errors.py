@@ -172,6 +172,14 @@ def test_ends_of_blocks_and_files(text: str, code: str, marked: str) -> None:
     assert (error.code, error.span and error.span.text) == (code, marked)
 
 
+def test_the_version_of_the_language() -> None:
+    parse_text("// mech 1\nlet a = 1;")
+    parse_text("// mech.planar, 2 dimensions\nlet a = 1;")
+    parse_text("let a = 1; // mech 2")
+    (error,) = errors_of("// mech 2\nlet a = 1;")
+    assert error.code == "E0130"
+
+
 def test_independent_errors_are_all_reported_in_order() -> None:
     text = "model A\n  paramter m = 1 kg;\n  let a = 1 + ;\n  mass m at P;\n  let b = 2 metres;\nend B;\n"
     assert [(e.code, e.span and e.span.file.position(e.span.start)[0]) for e in errors_of(text)] == [
