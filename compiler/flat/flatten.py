@@ -140,6 +140,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     if cls.dimensionless:
         flattening.time_type = types.NUMBER
     instance = make_instance(flattening, cls, "", None, None, [])
+    _refuse_variation(instance)
     _name_independent(instance)
     check_known(instance, reporter)
     look_ahead(flattening, cls)
@@ -183,6 +184,20 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     )
 
 
+def _refuse_variation(instance: Instance) -> None:
+    """Stop at the first statement of a boundary-value model."""
+    for placed in instance.cls.statements:
+        statement = placed.statement
+        variation = isinstance(statement, ast.Final | ast.Stationary)
+        if variation or (isinstance(statement, ast.Independent) and statement.lower is not None):
+            raise instance.flattening.reporter.fail(
+                "E0590",
+                "variational models are not supported yet",
+                statement.span,
+                help="mechc integrates in time; a boundary-value model is understood, but cannot be run",
+            )
+
+
 def _name_independent(instance: Instance) -> None:
     """Rename time where the model says ``independent``."""
     flattening = instance.flattening
@@ -194,11 +209,6 @@ def _name_independent(instance: Instance) -> None:
         scope = Scope(flattening, instance, placed.namespace)
         if statement.type:
             flattening.time_type = declared_type(scope, statement.type, statement.span)
-        elif statement.lower is not None:
-            try:
-                flattening.time_type = types.numeric(scope.elaborate(statement.lower).type)
-            except Poisoned:
-                continue
 
 
 def _add_integrals(flattening: Flattening, record: Record) -> None:

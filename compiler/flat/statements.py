@@ -30,8 +30,6 @@ from .starts import initial
 from .types import FRAME
 from .variables import attributes, check_parameter
 
-_NO_VARIATION = "variational models are not supported yet"
-
 
 def run(instance: Instance, record: Record) -> None:
     """Record every statement of an instance and of the components inside it, in order."""
@@ -82,12 +80,14 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             when(scope, statement, record)
         case ast.Assert():
             record.assertions.append(assertion(scope, statement))
+        case ast.Independent() if scope.path:
+            raise scope.fail(
+                "E0412", "only the model itself names its independent variable, no component", statement.span
+            )
         case ast.Final() | ast.Stationary():
-            raise scope.fail("E0590", _NO_VARIATION, statement.span)
-        case ast.Independent():
-            _independent(statement, scope)
-        case ast.Gravity() | ast.Dimensionless() | ast.Experiment():
-            pass  # gravities() and experiments.py see to them
+            raise scope.fail("E0590", "variational models are not supported yet", statement.span)
+        case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Independent():
+            pass  # gravities(), flatten.py and experiments.py see to them
         case ast.Extends() | ast.Import() | ast.Function() | ast.Type() | ast.Model():
             pass  # classes.py and namespace.py see to them
         case ast.If() | ast.For():
@@ -96,15 +96,6 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             raise AssertionError("actions stand inside 'when'")
         case _:
             raise AssertionError(type(statement))
-
-
-def _independent(statement: ast.Independent, scope: Scope) -> None:
-    if statement.lower is not None:
-        raise scope.fail("E0590", _NO_VARIATION, statement.span)
-    if scope.path:
-        raise scope.fail(
-            "E0412", "only the model itself names its independent variable, no component", statement.span
-        )
 
 
 # ---------------------------------------------------------------- declarations
