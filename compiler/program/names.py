@@ -21,13 +21,9 @@ def identifiers(program: Program, reserved: Collection[str]) -> Mapping[tuple[st
     for array in ("y", "u", "z", "p"):
         for index, entry in enumerate(program.arrays[array]):
             base = re.sub(r"\W+", "_", entry.name, flags=re.ASCII).strip("_") or array
-            if base[0].isdigit():
-                base = f"{array}_{base}"
-            name = f"{base}_" if base in taken or _TEMPORARY.fullmatch(base) else base
-            count = 1
+            name = f"{array}_{base}" if base[0].isdigit() or _TEMPORARY.fullmatch(base) else base
             while name in taken:
-                count += 1
-                name = f"{base}_{count}"
+                name += "_"
             taken.add(name)
             names[array, index] = name
     for i in range(program.n_hoisted):
