@@ -234,7 +234,8 @@ class Model:
     def settable_units(self) -> dict[str, str]:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
         equations = self.compilation.equations
-        return {e.name: e.unit for e in (*equations.parameters, *equations.states, *equations.inputs)}
+        settable = (*equations.parameters, *equations.states, *equations.inputs)
+        return {entry.name: entry.unit for entry in settable if entry.kind != "account"}
 
     @property
     def settings(self) -> dict[str, float]:

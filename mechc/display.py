@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from .lang.units import Unit, UnitError, parse_unit
 from .settings import UsageMistake
-
-if TYPE_CHECKING:
-    from .runtime.problem import Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,8 +13,6 @@ class Display:
     """``chosen`` maps an SI unit to the unit asked for with ``--display``; it goes before the model's own."""
 
     chosen: dict[str, str] = field(default_factory=dict)
-    own: bool = True
-    """Whether quantities without a chosen unit are shown in the unit that their declaration uses."""
 
     def unit(self, si: str, declared: str) -> str:
         """Return the unit to show a quantity in: chosen, declared in the model, or SI."""
@@ -28,14 +22,7 @@ class Display:
         numerator, slash, rest = si.partition("/")
         if slash and "." not in numerator and (wanted := self.chosen.get(_kind(numerator))):
             return f"{wanted}/{rest}"  # with deg chosen, rad/s is shown as deg/s
-        return declared if self.own and declared else si
-
-    @staticmethod
-    def convert(values: Array, si: str, unit: str) -> Array:
-        """Convert numbers in SI to a unit of the same dimension."""
-        if unit == si:
-            return values
-        return values / factor(unit)
+        return declared or si
 
 
 def factor(unit: str) -> float:

@@ -9,14 +9,12 @@ import math
 import os
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from .display import Display
 
 if TYPE_CHECKING:
     from .runtime.problem import Array, Quantity
@@ -28,6 +26,10 @@ MOST_CURVES = 8
 """Curves in one panel; more of one kind are left to the table of results."""
 MOST_PORTRAITS = 4
 MOST_PATHS = 6
+MOST_EVENTS = 100
+SMOOTH = 2000
+"""Points of a curve, where the solution can be computed between its output points."""
+LEGEND_CHARACTERS = 46
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -46,6 +48,7 @@ STYLE: dict[Any, Any] = {
     "ytick.color": "#4b5563",
     "lines.linewidth": 1.4,
     "legend.frameon": False,
+    "legend.edgecolor": "white",
     "legend.fontsize": 8,
     "figure.dpi": 100,
     "savefig.dpi": 150,
@@ -88,11 +91,33 @@ class Energies:
 Panel = Curves | Portrait | Paths | Energies
 
 
-def figure(solution: Solution, display: Display, names: Sequence[str] = ()) -> Any:
+class View:
+    """A solution at times that are dense enough for smooth curves, in the units to show."""
+
+    def __init__(self, solution: Solution) -> None:
+        self.solution = solution
+        self.time = solution.time
+        self._values: Mapping[str, Array] = solution
+        if len(self.time) > 1 and len(self.time) < SMOOTH and solution.interpolation == "dense output":
+            self.time = np.union1d(self.time, np.linspace(self.time[0], self.time[-1], SMOOTH))
+            self._values = solution(self.time)
+
+    def __getitem__(self, name: str) -> Array:
+        return self._values[name] * self.solution.shown_unit(name)[1]
+
+    def unit(self, name: str) -> str:
+        return self.solution.shown_unit(name)[0]
+
+    def label(self, name: str) -> str:
+        return _axis_label(name, self.unit(name))
+
+
+def figure(solution: Solution, names: Sequence[str] = ()) -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities."""
     import matplotlib
     from matplotlib.figure import Figure
 
+    view = View(solution)
     panels = curves_of(solution, names) if names else panels_of(solution)
     columns = 1 if len(panels) == 1 else 2
     rows = max(1, math.ceil(len(panels) / columns))
@@ -108,13 +133,13 @@ def figure(solution: Solution, display: Display, names: Sequence[str] = ()) -> A
             alone = i == len(panels) - 1 and i % columns == 0 and isinstance(panel, (Curves, Energies))
             place = grid[i // columns, :] if alone else grid[i // columns, i % columns]
             axes = result.add_subplot(place, projection="3d" if three else None)
-            _draw(axes, panel, solution, display)
+            _draw(axes, panel, view)
     return result
 
 
-def save(solution: Solution, path: Path, display: Display, names: Sequence[str] = ()) -> None:
+def save(solution: Solution, path: Path, names: Sequence[str] = ()) -> None:
     """Write the figure as PNG, PDF or SVG, as the ending says; needs no display."""
-    figure(solution, display, names).savefig(path)
+    figure(solution, names).savefig(path)
 
 
 def has_display() -> bool:
@@ -126,12 +151,12 @@ def has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def show(solution: Solution, display: Display, names: Sequence[str] = ()) -> None:
+def show(solution: Solution, names: Sequence[str] = ()) -> None:
     """Open a window and wait until it is closed."""
     import matplotlib.pyplot as plt
     from matplotlib.backend_bases import FigureManagerBase
 
-    drawn = figure(solution, display, names)
+    drawn = figure(solution, names)
     window = plt.figure()
     manager = window.canvas.manager
     assert isinstance(manager, FigureManagerBase)
@@ -205,50 +230,44 @@ def _moves(solution: Solution, name: str) -> bool:
     return bool(np.any(solution[name] != 0.0))
 
 
-def _draw(axes: Any, panel: Panel, solution: Solution, display: Display) -> None:
+def _draw(axes: Any, panel: Panel, view: View) -> None:
     match panel:
         case Curves():
-            _draw_curves(axes, panel, solution, display)
+            _draw_curves(axes, panel, view)
         case Portrait():
-            _draw_portrait(axes, panel, solution, display)
+            _draw_portrait(axes, panel, view)
         case Paths():
-            _draw_paths(axes, panel, solution, display)
+            _draw_paths(axes, panel, view)
         case Energies():
-            _draw_energies(axes, panel, solution, display)
+            _draw_energies(axes, panel, view)
 
 
-def _draw_curves(axes: Any, panel: Curves, solution: Solution, display: Display) -> None:
-    unit = display.unit(panel.unit, _shown(solution, panel.names[0]))
-    for name, colour in zip(panel.names, COLOURS * 2, strict=False):
-        axes.plot(solution.time, display.convert(solution[name], panel.unit, unit), color=colour, label=name)
+def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
+    for name, colour in zip(panel.names, COLOURS, strict=False):
+        axes.plot(view.time, view[name], color=colour, label=name)
     if len(panel.names) == 1:
         axes.set_title(panel.names[0])
     else:
         axes.set_title(panel.title)
-        _legend(axes, len(panel.names))
-    axes.set_ylabel(_unit_label(unit))
-    _time_axis(axes, solution)
+        _legend(axes)
+    axes.set_ylabel(_unit_label(view.unit(panel.names[0])))
+    _time_axis(axes, view)
 
 
-def _draw_portrait(axes: Any, panel: Portrait, solution: Solution, display: Display) -> None:
-    si = solution.unit(panel.name), solution.unit(panel.rate)
-    unit = display.unit(si[0], _shown(solution, panel.name))
-    per_time = si[1].removeprefix(si[0]) if si[0] and si[1].startswith(f"{si[0]}/") else ""
-    units = unit, f"{unit}{per_time}" if per_time else display.unit(si[1], "")
-    names = panel.name, panel.rate
-    values = [display.convert(solution[n], s, u) for n, s, u in zip(names, si, units, strict=True)]
-    axes.plot(*values, color=COLOURS[0], linewidth=1.1)
-    axes.plot(values[0][:1], values[1][:1], "o", color=COLOURS[1], markersize=4)
+def _draw_portrait(axes: Any, panel: Portrait, view: View) -> None:
+    position, rate = view[panel.name], view[panel.rate]
+    axes.plot(position, rate, color=COLOURS[0], linewidth=1.1)
+    axes.plot(position[:1], rate[:1], "o", color=COLOURS[0], markersize=4, markerfacecolor="white")
+    axes.plot(position[-1:], rate[-1:], "o", color=COLOURS[0], markersize=4)
     axes.set_title(f"phase portrait of {panel.name}")
-    axes.set_xlabel(_axis_label(panel.name, units[0]))
-    axes.set_ylabel(_axis_label(panel.rate, units[1]))
+    axes.set_xlabel(view.label(panel.name))
+    axes.set_ylabel(view.label(panel.rate))
 
 
-def _draw_paths(axes: Any, panel: Paths, solution: Solution, display: Display) -> None:
-    si = solution.unit(f"{panel.names[0]}[1]")
-    unit = display.unit(si, _shown(solution, f"{panel.names[0]}[1]"))
+def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
+    unit = view.unit(f"{panel.names[0]}[1]")
     for name, colour in zip(panel.names, COLOURS, strict=False):
-        parts = [display.convert(solution[f"{name}[{i}]"], si, unit) for i in range(1, panel.dimension + 1)]
+        parts = [view[f"{name}[{i}]"] for i in range(1, panel.dimension + 1)]
         axes.plot(*parts, color=colour, linewidth=1.1, label=name)
         axes.plot(*(part[:1] for part in parts), "o", color=colour, markersize=4, markerfacecolor="white")
         axes.plot(*(part[-1:] for part in parts), "o", color=colour, markersize=4)
@@ -261,31 +280,29 @@ def _draw_paths(axes: Any, panel: Paths, solution: Solution, display: Display) -
     else:
         axes.set_aspect("equal", adjustable="datalim")
     if len(panel.names) > 1:
-        _legend(axes, len(panel.names))
+        _legend(axes)
 
 
-def _draw_energies(axes: Any, panel: Energies, solution: Solution, display: Display) -> None:
+def _draw_energies(axes: Any, panel: Energies, view: View) -> None:
     if panel.balance:
-        error, unit = balance_error(solution)
-        axes.plot(solution.time, error, color=COLOURS[1], linewidth=1.0)
+        error, unit = balance_error(view.solution)
+        axes.plot(view.solution.time, error, color=COLOURS[1], linewidth=1.0)
         axes.set_title("error of the energy balance")
         axes.set_ylabel(_unit_label(unit))
     else:
-        si = solution.unit(panel.names[0]) if panel.names else "J"
-        unit = display.unit(si, "")
         for name, colour in zip(panel.names, COLOURS, strict=False):
             heavy = name.endswith("total")
             axes.plot(
-                solution.time,
-                display.convert(solution[name], si, unit),
+                view.time,
+                view[name],
                 color="#111827" if heavy else colour,
                 linewidth=1.6 if heavy else 1.2,
                 label=name.removeprefix("energy."),
             )
         axes.set_title("energies")
-        axes.set_ylabel(_unit_label(unit))
-        _legend(axes, len(panel.names))
-    _time_axis(axes, solution)
+        axes.set_ylabel(_unit_label(view.unit(panel.names[0]) if panel.names else "J"))
+        _legend(axes)
+    _time_axis(axes, view)
 
 
 def balance_error(solution: Solution) -> tuple[Array, str]:
@@ -301,27 +318,35 @@ def balance_error(solution: Solution) -> tuple[Array, str]:
     return sum_ - sum_[0], quantity.unit
 
 
-def _time_axis(axes: Any, solution: Solution) -> None:
+def _time_axis(axes: Any, view: View) -> None:
     """Label the time axis and mark the events."""
+    solution = view.solution
     time = solution.problem.time
     axes.set_xlabel(_axis_label(time.name or "time", time.unit))
     if len(solution.time) > 1:
         axes.set_xlim(solution.time[0], solution.time[-1])
-    if len(solution.events) <= 100:
+    if len(solution.events) <= MOST_EVENTS:
         for event in solution.events:
             axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=0)
 
 
-def _shown(solution: Solution, name: str) -> str:
-    problem = solution.problem
-    for quantity in (*problem.states, *problem.outputs):
-        if quantity.name == name:
-            return quantity.display
-    return ""
-
-
-def _legend(axes: Any, curves: int) -> None:
-    axes.legend(loc="best", ncols=1 if curves <= 4 else 2, handlelength=1.4, columnspacing=1.0)
+def _legend(axes: Any) -> None:
+    """Put the legend beside the title where it fits, else where it hides least."""
+    labels = axes.get_legend_handles_labels()[1]
+    if sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS:
+        axes.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.01, 1.0),
+            ncols=len(labels),
+            borderpad=0.2,
+            handlelength=1.2,
+            handletextpad=0.5,
+            columnspacing=1.0,
+        )
+    else:
+        axes.legend(
+            loc="best", ncols=1 if len(labels) <= 4 else 2, handlelength=1.2, frameon=True, framealpha=0.85
+        )
 
 
 def _axis_label(name: str, unit: str) -> str:

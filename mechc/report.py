@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from .display import Display, factor
 from .lang.diagnostics import Severity
 from .render import Mark, ShownLine, heading, line_rows, note_rows, place_row
 from .style import PLAIN, Style, pad, width
@@ -23,10 +22,10 @@ MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
 
 
-def report(solution: Solution, display: Display, style: Style = PLAIN) -> str:
+def report(solution: Solution, style: Style = PLAIN) -> str:
     """Return the whole report as text, without an end of line."""
     blocks = [[_headline(solution, style)], _cost(solution, style)]
-    blocks.append(_values(solution, display, style))
+    blocks.append(_values(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_events(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -41,7 +40,7 @@ def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
         if q.kind in ("coordinate", "state", "output")
     ]
     shown = shown[:MOST_COLUMNS]
-    units = [first.display.unit(q.unit, q.display) for q in shown]
+    units = [first.shown_unit(q.name)[0] for q in shown]
     swept = list(sweep.points[0])
     head = [*swept, "outcome", "steps"]
     head += [
@@ -51,8 +50,7 @@ def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
     for point, solution in zip(sweep.points, sweep.solutions, strict=True):
         row = [number(value) if isinstance(value, float) else str(value) for value in point.values()]
         row += [solution.outcome.value, count(solution.statistics.steps)]
-        for quantity, unit in zip(shown, units, strict=True):
-            row.append(number(float(solution[quantity.name][-1]) * factor(quantity.unit) / factor(unit)))
+        row += [number(float(solution.shown(quantity.name)[-1])) for quantity in shown]
         estimate = solution.accuracy.error
         table.append([*row, f"{estimate.largest:.1e}" if estimate else "-"])
     widths = [max(width(row[i]) for row in table) for i in range(len(table[0]))]
@@ -145,7 +143,7 @@ def _method(solution: Solution) -> str:
     return f"{solution.statistics.method}, {'compiled C' if solution.compiled else 'Python'}"
 
 
-def _values(solution: Solution, display: Display, style: Style) -> list[str]:
+def _values(solution: Solution, style: Style) -> list[str]:
     """The last value of each state with its estimated errors."""
     if not len(solution.time):
         return []
@@ -160,8 +158,8 @@ def _values(solution: Solution, display: Display, style: Style) -> list[str]:
     head += ["estimated error", "largest"] if estimate else []
     table = [head]
     for quantity in states:
-        unit = display.unit(quantity.unit, quantity.display)
-        value = float(solution[quantity.name][-1]) * factor(quantity.unit) / factor(unit)
+        unit, factor = solution.shown_unit(quantity.name)
+        value = float(solution[quantity.name][-1]) * factor
         row = [quantity.name, number(value), "" if unit == "1" else unit]
         if estimate:
             row += [

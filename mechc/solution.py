@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +11,7 @@ from .display import Display, choose, factor
 from .runtime.solution import Solution as Run
 
 if TYPE_CHECKING:
-    from .runtime.problem import Problem
+    from .runtime.problem import Array, Problem
 
 
 class Solution(Run):
@@ -33,6 +34,12 @@ class Solution(Run):
         solution.display = display
         return solution
 
+    def shown_in(self, units: str) -> Solution:
+        """Return the same solution shown in other units: ``"deg,mm"``."""
+        other = copy(self)
+        other.display = choose(units)
+        return other
+
     def plot(
         self, path: str | Path | None = None, *, names: Sequence[str] = (), display: str | None = None
     ) -> Any:
@@ -42,13 +49,25 @@ class Solution(Run):
         """
         from . import plots
 
-        shown = choose(display) if display else self.display
-        if path is None:
-            return plots.figure(self, shown, names)
-        return plots.save(self, Path(path), shown, names)
+        solution = self.shown_in(display) if display else self
+        return plots.figure(solution, names) if path is None else plots.save(solution, Path(path), names)
 
-    def shown_unit(self, name: str, si: str) -> tuple[str, float]:
-        """Return the unit that a quantity is shown in, and the factor from SI to it."""
+    def shown_unit(self, name: str, si: str | None = None) -> tuple[str, float]:
+        """Return the unit that a quantity is shown in, and the factor from SI to it.
+
+        A rate follows its coordinate: where that is shown in deg, its rate is shown in deg/s.
+        """
+        si = self.unit(name) if si is None else si
         quantity = self.quantities.get(name)
-        unit = self.display.unit(si, quantity.display if quantity else "")
+        declared = quantity.display if quantity else ""
+        if quantity and not declared and quantity.kind == "rate" and name.startswith("der("):
+            base = name.removeprefix("der(").replace(")", "", 1)
+            coordinate = self.quantities.get(base)
+            if coordinate and coordinate.display and coordinate.unit and si.startswith(f"{coordinate.unit}/"):
+                declared = coordinate.display + si.removeprefix(coordinate.unit)
+        unit = self.display.unit(si, declared)
         return unit, factor(si) / factor(unit)
+
+    def shown(self, name: str) -> Array:
+        """Return the values of a quantity in the unit that it is shown in."""
+        return self[name] * self.shown_unit(name)[1]

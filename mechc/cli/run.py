@@ -229,7 +229,7 @@ def _print_report(sweep: Sweep, *, first: bool) -> None:
 
     style = style_for(sys.stdout)
     solution = sweep.solutions[0]
-    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, solution.display, style)
+    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, style)
     click.echo(("" if first else "\n") + text, color=True)
 
 
@@ -257,8 +257,8 @@ def _plot(solution: Solution, path: Path, names: list[str], *, window: bool, qui
     from ..plots import has_display, save, show
 
     if window and has_display():
-        show(solution, solution.display, names)
+        show(solution, names)
         return
-    save(solution, path, solution.display, names)
+    save(solution, path, names)
     if not quiet:
         click.echo(f"wrote {path}", err=True)

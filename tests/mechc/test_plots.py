@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
-from mechc.display import Display, choose
 from mechc.plots import Curves, Energies, Paths, Portrait, balance_error, figure, panels_of, point_names, save
 from mechc.runtime.problem import Quantity
 from mechc.solution import Solution
@@ -42,19 +41,19 @@ def test_points_are_two_or_three_lengths() -> None:
 
 
 def test_labels_have_the_units_of_the_model_or_the_chosen_ones(solution: Solution) -> None:
-    axes = figure(solution, Display()).axes
+    axes = figure(solution).axes
     assert axes[0].get_ylabel() == "[deg]"
     assert (axes[1].get_xlabel(), axes[1].get_ylabel()) == ("theta [deg]", "der(theta) [deg/s]")
-    assert figure(solution, choose("rad,mm")).axes[2].get_xlabel() == "x [mm]"
+    assert figure(solution.shown_in("rad,mm")).axes[2].get_xlabel() == "x [mm]"
 
 
 def test_curves_show_converted_values(solution: Solution) -> None:
-    line = figure(solution, Display()).axes[0].get_lines()[0]
+    line = figure(solution).axes[0].get_lines()[0]
     assert line.get_ydata()[0] == pytest.approx(60.0, rel=1e-12)
 
 
 def test_chosen_names_only(solution: Solution) -> None:
-    axes = figure(solution, Display(), ["der(theta)", "bob[1]"]).axes
+    axes = figure(solution, ["der(theta)", "bob[1]"]).axes
     assert [a.get_title(loc="left") for a in axes] == ["der(theta)", "bob[1]"]
 
 
@@ -70,11 +69,11 @@ def test_pictures_need_no_display(
 ) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     path = tmp_path / f"motion.{ending}"
-    save(solution, path, Display())
+    save(solution, path)
     assert path.stat().st_size > 5000
 
 
 def test_every_name_of_the_problem_can_be_drawn(solution: Solution) -> None:
     problem = pendulum_problem()
     names = [q.name for q in (*problem.states, *problem.outputs)]
-    assert sum(len(a.get_lines()) for a in figure(solution, Display(), names).axes) == len(names)
+    assert sum(len(a.get_lines()) for a in figure(solution, names).axes) == len(names)

@@ -7,13 +7,12 @@ import re
 import pytest
 from hand_made import failing_solution, pendulum_solution
 
-from mechc.display import Display, choose
 from mechc.report import count, duration, render_failure, report
 
 
 def test_a_completed_run() -> None:
     solution = pendulum_solution()
-    rows = report(solution, Display()).splitlines()
+    rows = report(solution).splitlines()
     assert rows[0] == "Pendulum: completed at time = 5 s"
     assert rows[2] == "  method     scipy:DOP853, Python"
     assert re.fullmatch(r"  steps      \d+(, \d+ rejected)?, [\d ]+ evaluations", rows[3])
@@ -26,14 +25,14 @@ def test_a_completed_run() -> None:
 
 
 def test_chosen_units_change_rates_too() -> None:
-    shown = report(pendulum_solution(), choose("mrad"))
+    shown = report(pendulum_solution().shown_in("mrad"))
     assert re.search(r"^  theta +-?[\d.]+ mrad ", shown, re.MULTILINE)
     assert re.search(r"^  der\(theta\) +-?[\d.]+ mrad/s ", shown, re.MULTILINE)
 
 
 def test_a_failure_names_time_line_and_state() -> None:
     solution = failing_solution()
-    assert report(solution, Display()).startswith("Pendulum: failed at time = 1 s")
+    assert report(solution).startswith("Pendulum: failed at time = 1 s")
     rows = render_failure(solution).splitlines()
     assert re.fullmatch(r"error: the \w+ of 'theta' is not a number at t = 1 s", rows[0])
     assert rows[1:4] == [

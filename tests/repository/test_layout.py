@@ -81,3 +81,19 @@ def test_no_module_without_a_subject() -> None:
 def test_no_marks_of_unfinished_work() -> None:
     marks = re.compile(r"\b(?:TODO|FIXME|XXX|HACK)\b")
     assert [p for p in python_files(*SOURCES) if marks.search(p.read_text(encoding="utf-8"))] == []
+
+
+def test_package_data_covers_every_other_file() -> None:
+    data = project()["package-data"]
+    assert isinstance(data, dict)
+    homes = {"mechc": ROOT / "mechc", **{f"mechc.{name}": ROOT / name for name in LINKS}}
+    packed = {path for package, globs in data.items() for glob in globs for path in homes[package].glob(glob)}
+    other = {
+        path
+        for folder in SOURCES
+        for path in (ROOT / folder).rglob("*")
+        if path.is_file()
+        and path.suffix not in (".py", ".pyc")
+        and not (folder == "mechc" and path.relative_to(ROOT).parts[1] in LINKS)
+    }
+    assert {path.relative_to(ROOT).as_posix() for path in other - packed} == set()

@@ -1,0 +1,146 @@
+"""The Python interface."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.settings import UsageMistake
+
+PENDULUM = """\
+model Pendulum
+  structural parameter Integer n = 2 "pendulums side by side";
+  parameter l = 1 m;
+  parameter g = 9.81 m/s^2;
+  coordinate Angle th[n] = 10 deg;
+  kinetic sum(1/2*1 kg*l^2*der(th[i])^2 for i in 1:n);
+  potential sum(-1 kg*g*l*cos(th[i]) for i in 1:n);
+  experiment(stop = 2 s);
+  experiment three(n = 3, stop = 1 s);
+  experiment family(n in {1, 2, 3}, l in {1, 2} m, stop = 0.1 s);
+end Pendulum;
+"""
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> mechc.Model:
+    path = tmp_path_factory.mktemp("api") / "pendulum.mech"
+    path.write_text(PENDULUM)
+    return mechc.load(path)
+
+
+def test_importing_costs_nothing() -> None:
+    program = "import sys, mechc; print([m for m in ('numpy', 'lark', 'mechc.api') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+def test_names() -> None:
+    assert set(mechc.__all__) <= set(dir(mechc))
+    with pytest.raises(AttributeError, match="'mechc' has no attribute 'simulate'"):
+        _ = mechc.simulate
+
+
+def test_a_model_describes_itself(model: mechc.Model) -> None:
+    assert model.name == "Pendulum" and repr(model) == "<mechc model Pendulum>"
+    assert [c.name for c in model.coordinates] == ["th[1]", "th[2]"]
+    assert [(p.name, p.unit) for p in model.parameters] == [("l", "m"), ("g", "m/s^2")]
+    assert dict(model.structural_parameters) == {"n": 2}
+    assert model.experiments == ("", "three", "family")
+
+
+def test_simulate(model: mechc.Model) -> None:
+    solution = model.simulate(set={"th": [0.01, 0.02], "l": "100 cm"}, tolerance=1e-10)
+    assert solution.time[-1] == 2.0
+    omega = math.sqrt(9.81)  # the pendulum is linear to 0.01^2/16 of its frequency
+    np.testing.assert_allclose(solution["th[1]"], 0.01 * np.cos(omega * solution.time), atol=1e-6)
+    assert solution.unit("th[2]") == "rad"
+    assert solution(0.5)["th[2]"] == pytest.approx(0.02 * math.cos(omega * 0.5), abs=1e-5)
+    assert solution.accuracy.error is not None
+    assert next(iter(solution.to_dataframe().columns)) == "th[1] [rad]"
+    assert len(solution.plot().axes) >= 4
+
+
+def test_structural_values_compile_again_once(model: mechc.Model) -> None:
+    three = model.with_values({"n": 3})
+    assert len(three.coordinates) == 3 and len(model.coordinates) == 2
+    assert model.with_values({"n": 3}).compilation is three.compilation
+    assert three.simulate(stop=0.1, estimate_error=False)["th[3]"][0] == pytest.approx(math.radians(10))
+    assert "th[3]" in model.simulate(experiment="three", estimate_error=False)
+
+
+def test_values_that_were_set_stay_with_the_model_they_were_set_on(model: mechc.Model) -> None:
+    longer = model.with_values({"l": 4.0})
+    assert longer.simulate(stop=0.1).parameters["l"] == 4.0
+    assert model.simulate(stop=0.1).parameters["l"] == 1.0
+    assert longer.with_values({"n": 3}).simulate(stop=0.1).parameters["l"] == 4.0
+    assert model.with_values({"n": 3}).simulate(stop=0.1).parameters["l"] == 1.0
+
+
+def test_load_with_values(tmp_path: Path) -> None:
+    path = tmp_path / "p.mech"
+    path.write_text(PENDULUM.replace("Integer n = 2", "Integer n"))
+    with pytest.raises(mechc.CompileError):
+        mechc.load(path)
+    assert len(mechc.load(path, set={"n": 4, "l": "2 m"}).coordinates) == 4
+
+
+def test_sweeps_over_parameters_and_structure(model: mechc.Model) -> None:
+    sweep = model.sweep(experiment="family", estimate_error=False)
+    assert [dict(p) for p in sweep.points] == [
+        {"n": float(n), "l": length} for n in (1, 2, 3) for length in (1.0, 2.0)
+    ]
+    assert [len([k for k in s if k.startswith("th[")]) for s in sweep.solutions] == [1, 1, 2, 2, 3, 3]
+    assert [s.parameters["l"] for s in sweep.solutions] == [1.0, 2.0] * 3
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"set": {"ll": 1}}, {"set": {"l": "1 s"}}, {"experiment": "four"}, {"stop": "soon"}]
+)
+def test_mistakes(model: mechc.Model, wrong: dict[str, object]) -> None:
+    with pytest.raises(UsageMistake):
+        model.simulate(**wrong)  # type: ignore[arg-type]
+
+
+def test_loads_reports_diagnostics() -> None:
+    with pytest.raises(mechc.CompileError) as caught:
+        mechc.loads("model A parameter m = 1 kg; kinetic m; end A;", name="a.mech")
+    (found,) = caught.value.diagnostics
+    assert found.span is not None and found.span.file.name == "a.mech"
+
+
+def test_compile_to_python_and_c(model: mechc.Model, tmp_path: Path) -> None:
+    (module,) = model.compile("python", tmp_path / "pendulum.py")
+    done = subprocess.run([sys.executable, str(module)], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    files = {path.name for path in model.compile("c", tmp_path / "pendulum_c")}
+    assert {"pendulum.c", "main.c", "model.h", "solver.h", "dop853.c"} <= files
+    with pytest.raises(UsageMistake, match="no target 'fortran'"):
+        model.compile("fortran")
+
+
+def test_the_c_files_build_and_run(model: mechc.Model, tmp_path: Path) -> None:
+    from mechc.runtime.build import find_compiler
+
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    model.compile("c", tmp_path)
+    sources = sorted(path.name for path in tmp_path.glob("*.c"))
+    flags = ["-std=c11", "-O1", "-Wall", "-Wextra", "-Werror"]
+    build = [*compiler.command, *flags, "-o", "pendulum", *sources, "-lm"]
+    subprocess.run(build, cwd=tmp_path, check=True)
+    done = subprocess.run(
+        [str(tmp_path / "pendulum"), "2", "1e-9"], capture_output=True, text=True, check=True
+    )
+    header, *rows = done.stdout.splitlines()
+    assert header.startswith("time [s],th[1] [rad],") and len(rows) == 501
+    last = [float(cell) for cell in rows[-1].split(",")]
+    expected = model.simulate(tolerance=1e-9)
+    assert last[:2] == pytest.approx([2.0, expected["th[1]"][-1]], abs=1e-7)

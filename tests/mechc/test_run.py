@@ -1,0 +1,215 @@
+"""``mechc run`` from the text of a model to reports, files and pictures."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from mechc.cli.main import run
+from mechc.runtime.files import read_results
+
+OSCILLATOR = """\
+model Oscillator "mass on a spring"
+  parameter m = 2 kg;
+  parameter k = 8 N/m;
+  parameter c(min = 0 N.s/m) = 0 N.s/m;
+  coordinate Length x = 10 cm;
+  input Force push = 0;
+  kinetic 1/2*m*der(x)^2;
+  potential 1/2*k*x^2;
+  damping c on x;
+  force push on x;
+  output doubled = 2*x;
+  assert x < 1 m, "the spring is overstretched";
+  experiment(stop = 1 s, tolerance = 1e-10);
+  experiment moved(x = 20 cm, stop = 2 s, display = "mm");
+  experiment stiffer(k in {8, 32} N/m, stop = 1 s);
+end Oscillator;
+"""
+OMEGA = 2.0  # sqrt(k/m)
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("oscillator.mech").write_text(OSCILLATOR, encoding="utf-8")
+    return tmp_path
+
+
+def call(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str, str]:
+    code = run(["run", "oscillator.mech", *arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def final(capsys: pytest.CaptureFixture[str], *arguments: str) -> dict[str, float]:
+    code, out, err = call(capsys, "--json", *arguments)
+    assert (code, err) == (0, "")
+    values = json.loads(out)["final"]
+    assert isinstance(values, dict)
+    return values
+
+
+def test_json_is_the_whole_report_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, "--json")
+    assert (code, err) == (0, "")
+    report = json.loads(out)
+    assert report["model"] == "Oscillator" and report["outcome"] == "completed"
+    assert report["time"] == 1.0 and report["events"] == []
+    assert report["final"]["x"] == pytest.approx(0.1 * math.cos(OMEGA), abs=1e-10)
+    assert report["final"]["der(x)"] == pytest.approx(-0.1 * OMEGA * math.sin(OMEGA), abs=1e-10)
+    assert report["final"]["doubled"] == pytest.approx(2 * report["final"]["x"], rel=1e-15)
+    assert {"steps", "rejected", "evaluations", "run_time"} <= set(report["statistics"])
+    assert 0 < report["accuracy"]["estimated_error"] < 1e-7
+    assert abs(report["accuracy"]["energy_drift"]) < 1e-8
+
+
+def test_the_report_for_people(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys)
+    assert (code, err) == (0, "")
+    assert out.startswith("Oscillator: completed at time = 1 s\n")
+    assert re.search(r"^  x +-4\.161468 cm +\d", out, re.MULTILINE), "shown in the unit of the declaration"
+    assert "energy balance" in out
+
+
+def test_settings_with_units(capsys: pytest.CaptureFixture[str]) -> None:
+    x = final(capsys, "--set", "k=72 N/m", "--set", "x=50 mm", "--stop", "500 ms")["x"]
+    assert x == pytest.approx(0.05 * math.cos(6 * 0.5), abs=1e-9)
+    assert final(capsys, "--set", "x=0.05")["x"] == pytest.approx(0.05 * math.cos(2), abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--set", "kk=1"], "no parameter or initial value 'kk'; it has: c, der(x), k, m, push, x"),
+        (["--set", "k=1 kg"], "'k' is given in kg"),
+        (["--set", "k=1 N/mm"], None),
+        (["--experiment", "mooved"], "the model has no experiment 'mooved'; did you mean 'moved'?"),
+        (["--outputs", "y"], "the model has no coordinate, state or output 'y'"),
+        (["--display", "furlong"], "unknown unit 'furlong'"),
+        (["--stop", "1 kg"], "'stop' is given in kg"),
+        (["--input", "pussh=x.csv"], "the model has no input 'pussh'; did you mean 'push'?"),
+        (["--tolerance", "small"], "'small' is not a valid float"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], words: str | None, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, *arguments)
+    if words is None:
+        assert code == 0
+        return
+    assert (code, out) == (2, "")
+    assert words in " ".join(err.split())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--method", "euler"], "euler"),
+        (["--tolerance", "2"], "tolerance"),
+        (["--stop", "-1"], "stop"),
+        (["--set", "c=-1"], "below its minimum"),
+        (["--input", "push=nothere.csv"], "nothere.csv"),
+        (["--method", "rk4"], "step"),
+    ],
+)
+def test_runs_that_cannot_begin(arguments: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, *arguments)
+    assert (code, out) == (1, "")
+    assert err.startswith("error: ") and words in err and "Traceback" not in err
+
+
+def test_all_experiments(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, "--experiment", "all", "-o", "motion.csv")
+    assert code == 0
+    assert "Oscillator: completed" in out and "Oscillator, moved: completed" in out
+    assert re.search(r"^  x +[-\d.]+ mm", out, re.MULTILINE), "the experiment's own units"
+    assert "Oscillator, stiffer: 2 runs" in out
+    names = ["motion-default.csv", "motion-moved.csv", "motion-stiffer-1.csv", "motion-stiffer-2.csv"]
+    assert sorted(path.name for path in Path().glob("*.csv")) == names
+    assert [f"wrote {name}" for name in names] == err.splitlines()
+
+
+def test_a_sweep_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(capsys, "--experiment", "stiffer", "--json")
+    assert code == 0
+    soft, stiff = json.loads(out)
+    assert (soft["sweep"], stiff["sweep"]) == ({"k": 8.0}, {"k": 32.0})
+    assert soft["final"]["x"] == pytest.approx(0.1 * math.cos(2), abs=1e-7)
+    assert stiff["final"]["x"] == pytest.approx(0.1 * math.cos(4), abs=1e-7)
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "json"])
+def test_results_in_files(ending: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, _ = call(capsys, "-q", "-o", f"motion.{ending}", "--every", "0.25")
+    assert code == 0
+    results = read_results(f"motion.{ending}")
+    np.testing.assert_allclose(results.time, [0, 0.25, 0.5, 0.75, 1.0], rtol=1e-15)
+    assert results.unit("x") == "cm"
+    np.testing.assert_allclose(results["x"], 10 * np.cos(OMEGA * results.time), atol=1e-8)
+
+
+def test_chosen_outputs_and_units_in_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    call(capsys, "-q", "-o", "motion.csv", "--outputs", "doubled,x", "--display", "mm")
+    with Path("motion.csv").open(newline="") as file:
+        assert next(csv.reader(file)) == ["time [s]", "doubled [mm]", "x [mm]"]
+
+
+def test_an_input_from_a_table(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("push.csv").write_text("time [ms],push [kN]\n0,0.008\n1000,0.008\n")
+    x = final(capsys, "--input", "push=push.csv", "--set", "x=0 m", "--set", "k=8 N/m", "--stop", "0.3")["x"]
+    assert x == pytest.approx(1 - math.cos(OMEGA * 0.3), abs=1e-9)
+
+
+def test_a_failed_run_keeps_what_it_computed(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, err = call(capsys, "--set", "der(x)=5 m/s", "-o", "motion.csv")
+    assert code == 1
+    assert "Oscillator: failed at time = " in out
+    assert "the spring is overstretched" in err
+    assert "--> oscillator.mech:12:3" in err and "assert x < 1 m" in err
+    assert read_results("motion.csv").time[-1] == pytest.approx(math.asin(1 / 2.5 * 0.99) / 2, abs=0.05)
+    report = json.loads(call(capsys, "--set", "der(x)=5 m/s", "--json")[1])
+    assert report["outcome"] == "failed" and "overstretched" in report["message"]
+
+
+def test_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, err = call(capsys, "--plot")
+    assert (code, err) == (0, "wrote oscillator.png\n")
+    assert Path("oscillator.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_quiet(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(capsys, "-q") == (0, "", "")
+
+
+def test_no_error_estimate(capsys: pytest.CaptureFixture[str]) -> None:
+    _, out, _ = call(capsys, "--no-error-estimate", "--json")
+    assert json.loads(out)["accuracy"]["estimated_error"] is None
+
+
+def test_both_targets_agree_bit_for_bit_when_reproducible(capsys: pytest.CaptureFixture[str]) -> None:
+    options = ["--reproducible", "--method", "rk4", "--step", "10 ms"]
+    compiled, interpreted = (final(capsys, *options, "--target", target) for target in ("c", "python"))
+    assert compiled == interpreted
+
+
+def test_without_a_compiler_the_run_says_that_it_is_slower(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("mechc.compiler.problem.find_compiler", lambda: None)
+    code, out, err = call(capsys)
+    assert (code, "Python" in out) == (0, True)
+    assert "no C compiler was found" in err and "pip install 'mechc[cc]'" in err
+
+
+def test_a_model_without_stop_time(capsys: pytest.CaptureFixture[str]) -> None:
+    text = re.sub(r"  experiment.*\n", "", OSCILLATOR)
+    Path("oscillator.mech").write_text(text)
+    code, _, err = call(capsys)
+    assert code == 1 and "stop" in err
+    assert call(capsys, "--stop", "1", "-q")[0] == 0
