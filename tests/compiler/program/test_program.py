@@ -318,10 +318,10 @@ def test_the_text_of_a_program() -> None:
         "  p[1] = v3\n"
         "\n"
         "function rhs: 2 operations\n"
-        "  v0 = p[1]\n"
-        "  v1 = y[0]  # x\n"
-        "  v2 = sin v1\n"
-        "  v3 = mul v2 v0\n"
+        "  v0 = y[0]  # x\n"
+        "  v1 = sin v0\n"
+        "  v2 = p[1]\n"
+        "  v3 = mul v1 v2\n"
         "  out[0] = v3\n"
     )
 

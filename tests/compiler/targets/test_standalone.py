@@ -1,0 +1,195 @@
+"""The generated module on its own: runs with NumPy only, and gets the motion right."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from sample_equations import chain, equations, pendulum
+from scipy.integrate import solve_ivp
+
+from mechc.compiler.equations.model import Entry, Equations, ExperimentPlan, Function, SettingTarget
+from mechc.compiler.graph import Graph
+from mechc.compiler.program import lower
+from mechc.compiler.targets.python import emit_python
+
+
+def module(model: Equations) -> Any:
+    namespace: dict[str, Any] = {"__name__": "generated"}
+    exec(emit_python(lower(model)), namespace)
+    return SimpleNamespace(**namespace)
+
+
+def run(path: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a module isolated from the environment and the current folder."""
+    return subprocess.run([sys.executable, "-I", str(path), *arguments], capture_output=True, text=True)
+
+
+def oscillator() -> Equations:
+    """x'' = -k x with k swept over 1 and 4, x(0) = 2."""
+    g = Graph()
+    x, v, k = g.symbol("x"), g.symbol("v"), g.symbol("k")
+    return equations(
+        g,
+        [
+            Function("rhs", "", (v, g.neg(g.mul(k, x)))),
+            Function("initial", "", (g.two, g.zero)),
+            Function("outputs", "", (g.add(g.mul(k, g.mul(x, x)), g.mul(v, v)),)),
+            Function("experiment_0", "", (g.constant(Fraction(1, 2)), g.constant(1))),
+        ],
+        name="Oscillator",
+        states=[(x, Entry("x", "coordinate", "m")), (v, Entry("der(x)", "rate", "m/s"))],
+        nv=1,
+        parameters=[(k, Entry("k", "parameter", "1/s2"), g.one)],
+        outputs=[Entry("e", "energy", "")],
+        experiments=[
+            ExperimentPlan(
+                "",
+                "",
+                "experiment_0",
+                ("every", "stop"),
+                {},
+                (),
+                ((SettingTarget("p", 0, False), (1.0, 4.0)),),
+            )
+        ],
+    )
+
+
+def test_the_module_runs_with_numpy_only(tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    check = "\nimport sys\nprint(sorted({'mechc', 'scipy', 'sympy', 'lark'} & {m.split('.')[0] for m in sys.modules}))\n"
+    path.write_text(emit_python(lower(pendulum())) + check)
+    done = run(path)
+    assert done.returncode == 0, done.stderr
+    *table, modules = done.stdout.splitlines()
+    assert modules == "[]"
+    assert len(table) == 12
+    assert table[0].split()[:3] == ["time", "[s]", "theta"]
+
+
+def test_the_motion_of_the_double_pendulum() -> None:
+    """Against SciPy at 1e-12; the bound is 100 tolerances for 5 s of a motion that is not chaotic yet."""
+    generated = module(chain(2))
+    motion = generated.simulate(5.0, 1e-9)
+    p = generated.all_parameters({})
+    reference = solve_ivp(
+        lambda t, y: generated.rhs(t, y.tolist(), (), (), p),
+        (0, 5),
+        np.ones(4),
+        "DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    found = [motion[name][-1] for name, *_ in generated.STATES]
+    np.testing.assert_allclose(found, reference.y[:, -1], atol=1e-7)
+    assert motion["time"].shape == (501,)
+
+
+def test_the_method_has_order_five() -> None:
+    """A hundredth of the tolerance, a fifth-order method: the error falls about a hundredfold."""
+    generated = module(oscillator())
+    errors = []
+    for tolerance in (1e-5, 1e-7, 1e-9):
+        motion = generated.simulate(20.0, tolerance, points=2)
+        errors.append(abs(motion["x"][-1] - 2 * np.cos(20.0)))
+    assert errors[1] < errors[0] / 30
+    assert errors[2] < errors[1] / 30
+    assert errors[2] < 1e-7
+
+
+def test_sweeps_and_output_times(tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    path.write_text(emit_python(lower(oscillator())))
+    done = run(path, "-o", str(tmp_path / "rows.csv"))
+    assert done.returncode == 0, done.stderr
+    assert "k = 1" in done.stdout
+    assert "k = 4" in done.stdout
+    with open(tmp_path / "rows.csv", encoding="utf-8") as file:
+        head, *rows = csv.reader(file)
+    assert head == ["k", "time [s]", "x [m]", "der(x) [m/s]", "e"]
+    assert [[float(v) for v in row[:2]] for row in rows] == [
+        [k, t] for k in (1.0, 4.0) for t in (0.0, 0.5, 1.0)
+    ]
+    assert float(rows[-1][2]) == pytest.approx(2 * np.cos(2.0), abs=1e-6)
+
+
+def test_settings_of_experiments_inputs_and_values() -> None:
+    """The experiment of the pendulum: theta = 1.2, l = l; with values of the caller going before."""
+    generated = module(pendulum())
+    motion = generated.simulate(1.0)
+    assert motion["theta"][0] == 1.2
+    assert motion["x"][0] == pytest.approx(0.8 * np.sin(1.2))
+    motion = generated.simulate(1.0, values={"theta": 0.0, "l": 2.0, "b": 0.0, "torque": 0.0})
+    assert np.all(motion["theta"] == 0.0)
+    driven = generated.simulate(
+        1.0, signals={"torque": lambda t: 2.0 * t}, values={"theta": 0.0, "g": 0.0, "b": 0.0}
+    )
+    # J theta'' = 2 t with J = 1.28
+    assert driven["theta"][-1] == pytest.approx(1 / (3 * 1.28), rel=1e-7)
+
+
+def test_command_line_mistakes_are_explained(tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    path.write_text(emit_python(lower(pendulum())))
+    assert "no parameter, state or input 'nothing'" in run(path, "--set", "nothing=1").stderr
+    assert "'much' is no number" in run(path, "--set", "m=much").stderr
+    done = run(path, "--set", "der(theta)=20")
+    assert done.returncode == 1
+    assert "theta stays below 3 rad" in done.stderr
+    assert "Traceback" not in done.stderr
+    path.write_text(emit_python(lower(chain(1))))
+    assert "give a stop time" in run(path).stderr
+
+
+def test_an_undefined_rate_is_named() -> None:
+    """The motion of x' = -1/sqrt(x) ends at t = 2/3, where x is zero; a step beyond has no root."""
+    g = Graph()
+    x = g.symbol("x")
+    model = equations(
+        g,
+        [Function("rhs", "", (g.neg(g.div(g.one, g.sqrt(x))),)), Function("initial", "", (g.one,))],
+        states=[(x, Entry("x", "state", "m"))],
+        nx=1,
+    )
+    with pytest.raises(RuntimeError, match=r"at t = 0\.66\d*: the rate of x is undefined"):
+        module(model).simulate(5.0)
+
+
+def test_quaternions_stay_of_unit_length() -> None:
+    """A constant rotation about the third axis with 2 rad/s, after 3 s."""
+    g = Graph()
+    q = [g.symbol(f"q{i}") for i in range(4)]
+    rates = (g.neg(q[3]), q[2], g.neg(q[1]), q[0])
+    model = replace(
+        equations(
+            g,
+            [Function("rhs", "", rates), Function("initial", "", (g.two, g.zero, g.zero, g.zero))],
+            states=[(s, Entry(f"R[{i + 1}]", "coordinate", "")) for i, s in enumerate(q)],
+        ),
+        rotations=(0,),
+    )
+    motion = module(model).simulate(3.0, 1e-6)
+    norm = sum(motion[f"R[{i}]"] ** 2 for i in range(1, 5))
+    np.testing.assert_allclose(norm, 1.0, atol=1e-15)
+    assert motion["R[1]"][-1] == pytest.approx(np.cos(3.0), abs=1e-5)
+    assert motion["R[4]"][-1] == pytest.approx(np.sin(3.0), abs=1e-5)
+
+
+def test_the_text_is_the_same_each_time() -> None:
+    assert emit_python(lower(pendulum())) == emit_python(lower(pendulum()))
+
+
+def test_the_text_of_the_pendulum_reads_well() -> None:
+    text = emit_python(lower(pendulum()))
+    assert "    return [der_theta, (torque - der_theta * b - k0 * sin(theta)) / J]\n" in text
+    assert '    ("theta", "rad", 1.0),  # from the vertical\n' in text
+    assert "from math import cos, sin\n" in text
