@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections import defaultdict
 from typing import TYPE_CHECKING
 
@@ -11,35 +12,40 @@ if TYPE_CHECKING:
     from .api import Model
     from .compiler.equations.model import Choice
 
+WIDTH = 100
+
 
 def explanation(model: Model, style: Style = PLAIN) -> str:
-    """Return the choices by topic, each with its reason and the operations that it saved."""
+    """Return the choices, those with the same decision and reason together, and the operations they saved."""
     equations = model.compilation.equations
+    accounts = sum(entry.kind == "account" for entry in equations.states)
     sizes = [
         (equations.nq, "coordinate"),
         (equations.nv, "velocity"),
-        (equations.nx, "first-order state"),
+        (equations.nx - accounts, "first-order state"),
         (len(equations.parameters), "parameter"),
         (len(equations.inputs), "input"),
     ]
     described = ", ".join(_plural(n, word) for n, word in sizes if n)
-    rows = [f"{style.bold(model.name)}: {described}", ""]
-    topics: dict[str, list[Choice]] = defaultdict(list)
+    groups: dict[tuple[str, str], list[Choice]] = defaultdict(list)
     for choice in equations.choices:
-        topics[choice.topic].append(choice)
-    column = max((width(topic) for topic in topics), default=0)
-    for topic, choices in topics.items():
-        for i, choice in enumerate(choices):
-            saved = f" ({choice.saved_operations} operations saved)" if choice.saved_operations else ""
-            lead = style.cyan(pad(topic if i == 0 else "", column))
-            rows.append(f"  {lead}  {choice.decision}{saved}")
-            if choice.reason:
-                rows.append(f"  {' ' * column}  {style.dim(choice.reason)}")
-    rows += [
-        "",
-        f"  {style.cyan(pad('needs', column))}  {', '.join(sorted(equations.needs)) or 'nothing special'}",
-    ]
+        groups[choice.decision, choice.reason].append(choice)
+    column = max((width(_lead(choices)) for choices in groups.values()), default=0)
+    rows = [f"{style.bold(model.name)}: {described}"]
+    for (decision, reason), choices in groups.items():
+        words = decision if len(choices) == 1 else ", ".join(choice.topic for choice in choices)
+        saved = sum(choice.saved_operations for choice in choices)
+        if saved:
+            words += f" ({_plural(saved, 'operation')} saved)"
+        lines = [*textwrap.wrap(words, WIDTH - column), *(style.dim(row) for row in [reason] if row)]
+        leads = [style.cyan(pad(_lead(choices), column)), *[" " * column] * (len(lines) - 1)]
+        rows += ["", *(f"  {lead}  {line}" for lead, line in zip(leads, lines, strict=True))]
     return "\n".join(rows)
+
+
+def _lead(choices: list[Choice]) -> str:
+    """Return what stands in the margin: the topic of a single choice, the decision of several."""
+    return choices[0].topic if len(choices) == 1 else choices[0].decision
 
 
 def _plural(n: int, word: str) -> str:
