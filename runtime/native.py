@@ -27,7 +27,8 @@ MODEL_VERSION = 1
 KERNEL_VERSION = 1
 
 RUNNING, REACHED, RECORD_FULL = 0, 1, 2
-STEP_TOO_SMALL, NOT_FINITE, ASSERTION = -1, -2, -3
+STEP_TOO_SMALL, NOT_FINITE, ASSERTION, NOT_CONVERGED, OFF_CONSTRAINTS = -1, -2, -3, -4, -5
+NEEDS_JACOBIAN, NEEDS_SEPARABLE, NEEDS_MOMENTA = -6, -7, -8
 
 INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
 
@@ -50,6 +51,12 @@ class ModelStruct(Structure):
             (name, c_void_p)
             for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
         ),
+        *((name, c_int) for name in ("n_position", "n_velocity", "separable")),
+        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace")),
+        *(
+            (name, c_void_p)
+            for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")
+        ),
     )
     version: int
     nq: int
@@ -62,6 +69,10 @@ class ModelStruct(Structure):
     n_outputs: int
     n_assertions: int
     n_rotations: int
+    n_jacobian: int
+    n_position: int
+    n_velocity: int
+    separable: int
 
 
 class TableStruct(Structure):
@@ -97,12 +108,13 @@ class ReportStruct(Structure):
     _fields_ = (
         *(
             (name, c_double)
-            for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "seconds")
+            for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "switch_time")
         ),
+        *((name, c_double) for name in ("drift_position", "drift_velocity", "seconds")),
         *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
+        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
         *((name, c_long) for name in ("n_grid", "n_record")),
-        ("status", c_int),
-        ("failed_index", c_int),
+        *((name, c_int) for name in ("status", "failed_index", "method")),
     )
     t: float
     dt: float
@@ -110,14 +122,22 @@ class ReportStruct(Structure):
     dt_max: float
     stiff_time: float
     failed_value: float
+    switch_time: float
+    drift_position: float
+    drift_velocity: float
     seconds: float
     steps: int
     rejected: int
     evaluations: int
+    jacobians: int
+    factorisations: int
+    iterations: int
+    switches: int
     n_grid: int
     n_record: int
     status: int
     failed_index: int
+    method: int
 
 
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
@@ -129,6 +149,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_method_is_adaptive": (c_int, (c_int,)),
     "mech_method_order": (c_int, (c_int,)),
     "mech_method_n_dense": (c_int, (c_int,)),
+    "mech_method_lacks": (c_int, (c_int, c_void_p)),
     "mech_create": (c_void_p, (c_void_p, POINTER(OptionsStruct))),
     "mech_free": (None, (c_void_p,)),
     "mech_advance": (c_int, (c_void_p, c_double, c_long)),
@@ -136,6 +157,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_write": (None, (c_void_p, c_void_p)),
     "mech_restart": (None, (c_void_p,)),
     "mech_set_record": (None, (c_void_p, c_void_p, c_long)),
+    "mech_drift": (None, (c_void_p, c_void_p)),
     "mech_save_size": (c_size_t, (c_void_p,)),
     "mech_save": (None, (c_void_p, c_void_p)),
     "mech_load": (None, (c_void_p, c_void_p)),

@@ -4,6 +4,9 @@
 #include "clock.h"
 #include "method.h"
 
+/* Steps in a row, but for a few, after which a model counts as stiff. */
+enum { STIFF_HITS = 15 };
+
 static int fail(mech_solver *s, int status, int index)
 {
     s->run->report.failed_index = index;
@@ -40,6 +43,7 @@ static int enter_pieces(mech_solver *s)
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], t);
     while (s->run->next_stop < s->o.n_stops && s->o.stops[s->run->next_stop] <= t) s->run->next_stop++;
     mech_rhs(s, t, s->y, s->dy);
+    if (s->method->begin) s->method->begin(s, !s->run->started);
     return fail_not_finite(s, s->dy, s->ny);
 }
 
@@ -78,7 +82,7 @@ static void write_grid(mech_solver *s, mech_real t_new, mech_real h)
             memcpy(row, s->y_new, bytes);
             continue;
         }
-        mech_dense_at(s->dense, s->method->n_dense, s->ny, (s->o.grid[r->n_grid] - r->t) / h, row);
+        mech_dense_at(s->dense, s->n_dense, s->ny, (s->o.grid[r->n_grid] - r->t) / h, row);
         mech_normalise(s->model, row);
     }
 }
@@ -86,7 +90,7 @@ static void write_grid(mech_solver *s, mech_real t_new, mech_real h)
 static void write_record(mech_solver *s, mech_real h)
 {
     mech_report *r = &s->run->report;
-    const size_t n = (size_t)s->ny * (size_t)s->method->n_dense;
+    const size_t n = (size_t)s->ny * (size_t)s->n_dense;
     mech_real *row = s->o.record + (size_t)r->n_record * (n + 2);
     row[0] = r->t;
     row[1] = h;
@@ -97,7 +101,9 @@ static void write_record(mech_solver *s, mech_real h)
 static int start(mech_solver *s)
 {
     mech_run *run = s->run;
-    int status = enter_pieces(s);
+    int status = mech_method_lacks(s->o.method, s->model);
+    if (status) return fail(s, status, -1);
+    status = enter_pieces(s);
     if (!status) status = check_assertions(s);
     if (status) return status;
     run->started = 1;
@@ -129,15 +135,29 @@ static mech_real control(const mech_solver *s, mech_real error)
 static void watch_stiffness(mech_solver *s, mech_real h)
 {
     mech_run *run = s->run;
-    if (run->report.steps % 1000 && !run->stiff_hits) return;
+    if (run->report.steps % 100 && !run->stiff_hits) return;
     if (s->method->stiffness(s, h) > s->method->stiffness_bound) {
         run->calm_hits = 0;
-        if (++run->stiff_hits == 15 && !(run->report.stiff_time == run->report.stiff_time))
+        if (++run->stiff_hits == STIFF_HITS && !(run->report.stiff_time == run->report.stiff_time))
             run->report.stiff_time = run->report.t;
     } else if (run->stiff_hits && ++run->calm_hits == 6) {
         run->stiff_hits = 0;
         run->calm_hits = 0;
     }
+}
+
+/* Goes on with the other part of a method that consists of two. */
+static void change_method(mech_solver *s, const mech_method *method)
+{
+    mech_run *run = s->run;
+    s->method = method;
+    run->report.method = mech_method_index(method->name);
+    run->report.switch_time = run->report.t;
+    run->report.switches++;
+    run->error_old = 0;
+    run->stiff_hits = run->calm_hits = 0;
+    memset(s->dense, 0, (size_t)s->ny * (size_t)s->n_dense * sizeof(mech_real));
+    if (method->begin) method->begin(s, 1);
 }
 
 /* Takes the attempted step from t to t_new as done; dy_new is known. */
@@ -158,6 +178,9 @@ static int accept(mech_solver *s, mech_real t_new, mech_real h)
     memcpy(s->y, s->y_new, bytes);
     memcpy(s->dy, s->dy_new, bytes);
     run->after_rejection = 0;
+    if (run->stiff_hits >= STIFF_HITS && s->method == s->chosen->explicit_part &&
+        !s->chosen->implicit_part->lacks(s->model))
+        change_method(s, s->chosen->implicit_part);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
         int status = enter_pieces(s);
         if (status) return status;
@@ -168,6 +191,7 @@ static int accept(mech_solver *s, mech_real t_new, mech_real h)
 /* Where the steps have become too small: names what is to blame. */
 static int give_up(mech_solver *s, int undefined)
 {
+    if (s->run->trouble) return fail(s, s->run->trouble, -1);
     if (undefined && (fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
                       fail_not_finite(s, s->dy_new, s->ny)))
         return s->run->report.status;
@@ -197,12 +221,22 @@ static int step(mech_solver *s, mech_real limit)
         /* A step that ends just before the limit is stretched to it. */
         const int lands = wanted + r->dt * (m->adaptive ? MECH_C(1e-2) : MECH_C(1e-6)) >= limit;
         const mech_real t_new = lands ? limit : wanted;
-        const mech_real h = lands || !m->adaptive ? t_new - r->t : r->dt;
+        mech_real h = lands || !m->adaptive ? t_new - r->t : r->dt;
+        /* A whole step that differs by the rounding of times is the same step. */
+        if (!m->adaptive && mech_abs(h - r->dt) <= 4 * MECH_EPSILON * mech_abs(t_new)) h = r->dt;
+        run->trouble = MECH_RUNNING;
+        run->cut = 0;
         const mech_real error = m->attempt(s, h);
         int undefined = !mech_finite(error);
         if (!undefined && error <= 1) {
             mech_normalise(s->model, s->y_new);
-            mech_rhs(s, t_new, s->y_new, s->dy_new);
+            if (s->project && !m->keeps_constraints) {
+                run->trouble = mech_project(s, t_new, s->y_new);
+                undefined = run->trouble != MECH_RUNNING;
+            }
+        }
+        if (!undefined && error <= 1) {
+            if (!m->gives_derivative) mech_rhs(s, t_new, s->y_new, s->dy_new);
             mech_real sum = 0;
             for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
             undefined = !mech_finite(sum);
@@ -210,7 +244,9 @@ static int step(mech_solver *s, mech_real limit)
         if (undefined || error > 1) {
             r->rejected++;
             if (!m->adaptive || h <= shortest) return give_up(s, undefined);
-            if (undefined)
+            if (run->cut > 0)
+                r->dt = h * run->cut;
+            else if (undefined)
                 r->dt = h / 4;
             else
                 r->dt = h * mech_max(m->factor_min, MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order));
@@ -218,7 +254,7 @@ static int step(mech_solver *s, mech_real limit)
             continue;
         }
         if (m->adaptive) {
-            mech_real next = h * control(s, error);
+            mech_real next = h * (m->control ? m->control(s, h, error) : control(s, error));
             if (run->after_rejection) next = mech_min(next, h);
             /* A step cut short by its limit tells little: the former proposal stands. */
             if (h < r->dt)

@@ -14,18 +14,32 @@ typedef struct mech_method {
     int adaptive;    /* else the step is the user's                                          */
     int n_stages;    /* derivative arrays that an attempt leaves at the start of work        */
     int n_work;      /* arrays of ny numbers in work                                         */
-    int n_dense;     /* coefficients of the dense output                                     */
+    int n_dense;     /* coefficients of the dense output, at least 4                         */
     int error_order; /* an error estimate falls as dt to this power                          */
     mech_real factor_min, factor_max;
 
+    /* MECH_RUNNING, or what the model lacks for this method. NULL: nothing. */
+    int (*lacks)(const mech_model *model);
+    /* Further numbers in work, behind n_work * ny. NULL: none. */
+    size_t (*n_extra)(const mech_model *model);
+    /* The derivative may jump at the present time; fresh: the state may, too. NULL: nothing is remembered. */
+    void (*begin)(mech_solver *s, int fresh);
+    int gives_derivative;  /* an attempt fills dy_new, too                                   */
+    int keeps_constraints; /* the new state needs no projection                              */
+
     /* From (t, y, dy) over h: fills y_new and returns the error norm (0 without an estimate);
-       not finite where a stage is undefined. */
+       not finite where a stage is undefined, or where run->trouble says what else is wrong. */
     mech_real (*attempt)(mech_solver *s, mech_real h);
+    /* Factor of the next step after one over h with this error. NULL: PI control. */
+    mech_real (*control)(mech_solver *s, mech_real h, mech_real error);
     /* After acceptance, with dy_new known: |h lambda| as the step saw it, or 0. NULL: none. */
     mech_real (*stiffness)(const mech_solver *s, mech_real h);
     mech_real stiffness_bound;
     /* After acceptance: fills dense[n_dense][ny]. */
     void (*dense)(mech_solver *s, mech_real h);
+
+    /* A method that consists of two: begins with the first, goes over to the other where it is stiff. */
+    const struct mech_method *explicit_part, *implicit_part;
 } mech_method;
 
 extern const mech_method mech_rk4, mech_dop853;
@@ -39,17 +53,21 @@ typedef struct mech_run {
     mech_real error_old;
     mech_real origin;       /* fixed steps are counted from here                             */
     long long n_fixed;
+    mech_real cut;          /* factor of the step after a failed attempt; 0: the usual one   */
     int next_stop, after_rejection, started, stiff_hits, calm_hits;
+    int trouble;            /* status to give if the present step cannot be taken            */
 } mech_run;
 
 struct mech_solver {
     const mech_model *model;
-    const mech_method *method;
+    const mech_method *method; /* in use                                                     */
+    const mech_method *chosen; /* by the caller; the same unless that consists of two        */
     mech_options o;
-    int ny;
+    int ny, n_dense;
     size_t size;            /* bytes of the changing block that begins at run                */
     mech_run *run;
     mech_real *y, *dy, *y_new, *dy_new, *work, *dense, *u, *checks;
+    mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
     int *segments;          /* the row of each table that holds during the present step      */
 };
 
@@ -59,6 +77,28 @@ static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mec
     s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);
     s->run->report.evaluations++;
 }
+
+static inline void mech_jacobian(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    s->model->jacobian(t, y, s->u, s->o.z, s->o.p, out);
+    s->run->report.jacobians++;
+}
+
+/* The extra numbers of a method. */
+static inline mech_real *mech_extra(const mech_solver *s)
+{
+    return s->work + (size_t)s->ny * (size_t)s->method->n_work;
+}
+
+/* The size of a value that counts as 1, beside |y|; nominal values as far as the tolerances tell. */
+static inline mech_real mech_nominal(const mech_solver *s, int i)
+{
+    return s->o.rtol > 0 ? s->o.atol[i] / s->o.rtol : 1;
+}
+
+/* Moves y onto the constraints at time t: 0, or MECH_OFF_CONSTRAINTS. */
+int mech_project(mech_solver *s, mech_real t, mech_real *y);
 
 /* Dense output of a step from its ends alone, of order 3: the first four coefficients of every method. */
 static inline void mech_hermite(mech_solver *s, mech_real h)

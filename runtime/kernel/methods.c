@@ -20,3 +20,9 @@ const char *mech_method_doc(int method) { return mech_methods[method]->doc; }
 int mech_method_is_adaptive(int method) { return mech_methods[method]->adaptive; }
 int mech_method_order(int method) { return mech_methods[method]->order; }
 int mech_method_n_dense(int method) { return mech_methods[method]->n_dense; }
+
+int mech_method_lacks(int method, const mech_model *model)
+{
+    const mech_method *m = mech_methods[method];
+    return m->lacks ? m->lacks(model) : MECH_RUNNING;
+}

@@ -20,6 +20,15 @@
  * 12. Rotations: `rotations[k]` is the index in y of the first of four quaternion entries (scalar first),
  *     of unit length on entry; the kernel renormalises after each accepted step.
  * 13. A function that meets an undefined value returns not-a-number in `out`; it never traps.
+ * 14. Constraints: n_velocity rows K v + b = 0, of which n_position come from positions phi(q, t) = 0.
+ *     `project_position`: out[nv + n_position], a correction d in the space of velocities, then phi;
+ *     `project_velocity`: out[nv + n_velocity], a correction of v, then K v + b;
+ *     `displace`: out[nq] = N(q) d, with d in the place of v in y. NULL where there is nothing to project.
+ * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and nx = 0.
+ * 16. For the methods on momenta, which need q' = v and nx = 0, and all constraints from positions, in one
+ *     order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
+ *     `mass`: out[nv][nv] = d(momentum)/dv; `constraints`: out[n_position + n_velocity], phi, then K v + b;
+ *     `constraint_jacobian`: out[n_velocity][nv] = K; the last two NULL where there are no constraints.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -43,6 +52,10 @@ typedef struct mech_model {
     const int *jac_row, *jac_col;  /* [n_jacobian]                                        */
     void (*parameters)(mech_real *p, const unsigned char *set);
     mech_function *rhs, *initial, *inputs, *discretes, *outputs, *assertions, *jacobian;
+    int n_position, n_velocity;    /* rows of constraints                                 */
+    int separable;
+    mech_function *project_position, *project_velocity, *displace;
+    mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
 } mech_model;
 
 #define MECH_MODEL_VERSION 1

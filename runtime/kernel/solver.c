@@ -8,11 +8,29 @@
 
 int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
 
-/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, then the segments. */
+static size_t work_numbers(const mech_model *model, const mech_method *method, int ny)
+{
+    if (method->explicit_part) {
+        const size_t a = work_numbers(model, method->explicit_part, ny);
+        const size_t b = method->implicit_part->lacks(model) ? 0 : work_numbers(model, method->implicit_part, ny);
+        return a > b ? a : b;
+    }
+    return (size_t)ny * (size_t)method->n_work +
+           (method->n_extra && !(method->lacks && method->lacks(model)) ? method->n_extra(model) : 0);
+}
+
+/* Residuals, then a correction with residuals, a change of the coordinates, and a state. */
+static size_t projection_numbers(const mech_model *model)
+{
+    if (!model->n_velocity) return 0;
+    return (size_t)(model->n_position + 2 * model->n_velocity + 2 * (model->nq + model->nv) + model->nx);
+}
+
+/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, drift, project, segments. */
 static size_t block_numbers(const mech_model *model, const mech_method *method, int ny)
 {
-    return (size_t)ny * (size_t)(4 + method->n_work + method->n_dense) +
-           (size_t)model->nu + (size_t)model->n_assertions;
+    return (size_t)ny * (size_t)(4 + method->n_dense) + work_numbers(model, method, ny) + (size_t)model->nu +
+           (size_t)model->n_assertions + projection_numbers(model);
 }
 
 mech_solver *mech_create(const mech_model *model, const mech_options *options)
@@ -31,7 +49,9 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
         return NULL;
     }
     s->model = model;
-    s->method = method;
+    s->chosen = method;
+    s->method = method->explicit_part ? method->explicit_part : method;
+    s->n_dense = method->n_dense;
     s->o = *options;
     s->ny = ny;
     s->size = size;
@@ -41,14 +61,17 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     s->y_new = s->dy + ny;
     s->dy_new = s->y_new + ny;
     s->work = s->dy_new + ny;
-    s->dense = s->work + (size_t)ny * (size_t)method->n_work;
+    s->dense = s->work + work_numbers(model, method, ny);
     s->u = s->dense + (size_t)ny * (size_t)method->n_dense;
     s->checks = s->u + model->nu;
-    s->segments = (int *)(s->checks + model->n_assertions);
+    s->drift = s->checks + model->n_assertions;
+    s->project = model->n_velocity ? s->drift + model->n_position + model->n_velocity : NULL;
+    s->segments = (int *)(s->drift + projection_numbers(model));
     run->report.t = run->origin = options->t0;
     run->report.dt = options->dt;
     run->report.dt_min = options->dt_max;
-    run->report.stiff_time = (mech_real)NAN;
+    run->report.stiff_time = run->report.switch_time = (mech_real)NAN;
+    run->report.method = mech_method_index(s->method->name);
     run->report.failed_index = -1;
     memcpy(s->y, options->y0, (size_t)ny * sizeof(mech_real));
     mech_normalise(model, s->y);
@@ -83,6 +106,11 @@ void mech_restart(mech_solver *s)
     s->run->report.failed_index = -1;
 }
 
+void mech_drift(const mech_solver *s, mech_real *out)
+{
+    memcpy(out, s->drift, (size_t)(s->model->n_position + s->model->n_velocity) * sizeof(mech_real));
+}
+
 void mech_set_record(mech_solver *s, mech_real *record, long capacity)
 {
     s->o.record = record;
@@ -92,7 +120,11 @@ void mech_set_record(mech_solver *s, mech_real *record, long capacity)
 
 size_t mech_save_size(const mech_solver *s) { return s->size; }
 void mech_save(const mech_solver *s, void *memory) { memcpy(memory, s->run, s->size); }
-void mech_load(mech_solver *s, const void *memory) { memcpy(s->run, memory, s->size); }
+void mech_load(mech_solver *s, const void *memory)
+{
+    memcpy(s->run, memory, s->size);
+    s->method = mech_methods[s->run->report.method];
+}
 
 void mech_normalise(const mech_model *model, mech_real *y)
 {

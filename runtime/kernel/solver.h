@@ -35,7 +35,12 @@ enum mech_status {
     MECH_RECORD_FULL = 2,     /* give a new record buffer, then call again                     */
     MECH_STEP_TOO_SMALL = -1, /* the error bound cannot be met with any step above rounding    */
     MECH_NOT_FINITE = -2,     /* a derivative is infinite or not a number                      */
-    MECH_ASSERTION = -3       /* an assertion of the model does not hold                       */
+    MECH_ASSERTION = -3,      /* an assertion of the model does not hold                       */
+    MECH_NOT_CONVERGED = -4,  /* the equations of an implicit step could not be solved         */
+    MECH_OFF_CONSTRAINTS = -5, /* the state could not be projected onto the constraints        */
+    MECH_NEEDS_JACOBIAN = -6, /* the method needs what the model does not give: a Jacobian,    */
+    MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
+    MECH_NEEDS_MOMENTA = -8   /* or momenta, forces and constraints (model.h, point 16)        */
 };
 
 enum mech_interpolation { MECH_LINEAR = 0, MECH_STEP = 1, MECH_SPLINE = 2 };
@@ -71,11 +76,15 @@ typedef struct mech_report {
     mech_real t, dt, dt_min, dt_max;
     mech_real stiff_time;   /* where stiffness was first detected, else not-a-number */
     mech_real failed_value; /* the derivative that is not finite              */
+    mech_real switch_time;  /* where the last change of method was, else not-a-number */
+    mech_real drift_position, drift_velocity; /* largest correction by projection, over the nominal values */
     double seconds;         /* spent in mech_advance                          */
     long long steps, rejected, evaluations;
+    long long jacobians, factorisations, iterations, switches;
     long n_grid, n_record;  /* rows written                                   */
     int status;
     int failed_index;       /* of the derivative or assertion, else -1        */
+    int method;             /* in use at present                              */
 } mech_report;
 
 typedef struct mech_solver mech_solver;
@@ -88,6 +97,8 @@ MECH_API const char *mech_method_doc(int method);
 MECH_API int mech_method_is_adaptive(int method);
 MECH_API int mech_method_order(int method);
 MECH_API int mech_method_n_dense(int method);
+/* MECH_RUNNING, or the status of what the method needs and the model does not give. */
+MECH_API int mech_method_lacks(int method, const mech_model *model);
 
 /* NULL: no memory, unknown method, or a model of another version. */
 MECH_API mech_solver *mech_create(const mech_model *model, const mech_options *options);
@@ -97,6 +108,8 @@ MECH_API void mech_read(const mech_solver *solver, mech_report *report, mech_rea
 MECH_API void mech_write(mech_solver *solver, const mech_real *y); /* a new state at the present time */
 MECH_API void mech_restart(mech_solver *solver);
 MECH_API void mech_set_record(mech_solver *solver, mech_real *record, long capacity);
+/* out[n_position + n_velocity]: the largest residual of each constraint before projection, in its own unit. */
+MECH_API void mech_drift(const mech_solver *solver, mech_real *out);
 MECH_API size_t mech_save_size(const mech_solver *solver);
 MECH_API void mech_save(const mech_solver *solver, void *memory);
 MECH_API void mech_load(mech_solver *solver, const void *memory);
