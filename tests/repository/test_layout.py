@@ -97,3 +97,11 @@ def test_package_data_covers_every_other_file() -> None:
         and not (folder == "mechc" and path.relative_to(ROOT).parts[1] in LINKS)
     }
     assert {path.relative_to(ROOT).as_posix() for path in other - packed} == set()
+
+
+def test_the_floors_name_every_module_that_shows_something() -> None:
+    """The contract against importing upwards lists the modules of the top package."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
+    shown = next(c for c in contracts["contracts"] if c["name"].startswith("nothing below"))
+    modules = {f"mechc.{p.stem}" for p in (ROOT / "mechc").glob("*.py") if not p.stem.startswith("__")}
+    assert modules | {"mechc.cli"} == set(shown["forbidden_modules"])
