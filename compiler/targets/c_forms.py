@@ -20,6 +20,7 @@ from .expressions import (
     Form,
     call,
     infix,
+    multiple_of_pi,
 )
 from .literal import Form as LiteralForm
 from .literal import constant
@@ -162,7 +163,7 @@ def literal(number: Fraction) -> tuple[str, int]:
         case LiteralForm.RATIO:
             text = f"ratio({c.text}, {c.divisor})"
         case LiteralForm.PI:
-            text = f"{c.text}PI"
+            return multiple_of_pi(c, "PI")
     return text, UNARY if text[0] == "-" else ATOM
 
 

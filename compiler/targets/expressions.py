@@ -12,6 +12,7 @@ from fractions import Fraction
 
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
+from .literal import Constant
 
 ATOM, UNARY, PRODUCT, SUM, BITWISE, COMPARISON, LOGIC, CHOICE = 100, 80, 70, 60, 50, 40, 30, 10
 """Binding strength of what stands outermost in an expression."""
@@ -142,3 +143,12 @@ def _fit(value: _Text, need: int, condition: bool, dialect: Dialect) -> str:
     inner = value.text if value.binds >= form.needs[0] else f"({value.text})"
     text = form.template.format(inner)
     return text if form.binds >= need else f"({text})"
+
+
+def multiple_of_pi(c: Constant, name: str) -> tuple[str, int]:
+    """Return n pi / d as text, with ``name`` for pi, and how strongly it binds."""
+    signed = c.text in ("", "-")
+    text = f"{c.text}{name}" if signed else f"{c.text} * {name}"
+    if c.divisor:
+        return f"{text} / {c.divisor}", PRODUCT
+    return text, PRODUCT if not signed else UNARY if c.text else ATOM

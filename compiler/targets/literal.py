@@ -1,7 +1,7 @@
 """Exact constants in the words of a program text.
 
-In double precision each form evaluates to the correctly rounded constant; in higher precision none loses
-digits that the exact value has.
+In double precision each form evaluates to the correctly rounded constant (multiples of pi may be rounded
+twice); in higher precision none loses digits that the exact value has.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ _EXACT_DIGITS: Final = 28
 _DIGITS: Final = 40
 """Enough for 113 binary digits: 36 decimal ones, and some more."""
 _PI: Final = Fraction(pi)
+_LARGEST_FACTOR: Final = 10**6
 PI_DIGITS: Final = "3.1415926535897932384626433832795028841972"
 
 
@@ -25,12 +26,12 @@ class Form(Enum):
     DOUBLE = "double"  # the text of a number that a double holds exactly
     DECIMAL = "decimal"  # a decimal to be rounded in the working precision
     RATIO = "ratio"  # two whole numbers, to be divided in the working precision
-    PI = "pi"
+    PI = "pi"  # a whole number times pi, divided by another one
 
 
 @dataclass(frozen=True, slots=True)
 class Constant:
-    """``text`` of the number; the divisor, of a ratio, in ``divisor``."""
+    """``text`` of the number, or of a factor of pi; ``divisor`` of a ratio, "" for one."""
 
     form: Form
     text: str
@@ -41,12 +42,14 @@ class Constant:
 def constant(number: Fraction) -> Constant:
     """Return the form in which to write an exact constant.
 
-    The double that is nearest to pi stands for pi, which is what the language means by it. Raises
-    OverflowError where the number exceeds the range of a double.
+    Multiples of the double nearest to pi stand for multiples of pi, which is what the language means by
+    them. Raises OverflowError where the number exceeds the range of a double.
     """
+    turns = number / _PI
+    if number and max(abs(turns.numerator), turns.denominator) < _LARGEST_FACTOR:
+        n, d = turns.numerator, turns.denominator
+        return Constant(Form.PI, {1: "", -1: "-"}.get(n, f"{n}.0"), f"{d}.0" if d != 1 else "")
     nearest = float(number)
-    if abs(number) == _PI:
-        return Constant(Form.PI, "-" if number < 0 else "")
     if nearest == number:
         return Constant(Form.DOUBLE, repr(nearest))
     decimal = _finite_decimal(number)

@@ -9,7 +9,19 @@ from typing import Final
 
 from ..graph import operations as ops
 from ..program.model import Store
-from .expressions import ATOM, BITWISE, COMPARISON, PRODUCT, SUM, UNARY, Dialect, Form, call, infix
+from .expressions import (
+    ATOM,
+    BITWISE,
+    COMPARISON,
+    PRODUCT,
+    SUM,
+    UNARY,
+    Dialect,
+    Form,
+    call,
+    infix,
+    multiple_of_pi,
+)
 from .literal import Form as LiteralForm
 from .literal import constant
 
@@ -83,11 +95,11 @@ def literal(number: Fraction) -> tuple[str, int]:
     c = constant(number)
     match c.form:
         case LiteralForm.DOUBLE | LiteralForm.DECIMAL:
-            text = repr(float(number))
+            text = repr(float(c.text))
         case LiteralForm.RATIO:
             return f"{c.text} / {c.divisor}", PRODUCT
         case LiteralForm.PI:
-            text = f"{c.text}pi"
+            return multiple_of_pi(c, "pi")
     return text, UNARY if text[0] == "-" else ATOM
 
 

@@ -281,11 +281,13 @@ def main() -> None:
 def _print_table(title: str, columns: Sequence[tuple[str, str]], motion: Mapping[str, Any]) -> None:
     """Print at most 11 rows and 7 columns."""
     shown, count = columns[:7], len(motion["time"])
+    heads = {name: f"{name} [{unit}]" if unit else name for name, unit in shown}
+    widths = {name: max(15, len(head)) for name, head in heads.items()}
     if title:
         print(title)
-    print("".join(f"{f'{name} [{unit}]' if unit else name:>18}" for name, unit in shown))
+    print("  ".join(f"{head:>{widths[name]}}" for name, head in heads.items()))
     for i in sorted({round(j * (count - 1) / 10) for j in range(11)}):
-        print("".join(f"{motion[name][i]:18.9g}" for name, _ in shown))
+        print("  ".join(f"{motion[name][i]:{width}.9g}" for name, width in widths.items()))
     if len(columns) > len(shown):
         print(f"{len(columns) - len(shown)} more columns: -o FILE.csv writes all")
 

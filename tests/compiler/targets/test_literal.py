@@ -9,7 +9,7 @@ from math import pi
 import pytest
 
 from mechc.compiler.targets.c_forms import literal as c_literal
-from mechc.compiler.targets.literal import Form, constant
+from mechc.compiler.targets.literal import PI_DIGITS, Form, constant
 from mechc.compiler.targets.python_forms import literal as python_literal
 
 
@@ -26,6 +26,11 @@ from mechc.compiler.targets.python_forms import literal as python_literal
         (Fraction(-2, 7), "ratio(-2.0, 7.0)"),
         (Fraction(pi), "PI"),
         (-Fraction(pi), "-PI"),
+        (-Fraction(pi) / 6, "-PI / 6.0"),
+        (2 * Fraction(pi), "2.0 * PI"),
+        (Fraction(pi) * 3 / 4, "3.0 * PI / 4.0"),
+        (Fraction(pi) / 180, "PI / 180.0"),
+        (Fraction(pi) * 7 / 180, "7.0 * PI / 180.0"),
         (Fraction(667430, 10**16), "real(6.6743e-11)"),
         (Fraction(10**30), "real(1.0e30)"),
         (Fraction(10**22), "1e+22"),
@@ -40,7 +45,7 @@ def test_text_in_c(number: Fraction, text: str) -> None:
 def values() -> list[Fraction]:
     rng = random.Random(3)
     found = [Fraction(rng.randint(-(10**9), 10**9), rng.randint(1, 10**9)) for _ in range(200)]
-    found += [Fraction(rng.gauss(0, 1)) * 10 ** rng.randint(-300, 300) for _ in range(200)]
+    found += [Fraction(rng.gauss(0, 1)) * Fraction(10) ** rng.randint(-300, 300) for _ in range(200)]
     found += [Fraction(rng.randint(1, 10**6), 10 ** rng.randint(0, 40)) for _ in range(200)]
     found += [Fraction(rng.randint(1, 10**60), rng.randint(1, 10**60)) for _ in range(200)]
     found += [
@@ -69,6 +74,16 @@ def test_decimal_text_is_right_to_36_digits() -> None:
             assert Fraction(float(c.text)) == number
         else:
             assert Fraction(c.text) / Fraction(c.divisor) == number
+
+
+def test_multiples_of_pi_mean_pi() -> None:
+    """Not the double nearest to it: exactly n pi / d, which in double precision takes two roundings."""
+    for degrees in range(1, 720):
+        c = constant(Fraction(pi) * degrees / 180)
+        assert c.form is Form.PI
+        assert Fraction(c.text or 1) / Fraction(c.divisor or 1) == Fraction(degrees, 180)
+        value = eval(python_literal(Fraction(pi) * degrees / 180)[0], {"pi": pi})
+        assert value == pytest.approx(float(Fraction(PI_DIGITS) * degrees / 180), rel=3.4e-16, abs=0)
 
 
 def test_a_number_beyond_doubles_is_refused() -> None:
