@@ -48,8 +48,7 @@ def target_of(scope: Scope, expression: Expression) -> Target | None:
                 if member is None or member.structural or (member.role is Role.INPUT and member.modifiers):
                     return None
                 whole = type_of(member)
-                type = whole if rate and member.role is Role.COORDINATE and whole is types.ROTATION else whole
-                return Target(name, indices, member.role, rate, _element(type, indices), whole, member)
+                return Target(name, indices, member.role, rate, _element(whole, indices), whole, member)
             case _:
                 return None
 

@@ -22,6 +22,7 @@ from .model import (
     Previous,
     Quadrature,
     Query,
+    Role,
     Select,
     Type,
 )
@@ -174,9 +175,9 @@ def whole_number(scope: Scope, node: ast.Expression, purpose: str) -> int:
     value = constant(expression)
     if value is None:
         raise not_structural(scope, node, expression, purpose)
-    if isinstance(value, Fraction) and value.denominator == 1 and not expression.type.shape:
-        if expression.type.dimension.is_none:
-            return value.numerator
+    type = expression.type
+    if isinstance(value, Fraction) and value.denominator == 1 and type.dimension.is_none and not type.shape:
+        return value.numerator
     raise scope.fail(
         "E0326",
         f"{purpose} must be a whole number",
@@ -210,14 +211,17 @@ def truth(scope: Scope, node: ast.Expression, purpose: str) -> bool:
 def not_structural(scope: Scope, node: ast.Expression, expression: Expression, purpose: str) -> Poisoned:
     """Report that a value is needed while compiling, but may change afterwards."""
     name = next(iter(free_names(expression)), None)
+    member = scope.flattening.variables.get(name) if name else None
+    if member is not None and member.role is Role.PARAMETER:
+        help = f"declare '{name}' as 'structural parameter'"
+    else:
+        help = "only structural parameters, numbers and indices of loops are known"
     return scope.fail(
         "E0315",
         f"{purpose} must be known when compiling",
         node.span,
         caption=f"'{name}' may change afterwards" if name else "this may change afterwards",
-        help=f"declare it as 'structural parameter', if '{name}' is a parameter"
-        if name and name != "time"
-        else "only structural parameters, numbers and indices of loops are known",
+        help=help,
     )
 
 

@@ -7,8 +7,9 @@ from typing import assert_never
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
-from . import model, types
+from . import model
 from .coordinates import target_of
+from .instance import ROLE_WORDS
 from .loads import make_load
 from .model import Role
 from .record import Record
@@ -67,7 +68,7 @@ def _reinit(scope: Scope, action: ast.Reinit) -> model.Reinit:
             "E0417",
             "'reinit' sets a coordinate, its rate or a state",
             action.target.span,
-            caption=f"'{action.target.span.text}' is {_role(target.role) if target else 'none of them'}",
+            caption=f"'{action.target.span.text}' is {ROLE_WORDS[target.role] if target else 'none of them'}",
             help=f"write '{action.target.span.text} := ...'" if discrete else "",
         )
     value = scope.elaborate(action.value)
@@ -76,10 +77,6 @@ def _reinit(scope: Scope, action: ast.Reinit) -> model.Reinit:
         scope, value, left.type, action.value.span, name=name, declared=target.member.declaration.name_span
     )
     return model.Reinit(left, value, scope.origin(action.span))
-
-
-def _role(role: Role) -> str:
-    return types.with_article(role.value)
 
 
 def _assign(scope: Scope, action: ast.Assign) -> model.Assign:
@@ -91,7 +88,7 @@ def _assign(scope: Scope, action: ast.Assign) -> model.Assign:
         labels = (Label(target.member.declaration.name_span, "declared here"),) if target else ()
         raise scope.fail(
             "E0416",
-            f"':=' sets a discrete variable, '{name}' is {_role(target.role) if target else 'none'}",
+            f"':=' sets a discrete variable, '{name}' is {ROLE_WORDS[target.role] if target else 'none'}",
             action.target.span,
             labels=labels,
             help=f"write 'reinit({name}, ...)'" if moving else f"declare it as 'discrete {name} = ...;'",

@@ -13,11 +13,10 @@ from mechc.lang.suggest import closest
 from . import model, types
 from .coordinates import Target, target_of
 from .evaluate import constant, elements, not_structural, values_of
-from .instance import ComponentMember, Instance, VariableMember
+from .instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from .instantiate import member_of
 from .members import type_of
 from .model import Array, Expression, Kind, Role
-from .overrides import mismatch
 from .references import component_index, existing
 from .scope import Constant, Poisoned, Scope
 from .values import fit, fits
@@ -153,7 +152,7 @@ def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> N
     else:
         wanted, words = types.with_shape(types.numeric(value.type), ()), "one number"
     if value.type.shape or not fits(value, wanted) or wanted.kind not in (Kind.REAL, Kind.STRING):
-        given = types.describe(value.type)
+        given = types.describe(types.numeric(value.type))
         bare = name in TIMES and value.type.dimension.is_none and value.type.kind in types.NUMERIC
         raise scope.fail(
             "E0804",
@@ -202,9 +201,8 @@ def _check_structural(
     value = fit(
         scope, value, type_of(member), node.value.span, name=name, declared=member.declaration.name_span
     )
-    problem = "it is an array" if isinstance(known, tuple) else mismatch(known, type_of(member))
-    if problem or isinstance(known, tuple):
-        raise scope.fail("E0808", f"'{name}' cannot be set to this: {problem}", node.value.span)
+    if isinstance(known, tuple):
+        raise scope.fail("E0801", f"'{name}' is an array, which an experiment cannot set", node.target.span)
     return known
 
 
@@ -236,7 +234,7 @@ def _target(scope: Scope, node: ast.Modification, left: Expression) -> Target:
             help="parameters, initial values of coordinates and states, and unconnected inputs can be set",
         )
     if node.kind == "~" and target.role not in (Role.COORDINATE, Role.STATE):
-        noun = types.with_article(target.role.value)
+        noun = ROLE_WORDS[target.role]
         raise scope.fail(
             "E0403", f"'{span.text}' is {noun}, which is known and not guessed", span, help="write '='"
         )

@@ -63,7 +63,7 @@ def flatten(
             return _flatten(cls, flattening)
         except RecursionError:
             raise reporter.fail(
-                "E0331",
+                "E0207",
                 "definitions depend on each other in too long a chain",
                 chosen.name_span,
                 help="declare names before they are used",
@@ -113,7 +113,7 @@ def _choose(file: ast.File, namespace: Namespace, name: str | None, reporter: Re
         )
     if chosen.partial:
         raise reporter.fail(
-            "E0215",
+            "E0214",
             f"'{name}' is partial: it must be extended",
             chosen.name_span,
             help=f"write 'model Mine extends {name}; ... end Mine;'",
@@ -149,8 +149,9 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     _add_integrals(flattening, record)
     variables = _variables(record)
     found = experiments(instance)
-    _check_gravity(instance, record)
-    lint(instance)
+    if not reporter.has_errors:
+        _check_gravity(instance, record)
+        lint(instance)
     definitions = tuple(record.definitions)
     if not reporter.has_errors:
         check_cycles(variables, definitions, reporter)

@@ -65,6 +65,15 @@ DECLARED, INITIAL, EXTENDED, MODIFIED = range(4)
 """Stages of ``Modifier.rank``."""
 
 
+ROLE_WORDS = {
+    Role.PARAMETER: "a parameter",
+    Role.COORDINATE: "a coordinate",
+    Role.STATE: "a state",
+    Role.DISCRETE: "a discrete variable",
+    Role.INPUT: "an input",
+}
+
+
 class Progress(Enum):
     NEW = 0
     OPEN = 1

@@ -183,8 +183,9 @@ def _expand(
     try:
         match statement:
             case ast.For(name=name, range=range, body=body):
+                statements = [item for item in body if not isinstance(item, ast.Declaration)]
                 for inner in iterate(scope, name, range):
-                    for item in body:
+                    for item in statements:
                         _expand(instance, placed, item, inner, result)
             case ast.If(branches=branches, otherwise=otherwise):
                 chosen = otherwise
@@ -450,7 +451,7 @@ def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
     while at is not None and len(chain) < 5:
         chain.append(at.path.rpartition(".")[2] or at.model.name)
         at = at.parent
-    raise scope.fail(
+    raise Scope(scope.flattening, None, scope.namespace).fail(
         "E0406",
         f"components are nested more than {DEEPEST} deep",
         declaration.span,

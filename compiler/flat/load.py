@@ -12,6 +12,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
 from mechc.lang.read import read_source
+from mechc.lang.source import SourceFile
 
 LIBRARY = "mech"
 """First word of the names of the standard library: ``mech.planar``."""
@@ -35,10 +36,19 @@ def load(path: Path | str, reporter: Reporter) -> ast.File:
     file = _parsed.get(key)
     if file is None:
         before = len(reporter.diagnostics)
-        file = parse(read_source(path, reporter), reporter)
+        file = parse(_read(path, reporter), reporter)
         if len(reporter.diagnostics) == before:
             _parsed[key] = file
     return file
+
+
+def _read(path: Path, reporter: Reporter) -> SourceFile:
+    """Read a file; one of the standard library is called ``mech/planar.mech`` wherever it is installed."""
+    source = read_source(path, reporter)
+    if path.is_relative_to(library_folder()):
+        name = Path(LIBRARY, path.relative_to(library_folder())).as_posix()
+        return SourceFile(name, source.text)
+    return source
 
 
 @cache

@@ -150,6 +150,11 @@ def effort_dimension(scope: Scope, on: Expression, *, impulse: bool = False) -> 
     return total / on.type.dimension
 
 
+def _effort_words(on: Expression, dimension: Dimension) -> str:
+    torque = on.type.angle and dimension == types.ENERGY
+    return "a torque (N.m)" if torque else types.unit_words(dimension)
+
+
 def _require_effort(
     scope: Scope,
     value: Expression,
@@ -164,7 +169,7 @@ def _require_effort(
         raise scope.fail(
             "E0322",
             f"{types.with_article(kind)} on {types.unit_words(on.type.dimension, on.type.angle)} "
-            f"is {types.unit_words(dimension)}",
+            f"is {_effort_words(on, dimension)}",
             node.span,
             caption=f"this is {given}",
             labels=(Label(on_node.span, f"it acts on {types.unit_words(on.type.dimension, on.type.angle)}"),),

@@ -11,6 +11,7 @@ from mechc.lang.source import Span
 from . import types
 from .evaluate import constant, not_structural, pick, to_expression
 from .instance import (
+    ROLE_WORDS,
     DefinitionMember,
     Index,
     Member,
@@ -52,6 +53,8 @@ def begin(member: Member, what: str) -> bool:
 
 def type_of(member: VariableMember) -> Type:
     """Return the type of a variable, from its declaration or from its default."""
+    if member.progress is Progress.WRONG:
+        raise Poisoned
     if member.type is not None:
         return member.type
     if begin(member, "its type"):
@@ -252,19 +255,15 @@ def parameter_value(member: VariableMember) -> Expression | None:
 def check_plain(member: VariableMember, modifier: Modifier) -> None:
     """Report ``~``, a rate, an index or a deeper name in the modification of a plain value."""
     name, scope = member.declaration.name, modifier.source.scope
-    noun = member.role.value
+    noun = ROLE_WORDS[member.role]
     if len(modifier.path) > 1:
-        raise scope.fail(
-            "E0401", f"'{name}' is {types.with_article(noun)} and has nothing inside", modifier.span
-        )
+        raise scope.fail("E0401", f"'{name}' is {noun} and has nothing inside", modifier.span)
     if modifier.rate:
-        raise scope.fail(
-            "E0403", f"'{name}' is {types.with_article(noun)}; its rate cannot be set", modifier.span
-        )
+        raise scope.fail("E0403", f"'{name}' is {noun}; its rate cannot be set", modifier.span)
     if modifier.kind == "~":
         raise scope.fail(
             "E0403",
-            f"'{name}' is {types.with_article(noun)}, which is known and not guessed",
+            f"'{name}' is {noun}, which is known and not guessed",
             modifier.span,
             help=f"write '{name} = ...'",
         )

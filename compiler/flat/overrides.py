@@ -32,7 +32,7 @@ def overridden(member: VariableMember) -> Expression | None:
     problem = mismatch(value, member.type)
     if problem:
         raise member.scope.fail(
-            "E0808",
+            "E0303",
             f"'{member.name}' cannot be {_text(value)}: {problem}",
             member.declaration.name_span,
             caption="declared here",
@@ -70,7 +70,7 @@ def check_known(instance: Instance, reporter: Reporter) -> None:
             continue
         near = closest(name, known)
         reporter.error(
-            "E0807",
+            "E0801",
             f"'{name}' is no structural parameter of {instance.model.name}",
             instance.model.name_span,
             help=f"did you mean '{near}'?"

@@ -100,14 +100,13 @@ def _member(scope: Scope, member: AnyMember, parts: tuple[ast.Part, ...], span: 
     if isinstance(member, ComponentMember):
         return _inside(scope, member, part, rest, span)
     if rest:
-        if isinstance(member, VariableMember | DefinitionMember | PlaceMember):
-            noun = type(member.declaration).__name__.lower()
-            raise scope.fail(
-                "E0202",
-                f"'{part.name}' is {types.with_article(noun)} and has no '{rest[0].name}'",
-                rest[0].span,
-                labels=(Label(member.declaration.name_span, "declared here"),),
-            )
+        noun = type(member.declaration).__name__.lower()
+        raise scope.fail(
+            "E0202",
+            f"'{part.name}' is {types.with_article(noun)} and has no '{rest[0].name}'",
+            rest[0].span,
+            labels=(Label(member.declaration.name_span, "declared here"),),
+        )
     if isinstance(member, PlaceMember) and place_extents(member):
         return _place_element(scope, member, part, span)
     return indexed(scope, _plain_member(scope, member, span), part.indices, part.span)

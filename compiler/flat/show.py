@@ -239,7 +239,7 @@ def _written(expression: Expression) -> tuple[str, int]:
     match expression:
         case Literal(value=value):
             shown = _constant(value)
-            return shown, 5 if shown.startswith("-") else 6 if "/" in shown and isinstance(
+            return shown, 6 if shown.startswith("-") else 6 if "/" in shown and isinstance(
                 value, Fraction
             ) else _ATOM
         case Name(name=name):
@@ -268,7 +268,7 @@ def _written(expression: Expression) -> tuple[str, int]:
 def _applied(expression: Apply) -> tuple[str, int]:
     function, arguments = expression.function, expression.arguments
     if function == "negate":
-        return f"-{text(arguments[0], 6)}", 5
+        return f"-{text(arguments[0], 6)}", 6
     if function == "not":
         return f"not {text(arguments[0], 4)}", 3
     if function in _OPERATORS:

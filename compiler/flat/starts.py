@@ -8,7 +8,7 @@ from mechc.lang.diagnostics import Label
 from . import model, types
 from .coordinates import Target, target_of
 from .evaluate import elements, pick, whole_number
-from .instance import DECLARED, INITIAL, MODIFIED, Index, Modifier, VariableMember
+from .instance import DECLARED, INITIAL, MODIFIED, ROLE_WORDS, Index, Modifier, VariableMember
 from .instantiate import indices
 from .members import cannot_modify, elementwise, type_of
 from .model import Array, Expression, Kind, Role, StartValue, Type
@@ -72,7 +72,7 @@ def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisone
             "initial values of second and higher derivatives are not supported yet",
             span,
         )
-    noun = types.with_article(target.role.value)
+    noun = ROLE_WORDS[target.role]
     what = f"the rate of {noun}" if target.rate else noun
     return scope.fail(
         "E0420",
@@ -119,9 +119,7 @@ def _modification(member: VariableMember, modifier: Modifier, type: Type) -> Beg
     source, name = modifier.source, member.declaration.name
     scope = source.scope
     if len(modifier.path) > 1:
-        raise cannot_modify(
-            member, modifier, f"is {types.with_article(member.role.value)} and has nothing inside"
-        )
+        raise cannot_modify(member, modifier, f"is {ROLE_WORDS[member.role]} and has nothing inside")
     if modifier.rate and member.role is not Role.COORDINATE:
         raise scope.fail("E0403", f"'{name}' is a state; only its value can be given", modifier.span)
     wanted = rate_type(scope.flattening, type) if modifier.rate else type

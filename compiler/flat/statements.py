@@ -187,7 +187,7 @@ def _joints(parts: JointParts, record: Record) -> None:
     if not parts.places:
         if cut and declaration is not None and not instance.cls.places:
             instance.flattening.report(
-                Scope(instance.flattening, instance, instance.cls.namespace),
+                Scope(instance.flattening, instance.parent, instance.cls.namespace),
                 "E0413",
                 f"'{declaration.name}' cannot be cut: {instance.cls.name} is no joint",
                 declaration.span,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from fractions import Fraction
 
-from mechc.lang.units import DIMENSIONLESS, NAMED_TYPES, Dimension
+from mechc.lang.units import DIMENSIONLESS, NAMED_TYPES, Dimension, preferred_unit
 
 from .model import Array, Expression, Kind, Literal, Type
 
@@ -137,7 +137,7 @@ def unit_words(dimension: Dimension, angle: bool = False) -> str:
     if dimension.is_none:
         return "an angle" if angle else "a number"
     word = dimension_word(dimension, angle)
-    unit = str(dimension)
+    unit = preferred_unit(dimension, angle)
     return f"a quantity in {unit}" if word == "quantity" else f"{with_article(word)} ({unit})"
 
 

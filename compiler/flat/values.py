@@ -89,7 +89,9 @@ def fit(
     if not fits(expression, target):
         what = f"'{name}'" if name else "this place"
         wanted = types.describe(target if expression.type.shape else types.with_shape(target, ()))
-        given = types.describe(expression.type)
+        given = types.describe(
+            types.numeric(expression.type) if target.kind is Kind.REAL else expression.type
+        )
         if given == wanted:
             given += f", in {expression.type.dimension}"
         labels = (Label(declared, f"{what} is {wanted}"),) if declared is not None else ()
