@@ -71,7 +71,7 @@ THESIS = json.loads((DATA / "thesis_kepler.json").read_text(encoding="utf-8"))[
 
 
 @pytest.mark.parametrize(
-    ("experiment", "row"), zip((None, "orbit2", "orbit3", "orbit4"), THESIS, strict=True)
+    ("experiment", "row"), list(zip((None, "orbit2", "orbit3", "orbit4"), THESIS, strict=True))
 )
 def test_three_laws_of_kepler(experiment: str | None, row: dict[str, str]) -> None:
     """K3: ellipse, areal velocity and period."""

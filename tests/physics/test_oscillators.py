@@ -80,7 +80,7 @@ def swirl_rate(t: Array) -> Any:
 def rod(mode: int) -> dict[str, Formula]:
     omega = 2 * sqrt(1000) * sin(mode * pi / 42)
     return {
-        f"x[{i}]": lambda t, i=i: 1e-3 * sin(mode * pi * i / 21) * cos(omega * t) for i in (1, 7, 10, 20)
+        f"x[{i}]": lambda t, i=i: 1e-3 * sin(mode * pi * i / 21) * cos(omega * t) for i in (1, 5, 10, 20)
     } | {"omega": lambda t: omega}
 
 

@@ -64,11 +64,10 @@ def test_lagrange_top(experiment: str | None, precession: float) -> None:
     p3 = I3 * 200
     pz = I1 * (1 - u0**2) * precession + p3 * u0
     E = I1 / 2 * precession**2 * (1 - u0**2) + weight * u0
-    u = np.poly1d([1, 0])
-    cubic = (1 - u * u) * 2 * I1 * (E - weight * u) - (pz - p3 * u) ** 2
-    bounds = np.sort(
-        np.arccos([r.real for r in cubic.roots if abs(r) <= 1 + 1e-9 and abs(r.imag) < 1e-6]).real
-    )
+    left = 2 * I1 * np.polymul([-1, 0, 1], [-weight, E])  # I1^2 u'^2 = left - right
+    right = np.polymul([-p3, pz], [-p3, pz])
+    roots = np.roots(np.polysub(left, right)).real
+    bounds = np.sort(np.arccos(roots[np.abs(roots) < 1]))
     solution = run("lagrange_top", experiment)
     turning = [solution(t)["theta"] for t in upward_crossings(solution, "der(theta)")]
     assert turning == pytest.approx(bounds[0], abs=3000e-10)

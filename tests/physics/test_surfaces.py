@@ -116,7 +116,7 @@ def test_particle_on_sphere() -> None:
     solution = run("particle_on_sphere")
     lowest = [solution(t)["theta"] for t in upward_crossings(solution, "der(theta)")]
     sine2 = (1 - 0.6 + sqrt(0.16 + 2 * 0.25)) / 2
-    assert lowest == pytest.approx(np.arcsin(sqrt(sine2)), abs=300e-10)
+    assert np.array(lowest) == pytest.approx(np.arcsin(sqrt(sine2)), abs=300e-10)
     assert np.rad2deg(lowest[0]) == pytest.approx(51.13163, abs=6e-6)
     assert solution["theta"].max() <= np.pi - lowest[0] + 300e-10
     assert cos(solution["theta"]).min() < -0.62
