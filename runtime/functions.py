@@ -146,6 +146,7 @@ def _check_sizes(problem: Problem, model: native.ModelStruct) -> None:
 def _compiled(function: Callable[..., None], size: int) -> ModelFunction:
     def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
         out = np.empty(size)
+        y = np.ascontiguousarray(y)  # scipy passes columns of its Jacobian's differences
         function(t, y.ctypes.data, u.ctypes.data, z.ctypes.data, p.ctypes.data, out.ctypes.data)
         return out
 

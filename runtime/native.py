@@ -142,6 +142,7 @@ class ReportStruct(Structure):
 
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_kernel_version": (c_int, ()),
+    "mech_layout": (None, (POINTER(c_size_t),)),
     "mech_method_count": (c_int, ()),
     "mech_method_index": (c_int, (c_char_p,)),
     "mech_method_name": (c_char_p, (c_int,)),
@@ -185,8 +186,17 @@ def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
         function = getattr(library, name)
         function.restype = result
         function.argtypes = arguments
-    assert library.mech_kernel_version() == KERNEL_VERSION
+    _check_layout(library)
     return library
+
+
+def _check_layout(library: ctypes.CDLL) -> None:
+    """Make sure that kernel and structs agree: a difference would corrupt memory."""
+    sizes = (c_size_t * 4)()
+    library.mech_layout(sizes)
+    ours = [ctypes.sizeof(s) for s in (ModelStruct, TableStruct, OptionsStruct, ReportStruct)]
+    if library.mech_kernel_version() != KERNEL_VERSION or list(sizes) != ours:
+        raise RuntimeError(f"the kernel's structs have the sizes {list(sizes)}, not {ours}")
 
 
 def kernel_methods(library: ctypes.CDLL) -> dict[str, str]:

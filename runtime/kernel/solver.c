@@ -8,6 +8,14 @@
 
 int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
 
+void mech_layout(size_t sizes[4])
+{
+    sizes[0] = sizeof(mech_model);
+    sizes[1] = sizeof(mech_table);
+    sizes[2] = sizeof(mech_options);
+    sizes[3] = sizeof(mech_report);
+}
+
 static size_t work_numbers(const mech_model *model, const mech_method *method, int ny)
 {
     if (method->explicit_part) {
