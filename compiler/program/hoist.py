@@ -27,10 +27,11 @@ def hoistable(graph: Graph, layout: Mapping[Node, Slot], outputs: Iterable[Node]
             fixed[n] = layout[n].array == "p"
         else:
             operands = args(n)
-            if all(fixed[a] for a in operands):
+            constant = [a for a in operands if fixed[a]]
+            if len(constant) == len(operands):
                 fixed[n] = 1
-            else:
-                wanted.update(a for a in operands if fixed[a])
+            elif constant:
+                wanted.update(constant)
     wanted.update(n for n in outputs if fixed[n])
     found = {args(n)[0] if op(n) == NEG else n for n in wanted}
     return sorted(n for n in found if op(n) > SYMBOL)

@@ -17,30 +17,27 @@ from ..graph.operations import COS, SIN
 
 def schedule(graph: Graph, outputs: Sequence[Node], given: Container[Node] = ()) -> list[Node]:
     """Return all nodes that the outputs need, arguments first; nothing below a ``given`` node."""
-    args, op = graph.args, graph.op
+    args = graph.args
     pairs = _pairs(graph, outputs, given)
     done: set[Node] = set()
     order: list[Node] = []
-    for output in outputs:
-        stack = [output]
-        while stack:
-            n = stack[-1]
-            if n in done:
-                stack.pop()
-                continue
-            operands = () if n in given else args(n)
-            waiting = [a for a in operands if a not in done]
-            if waiting:
-                # the last one is taken first
-                waiting.reverse()
-                stack += waiting
-                continue
+    # reversed, so that the first output and the left operand come first
+    stack = list(reversed(outputs))
+    while stack:
+        n = stack[-1]
+        if n in done:
             stack.pop()
-            done.add(n)
-            order.append(n)
-            if op(n) in (SIN, COS) and n in pairs and pairs[n] not in done:
-                done.add(pairs[n])
-                order.append(pairs[n])
+            continue
+        waiting = [a for a in args(n) if a not in done] if n not in given else ()
+        if waiting:
+            stack += reversed(waiting)
+            continue
+        stack.pop()
+        done.add(n)
+        order.append(n)
+        if n in pairs and pairs[n] not in done:
+            done.add(pairs[n])
+            order.append(pairs[n])
     return order
 
 
@@ -49,22 +46,19 @@ def _pairs(graph: Graph, outputs: Sequence[Node], given: Container[Node]) -> dic
     args, op = graph.args, graph.op
     first: dict[Node, Node] = {}
     pairs: dict[Node, Node] = {}
-    for n in _needed(graph, outputs, given):
-        if op(n) in (SIN, COS):
-            other = first.setdefault(args(n)[0], n)
-            if other != n:
-                pairs[n], pairs[other] = other, n
-    return pairs
-
-
-def _needed(graph: Graph, outputs: Sequence[Node], given: Container[Node]) -> list[Node]:
-    args = graph.args
     seen: set[Node] = set()
     stack = list(outputs)
     while stack:
         n = stack.pop()
-        if n not in seen:
-            seen.add(n)
-            if n not in given:
-                stack += args(n)
-    return sorted(seen)
+        if n in seen:
+            continue
+        seen.add(n)
+        if n in given:
+            continue
+        operands = args(n)
+        stack += operands
+        if op(n) in (SIN, COS):
+            other = first.setdefault(operands[0], n)
+            if other != n:
+                pairs[n], pairs[other] = other, n
+    return pairs

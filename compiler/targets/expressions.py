@@ -6,9 +6,10 @@ order of the arithmetic is that of the program, because each operation keeps its
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import NamedTuple, assert_never
 
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
@@ -66,64 +67,50 @@ class Dialect:
     """How to write a literal argument of those, so that none is computed before the program runs."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Text:
+class _Text(NamedTuple):
+    """A value as it is written where it is used; ``plain``: it is an argument of the function with a name."""
+
     text: str
     binds: int
-    condition: bool
+    condition: bool = False
     plain: bool = False
-    """It is the name of an argument of the function."""
 
 
 def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) -> Iterator[str]:
     """Yield the lines of a body: named values and stores, in order."""
-    uses = [0] * len(body)
-    stored = bytearray(len(body))
-    for statement in body:
-        for operand in operands_of(statement):
-            uses[operand] += 1
-        if isinstance(statement, Store):
-            stored[statement.value] = 1
-    forms = dialect.forms
+    uses, stored = _uses(body)
     values: list[_Text] = []
     count = 0
     for position, statement in enumerate(body):
+        hint = ""
         match statement:
             case Operate(code, operands):
-                form = forms[code]
-                parts = [
-                    _fit(values[a], need, condition, dialect)
-                    for a, need, condition in zip(operands, form.needs, form.conditions, strict=False)
-                ]
-                template = form.template
-                if code in dialect.library and all(isinstance(body[a], Literal) for a in operands):
-                    parts = [dialect.library_literal.format(part) for part in parts]
-                if code in (ADD, SUB) and isinstance(body[operands[1]], Literal) and parts[1][0] == "-":
-                    # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
-                    template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]
-                value = _Text(template.format(*parts), form.binds, form.condition)
-                hint = ""
-                if code in (SIN, COS) and values[operands[0]].plain:
-                    hint = f"{'sin' if code == SIN else 'cos'}_{values[operands[0]].text}"
+                value = _operation(statement, body, values, dialect)
+                if code == SIN or code == COS:  # noqa: SIM109, the fastest way to ask
+                    argument = values[operands[0]]
+                    if argument.plain:
+                        hint = f"{'sin' if code == SIN else 'cos'}_{argument.text}"
             case Load(array, index):
                 name = names.get((array, index), "")
                 if name:
                     values.append(_Text(name, ATOM, False, name.isidentifier()))
                     continue
-                value, hint = _Text(f"{array}[{index}]", ATOM, False), ""
+                value = _Text(f"{array}[{index}]", ATOM)
             case Literal(number):
-                values.append(_Text(*dialect.literal(number), False))
+                values.append(_Text(*dialect.literal(number)))
                 continue
-            case Lookup(table, order, operand):
-                argument = _fit(values[operand], 0, False, dialect)
-                value, hint = _Text(dialect.lookup(table, order, argument), ATOM, False), ""
             case Store(_, _, operand):
                 yield dialect.store(statement, _fit(values[operand], 0, False, dialect))
                 values.append(_NOTHING)
                 continue
+            case Lookup(table, order, operand):
+                at = _fit(values[operand], 0, False, dialect)
+                value = _Text(dialect.lookup(table, order, at), ATOM)
+            case _:
+                assert_never(statement)
         # what is only stored needs no name, however long it is
         long = len(value.text) > INLINE and not stored[position]
-        if uses[position] > 1 or long or isinstance(statement, Load):
+        if uses[position] > 1 or long or type(statement) is Load:
             if not hint:
                 count += 1
                 hint = f"v{count}"
@@ -132,7 +119,39 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
         values.append(value)
 
 
-_NOTHING = _Text("", ATOM, False)
+_NOTHING = _Text("", ATOM)
+
+
+def _uses(body: Body) -> tuple[list[int], bytearray]:
+    """Return how often each value is used, and whether it is stored."""
+    uses = [0] * len(body)
+    stored = bytearray(len(body))
+    for statement in body:
+        for operand in operands_of(statement):
+            uses[operand] += 1
+        if type(statement) is Store:
+            stored[statement.value] = 1
+    return uses, stored
+
+
+def _operation(statement: Operate, body: Body, values: Sequence[_Text], dialect: Dialect) -> _Text:
+    """Return an operation with its operands in place."""
+    code, operands = statement.code, statement.operands
+    form = dialect.forms[code]
+    template = form.template
+    parts = []
+    for a, need, condition in zip(operands, form.needs, form.conditions, strict=False):
+        value = values[a]
+        if value.binds >= need and value.condition == condition:
+            parts.append(value.text)
+        else:
+            parts.append(_fit(value, need, condition, dialect))
+    if code in dialect.library and all(isinstance(body[a], Literal) for a in operands):
+        parts = [dialect.library_literal.format(part) for part in parts]
+    if code <= SUB and parts[1][0] == "-" and isinstance(body[operands[1]], Literal):
+        # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
+        template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]
+    return _Text(template.format(*parts), form.binds, form.condition)
 
 
 def _fit(value: _Text, need: int, condition: bool, dialect: Dialect) -> str:
