@@ -12,12 +12,12 @@ HEAD = {
     2: (
         "import mech.planar.*;\nimport mech.fields.*;\nParticle p(m = 2 kg);\n"
         "Translation t(world -> p.a, position = {3, 4} m, der(position) = {1, -2} m/s);\n"
-        "output a = acc(p.a);\n"
+        "output a = der(vel(p.a));\n"
     ),
     3: (
         "import mech.spatial.*;\nimport mech.fields.*;\nParticle p(m = 2 kg);\n"
         "Translation t(world -> p.a, position = {3, 4, 12} m, der(position) = {1, -2, 0.5} m/s);\n"
-        "output a = acc(p.a);\n"
+        "output a = der(vel(p.a));\n"
     ),
 }
 r2, v2 = np.array([3.0, 4]), np.array([1.0, -2])
@@ -63,7 +63,7 @@ ROTORS = {
         "Revolute shaft(stator.a -> rotor.a, angle = 0.5 rad, der(angle) = 3 rad/s);\n"
     ),
     3: (
-        "import mech.spatial.*;\nBody stator(J = diag({6, 6, 6}) kg.m^2);\nBody rotor(J = diag({4, 4, 4}) kg.m^2);\n"
+        "import mech.spatial.*;\nBody stator(J = 6 kg.m^2*identity(3));\nBody rotor(J = 4 kg.m^2*identity(3));\n"
         "Revolute base(world -> stator.a, der(angle) = 1 rad/s, axis = {1, 0, 0});\n"
         "Revolute shaft(stator.a -> rotor.a, angle = 0.5 rad, der(angle) = 3 rad/s, axis = {1, 0, 0});\n"
     ),

@@ -53,16 +53,16 @@ SPATIAL = [
 def start(library: str, joint: str, settings: str, turned: str, at: str) -> dict[str, float]:
     """Place a joint on a frame that is off the origin and turned; return the outputs at the start."""
     size = 2 if library == "planar" else 3
-    inertia = "1 kg.m^2" if size == 2 else "diag({1, 2, 3}) kg.m^2"
+    inertia = "1 kg.m^2" if size == 2 else "diag({1, 2, 3} kg.m^2)"
     units = ", ".join("{" + ", ".join("1" if i == j else "0" for j in range(size)) + "}" for i in range(size))
     axes = "".join(
         f"output e{i + 1} = direction(body.a, {unit});\n"
         for i, unit in enumerate(["{" + part + "}" for part in units.strip("{}").split("}, {")])
     )
     comma = ", " if settings else ""
-    # a slider carries the frame, so that a welded body leaves a freedom
+    # a slider carries the frame, so that a welded body leaves a freedom; the post has a mass of its own
     text = (
-        f"import mech.{library}.*;\nPrismatic rail(world -> post);\nframe post;\n"
+        f"import mech.{library}.*;\nPrismatic rail(world -> post);\nframe post;\nmass 1 kg at post;\n"
         f"frame seat = post * trans({at} m) * {turned};\nBody body(m = 1 kg, J = {inertia});\n"
         f"{joint} joint(seat -> body.a{comma}{settings});\noutput p = pos(body.a);\n{axes}"
     )

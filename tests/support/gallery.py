@@ -109,15 +109,21 @@ def check(case: Case) -> None:
 
 
 def references(name: str) -> list[dict[str, Any]]:
-    """Return the reference points of a data file, with their numbers as floats."""
+    """Return the reference points of a data file, with their numbers as floats.
+
+    ``growth``: how much an error at the start has grown, from the digits in which the two runs agree that made
+    the reference.
+    """
     points = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))["references"]
+    digits = [point.get("digits_heyoka256_vs_heyoka230", 0.0) for point in points]
     return [
         {
+            "growth": 10 ** max(0.0, max(digits) - digit),
             "case": point.get("case", ""),
             "t": time_of(point.get("t", "0")),
             "values": {k: float(v) for k, v in point["values"].items() if k != "note"},
         }
-        for point in points
+        for point, digit in zip(points, digits, strict=True)
     ]
 
 
