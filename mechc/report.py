@@ -68,10 +68,11 @@ def render_failure(solution: Solution, style: Style = PLAIN) -> str:
     if failure is None:
         return solution.message
     rows = render_message(failure.message, failure.origin, style).split("\n")
-    shown = list(failure.state.items())[:MOST_STATES]
-    units = {q.name: q.unit for q in solution.problem.states}
-    state = ", ".join(f"{name} = {number(value)}{_with_unit(units.get(name, ''))}" for name, value in shown)
-    more = len(failure.state) - len(shown)
+    units = {q.name: q.unit for q in solution.problem.states if q.kind != "account"}
+    known = [(name, value) for name, value in failure.state.items() if name in units]
+    shown = known[:MOST_STATES]
+    state = ", ".join(f"{name} = {number(value)}{_with_unit(units[name])}" for name, value in shown)
+    more = len(known) - len(shown)
     rows += note_rows("state", state + (f", and {more} more" if more else ""), 2, style)
     return "\n".join(rows)
 
