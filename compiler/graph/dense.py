@@ -16,7 +16,7 @@ from .path import Solution, TooMuchWork, ZeroPivot
 def eliminate_dense(
     graph: Graph, system: LinearSystem, rows: Sequence[int], order: Sequence[int], limit: float = float("inf")
 ) -> Solution:
-    """Solve the system in the given order without pivoting; ``rows[i]`` is the residual for unknown i.
+    """Solve the system; order, rows and what happens at zero pivots as for ``path.eliminate``.
 
     Raises ZeroPivot, and TooMuchWork beyond ``limit`` products.
     """
@@ -24,39 +24,58 @@ def eliminate_dense(
     matrix, right = _expand(graph, system, limit)
     matrix = [matrix[row] for row in rows]
     right = [right[row] for row in rows]
+    row_of = {i: i for i in order}
+    pending = list(order)
+    done: list[int] = []
     pivots: list[Node] = []
     work = 0
-    for done, k in enumerate(order):
-        pivot = matrix[k].get(k)
-        if pivot is None:
-            raise ZeroPivot(k, tuple(order[done:]))
-        pivots.append(pivot)
-        inverse = graph.div(graph.one, pivot)
-        later = order[done + 1 :]
-        pivot_row = [(j, c) for j in later if (c := matrix[k].get(j)) is not None]
-        for i in later:
-            entry = matrix[i].pop(k, None)
+    while pending:
+        k = _next_pivot(matrix, row_of, pending)
+        pending.remove(k)
+        done.append(k)
+        pivot_row = matrix[row_of[k]]
+        pivots.append(pivot_row[k])
+        inverse = graph.div(graph.one, pivot_row[k])
+        entries = [(j, c) for j in pending if (c := pivot_row.get(j)) is not None]
+        for i in pending:
+            row = matrix[row_of[i]]
+            entry = row.pop(k, None)
             if entry is None:
                 continue
             factor = mul(entry, inverse)
-            work += len(pivot_row) + 1
+            work += len(entries) + 1
             if work > limit:
                 raise TooMuchWork
-            for j, c in pivot_row:
-                reduced = sub(matrix[i].get(j, zero), mul(factor, c))
+            for j, c in entries:
+                reduced = sub(row.get(j, zero), mul(factor, c))
                 if reduced == zero:
-                    matrix[i].pop(j, None)
+                    row.pop(j, None)
                 else:
-                    matrix[i][j] = reduced
-            right[i] = sub(right[i], mul(factor, right[k]))
+                    row[j] = reduced
+            right[row_of[i]] = sub(right[row_of[i]], mul(factor, right[row_of[k]]))
     values: dict[int, Node] = {}
-    for k in reversed(order):
-        total = right[k]
-        for j, c in matrix[k].items():
+    for k in reversed(done):
+        total = right[row_of[k]]
+        for j, c in matrix[row_of[k]].items():
             if j in values:
                 total = sub(total, mul(c, values[j]))
-        values[k] = mul(total, graph.div(graph.one, matrix[k][k]))
-    return Solution(tuple(values[i] for i in range(len(order))), tuple(pivots), work, len(order))
+        values[k] = mul(total, graph.div(graph.one, matrix[row_of[k]][k]))
+    unknowns = tuple(values[i] for i in range(len(order)))
+    paired = tuple(rows[row_of[i]] for i in done)
+    return Solution(unknowns, tuple(pivots), tuple(done), paired, work, len(order))
+
+
+def _next_pivot(matrix: list[dict[int, Node]], row_of: dict[int, int], pending: list[int]) -> int:
+    """Return the next unknown with a pivot in its row, after an exchange of rows if there is no other way."""
+    for k in pending:
+        if k in matrix[row_of[k]]:
+            return k
+    for k in pending:
+        for j in pending:
+            if k in matrix[row_of[j]]:
+                row_of[k], row_of[j] = row_of[j], row_of[k]
+                return k
+    raise ZeroPivot(pending[0], tuple(pending))
 
 
 def _expand(graph: Graph, system: LinearSystem, limit: float) -> tuple[list[dict[int, Node]], list[Node]]:

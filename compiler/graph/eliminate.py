@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from .dense import eliminate_dense
 from .linear import LinearSystem, linear_system
 from .node import Graph, Node
-from .path import Choice, Solution, TooMuchWork, Variant, ZeroPivot, eliminate, elimination_order
+from .order import elimination_order
+from .path import Choice, Solution, TooMuchWork, Variant, ZeroPivot, eliminate
 
 __all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
 
@@ -32,15 +33,19 @@ DENSE_LIMIT = 16
 
 @dataclass(frozen=True, slots=True)
 class Elimination:
-    """``solutions`` in the order of the unknowns; ``pivots[i]`` belongs to unknown ``order[i]``.
+    """``solutions`` in the order of the unknowns; ``pivots[k]`` is that of unknown ``order[k]``, in ``rows[k]``.
 
-    The solution holds wherever no pivot vanishes. ``variant`` says in words what was chosen;
-    ``operations`` counts those of the solutions with all they depend on.
+    The solution holds wherever no pivot vanishes. Pivots of coordinates are positive, those of multipliers
+    negative, as long as the mass matrix is positive definite and the constraints are independent; where a row
+    is not the unknown's own, its matrix is indefinite or singular, and the pivot may vanish at some states.
+    ``variant`` says in words what was chosen; ``operations`` counts those of the solutions with all they
+    depend on.
     """
 
     solutions: tuple[Node, ...]
     pivots: tuple[Node, ...]
     order: tuple[int, ...]
+    rows: tuple[int, ...]
     variant: str
     operations: int
 
@@ -57,7 +62,8 @@ def solve(
 ) -> Elimination:
     """Return the unknowns (symbols) that make all residuals zero.
 
-    ``rows[i]`` is the residual to pivot on for unknown i (default: i). ``after[k]`` are the unknowns to
+    ``rows[i]`` is the residual to pivot on for unknown i (default: i); where its pivot is zero
+    another one is taken. ``after[k]`` are the unknowns to
     eliminate before k; by default an unknown that does not occur in its own row, such as a multiplier,
     follows all unknowns of that row. ``dense`` adds Gaussian elimination to the ``variants``
     for small systems.
@@ -97,7 +103,7 @@ def solve(
         raise ValueError("no variant to try")
     operations, name, found, fork = best
     graph.adopt(fork)
-    return Elimination(found.unknowns, found.pivots, tuple(order), name, operations)
+    return _elimination(found, name, operations)
 
 
 def solve_dense(
@@ -109,7 +115,11 @@ def solve_dense(
     order = elimination_order(system, rows, None)
     found = eliminate_dense(graph, system, rows, order)
     operations = graph.count_operations(found.unknowns)
-    return Elimination(found.unknowns, found.pivots, tuple(order), "dense elimination", operations)
+    return _elimination(found, "dense elimination", operations)
+
+
+def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
+    return Elimination(found.unknowns, found.pivots, found.order, found.rows, variant, operations)
 
 
 def _attempts(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:

@@ -15,7 +15,7 @@ others, placed right after the last unknown on which their constraint depends.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from heapq import heapify, heappop, heappush
@@ -25,9 +25,9 @@ from .node import Graph, Node
 
 
 class ZeroPivot(ZeroDivisionError):
-    """The pivot of ``unknown`` is identically zero; ``remaining`` unknowns (with it) were not solved yet.
+    """The matrix is singular at every state: no equation left holds any of the ``remaining`` unknowns.
 
-    The equations left are linearly dependent at every state, or need another pairing of rows and unknowns.
+    ``unknown`` is the first of them. They are as many as the matrix lacks rank.
     """
 
     def __init__(self, unknown: int, remaining: tuple[int, ...]) -> None:
@@ -62,83 +62,18 @@ class Variant:
 
 @dataclass(frozen=True, slots=True)
 class Solution:
-    """``unknowns`` in the order given; ``pivots`` in the order of elimination; ``work`` counts products.
+    """``unknowns`` in the order given; ``pivots[k]`` is that of unknown ``order[k]`` in residual ``rows[k]``.
 
-    ``widest`` is the largest number of entries that a row or column of a pivot had before it was swept.
+    ``work`` counts products. ``widest`` is the largest number of entries that a row or column of a pivot had
+    before it was swept.
     """
 
     unknowns: tuple[Node, ...]
     pivots: tuple[Node, ...]
+    order: tuple[int, ...]
+    rows: tuple[int, ...]
     work: int
     widest: int
-
-
-def elimination_order(
-    system: LinearSystem, rows: Sequence[int], after: Mapping[int, Collection[int]] | None
-) -> list[int]:
-    """Return the unknowns by height, the longest path from their row; multipliers after their coordinates.
-
-    ``rows[i]`` is the residual for unknown i. ``after[k]`` are the unknowns that must precede k; where it
-    says nothing, an unknown that its own row does not contain comes after all unknowns in that row.
-    Raises ValueError if ``after`` is cyclic.
-    """
-    count = len(system.unknowns)
-    heights = _heights(system)
-    waiting = dict(after) if after is not None else {}
-    for k, found in _absent(system, rows).items():
-        waiting.setdefault(k, found)
-    ranked = sorted(range(count), key=lambda i: (heights.get(system.unknowns[i], 0), -i))
-    blocked = {k: set(s) for k, s in waiting.items() if s}
-    order: list[int] = []
-    ready = [i for i in ranked if i not in blocked]
-    ready.reverse()
-    followers: dict[int, list[int]] = {}
-    for k in sorted(blocked):
-        for i in blocked[k]:
-            followers.setdefault(i, []).append(k)
-    while ready:
-        i = ready.pop()
-        order.append(i)
-        for k in reversed(followers.get(i, ())):
-            blocked[k].discard(i)
-            if not blocked[k]:
-                ready.append(k)
-    if len(order) < count:
-        raise ValueError("unknowns wait for each other")
-    return order
-
-
-def _heights(system: LinearSystem) -> dict[Node, int]:
-    """Return the longest path from each variable to a residual."""
-    heights: dict[Node, int] = {}
-    keys = sorted(system.rows, reverse=True)
-    definitions = [k for k in keys if k >= 0]
-    for k in (*(k for k in keys if k < 0), *definitions):
-        above = heights.get(Node(k), 1) if k >= 0 else 0
-        for v in system.rows[k]:
-            if heights.get(v, 0) <= above:
-                heights[v] = above + 1
-    return heights
-
-
-def _absent(system: LinearSystem, rows: Sequence[int]) -> dict[int, set[int]]:
-    """Return {k: unknowns in the row of k} for every unknown k that its own row does not reach."""
-    bits = {v: 1 << i for i, v in enumerate(system.unknowns)}
-    for k in sorted(k for k in system.rows if k >= 0):
-        bits[Node(k)] = _union(bits, system.rows[k])
-    found: dict[int, set[int]] = {}
-    for k, row in enumerate(rows):
-        mask = _union(bits, system.rows[~row])
-        if not mask >> k & 1:
-            found[k] = {i for i in range(len(rows)) if mask >> i & 1}
-    return {k: {i for i in s if i not in found} for k, s in found.items()}
-
-
-def _union(bits: Mapping[Node, int], row: Coefficients) -> int:
-    mask = 0
-    for v in row:
-        mask |= bits[v]
-    return mask
 
 
 def eliminate(
@@ -149,21 +84,46 @@ def eliminate(
     variant: Variant,
     limit: float = float("inf"),
 ) -> Solution:
-    """Solve the system in the given order. Raises ZeroPivot, and TooMuchWork beyond ``limit`` products."""
+    """Solve the system, unknowns in the given order and each with its row of ``rows`` where that is possible.
+
+    An unknown whose pivot is zero waits until others are gone; where all that are left have zero pivots, two
+    of them exchange their rows. Raises ZeroPivot, and TooMuchWork beyond ``limit`` products.
+    """
     state = _State(graph, system, limit)
+    row_of = list(rows)
+    pending = list(order)
     pivots: list[Node] = []
+    done: list[int] = []
     widest = 0
-    for done, i in enumerate(order):
-        unknown, row = system.unknowns[i], ~rows[i]
-        state.remove_paths(unknown, row, variant.choice)
+    while pending:
+        for i in pending:
+            unknown, row = system.unknowns[i], ~row_of[i]
+            state.remove_paths(unknown, row, variant.choice)
+            if unknown in state.rows[row]:
+                break
+        else:
+            i = _exchange(state, row_of, pending, variant.choice)
+            unknown, row = system.unknowns[i], ~row_of[i]
         widest = max(widest, len(state.rows[row]), len(state.users[unknown]))
         state.sweep_row(unknown, row, variant.frontier)
         state.sweep_column(unknown, row, variant.frontier)
-        pivot = state.pivot(unknown, row)
-        if pivot is None:
-            raise ZeroPivot(i, tuple(order[done:]))
-        pivots.append(pivot)
-    return Solution(state.back_substitute(), tuple(pivots), state.work, widest)
+        pivots.append(state.pivot(unknown, row))
+        pending.remove(i)
+        done.append(i)
+    paired = tuple(row_of[i] for i in done)
+    return Solution(state.back_substitute(), tuple(pivots), tuple(done), paired, state.work, widest)
+
+
+def _exchange(state: _State, row_of: list[int], pending: list[int], choice: Choice) -> int:
+    """Give some unknown a row in which it has a pivot, and return it. Raises ZeroPivot if there is none."""
+    for i in pending:
+        for j in pending:
+            row = ~row_of[j]
+            state.remove_paths(state.unknowns[i], row, choice)
+            if state.unknowns[i] in state.rows[row]:
+                row_of[i], row_of[j] = row_of[j], row_of[i]
+                return i
+    raise ZeroPivot(pending[0], tuple(pending))
 
 
 class _State:
@@ -303,16 +263,14 @@ class _State:
             del self.users[w][v]
         self._insert(v, coefficients, offset)
 
-    def pivot(self, unknown: Node, row: int) -> Node | None:
-        """Solve a row for an unknown and put the result into all its users; None if the pivot is zero."""
+    def pivot(self, unknown: Node, row: int) -> Node:
+        """Solve a row for an unknown that it contains, and put the result into all its users."""
         graph = self.graph
         coefficients = self.rows.pop(row)
         offset = self.offsets.pop(row)
         for w in coefficients:
             del self.users[w][row]
-        pivot = coefficients.pop(unknown, None)
-        if pivot is None:
-            return None
+        pivot = coefficients.pop(unknown)
         factor = graph.div(graph.minus_one, pivot)
         solved = {w: graph.mul(c, factor) for w, c in coefficients.items()}
         self._insert(unknown, solved, graph.mul(offset, factor))

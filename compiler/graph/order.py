@@ -1,0 +1,76 @@
+"""The order in which unknowns are eliminated, found before anything is computed."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from .linear import Coefficients, LinearSystem
+from .node import Node
+
+
+def elimination_order(
+    system: LinearSystem, rows: Sequence[int], after: Mapping[int, Collection[int]] | None
+) -> list[int]:
+    """Return the unknowns by height, the longest path from their row; multipliers after their coordinates.
+
+    ``rows[i]`` is the residual for unknown i. ``after[k]`` are the unknowns that must precede k; where it
+    says nothing, an unknown that its own row does not contain comes after all unknowns in that row.
+    Raises ValueError if ``after`` is cyclic.
+    """
+    count = len(system.unknowns)
+    heights = _heights(system)
+    waiting = dict(after) if after is not None else {}
+    for k, found in _absent(system, rows).items():
+        waiting.setdefault(k, found)
+    ranked = sorted(range(count), key=lambda i: (heights.get(system.unknowns[i], 0), -i))
+    blocked = {k: set(s) for k, s in waiting.items() if s}
+    order: list[int] = []
+    ready = [i for i in ranked if i not in blocked]
+    ready.reverse()
+    followers: dict[int, list[int]] = {}
+    for k in sorted(blocked):
+        for i in blocked[k]:
+            followers.setdefault(i, []).append(k)
+    while ready:
+        i = ready.pop()
+        order.append(i)
+        for k in reversed(followers.get(i, ())):
+            blocked[k].discard(i)
+            if not blocked[k]:
+                ready.append(k)
+    if len(order) < count:
+        raise ValueError("unknowns wait for each other")
+    return order
+
+
+def _heights(system: LinearSystem) -> dict[Node, int]:
+    """Return the longest path from each variable to a residual."""
+    heights: dict[Node, int] = {}
+    keys = sorted(system.rows, reverse=True)
+    definitions = [k for k in keys if k >= 0]
+    for k in (*(k for k in keys if k < 0), *definitions):
+        above = heights.get(Node(k), 1) if k >= 0 else 0
+        for v in system.rows[k]:
+            if heights.get(v, 0) <= above:
+                heights[v] = above + 1
+    return heights
+
+
+def _absent(system: LinearSystem, rows: Sequence[int]) -> dict[int, set[int]]:
+    """Return {k: unknowns in the row of k} for every unknown k that its own row does not reach."""
+    bits = {v: 1 << i for i, v in enumerate(system.unknowns)}
+    for k in sorted(k for k in system.rows if k >= 0):
+        bits[Node(k)] = _union(bits, system.rows[k])
+    found: dict[int, set[int]] = {}
+    for k, row in enumerate(rows):
+        mask = _union(bits, system.rows[~row])
+        if not mask >> k & 1:
+            found[k] = {i for i in range(len(rows)) if mask >> i & 1}
+    return {k: {i for i in s if i not in found} for k, s in found.items()}
+
+
+def _union(bits: Mapping[Node, int], row: Coefficients) -> int:
+    mask = 0
+    for v in row:
+        mask |= bits[v]
+    return mask
