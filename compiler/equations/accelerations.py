@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
 from ..graph.eliminate import Elimination, ZeroPivot, solve
@@ -65,15 +65,10 @@ def _massless(
             help="give a mass or an inertia to what it moves, or remove the coordinate",
         )
     row = rows[singular.unknown - len(free)]
-    others = tuple(
-        Label(other.constraint.origin.span, f"'{other.title}'")
-        for other in rows[:3]
-        if other.constraint is not row.constraint
-    )
     return reporter.fail(
-        "E0521",
-        f"constraint '{row.title}' is implied by the others",
+        "E0520",
+        f"constraint '{row.title}' has no reaction that could be found",
         row.constraint.origin.span,
-        caption="its reaction is undetermined",
-        labels=others,
+        caption="nothing with mass moves with it, or the others imply it",
+        help="give a mass or an inertia to what it moves, or remove the constraint",
     )

@@ -35,7 +35,7 @@ def answers(
 ) -> dict[Node, Node]:
     """Return the node for each symbol that stands for an answer; report questions without one."""
     graph = system.graph
-    momenta = {s.name: p for s, p in zip(system.v, energies.momenta, strict=True)}
+    momenta = {s.name: p for s, p in zip(system.v, energies.momenta, strict=True) if p is not None}
 
     def momentum(query: Query) -> Sequence[Node] | None:
         names = [f"der({element_name(query.target, i)})" for i in subscripts(query.type.shape)]

@@ -15,7 +15,7 @@ from .experiments import experiment_plans
 from .model import AssertionText, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .outputs import OutputList, list_outputs
-from .solve import Solved, solve_system
+from .solve import Solved, check_inputs, solve_system
 
 
 def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = False) -> Equations:
@@ -28,6 +28,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = F
     layout = layout_of(system, solved.driven, solved.energies)
     listed = list_outputs(system, solved, layout)
     functions = _functions(system, solved, layout, listed)
+    check_inputs(system, [n for f in functions for n in f.outputs], reporter)
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
@@ -197,6 +198,6 @@ def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
 
 def _rotations(system: MechanicalSystem) -> tuple[int, ...]:
     """Return the first index in y of each rotation; driven coordinates are not in y."""
-    gone = {row.index for row in system.drives}
+    gone = {k for row in system.drives for k in row.q}
     kept = [k for k in range(len(system.q)) if k not in gone]
-    return tuple(kept.index(q) for q, _ in system.rotations)
+    return tuple(kept.index(q) for q, _ in system.rotations if q not in gone)

@@ -19,7 +19,7 @@ from .residual import projected
 
 @dataclass(frozen=True, slots=True)
 class Energies:
-    """``kinetic`` T and ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv for each v.
+    """``kinetic`` T and ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv for each free v (None if driven).
 
     ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
     ``cyclic``: indices of velocities whose momentum is constant along every motion.
@@ -28,7 +28,7 @@ class Energies:
     kinetic: Node
     potential: Node
     total: Node
-    momenta: tuple[Node, ...]
+    momenta: tuple[Node | None, ...]
     supplied: Node
     dissipated: Node
     reason: str
@@ -63,7 +63,7 @@ def energies(
         kinetic,
         potential,
         total,
-        tuple(all_momenta.get(i, graph.zero) for i in range(len(system.v))),
+        tuple(all_momenta.get(i) for i in range(len(system.v))),
         supplied,
         dissipated,
         reason,

@@ -52,15 +52,7 @@ def _plan(
         if not swept:
             reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
             continue
-        numbers = [lowering.scalar(v) for v in sweep.values]
-        constants = tuple(float(system.graph.value(n)) for n in numbers if system.graph.is_constant(n))
-        if len(constants) != len(numbers):
-            reporter.error(
-                "E0821",
-                "the values of a sweep must be numbers",
-                sweep.origin.span,
-                caption="these depend on parameters",
-            )
+        constants = tuple(float(system.graph.value(lowering.scalar(v))) for v in sweep.values)
         sweeps.append((SettingTarget(*swept[0], False), constants))
     name = f"experiment_{number}"
     plan = ExperimentPlan(

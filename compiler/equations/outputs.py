@@ -9,7 +9,7 @@ from ..graph import Node
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout, momentum_unit, unit_of
 from .model import Entry
-from .solve import Solved, drive_indices
+from .solve import Solved
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +37,9 @@ def list_outputs(system: MechanicalSystem, solved: Solved, layout: Layout) -> Ou
 
 def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tuple[Entry, Node]]:
     rows: list[tuple[Entry, Node]] = []
-    for k, i in drive_indices(system):
-        q, v = system.q[k], system.v[i]
-        rows.append((layout.entry(q, "coordinate"), q.node))
-        rows.append((layout.entry(v, "rate", rate=True), v.node))
+    for drive in system.drives:
+        rows += [(layout.entry(system.q[k], "coordinate"), system.q[k].node) for k in drive.q]
+        rows += [(layout.entry(system.v[i], "rate", rate=True), system.v[i].node) for i in drive.v]
     for row in system.outputs:
         kind = row.definition.type
         unit = unit_of(kind.dimension, kind.angle)
@@ -73,8 +72,8 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     for name in layout.accounts:
         rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
     for i in energy.cyclic:
-        scalar = system.v[i]
+        scalar, momentum = system.v[i], energy.momenta[i]
+        assert momentum is not None, "cyclic velocities are free"
         name = scalar.name.removeprefix("der(").removesuffix(")")
-        unit = momentum_unit(scalar, layout)
-        rows.append((Entry(f"momentum({name})", "momentum", unit), energy.momenta[i]))
+        rows.append((Entry(f"momentum({name})", "momentum", momentum_unit(scalar, layout)), momentum))
     return rows

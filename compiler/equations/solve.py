@@ -57,7 +57,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
     before = {**state_rates, **driven, **still}
-    _check_inputs(system, raw, reporter)
+    check_inputs(system, raw, reporter)
     all_rows = without_empty(rows_of(system, multipliers, before), system, reporter)
     reporter.stop_on_errors()
     rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
@@ -75,7 +75,9 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     replies = Replies(
         multipliers=_by_constraint(system, multipliers),
         dropped=frozenset(absent),
-        drive_reactions={system.q[k].name: raw[i] for k, i in drive_indices(system)},
+        drive_reactions={
+            name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)
+        },
         joint_reactions=_joint_reactions(system, multipliers),
     )
     answered = answers(system, energy, replies, reporter)
@@ -100,36 +102,25 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
 # ---------------------------------------------------------------- drives
 
 
-def drive_indices(system: MechanicalSystem) -> list[tuple[int, int]]:
-    """Return (index in q, index in v) of each driven coordinate."""
-    pairs: dict[int, int] = {}
-    nq = nv = 0
-    for coordinate in system.symbols.coordinates:
-        if not coordinate.is_rotation:
-            pairs |= {nq + k: nv + k for k in range(len(coordinate.q))}
-        nq, nv = nq + len(coordinate.q), nv + len(coordinate.v)
-    return [(row.index, pairs[row.index]) for row in system.drives]
-
-
 def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], frozenset[int]]:
     """Return what replaces each driven coordinate, its rate and acceleration, and their indices in v."""
     graph = system.graph
     replace: dict[Node, Node] = {}
-    indices = drive_indices(system)
-    for row, (q, v) in zip(system.drives, indices, strict=True):
-        rate = system.rate(row.value)
-        replace[system.q[q].node] = row.value
-        replace[system.v[v].node] = rate
-        replace[system.a[v]] = system.rate(rate)
+    for row in system.drives:
+        replace |= {system.q[k].node: value for k, value in zip(row.q, row.values, strict=True)}
+        for i, rate in zip(row.v, row.rates, strict=True):
+            replace[system.v[i].node] = rate
+            replace[system.a[i]] = system.rate(rate)
     for _ in range(len(system.drives)):  # drives may be given by other drives
         if not any(set(graph.support(n)) & replace.keys() for n in replace.values()):
             break
         replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
-    return replace, frozenset(v for _, v in indices)
+    return replace, frozenset(i for row in system.drives for i in row.v)
 
 
-def _check_inputs(system: MechanicalSystem, r: Sequence[Node], reporter: Reporter) -> None:
-    for n in system.graph.support(*r):
+def check_inputs(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
+    """Report inputs whose rates are asked for."""
+    for n in system.graph.support(*nodes):
         scalar = system.input_rates.get(n)
         if scalar is not None:
             reporter.error(

@@ -6,7 +6,8 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Definition, DefinitionRole, FlatModel, Kind, Query
 from ..graph import Graph, Node
-from .closures import closure_rows, constraint_rows, drive_rows
+from .closures import closure_rows, constraint_rows
+from .drives import drive_rows
 from .forces import damping, efforts
 from .frames import Frame, displaced, pose_between
 from .initial import beginnings
@@ -45,6 +46,9 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     asked = reactions_asked(model)
     virtual = _place_frames(lowering, topology, asked)
     _lower_frames(lowering, model)
+    xdot = _state_equations(lowering, model, symbols, reporter)
+    for state, value in xdot.items():
+        rate.define(rate(state), rate(value))
     closures = closure_rows(lowering, topology, asked, virtual)
     masses, inertias = _bodies(lowering, model, symbols, reporter)
     kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols)
@@ -71,7 +75,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         efforts=efforts(lowering, model, symbols, reporter),
         constraints=constraints,
         drives=drive_rows(lowering, model, symbols, reporter),
-        xdot=_state_equations(lowering, model, symbols, reporter),
+        xdot=xdot,
         input_rates=input_rates,
         **beginnings(lowering, model, symbols),
         outputs=_outputs(lowering, model),
@@ -97,7 +101,9 @@ def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, 
     for s in (*symbols.states, *symbols.inputs):
         rates[s.node] = graph.symbol(f"der({s.name})")
     for s in symbols.inputs:
-        inputs[rates[s.node]] = s
+        second = graph.symbol(f"der({s.name}, 2)")
+        rates[rates[s.node]] = second
+        inputs |= {rates[s.node]: s, second: s}
     return TotalDerivative(graph, rates), inputs
 
 

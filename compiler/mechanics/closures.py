@@ -1,4 +1,4 @@
-"""Constraints: closures of loops, the user's equations, and prescribed coordinates."""
+"""Constraints: closures of loops and the user's equations."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Derivative, Element, Expression, FlatModel, Joint, Name
+from ..flat.model import Expression, FlatModel, Joint, Name
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp
 from .frames import Frame
 from .lower import Lowering
 from .symbols import Symbols
-from .system import ConstraintRows, DriveRow
+from .system import ConstraintRows
 from .topology import Topology
 from .virtual import VirtualDisplacement, displace
 
@@ -147,55 +147,3 @@ def _affine(graph: Graph, residuals: Sequence[Node], velocities: Sequence[Node])
     """Whether the residuals are affine in the velocities: their directional derivative does not contain v."""
     seeds = {v: graph.symbol(f"#direction {k}") for k, v in enumerate(velocities)}
     return not set(graph.support(*jvp(graph, residuals, seeds))).intersection(velocities)
-
-
-def drive_rows(
-    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
-) -> tuple[DriveRow, ...]:
-    """Return the prescribed coordinates."""
-    graph = lowering.graph
-    index = {s.node: k for k, s in enumerate(s for c in symbols.coordinates for s in c.q)}
-    forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
-    rows: list[DriveRow] = []
-    for drive in model.drives:
-        span = drive.origin.span
-        targets = _driven(lowering, drive.target, index, reporter)
-        if targets is None:
-            continue
-        values = lowering.numbers(drive.value)
-        values = values * len(targets) if len(values) == 1 else values
-        for target, value in zip(targets, values, strict=True):
-            support = set(graph.support(value))
-            if support.intersection(forbidden):
-                reporter.error(
-                    "E0504",
-                    "a drive may depend on time, parameters and other drives only",
-                    drive.value.span,
-                    caption="this contains an input, a state or a discrete variable, which has no second derivative",
-                    help="use a stiff 'force' that follows it",
-                )
-            if any(row.index == target for row in rows):
-                reporter.error("E0505", "this coordinate is driven twice", span, caption="second drive")
-            rows.append(DriveRow(target, value, drive.origin))
-    return tuple(rows)
-
-
-def _driven(
-    lowering: Lowering, target: Expression, index: dict[Node, int], reporter: Reporter
-) -> tuple[int, ...] | None:
-    if isinstance(target, Derivative):
-        reporter.error(
-            "E0506",
-            "driving a rate is not supported yet",
-            target.span,
-            help="drive the coordinate itself with the integral of the rate",
-        )
-        return None
-    if not isinstance(target, Name | Element) or target.type.kind.value == "Rotation":
-        reporter.error("E0507", "only a coordinate can be driven", target.span, caption="this is none")
-        return None
-    nodes = lowering.numbers(target)
-    if any(n not in index for n in nodes):
-        reporter.error("E0507", "only a coordinate can be driven", target.span, caption="this is none")
-        return None
-    return tuple(index[n] for n in nodes)

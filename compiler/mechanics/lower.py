@@ -177,14 +177,7 @@ class Lowering:
                 help="use a coordinate of a joint of the tree, or give the joint model a 'closure' for it",
             )
         definition = self._definitions[name]
-        if name in self._open:
-            chain = [*list(self._open)[list(self._open).index(name) :], name]
-            raise self._reporter.fail(
-                "E0510",
-                f"'{name}' is defined by itself",
-                definition.origin.span,
-                caption=" -> ".join(chain),
-            )
+        assert name not in self._open, f"{name} is defined by itself"  # the flat model has no cycles
         self._open[name] = None
         value = self._place(definition) if definition.value is None else self.value(definition.value)
         del self._open[name]

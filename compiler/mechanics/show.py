@@ -68,6 +68,9 @@ def _formulas(system: MechanicalSystem) -> Iterator[tuple[str, Node]]:
         for i, node in enumerate(constraint.residuals, start=1):
             yield f"{constraint.level} constraint {constraint.name}[{i}]", node
     for drive in system.drives:
-        yield f"drive of {system.q[drive.index].name}", drive.value
+        for k, node in zip(drive.q, drive.values, strict=True):
+            yield f"drive of {system.q[k].name}", node
+        for i, node in zip(drive.v, drive.rates, strict=True):
+            yield f"drive of {system.v[i].name}", node
     for variable, rate in system.xdot.items():
         yield f"d/dt {graph.name(variable)}", rate

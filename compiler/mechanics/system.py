@@ -69,10 +69,16 @@ class ConstraintRows:
 
 @dataclass(frozen=True, slots=True)
 class DriveRow:
-    """A prescribed coordinate (``index`` into q and v) and its value as a function of time."""
+    """A prescribed motion: indices into q and v with their formulas of time.
 
-    index: int
-    value: Node
+    ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v.
+    """
+
+    names: tuple[str, ...]
+    q: tuple[int, ...]
+    v: tuple[int, ...]
+    values: tuple[Node, ...]
+    rates: tuple[Node, ...]
     origin: Origin
 
 

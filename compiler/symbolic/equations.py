@@ -88,7 +88,9 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     for i in free:
         name = system.v[i].name.removeprefix("der(").removesuffix(")")
         left = rf"p_{{{latex_name(name)}}}" if latex else f"p[{name}]"
-        momenta.append(write(left, energy.momenta[i]))
+        momentum = energy.momenta[i]
+        assert momentum is not None, "free velocities have momenta"
+        momenta.append(write(left, momentum))
     cyclic = tuple(system.v[i].name.removeprefix("der(").removesuffix(")") for i in energy.cyclic)
     has_dissipation = not graph.is_constant(system.dissipation)
     return Account(

@@ -1,0 +1,106 @@
+"""Prescribed motions: coordinates, rotations or rates that follow given functions of time."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Derivative, Drive, Expression, FlatModel
+from ..graph import Node
+from .frames import displaced
+from .lower import Lowering
+from .symbols import Coordinate, Symbols
+from .system import DriveRow
+from .values import Placement, elements, quaternion_of
+
+
+def drive_rows(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[DriveRow, ...]:
+    """Return the prescribed motions; report what cannot be prescribed."""
+    rows: list[DriveRow] = []
+    for drive in model.drives:
+        _check_known(lowering, drive, symbols, reporter)
+        row = _row(lowering, drive, symbols)
+        if row is None:
+            reporter.error(
+                "E0507",
+                "the motion of this coordinate cannot be prescribed",
+                drive.target.span,
+                caption="its joint closes a loop, so it is no unknown",
+            )
+            continue
+        if any(set(row.v) & set(other.v) for other in rows):
+            reporter.error(
+                "E0505", "this coordinate is driven twice", drive.origin.span, caption="second drive"
+            )
+        rows.append(row)
+    return tuple(rows)
+
+
+def _check_known(lowering: Lowering, drive: Drive, symbols: Symbols, reporter: Reporter) -> None:
+    forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
+    value = lowering.value(drive.value)
+    if isinstance(value, Placement):
+        q = quaternion_of(lowering.graph, value.pose)
+        support = lowering.graph.support(*q)
+    else:
+        support = lowering.graph.support(*elements(value))
+    if forbidden.intersection(support):
+        reporter.error(
+            "E0504",
+            "a drive may depend on time, parameters and other drives only",
+            drive.value.span,
+            caption="this contains an input, a state or a discrete variable, which has no second derivative",
+            help="use a stiff 'force' that follows it",
+        )
+
+
+def _row(lowering: Lowering, drive: Drive, symbols: Symbols) -> DriveRow | None:
+    target: Expression = drive.target
+    of_rate = isinstance(target, Derivative)
+    first_q = first_v = 0
+    for coordinate in symbols.coordinates:
+        places = _places(lowering, target, coordinate)
+        if places is not None:
+            v = tuple(first_v + k for k in places)
+            q = (
+                tuple(range(first_q, first_q + 4))
+                if coordinate.is_rotation
+                else tuple(first_q + k for k in places)
+            )
+            values, rates = _values(lowering, drive, coordinate, len(v), of_rate)
+            name = coordinate.variable.name
+            names = tuple(coordinate.v[k].name.removeprefix("der(").removesuffix(")") for k in places)
+            if coordinate.is_rotation:
+                names = tuple(f"{name}[{k + 1}]" for k in range(3))
+            return DriveRow(names, () if of_rate else q, v, values, rates, drive.origin)
+        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
+    return None
+
+
+def _places(lowering: Lowering, target: Expression, coordinate: Coordinate) -> tuple[int, ...] | None:
+    """Return which velocities of a coordinate the target of a drive means."""
+    value = lowering.value(target)
+    if isinstance(value, Placement):
+        whole = lowering.value(target) is lowering.named(coordinate.variable.name)
+        return (0, 1, 2) if whole and coordinate.is_rotation else None
+    nodes = tuple(elements(value))
+    scalars = coordinate.v if isinstance(target, Derivative) else coordinate.q
+    index = {s.node: k for k, s in enumerate(scalars)}
+    return tuple(index[n] for n in nodes) if all(n in index for n in nodes) else None
+
+
+def _values(
+    lowering: Lowering, drive: Drive, coordinate: Coordinate, count: int, of_rate: bool
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """Return the formulas of the positions (none for a driven rate) and of the velocities."""
+    value = lowering.value(drive.value)
+    if isinstance(value, Placement):
+        kinematics = lowering.kinematics
+        frame = displaced(lowering.graph, kinematics.world, value.pose)
+        return quaternion_of(lowering.graph, value.pose), kinematics.angular_velocity(frame)
+    numbers = tuple(elements(value))
+    numbers = numbers * count if len(numbers) == 1 else numbers
+    if of_rate:
+        return (), numbers
+    return numbers, tuple(lowering.rate(n) for n in numbers)
