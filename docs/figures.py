@@ -10,6 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 import mechc
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
@@ -23,15 +25,24 @@ PICTURES = HERE / "gallery"
 
 @dataclass(frozen=True)
 class Row:
-    """``x`` against each of ``y``, for each of the experiments ("" is the default one)."""
+    """``y`` against ``x``, for each of the experiments ("" is the default one)."""
 
     rows: str
     example: str
     test: str
-    x: str
+    x: tuple[str, ...]
     y: tuple[str, ...]
     experiments: tuple[str, ...] = ("",)
     stop: float | None = None
+
+    def curves(self) -> tuple[tuple[str, str], ...]:
+        """Pair one x with all y, or as many x with as many y."""
+        return tuple(zip(self.x if len(self.x) > 1 else self.x * len(self.y), self.y, strict=True))
+
+    def in_a_plane(self) -> bool:
+        """Say whether the picture is a path in a plane, to be drawn to one scale."""
+        ends = (self.x[0][-2:-1] or self.x[0], self.y[0][-2:-1] or self.y[0])
+        return ends in {("x", "y"), ("1", "2"), ("1", "3")}
 
 
 def row(
@@ -39,7 +50,11 @@ def row(
 ) -> Row:
     """Write a row briefly: several names in one text, separated by blanks; ``-`` is the default experiment."""
     chosen = tuple("" if e == "-" else e for e in experiments.split()) or ("",)
-    return Row(rows, example, test, x, tuple(y.split()), chosen, stop)
+    return Row(rows, example, test, tuple(x.split()), tuple(y.split()), chosen, stop)
+
+
+def stars(axis: int) -> str:
+    return " ".join(f"r[{i},{axis}]" for i in range(1, 8))
 
 
 PENDULUMS, DOUBLE, DRIVEN = "test_pendulums.py", "test_double_pendulums.py", "test_driven_pendulums.py"
@@ -133,12 +148,12 @@ ROWS = (
     row("U116", "capture", CENTRAL, "x", "y", "- captured"),
     row("U123", "physical_pendulum", PENDULUMS, T, "axis.angle"),
     row("U137", "euler_equations", BODIES, T, "w1 w2 w3"),
-    row("U138", "earth_wobble", BODIES, "pole[1]", "pole[2]"),
+    row("U138", "earth_wobble", BODIES, "pole[1]", "pole[2]", "", 300 * 86164),
     row("U139", "tennis_racket", BODIES, T, "der(R)[1] der(R)[2] der(R)[3]"),
     row("U145", "heavy_top_rotation", BODIES, "tip[1]", "tip[2]"),
     row("U154", "schwarzschild", CENTRAL, "x", "y"),
     row("reference", "figure_eight", CENTRAL, "r[1,1]", "r[1,2]"),
-    row("reference", "pleiades", CENTRAL, "r[7,1]", "r[7,2]"),
+    row("reference", "pleiades", CENTRAL, stars(1), stars(2)),
     row("reference", "dzhanibekov", BODIES, T, "axis2[2]"),
     row("reference", "beam", NONLINEAR, T, "theta[10] theta[40]"),
     row("reference", "duffing_double_well", NONLINEAR, "x", "der(x)"),
@@ -197,18 +212,19 @@ def draw(r: Row) -> None:
     figure, axes = plt.subplots(figsize=(4.2, 3.0), dpi=80, layout="constrained")
     for experiment in r.experiments:
         solution = model.simulate(experiment=experiment or None, stop=r.stop)
-        x = solution.time if r.x == T else solution[r.x]
-        for name in r.y:
-            parts = ([name] if len(r.y) > 1 else []) + (
-                [experiment or "default"] if len(r.experiments) > 1 else []
-            )
-            axes.plot(x, solution[name], linewidth=0.9, label=", ".join(parts))
-    unit = solution.unit(r.x) if r.x != T else "s"
-    axes.set_xlabel(f"{r.x} [{unit}]")
-    axes.set_ylabel(f"{', '.join(r.y)} [{solution.unit(r.y[0])}]")
-    if len(r.y) * len(r.experiments) > 1:
+        assert isinstance(solution, mechc.Solution)
+        t = np.linspace(solution.time[0], solution.time[-1], 3000)
+        smooth = solution(t)
+        for x, y in r.curves():
+            label = [y] * (len(r.y) > 1) + [experiment or "default"] * (len(r.experiments) > 1)
+            axes.plot(t if x == T else smooth[x], smooth[y], linewidth=0.9, label=", ".join(label))
+    axes.set_xlabel(caption(solution, r.x))
+    axes.set_ylabel(caption(solution, r.y))
+    if 1 < len(r.y) * len(r.experiments) < 7:
         axes.legend(fontsize="small", frameon=False)
-    if path_in_space(r):
+    low, high = axes.get_xlim()
+    bottom, top = axes.get_ylim()
+    if r.in_a_plane() and 0.25 < (top - bottom) / (high - low) < 4:
         axes.set_aspect("equal", adjustable="datalim")
     axes.spines[["top", "right"]].set_visible(False)
     PICTURES.mkdir(exist_ok=True)
@@ -216,10 +232,12 @@ def draw(r: Row) -> None:
     plt.close(figure)
 
 
-def path_in_space(r: Row) -> bool:
-    """Say whether the picture is a path in a plane, to be drawn to one scale."""
-    pairs = {("x", "y"), ("1", "2"), ("1", "3")}
-    return r.x != T and (r.x[-2:-1] or r.x, r.y[0][-2:-1] or r.y[0]) in pairs
+def caption(solution: mechc.Solution, names: Sequence[str]) -> str:
+    """Return the names, the first and the last of many, with their units."""
+    shown = names if len(names) < 4 else (names[0], "..", names[-1])
+    units = dict.fromkeys(solution.unit(n) for n in names)
+    text = ", ".join(u for u in units if u not in ("", "1"))
+    return ", ".join(shown) + (f" [{text}]" if text else "")
 
 
 def chosen(names: Sequence[str]) -> Iterator[Row]:
