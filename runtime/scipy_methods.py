@@ -18,7 +18,7 @@ from .functions import Functions
 from .interruption import noted_interruptions
 from .outcome import Failure, assertion_failed, not_finite, step_too_small, time_text
 from .problem import Array, Problem
-from .trajectory import Progress, Statistics, Trajectory, with_last_point
+from .trajectory import Progress, Statistics, Trajectory, with_last_point, with_unit_rotations
 
 PREFIX = "scipy:"
 METHODS = ("DOP853", "LSODA", "Radau", "BDF")
@@ -55,14 +55,7 @@ class _System:
         return input_values(self.functions, self.case.tables, inside, self.case.p, len(self.problem.inputs))
 
     def normalised(self, y: Array) -> Array:
-        """``y`` [ny] or [n, ny] with quaternions of unit length."""
-        if not self.problem.rotations:
-            return y
-        y = y.copy()
-        for index in self.problem.rotations:
-            part = y[..., index : index + 4]
-            part /= np.linalg.norm(part, axis=-1, keepdims=True)
-        return y
+        return with_unit_rotations(self.problem.rotations, y)
 
     def failed_assertion(self, t: float, y: Array) -> Failure | None:
         if self.functions.assertions is None:
@@ -145,7 +138,7 @@ def run_scipy(
     return Trajectory(
         t=times,
         y=system.normalised(rows),
-        dense=(lambda at: system.normalised(pieces(at))) if dense and pieces.ends else None,
+        dense=pieces if dense and pieces.ends else None,
         statistics=Statistics(
             method=method,
             steps=steps,

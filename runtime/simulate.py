@@ -26,7 +26,7 @@ from .outcome import Outcome, SimulationError, time_text
 from .problem import Array, Problem
 from .scipy_methods import METHODS, PREFIX, run_scipy
 from .solution import Solution
-from .trajectory import Progress, Trajectory
+from .trajectory import Progress, Trajectory, with_unit_rotations
 
 ADAPTIVE = ("dop853",)
 FIXED_STEP = {"rk4": 4}
@@ -143,12 +143,17 @@ def _solve(plan: _Plan) -> Solution:
         remark = "no companion run was made, as the run did not complete"
     columns = solution_columns(problem, functions, case, main.t, main.y)
     outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
-    states = main.dense or _hermite(plan, main)
+    interpolated = main.dense or _hermite(plan, main)
+
+    def at(t: Array) -> Array:
+        y = with_unit_rotations(problem.rotations, interpolated(t))
+        return solution_columns(problem, functions, case, t, y)
+
     return Solution(
         problem,
         main.t,
         columns,
-        lambda t: solution_columns(problem, functions, case, t, states(t)),
+        at,
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
         experiment=case.experiment,
         parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
@@ -244,8 +249,6 @@ def _hermite(plan: _Plan, main: Trajectory) -> Callable[[Array], Array]:
         r, d = 1 - s, main.y[i + 1] - main.y[i]
         b = h * dy[i] - d
         value: Array = main.y[i] + s * (d + r * (b + s * (d - h * dy[i + 1] - b)))
-        for first in plan.problem.rotations:
-            value[:, first : first + 4] /= np.linalg.norm(value[:, first : first + 4], axis=1, keepdims=True)
         return value
 
     return states

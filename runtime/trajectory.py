@@ -69,3 +69,13 @@ def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[A
     if t.size and t[-1] >= t_last:
         return t, y
     return np.append(t, t_last), np.vstack([y, y_last])
+
+
+def with_unit_rotations(rotations: tuple[int, ...], y: Array) -> Array:
+    """Give ``y`` [ny] or [n, ny] with quaternions of unit length."""
+    if not rotations:
+        return y
+    y = y.copy()
+    for index in rotations:
+        y[..., index : index + 4] /= np.linalg.norm(y[..., index : index + 4], axis=-1, keepdims=True)
+    return y

@@ -1,0 +1,141 @@
+"""Tables as inputs: their values, their kinks as ends of steps, and how they are read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.interpolate import CubicSpline
+from written_problems import compiled_driven, driven
+
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.inputs import make_table, read_tables
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.problem import Problem
+from mechc.runtime.simulate import simulate
+
+Make = Callable[[], Problem]
+BOTH = pytest.mark.parametrize("make", [compiled_driven, driven], ids=["kernel", "scipy"])
+
+TIMES = np.array([0.5, 1.25, 2.0, 3.5])
+VALUES = np.array([1.0, -2.0, 4.0, 3.0])
+
+
+@BOTH
+def test_without_a_table_the_model_has_its_own_input(make: Make) -> None:
+    solution = simulate(make(), SimulationOptions(stop=3, tolerance=1e-10))
+    assert np.abs(solution["x"] - np.sin(solution.time)).max() < 1e-9
+    assert np.abs(solution["u"] - np.cos(solution.time)).max() < 1e-15
+    assert np.abs(solution["double"] - 2 * np.cos(solution.time)).max() < 1e-15
+
+
+@BOTH
+def test_constant_input(make: Make) -> None:
+    solution = simulate(make(), SimulationOptions(stop=3, values={"u": 1.5}))
+    assert solution["x"][-1] == pytest.approx(4.5, rel=1e-14)
+
+
+@BOTH
+@pytest.mark.parametrize(
+    ("interpolation", "tolerance", "bound"),
+    [("linear", 1e-2, 1e-8), ("step", 1e-2, 1e-8), ("spline", 1e-10, 1e-8)],
+)
+def test_integral_of_a_table(make: Make, interpolation: str, tolerance: float, bound: float) -> None:
+    """Linear and step tables: each step sees one polynomial, integrated exactly whatever the tolerance.
+
+    A spline has no kinks but at its ends: at a tolerance of 1e-2 its error is 1e-4. The bound is that of the
+    sums below; the runs themselves reach 1e-15.
+    """
+    table = make_table(TIMES, VALUES, interpolation)
+    options = SimulationOptions(stop=5, inputs={"u": table}, tolerance=tolerance, points=11)
+    solution = simulate(make(), options)
+    fine = np.linspace(0, 5, 500_001)
+    u = table(fine)
+    weights = u[:-1] if interpolation == "step" else (u[:-1] + u[1:]) / 2
+    integral = np.concatenate([[0], np.cumsum(weights) * 1e-5])
+    expected = np.interp(solution.time, fine, integral)
+    assert np.abs(solution["x"] - expected).max() < bound
+    assert np.abs(solution["u"] - table(solution.time)).max() == 0
+    assert solution.time.size == 11
+
+
+@BOTH
+def test_step_table_is_continuous_from_the_right_and_holds_beyond_its_ends(make: Make) -> None:
+    table = make_table([1.0, 2.0], [3.0, 5.0], "step")
+    solution = simulate(make(), SimulationOptions(stop=3, inputs={"u": table}, every=0.5))
+    assert solution["u"].tolist() == [3, 3, 3, 3, 5, 5, 5]
+    assert solution["x"] == pytest.approx([0, 1.5, 3, 4.5, 6, 8.5, 11], rel=1e-14)
+
+
+def test_spline_is_the_natural_cubic_spline() -> None:
+    spline = make_table(TIMES, VALUES, "spline")
+    inside = np.linspace(0.5, 3.5, 100)
+    expected = CubicSpline(TIMES, VALUES, bc_type="natural")(inside)
+    assert np.abs(spline(inside) - expected).max() < 1e-14
+    assert spline(np.array([-1.0, 9.0])).tolist() == [1.0, 3.0]
+
+
+def test_table_of_one_row_is_a_constant() -> None:
+    for interpolation in ("linear", "step", "spline"):
+        assert make_table([2.0], [7.0], interpolation)(np.array([0.0, 2.0, 3.0])).tolist() == [7, 7, 7]
+
+
+def write(folder: Path, text: str) -> Path:
+    path = folder / "input.csv"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def convert(name: str, unit: str) -> float:
+    factors = {("time", "s"): 1.0, ("time", "ms"): 1e-3, ("u", "cm/s"): 1e-2, ("u", "m/s"): 1.0}
+    try:
+        return factors[name, unit]
+    except KeyError:
+        raise SimulationError(f"'{name}' is no {unit}") from None
+
+
+def test_read_tables_with_units(tmp_path: Path) -> None:
+    path = write(tmp_path, "\ufefftime [ms], u [cm/s]\r\n0, 100\r\n\r\n500,-50\r\n")
+    table = read_tables(path, {"u": "linear"}, convert)["u"]
+    assert table.times.tolist() == [0, 0.5]
+    assert table.values.tolist() == [1, -0.5]
+    other = read_tables(write(tmp_path, "time [s],speed [m/s]\n0,1\n1,2"), {"u": "step"}, convert, column="u")
+    assert other["u"].interpolation == "step"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("time [s],u [m/s]\n0,1\n0,2\n", "times of a table increase strictly, but row 2 (0) follows 0"),
+        ("time [s],u [m/s]\n0,1\n1\n", "row 2 of the table .* has 1 cells, not 2"),
+        ("time [s],u [m/s]\n0,one\n", "row 1 of the table .* holds 'one', which is no number"),
+        ("time [s],u [m/s]\n0,nan\n", "finite numbers only"),
+        ("t,u\n0,1\n", "the first column of the table .* is 'time \\[s\\]', not 't'"),
+        ("time [s],w [m/s]\n0,1\n", "a column 'w', which is no input \\(inputs: u\\)"),
+        ("time [s],u [m/s],u [m/s]\n0,1,2\n", "two columns 'u'"),
+        ("time [s],u [kg]\n0,1\n", "'u' is no kg"),
+        ("time [s],u [m/s\n0,1\n", "headed 'name \\[unit\\]', not 'u \\[m/s'"),
+        ("", "has no rows"),
+    ],
+)
+def test_wrong_tables(tmp_path: Path, text: str, message: str) -> None:
+    with pytest.raises(SimulationError, match=message.replace("(0)", "\\(0\\)")):
+        read_tables(write(tmp_path, text), {"u": "linear"}, convert)
+
+
+def test_unreadable_tables(tmp_path: Path) -> None:
+    with pytest.raises(SimulationError, match="cannot read the table"):
+        read_tables(tmp_path / "absent.csv", {"u": "linear"}, convert)
+    (tmp_path / "binary.csv").write_bytes(b"\xff\xfe\x00\x81")
+    with pytest.raises(SimulationError, match="cannot read the table"):
+        read_tables(tmp_path / "binary.csv", {"u": "linear"}, convert)
+
+
+def test_an_input_given_twice_or_unknown() -> None:
+    table = make_table([0.0], [1.0])
+    with pytest.raises(SimulationError, match="the input 'u' is given twice"):
+        simulate(driven(), SimulationOptions(stop=1, values={"u": 1.0}, inputs={"u": table}))
+    with pytest.raises(SimulationError, match="'x' is no input of 'Driven'"):
+        simulate(driven(), SimulationOptions(stop=1, inputs={"x": table}))

@@ -1,0 +1,183 @@
+"""Solutions as mappings, between output points, as data frames and in files."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from written_problems import compiled_kepler, compiled_pendulum, kepler, kepler_position, pendulum, rigid_body
+
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.files import ResultsFileError, read_results
+from mechc.runtime.problem import Array
+from mechc.runtime.results import Results
+from mechc.runtime.simulate import simulate
+from mechc.runtime.solution import Solution
+
+
+@pytest.fixture(scope="module")
+def solution() -> Solution:
+    return simulate(compiled_pendulum(), SimulationOptions(stop=2, points=21))
+
+
+def test_mapping(solution: Solution) -> None:
+    assert list(solution) == ["theta", "der(theta)", "kinetic", "potential", "energy"]
+    assert solution.time.tolist() == np.linspace(0, 2, 21).tolist()
+    assert all(values.shape == (21,) for values in solution.values())
+    assert solution.unit("der(theta)") == "rad/s"
+    assert solution.unit("time") == "s"
+    assert solution["time"] is solution.time
+    assert solution.final()["theta"] == solution["theta"][-1]
+    with pytest.raises(KeyError):
+        solution["phi"]
+
+
+def test_output_times() -> None:
+    every = simulate(compiled_pendulum(), SimulationOptions(stop=1, every=0.3))
+    assert every.time.tolist() == [0, 0.3, 0.6, 0.3 * 3, 1]
+    exact = simulate(compiled_pendulum(), SimulationOptions(stop=1, every=0.1))
+    assert exact.time.tolist() == [k * 0.1 for k in range(10)] + [1.0]
+    late = simulate(compiled_pendulum(), SimulationOptions(start=1, stop=2, points=3))
+    assert late.time.tolist() == [1, 1.5, 2]
+    full = simulate(compiled_pendulum(), SimulationOptions(stop=2, points=5))
+    assert np.abs(late["theta"] - full["theta"][2:]).max() < 1e-9
+    early = simulate(compiled_pendulum(), SimulationOptions(start=-1, stop=1, points=3))
+    assert early["theta"][0] == 1
+    assert np.abs(early["theta"] - full["theta"][[0, 2, 4]]).max() < 1e-7
+
+
+@pytest.mark.parametrize("make", [compiled_kepler, kepler], ids=["kernel", "scipy"])
+def test_between_output_points_dense_output_is_as_good_as_the_steps(make: object) -> None:
+    assert callable(make)
+    times = np.linspace(0, 6, 333)
+    exact = kepler_position(times, 1.0, 1.0, 0.6)
+    coarse = simulate(make(), SimulationOptions(stop=6, tolerance=1e-9, points=4))
+    assert coarse.interpolation == "dense output"
+    at = coarse(times)
+    assert np.abs(np.column_stack([at["x"], at["y"]]) - exact).max() < 1e-6
+    assert np.abs(at["momentum"] - coarse["momentum"][0]).max() < 1e-6
+    assert at["x"].shape == times.shape
+    assert coarse(3.0)["x"].shape == ()
+    hermite = simulate(make(), SimulationOptions(stop=6, tolerance=1e-9, points=200, dense=False))
+    assert hermite.interpolation == "cubic Hermite between output points"
+    error = np.abs(hermite(times)["x"] - exact[:, 0]).max()
+    assert 1e-7 < error < 1e-3  # h^4/384 x'''' near the pericentre: measured 3e-5
+    with pytest.raises(ValueError, match="results reach from 0 s to 6 s"):
+        coarse(6.1)
+
+
+def test_hermite_interpolation_keeps_rotations_of_unit_length() -> None:
+    body = simulate(rigid_body(), SimulationOptions(stop=5, points=10, dense=False))
+    at = body(np.linspace(0, 5, 100))
+    assert np.abs(sum(at[f"R[{k}]"] ** 2 for k in range(1, 5)) - 1).max() < 1e-15
+
+
+@pytest.mark.parametrize("ending", ["csv", "npz", "json"])
+def test_files_give_back_the_same_bits(solution: Solution, tmp_path: Path, ending: str) -> None:
+    path = tmp_path / f"run.{ending}"
+    solution.save(path)
+    back = read_results(path)
+    assert list(back) == list(solution)
+    assert back.time.tobytes() == solution.time.tobytes()
+    assert all(back[name].tobytes() == solution[name].tobytes() for name in solution)
+    assert all(back.unit(name) == solution.unit(name) for name in solution)
+    assert back.report == (None if ending == "csv" else json.loads(json.dumps(solution.summary())))
+    again = tmp_path / f"again.{ending}"
+    back.save(again)
+    assert read_results(again)["theta"].tobytes() == solution["theta"].tobytes()
+    assert sorted(file.name for file in tmp_path.iterdir()) == [again.name, path.name]
+
+
+def test_names_with_indices_and_values_that_json_does_not_know(tmp_path: Path) -> None:
+    values = {"R[1]": np.array([1.0, math.nan]), "der(R)[1]": np.array([-0.0, 1e-320])}
+    results = Results(np.array([0.0, 0.1]), values, {"R[1]": "", "der(R)[1]": "rad/s"})
+    for ending in ("csv", "npz", "json"):
+        path = tmp_path / f"run.{ending}"
+        results.save(path)
+        back = read_results(path)
+        assert list(back) == ["R[1]", "der(R)[1]"]
+        assert (back.unit("R[1]"), back.unit("der(R)[1]")) == ("", "rad/s")
+        assert np.array_equal(back["R[1]"], values["R[1]"], equal_nan=True)
+        assert back["der(R)[1]"].tobytes() == values["der(R)[1]"].tobytes()
+
+
+def test_headers_and_display_units(solution: Solution, tmp_path: Path) -> None:
+    def display(name: str, unit: str) -> tuple[str, float]:
+        return ("deg", 180 / math.pi) if unit == "rad" else (unit, 1.0)
+
+    path = tmp_path / "run.csv"
+    solution.save(path, names=["theta", "energy"], display=display)
+    lines = path.read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "time [s],theta [deg],energy [J]"
+    assert float(lines[1].split(",")[1]) == pytest.approx(math.degrees(1))
+    frame = solution.to_dataframe(["theta"], display)
+    assert list(frame.columns) == ["theta [deg]"]
+    assert frame.index.name == "time [s]"
+    assert np.load(_saved(solution, tmp_path / "run.npz"))["theta [rad]"].shape == (21,)
+
+
+def _saved(solution: Solution, path: Path) -> Path:
+    solution.save(path)
+    return path
+
+
+def test_results_that_were_read_interpolate_by_splines(solution: Solution, tmp_path: Path) -> None:
+    back = read_results(_saved(solution, tmp_path / "run.csv"))
+    assert back(0.55)["theta"] == pytest.approx(solution(0.55)["theta"], abs=1e-4)
+    with pytest.raises(ValueError, match="results reach"):
+        back(-1)
+
+
+@pytest.mark.parametrize(
+    ("name", "content"),
+    [
+        ("a.csv", b""),
+        ("a.csv", b"theta,x\n1,2\n"),
+        ("a.csv", b"time [s],x\n1,two\n"),
+        ("a.json", b"{}"),
+        ("a.json", b"[1"),
+        ("a.npz", b"PK"),
+        ("a.csv", b"\xff\xfe\x00"),
+    ],
+)
+def test_files_without_results(tmp_path: Path, name: str, content: bytes) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+    with pytest.raises(ResultsFileError):
+        read_results(path)
+
+
+def test_unknown_format_leaves_no_file(solution: Solution, tmp_path: Path) -> None:
+    with pytest.raises(ResultsFileError, match=r"written as \.csv, \.npz, \.json, not 'run.xls'"):
+        solution.save(tmp_path / "run.xls")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_summary_is_json(solution: Solution) -> None:
+    summary = json.loads(json.dumps(solution.summary(), allow_nan=False))
+    assert summary["model"] == "Pendulum"
+    assert summary["outcome"] == "completed"
+    assert summary["message"] == "completed at t = 2 s"
+    assert summary["time"] == 2
+    assert list(summary["final"]) == list(solution)
+    assert {"steps", "rejected", "evaluations", "run_time"} <= set(summary["statistics"])
+    assert 0 < summary["accuracy"]["estimated_error"] < 1e-6
+    assert summary["accuracy"]["energy_drift"] < 1e-6
+    assert summary["events"] == []
+
+
+def test_summary_writes_null_for_what_is_not_a_number() -> None:
+    p = pendulum()
+
+    def undefined(t: float, y: Array, u: Array, z: Array, q: Array) -> Array:
+        return np.array([np.nan, np.inf, 0.0])
+
+    p = replace(p, functions={**p.functions, "outputs": undefined}, energy_balance=(), conserved=())
+    summary = simulate(p, SimulationOptions(stop=1)).summary()
+    assert summary["final"]["kinetic"] is None
+    assert summary["final"]["potential"] is None
+    json.dumps(summary, allow_nan=False)

@@ -1,0 +1,122 @@
+"""The solver in slices: the same bits however it is cut, saved and restored."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import pytest
+from written_problems import compiled_driven, compiled_kepler
+
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.inputs import make_table
+from mechc.runtime.native import REACHED, RECORD_FULL, RUNNING, load_kernel
+from mechc.runtime.problem import Array, Problem
+from mechc.runtime.solver import Solver
+
+STOP = 20.0
+
+
+@contextmanager
+def solver(problem: Problem, method: str, options: SimulationOptions) -> Iterator[tuple[Solver, Case]]:
+    functions = load_functions(problem)
+    case = prepare(problem, functions, options)
+    step = 1e-2 if method == "rk4" else 0.0
+    atol = np.full(problem.ny, 1e-9)
+    with Solver(load_kernel(), functions, case, method, 1e-9, atol, step) as made:
+        yield made, case
+
+
+def result(solver: Solver) -> tuple[bytes, bytes, tuple[int, int, int]]:
+    report, y = solver.report()
+    counts = (report.steps, report.rejected, report.evaluations)
+    return y.tobytes(), solver.grid_rows(report.n_grid)[1].tobytes(), counts
+
+
+def cases() -> list[tuple[Problem, str, SimulationOptions]]:
+    table = make_table(np.arange(0.5, 15, 1.3), np.sin(np.arange(0.5, 15, 1.3)), "step")
+    driven = SimulationOptions(stop=STOP, inputs={"u": table}, points=77)
+    return [
+        (compiled_kepler(), "dop853", SimulationOptions(stop=STOP, points=77)),
+        (compiled_kepler(), "rk4", SimulationOptions(stop=STOP, points=77)),
+        (compiled_driven(), "dop853", driven),
+    ]
+
+
+@pytest.mark.parametrize("index", range(3), ids=["dop853", "rk4", "table"])
+def test_slices_give_the_same_bits_as_one_go(index: int) -> None:
+    problem, method, options = cases()[index]
+    with solver(problem, method, options) as (whole, _):
+        assert whole.advance(STOP, 10**9) == REACHED
+        expected = result(whole)
+    with solver(problem, method, options) as (cut, _):
+        count = 0
+        while (status := cut.advance(STOP, 1 + count % 5)) == RUNNING:
+            count += 1
+        assert status == REACHED
+        assert count > 5
+        assert result(cut) == expected
+
+
+@pytest.mark.parametrize("index", range(3), ids=["dop853", "rk4", "table"])
+def test_saved_and_restored_run_goes_on_bit_for_bit(index: int) -> None:
+    problem, method, options = cases()[index]
+    with solver(problem, method, options) as (made, _):
+        assert made.advance(STOP, 7) == RUNNING
+        memory = made.save()
+        assert made.advance(STOP, 10**9) == REACHED
+        expected = result(made)
+        made.load(memory)
+        assert made.report()[0].steps == 7
+        assert made.advance(STOP, 10**9) == REACHED
+        assert result(made) == expected
+
+
+def test_landing_on_intermediate_times() -> None:
+    with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP)) as (made, _):
+        for stop in (0.1, 0.1, 5.0, STOP):
+            assert made.advance(stop, 10**9) == REACHED
+            assert made.report()[0].t == stop
+
+
+def test_a_new_state_at_the_present_time() -> None:
+    """From the apocentre, with the velocity of the circle there, the orbit becomes a circle."""
+    with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP, points=2)) as (made, _):
+        assert made.advance(np.pi, 10**9) == REACHED
+        _, y = made.report()
+        assert y[0] == pytest.approx(-1.6, abs=1e-7)
+        made.write(np.array([-1.6, 0, 0, -np.sqrt(1 / 1.6)]))
+        assert made.advance(STOP, 10**9) == REACHED
+        assert np.hypot(*made.report()[1][:2]) == pytest.approx(1.6, abs=1e-7)
+
+
+def test_record_is_renewed_when_full() -> None:
+    def record(capacity: int) -> Array:
+        rows = []
+        with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP)) as (made, _):
+            made.start_record(capacity)
+            while (status := made.advance(STOP, 10**9)) == RECORD_FULL:
+                rows.append(made.recorded(made.report()[0].n_record))
+                made.start_record(capacity)
+            assert status == REACHED
+            rows.append(made.recorded(made.report()[0].n_record))
+            return np.concatenate(rows)
+
+    assert record(3).tobytes() == record(10_000).tobytes()
+
+
+def test_many_solvers_at_once() -> None:
+    options = SimulationOptions(stop=STOP, points=5)
+    with solver(compiled_kepler(), "dop853", options) as (alone, _):
+        alone.advance(STOP, 10**9)
+        expected = result(alone)
+    with (
+        solver(compiled_kepler(), "dop853", options) as (first, _),
+        solver(compiled_kepler(), "dop853", options) as (second, _),
+    ):
+        done = [False, False]
+        while not all(done):
+            done = [s.advance(STOP, n) == REACHED for s, n in ((first, 3), (second, 2))]
+        assert result(first) == result(second) == expected
