@@ -27,7 +27,8 @@ from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
 NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
 _FAST = (NATIVE, "-ffp-contract=fast")
-_REPRODUCIBLE = ("-ffp-contract=off",)
+# without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
+_REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 
@@ -154,7 +155,8 @@ def _processor() -> str:
 def _compile(compiler: Compiler, files: Sequence[str], flags: Sequence[str], folder: Path) -> Path:
     built = folder / f"built{LIBRARY_SUFFIX}"
     extra = ("-fno-sanitize=all",) if "ziglang" in compiler.command else ()
-    link = ("-shared", *(() if sys.platform == "win32" else ("-lm",)))
+    quad = ("-lquadmath",) if "-DMECH_QUAD" in flags else ()
+    link = ("-shared", *quad, *(() if sys.platform == "win32" else ("-lm",)))
     if len(files) == 1:
         _run((*compiler.command, *flags, *extra, files[0], "-o", built.name, *link), folder)
         return built

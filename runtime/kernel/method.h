@@ -42,7 +42,7 @@ typedef struct mech_method {
     const struct mech_method *explicit_part, *implicit_part;
 } mech_method;
 
-extern const mech_method mech_rk4, mech_dop853;
+extern const mech_method mech_rk4, mech_dop853, mech_radau5;
 
 extern const mech_method *const mech_methods[];
 extern const int mech_n_methods;

@@ -3,7 +3,7 @@
 
 #include "method.h"
 
-const mech_method *const mech_methods[] = {&mech_dop853, &mech_rk4};
+const mech_method *const mech_methods[] = {&mech_dop853, &mech_rk4, &mech_radau5};
 const int mech_n_methods = sizeof mech_methods / sizeof mech_methods[0];
 
 int mech_method_count(void) { return mech_n_methods; }

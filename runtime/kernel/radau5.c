@@ -1,0 +1,298 @@
+/* Radau IIA of order 5: implicit, three stages, stiffly accurate; simplified Newton iterations with the model's
+ * own Jacobian, an embedded error estimate of order 3, predictive step control.
+ *
+ * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8, and the
+ * authors' program RADAU5. Coefficients computed from the nodes with 60 digits.
+ *
+ * The error is estimated with order 3 while the solution has order 5; so the bound for the estimate is
+ * 0.1 tol^(2/3), as in RADAU5. The dense output is the collocation polynomial plus the term of degree 4 that the
+ * estimate knows: (I - h gamma J)^-1 (h f(y) - p'(0)), which is bounded where h J is not.
+ */
+#include "newton.h"
+
+static const mech_real C1 = MECH_C(0.1550510257216821901802715925294108608034);
+static const mech_real C2 = MECH_C(0.6449489742783178098197284074705891391966);
+/* Minus the derivatives at 0 of the Lagrange polynomials of the stages over 0, c1, c2, 1. */
+static const mech_real E1 = MECH_C(-10.04880939982741556246032950764707991459);
+static const mech_real E2 = MECH_C(1.382142733160748895793662840980413247921);
+static const mech_real E3 = MECH_C(-0.3333333333333333333333333333333333333333);
+
+static const mech_spectrum SPECTRUM = {
+    .stages = 3,
+    .has_real = 1,
+    .pairs = 1,
+    .real = MECH_C(3.637834252744495732208418513577775797946),
+    .alpha = {MECH_C(2.681082873627752133895790743211112101027)},
+    .beta = {MECH_C(3.050430199247410569426377624787567904441)},
+    .t = {MECH_C(0.09443876248897524148749007950641658628681),
+          MECH_C(-0.1412552950209542084279903838077973094093),
+          MECH_C(-0.03002919410514742449186111708905386666838),
+          MECH_C(0.2502131229653333113765090675125016843586),
+          MECH_C(0.2041293522937999319959908102983381740865),
+          MECH_C(0.3829421127572619377954382335998732103578),
+          1, 1, 0},
+    .t_inverse = {MECH_C(4.17871859155190472734646265851205623),
+                  MECH_C(0.3276828207610623870825332724296162342458),
+                  MECH_C(0.5233764454994495480399309159089875020601),
+                  MECH_C(-4.17871859155190472734646265851205623),
+                  MECH_C(-0.3276828207610623870825332724296162342458),
+                  MECH_C(0.4766235545005504519600690840910124979399),
+                  MECH_C(-0.5028726349457868759512473431395442928592),
+                  MECH_C(2.571926949855605429186785353601675054694),
+                  MECH_C(-0.5960392048282249249688219110993024032899)},
+};
+
+enum { MAX_ITERATIONS = 7 };
+
+static const mech_real SAFETY = MECH_C(0.9);
+static const mech_real QUOTIENT_MIN = MECH_C(0.125), QUOTIENT_MAX = MECH_C(5.0); /* of old and new step */
+/* Convergence so fast that the Jacobian may stay. */
+static const mech_real FAST = MECH_C(0.001);
+/* A new step that is larger by no more than this factor is not worth new factors. */
+static const mech_real SAME_STEP = MECH_C(1.2);
+
+/* What is remembered from step to step. */
+typedef struct radau {
+    mech_newton newton;
+    mech_real theta, eta;            /* convergence: ratio of corrections, theta / (1 - theta) */
+    mech_real h_old, error_old;      /* of the last accepted step; h_old = 0: there is none    */
+    mech_real tolerance;             /* of the error estimate                                  */
+    int has_jacobian, jacobian_is_here, iterations;
+    long long steps;                 /* accepted when the Jacobian was last looked at          */
+} radau;
+
+typedef struct arrays {
+    mech_real *f, *z, *w, *d, *poly, *scale, *error, *at;
+} arrays;
+
+static arrays arrays_of(const mech_solver *s)
+{
+    const int n = s->ny;
+    mech_real *k = s->work;
+    return (arrays){.f = k, .z = k + 3 * n, .w = k + 6 * n, .d = k + 9 * n, .poly = k + 12 * n, .scale = k + 15 * n,
+                    .error = k + 16 * n, .at = k + 17 * n};
+}
+
+static size_t header(void) { return (sizeof(radau) + sizeof(mech_real) - 1) / sizeof(mech_real); }
+
+static size_t n_extra(const mech_model *model) { return header() + mech_newton_size(model, &SPECTRUM); }
+
+static int lacks(const mech_model *model) { return model->jacobian ? MECH_RUNNING : MECH_NEEDS_JACOBIAN; }
+
+static void begin(mech_solver *s, int fresh)
+{
+    radau *r = (radau *)mech_extra(s);
+    if (fresh) mech_newton_prepare(&r->newton, s->model, &SPECTRUM, mech_extra(s) + header());
+    r->has_jacobian = r->jacobian_is_here = 0;
+    r->theta = r->eta = 1;
+    r->h_old = 0;
+    r->steps = s->run->report.steps;
+    r->tolerance = s->o.rtol > 0 ? MECH_C(0.1) * mech_pow(s->o.rtol, MECH_C(2.0) / 3) : MECH_C(1e-3);
+}
+
+static void set_scale(const mech_solver *s, const radau *r, mech_real *scale)
+{
+    const mech_real tightened = s->o.rtol > 0 ? r->tolerance / s->o.rtol : 1, rtol = tightened * s->o.rtol;
+    for (int i = 0; i < s->ny; i++) scale[i] = 1 / (tightened * s->o.atol[i] + rtol * mech_abs(s->y[i]));
+}
+
+/* The Jacobian and the factors that a step over h needs. */
+static int prepare(mech_solver *s, radau *r, mech_real h)
+{
+    if (r->steps != s->run->report.steps) {
+        r->steps = s->run->report.steps;
+        r->jacobian_is_here = 0;
+    }
+    if (!r->has_jacobian || (!r->jacobian_is_here && r->theta > FAST)) {
+        mech_jacobian(s, s->run->report.t, s->y, r->newton.jacobian);
+        r->has_jacobian = r->jacobian_is_here = 1;
+        r->newton.h = 0;
+    }
+    if (r->newton.h == h) return 0;
+    s->run->report.factorisations++;
+    return mech_newton_factorise(&r->newton, h);
+}
+
+/* Stages at the continued polynomial of the last step, in W = T^-1 Z. */
+static void predict(const mech_solver *s, const radau *r, const arrays *k, mech_real h)
+{
+    const int n = s->ny;
+    if (r->h_old == 0) {
+        for (int i = 0; i < 3 * n; i++) k->z[i] = k->w[i] = 0;
+        return;
+    }
+    const mech_real nodes[3] = {C1, C2, 1}, q = h / r->h_old;
+    for (int j = 0; j < 3; j++) {
+        const mech_real x = nodes[j] * q, x2 = x + 1 - C2, x1 = x + 1 - C1;
+        for (int i = 0; i < n; i++)
+            k->z[j * n + i] = x * (k->poly[i] + x2 * (k->poly[n + i] + x1 * k->poly[2 * n + i]));
+    }
+    mech_mix_stages(3, n, SPECTRUM.t_inverse, k->z, k->w);
+}
+
+/* The collocation polynomial with its origin at the end of the step, in Newton's form over 1, c2, c1, 0. */
+static void remember(const mech_solver *s, const arrays *k)
+{
+    const int n = s->ny;
+    const mech_real *z1 = k->z, *z2 = z1 + n, *z3 = z2 + n;
+    for (int i = 0; i < n; i++) {
+        const mech_real end = (z2[i] - z3[i]) / (C2 - 1), middle = (z1[i] - z2[i]) / (C1 - C2), first = z1[i] / C1;
+        const mech_real second = (middle - end) / (C1 - 1);
+        k->poly[i] = end;
+        k->poly[n + i] = second;
+        k->poly[2 * n + i] = second - (middle - first) / C2;
+    }
+}
+
+/* Refuses the step: it is to be repeated with `factor` times its size, and a Jacobian of its own. */
+static mech_real refuse(mech_solver *s, radau *r, mech_real factor)
+{
+    s->run->trouble = MECH_NOT_CONVERGED;
+    s->run->cut = factor;
+    if (!r->jacobian_is_here) r->has_jacobian = 0;
+    r->theta = 1;
+    return (mech_real)INFINITY;
+}
+
+/* Newton's iterations: 0, a refusal, or what is not finite. */
+static mech_real iterate(mech_solver *s, radau *r, const arrays *k, mech_real h)
+{
+    const int n = s->ny;
+    const mech_real t = s->run->report.t, nodes[3] = {C1, C2, 1};
+    const mech_real enough =
+        mech_max(10 * MECH_EPSILON / r->tolerance, mech_min(MECH_C(0.03), mech_sqrt(r->tolerance)));
+    mech_real size_old = 0, ratio_old = 0;
+    r->theta = FAST; /* one iteration alone tells that the Jacobian may stay */
+    r->eta = mech_pow(mech_max(r->eta, MECH_EPSILON), MECH_C(0.8));
+    for (int m = 1;; m++) {
+        for (int j = 0; j < 3; j++) {
+            for (int i = 0; i < n; i++) k->at[i] = s->y[i] + k->z[j * n + i];
+            mech_rhs(s, t + nodes[j] * h, k->at, k->f + j * n);
+        }
+        mech_newton_correct(&r->newton, k->f, k->w, k->d);
+        s->run->report.iterations++;
+        mech_real sum = 0;
+        for (int j = 0; j < 3; j++)
+            for (int i = 0; i < n; i++) {
+                const mech_real x = k->d[j * n + i] * k->scale[i];
+                sum += x * x;
+            }
+        if (!mech_finite(sum)) return sum;
+        const mech_real size = mech_sqrt(sum / (3 * n));
+        if (m > 1) {
+            const mech_real ratio = size / size_old;
+            r->theta = m == 2 ? ratio : mech_sqrt(ratio * ratio_old);
+            ratio_old = ratio;
+            if (r->theta >= MECH_C(0.99)) return refuse(s, r, MECH_C(0.5));
+            r->eta = r->theta / (1 - r->theta);
+            const int left = MAX_ITERATIONS - 1 - m;
+            mech_real at_end = r->eta * size / enough;
+            for (int l = 0; l < left; l++) at_end *= r->theta;
+            if (at_end >= 1 && m < MAX_ITERATIONS) {
+                const mech_real excess = mech_min(20, at_end);
+                return refuse(s, r, MECH_C(0.8) * mech_pow(excess, MECH_C(-1.0) / (4 + left)));
+            }
+        }
+        size_old = mech_max(size, MECH_EPSILON);
+        for (int i = 0; i < 3 * n; i++) k->w[i] += k->d[i];
+        mech_mix_stages(3, n, SPECTRUM.t, k->w, k->z);
+        r->iterations = m;
+        if (r->eta * size <= enough) return 0;
+        if (m == MAX_ITERATIONS) return refuse(s, r, MECH_C(0.5));
+    }
+}
+
+/* k->error = (real / h - J)^-1 (f + sum e_i z_i / h), f the derivative at the beginning; its norm. */
+static mech_real estimate(const mech_solver *s, const radau *r, const arrays *k, const mech_real *f, mech_real h)
+{
+    const int n = s->ny;
+    const mech_real *z1 = k->z, *z2 = z1 + n, *z3 = z2 + n;
+    for (int i = 0; i < n; i++) k->error[i] = f[i] + (E1 * z1[i] + E2 * z2[i] + E3 * z3[i]) / h;
+    mech_solve_shifted(&r->newton.structure, r->newton.jacobian, SPECTRUM.real / h, r->newton.real, r->newton.pivot,
+                       k->error, r->newton.room);
+    mech_real sum = 0;
+    for (int i = 0; i < n; i++) {
+        const mech_real x = k->error[i] * k->scale[i];
+        sum += x * x;
+    }
+    return mech_max(mech_sqrt(sum / n), MECH_C(1e-10));
+}
+
+static mech_real attempt(mech_solver *s, mech_real h)
+{
+    radau *r = (radau *)mech_extra(s);
+    const arrays k = arrays_of(s);
+    const int n = s->ny;
+    if (prepare(s, r, h)) return refuse(s, r, MECH_C(0.5));
+    set_scale(s, r, k.scale);
+    predict(s, r, &k, h);
+    const mech_real failed = iterate(s, r, &k, h);
+    if (failed != 0) return failed;
+    for (int i = 0; i < n; i++) s->y_new[i] = s->y[i] + k.z[2 * n + i];
+    mech_real error = estimate(s, r, &k, s->dy, h);
+    if (error >= 1 && (r->h_old == 0 || s->run->after_rejection)) {
+        /* The first estimate is too large where the state is off the slow motion: filtered once more. */
+        for (int i = 0; i < n; i++) k.at[i] = s->y[i] + k.error[i];
+        mech_rhs(s, s->run->report.t, k.at, k.d);
+        error = estimate(s, r, &k, k.d, h);
+    }
+    return error;
+}
+
+static mech_real fourth_root(mech_real x) { return mech_sqrt(mech_sqrt(x)); }
+
+/* K. Gustafsson 1994: the error of the last two steps predicts that of the next. */
+static mech_real control(mech_solver *s, mech_real h, mech_real error)
+{
+    radau *r = (radau *)mech_extra(s);
+    const arrays k = arrays_of(s);
+    const mech_real safety =
+        mech_min(SAFETY, SAFETY * (1 + 2 * MAX_ITERATIONS) / (r->iterations + 2 * MAX_ITERATIONS));
+    mech_real quotient = mech_max(QUOTIENT_MIN, mech_min(QUOTIENT_MAX, fourth_root(error) / safety));
+    if (r->h_old > 0) {
+        const mech_real predicted = r->h_old / h * fourth_root(error * error / r->error_old) / SAFETY;
+        quotient = mech_max(quotient, mech_min(QUOTIENT_MAX, predicted));
+    }
+    r->h_old = h;
+    r->error_old = mech_max(MECH_C(1e-2), error);
+    remember(s, &k);
+    const mech_real factor = 1 / quotient;
+    return r->theta <= FAST && factor >= 1 && factor <= SAME_STEP ? 1 : factor;
+}
+
+static void dense(mech_solver *s, mech_real h)
+{
+    (void)h; /* the stages hold it */
+    const arrays k = arrays_of(s);
+    const int n = s->ny;
+    const mech_real *z1 = k.z, *z2 = z1 + n, *z3 = z2 + n;
+    mech_real *c = s->dense;
+    for (int i = 0; i < n; i++) {
+        const mech_real a1 = (z1[i] - C1 * z3[i]) / (C1 * (1 - C1)), a2 = (z2[i] - C2 * z3[i]) / (C2 * (1 - C2));
+        const mech_real slope = (a2 - a1) / (C2 - C1), e = SPECTRUM.real * k.error[i];
+        c[i] = s->y[i];
+        c[n + i] = s->y_new[i] - s->y[i];
+        c[2 * n + i] = a1 - slope * C1 + e;
+        c[3 * n + i] = slope + 2 * e;
+        c[4 * n + i] = -10 * e;
+    }
+}
+
+const mech_method mech_radau5 = {
+    .name = "radau5",
+    .doc = "Radau IIA of order 5, implicit, adaptive: for stiff models",
+    .order = 5,
+    .adaptive = 1,
+    .n_stages = 3,
+    .n_work = 18,
+    .n_dense = 5,
+    .error_order = 4,
+    .factor_min = MECH_C(0.125),
+    .factor_max = MECH_C(8.0),
+    .lacks = lacks,
+    .n_extra = n_extra,
+    .begin = begin,
+    .attempt = attempt,
+    .control = control,
+    .dense = dense,
+};
