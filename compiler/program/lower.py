@@ -51,6 +51,8 @@ def lower(equations: Equations) -> Program:
         energy_balance=equations.energy_balance,
         assertions=equations.assertions,
         jacobian_pattern=equations.jacobian_pattern,
+        constraints=equations.constraints,
+        separable=equations.separable,
     )
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..equations.model import AssertionText, Entry, ExperimentPlan
+from ..equations.model import AssertionText, ConstraintEntry, Entry, ExperimentPlan
 from ..graph import Table
 
 Value = int
@@ -119,6 +119,8 @@ class Program:
     energy_balance: tuple[int, ...] = ()
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
+    constraints: tuple[ConstraintEntry, ...] = ()
+    separable: bool = False
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

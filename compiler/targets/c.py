@@ -7,15 +7,19 @@ from fractions import Fraction
 from typing import Final
 
 from ..equations.model import Entry
+from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
-from ..program.model import Body, Literal, Load, Lookup, Operate, Store
+from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
-from .c_forms import AT_RUN_TIME, DIALECT, INEXACT, LIBRARY, NEEDED_BY_OWN, OWN, literal
+from .c_forms import DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .expressions import lines
 from .literal import PI_DIGITS
 
-STRUCT_FUNCTIONS: Final = ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
+STRUCT_FUNCTIONS: Final = tuple(
+    "rhs initial inputs discretes outputs assertions jacobian project_position project_velocity displace"
+    " momentum force mass constraints constraint_jacobian".split()
+)
 """Functions that are fields of ``mech_model``; any other is exported under its own name."""
 
 NAMED_LOADS: Final = 150
@@ -24,7 +28,7 @@ NAMED_LOADS: Final = 150
 _WORDS: Final = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long"
     " register restrict return short signed sizeof static struct switch typedef union unsigned void volatile"
-    " while asm typeof real ratio at_run_time PI mech_real mech_model lookup NULL EXPORT NOINLINE"
+    " while asm typeof real ratio PI mech_real mech_model lookup NULL EXPORT NOINLINE"
 )
 """Words that no value may have for its name."""
 
@@ -58,16 +62,20 @@ _PRELUDE: Final = """\
 #else
 #define EXPORT __attribute__((visibility("default")))
 #endif
+#if defined(_MSC_VER)
+#define NOINLINE __declspec(noinline)
+#else
 #define NOINLINE __attribute__((noinline))
+#endif
 """
 
 
 def emit_c(program: Program, chunk_size: int | None = None) -> str:
     """Return the C text of a program.
 
-    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). Without
-    contraction of products and sums, and with the functions of the C library, the double precision build
-    gives the same bits as the scalar Python text.
+    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). Compiled
+    with ``-ffp-contract=off -frounding-math`` (no fused products and sums, no function of a constant
+    evaluated by the compiler) it gives the same bits as the scalar Python text on the same C library.
     """
     if chunk_size is None:
         program = chunk(program)
@@ -97,9 +105,7 @@ class _File:
         )
         for code in sorted(self.used & OWN.keys()):
             yield OWN[code]
-        if _functions_of_constants(program):
-            yield AT_RUN_TIME
-        for i, table in enumerate(program.tables):
+        for i, table in used_tables(program):
             yield f"enum {{ n_table_{i} = {len(table.points)} }};"
             yield f"static const mech_real table_{i}[n_table_{i}][3] = {{"
             for row in zip(table.points, table.values, table.slopes, strict=True):
@@ -177,6 +183,9 @@ class _File:
             "jac_row": "jacobian_rows" if program.jacobian_pattern else "NULL",
             "jac_col": "jacobian_columns" if program.jacobian_pattern else "NULL",
             "parameters": "parameters",
+            "n_position": sum(row.level == "position" for row in program.constraints),
+            "n_velocity": len(program.constraints),
+            "separable": int(program.separable),
         }
         for name in STRUCT_FUNCTIONS:
             function = program.function(name)
@@ -208,6 +217,13 @@ def sentence(doc: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text.endswith((".", "!", "?")) else ".")
 
 
+def used_tables(program: Program) -> list[tuple[int, Table]]:
+    """Return the tables that some function reads, with their index."""
+    functions = (program.parameters, *program.functions)
+    used = {s.table for f in functions for body in f.bodies for s in body if type(s) is Lookup}
+    return [(i, program.tables[i]) for i in sorted(used)]
+
+
 def _operations(program: Program) -> set[int]:
     """Return the codes of all operations that the program uses."""
     used: set[int] = set()
@@ -219,16 +235,6 @@ def _operations(program: Program) -> set[int]:
                 elif type(statement) is Lookup:
                     used.add(ops.LOOKUP)
     return used
-
-
-def _functions_of_constants(program: Program) -> bool:
-    """Tell whether a library function has constant arguments only."""
-    return any(
-        type(s) is Operate and s.code in INEXACT and all(type(body[a]) is Literal for a in s.operands)
-        for function in (program.parameters, *program.functions)
-        for body in function.bodies
-        for s in body
-    )
 
 
 def _load_order(load: tuple[str, int]) -> tuple[int, int]:

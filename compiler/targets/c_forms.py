@@ -137,18 +137,6 @@ static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_rea
 }
 """Functions to be written into a file that uses them."""
 
-INEXACT: Final = frozenset(LIBRARY) - {ops.SQRT, ops.ABS, ops.FLOOR}
-"""Functions of the library whose last digit no standard fixes."""
-
-AT_RUN_TIME: Final = """\
-/* Keeps compilers from evaluating a function of a constant, which they would round in their own way. */
-static inline mech_real at_run_time(mech_real x)
-{
-    volatile mech_real y = x;
-    return y;
-}
-"""
-
 NEEDED_BY_OWN: Final[Mapping[int, tuple[str, ...]]] = {ops.MODULO: ("fmod", "copysign")}
 
 
@@ -188,6 +176,4 @@ DIALECT: Final = Dialect(
     _store,
     as_condition=Form("{} != 0", COMPARISON, (COMPARISON + 1,), True),
     as_number=Form("(mech_real){}", UNARY, (UNARY + 1,)),
-    library=INEXACT,
-    library_literal="at_run_time({})",
 )

@@ -13,6 +13,7 @@ from mechc.lang.source import Span
 from mechc.runtime.problem import (
     Array,
     Assertion,
+    Constraint,
     Experiment,
     ModelFunction,
     Origin,
@@ -49,6 +50,7 @@ def make_problem(
         known=program.known,
         rotations=program.rotations,
         assertions=tuple(Assertion(a.message, origin(a.span)) for a in program.assertions),
+        constraints=tuple(Constraint(c.name, c.level, c.unit, origin(c.span)) for c in program.constraints),
         experiments=tuple(_experiment(e) for e in program.experiments),
         conserved=program.conserved,
         energy_balance=program.energy_balance,

@@ -61,10 +61,6 @@ class Dialect:
     """The line that stores an expression."""
     as_condition: Form
     as_number: Form
-    library: frozenset[int] = frozenset()
-    """Operations whose last digit depends on who computes them."""
-    library_literal: str = "{}"
-    """How to write a literal argument of those, so that none is computed before the program runs."""
 
 
 class _Text(NamedTuple):
@@ -146,8 +142,6 @@ def _operation(statement: Operate, body: Body, values: Sequence[_Text], dialect:
             parts.append(value.text)
         else:
             parts.append(_fit(value, need, condition, dialect))
-    if code in dialect.library and all(isinstance(body[a], Literal) for a in operands):
-        parts = [dialect.library_literal.format(part) for part in parts]
     if code <= SUB and parts[1][0] == "-" and isinstance(body[operands[1]], Literal):
         # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
         template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]

@@ -20,7 +20,7 @@ from ..program import Program, ProgramFunction
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store
 from ..program.names import identifiers
 from . import scalar_functions, standalone
-from .c import sentence
+from .c import sentence, used_tables
 from .expressions import Dialect, lines
 from .literal import Form as LiteralForm
 from .literal import constant
@@ -96,7 +96,7 @@ class _File:
         for f in self.used:
             if f.own:
                 yield inspect.getsource(getattr(scalar_functions, f.name)) + "\n"
-        for i, table in enumerate(program.tables):
+        for i, table in used_tables(program):
             yield f"TABLE_{i} = ("
             for row in (table.points, table.values, table.slopes):
                 yield f"    {row!r},"
@@ -228,8 +228,9 @@ def _table(name: str, entries: Sequence[Entry], *, nominal: bool = False) -> Ite
 def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
     yield "# what an experiment's function returns: first its options, then the values of its settings"
     yield "EXPERIMENTS = {"
+    unnamed = "" if any(e.name == "default" for e in experiments) else "default"
     for e in experiments:
-        yield f"    {_string(e.name or 'default')}: {{"
+        yield f"    {_string(e.name or unnamed)}: {{"
         yield f'        "function": {e.function},'
         yield f'        "options": {json.dumps(e.options)},'
         yield f'        "settings": [{", ".join(map(_place, e.settings))}],'

@@ -46,7 +46,7 @@ def _careful(name: str) -> Callable[..., Any]:
             value = function(*arguments)
         except (ArithmeticError, ValueError):
             value = fallback(*arguments)
-        return value if name in CONDITIONS else np.float64(value)
+        return np.bool_(value) if name in CONDITIONS else np.float64(value)
 
     return evaluate
 

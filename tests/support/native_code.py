@@ -18,10 +18,11 @@ from mechc.compiler.equations.model import Equations
 from mechc.compiler.program import Program, lower, verify
 from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
 from mechc.compiler.targets.python import load_python
+from mechc.runtime.build import model_flags
 
 KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
-REPRODUCIBLE = ("-O1", "-fno-math-errno", "-ffp-contract=off")
+REPRODUCIBLE = model_flags(reproducible=True)
 
 Floats = NDArray[np.float64]
 
