@@ -74,6 +74,16 @@ class Assertion:
 
 
 @dataclass(frozen=True, slots=True)
+class Constraint:
+    """One scalar row; ``level`` is position or velocity."""
+
+    name: str
+    level: str
+    unit: str
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
@@ -99,6 +109,8 @@ class Problem:
     rotations: tuple[int, ...]
     assertions: tuple[Assertion, ...]
     experiments: tuple[Experiment, ...]
+    constraints: tuple[Constraint, ...] = ()
+    """Independent rows, those of positions first."""
     conserved: tuple[int, ...] = ()
     """Indices of outputs that are constant along every motion (momenta of cyclic coordinates, energy)."""
     energy_balance: tuple[int, ...] = ()

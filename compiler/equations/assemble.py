@@ -12,16 +12,19 @@ from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
-from .model import AssertionText, Equations, Function, ParameterRule
+from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .outputs import OutputList, list_outputs
 from .solve import Solved, check_inputs, solve_system
 
 
-def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = False) -> Equations:
+def assemble(
+    system: MechanicalSystem, reporter: Reporter, *, implicit: bool = False, momenta: bool = False
+) -> Equations:
     """Return the equations of a model; report what makes them undetermined.
 
-    ``implicit`` adds the Jacobian of the right-hand side, which implicit methods need.
+    ``implicit`` adds the Jacobian of the right-hand side, which implicit methods need; ``momenta`` the functions
+    on which the structure-preserving methods for constrained models work.
     """
     solved = solve_system(system, reporter)
     reporter.stop_on_errors()
@@ -32,6 +35,8 @@ def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = F
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
+    if momenta:
+        functions = (*functions, *_momentum_functions(system, solved))
     if implicit:
         derivatives, pattern = _jacobian(system, layout, functions)
         functions = (*functions, derivatives)
@@ -62,6 +67,8 @@ def assemble(system: MechanicalSystem, reporter: Reporter, *, implicit: bool = F
         conserved=listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
+        constraints=_constraint_entries(solved),
+        separable=_separable(system, layout, functions),
     )
 
 
@@ -117,6 +124,31 @@ def _functions(
     return tuple(functions)
 
 
+def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:
+    return tuple(
+        ConstraintEntry(
+            row.title,
+            "velocity" if row.position is None else "position",
+            row.constraint.units[row.component],
+            row.constraint.origin.span,
+        )
+        for row in solved.rows
+    )
+
+
+def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Function]) -> bool:
+    """Whether q' = v, there are no first-order states, and accelerations do not depend on velocities."""
+    rhs = next(f for f in functions if f.name == "rhs")
+    velocities = {s.node for s in system.v}
+    forces = rhs.outputs[layout.nq :]
+    return (
+        layout.nx == 0
+        and not system.rotations
+        and not layout.constrained
+        and not velocities.intersection(system.graph.support(*forces))
+    )
+
+
 def _jacobian(
     system: MechanicalSystem, layout: Layout, functions: Sequence[Function]
 ) -> tuple[Function, tuple[tuple[int, int], ...]]:
@@ -152,11 +184,42 @@ def _projections(
             resolve([*found.velocity, *found.velocity_residuals]),
         ),
         Function(
+            "constraints",
+            "residuals of the position constraints, then K v + b",
+            resolve([*found.position_residuals, *found.velocity_residuals]),
+        ),
+        Function(
+            "constraint_jacobian",
+            "K, row by row",
+            resolve(_dense(system, found.velocity_residuals, [system.v[i].node for i in solved.free])),
+        ),
+        Function(
             "displace",
             "N(q) d: change of the coordinates, with the correction d in the place of v",
             resolve([system.qdot[k] for k in layout.q_indices]),
         ),
     ]
+
+
+def _momentum_functions(system: MechanicalSystem, solved: Solved) -> list[Function]:
+    """Return p = dL/dv, dL/dq + Q without the forces of constraints, and dp/dv."""
+    graph = system.graph
+    values = [p for p in solved.energies.momenta if p is not None]
+    velocities = [system.v[i].node for i in solved.free]
+    forces = [solved.energies.forces[i] for i in solved.free]
+    replace = solved.replace
+    forces = substitute(graph, forces, replace) if replace else forces
+    return [
+        Function("momentum", "dL/dv", tuple(values)),
+        Function("force", "dL/dq + Q, without the forces of constraints", tuple(forces)),
+        Function("mass", "d(dL/dv)/dv, row by row", tuple(_dense(system, values, velocities))),
+    ]
+
+
+def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) -> list[Node]:
+    """Return a Jacobian with its zeros, row by row."""
+    zero = system.graph.zero
+    return [row.get(j, zero) for row in jacobian(system.graph, rows, wrt) for j in range(len(wrt))]
 
 
 def _beginnings(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Beginning]:

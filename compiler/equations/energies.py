@@ -14,7 +14,7 @@ from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
 from ..graph.vector import matvec
 from ..mechanics.system import MechanicalSystem
-from .residual import projected
+from .residual import constraint_rates, projected
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Energies:
     """``kinetic`` T and ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv for each free v (None if driven).
 
     ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
-    ``cyclic``: indices of velocities whose momentum is constant along every motion.
+    ``forces``: dL/dq + Q for each v, without constraints. ``cyclic``: indices of velocities whose momentum is constant along every motion.
     """
 
     kinetic: Node
@@ -32,6 +32,7 @@ class Energies:
     supplied: Node
     dissipated: Node
     reason: str
+    forces: tuple[Node, ...]
     cyclic: tuple[int, ...]
 
 
@@ -58,6 +59,7 @@ def energies(
     if graph.equal_up_to_sign(total, plain_total):
         total = plain_total
     supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    forces, cyclic = _forces(system, lagrangian, free)
     all_momenta = dict(zip(free, momenta, strict=True))
     return Energies(
         kinetic,
@@ -67,7 +69,8 @@ def energies(
         supplied,
         dissipated,
         reason,
-        _cyclic(system, lagrangian, driven, free),
+        forces,
+        cyclic,
     )
 
 
@@ -141,24 +144,23 @@ def _replaced(system: MechanicalSystem, driven: Mapping[Node, Node], node: Node)
     return substitute(system.graph, [node], driven)[0] if driven else node
 
 
-def _cyclic(
-    system: MechanicalSystem, lagrangian: Node, driven: Mapping[Node, Node], free: Sequence[int]
-) -> tuple[int, ...]:
-    """Return the velocities whose momentum is constant: no force, no constraint, and dL/dq = 0 in the field."""
+def _forces(
+    system: MechanicalSystem, lagrangian: Node, free: Sequence[int]
+) -> tuple[tuple[Node, ...], tuple[int, ...]]:
+    """Return dL/dq + Q for each velocity, and the velocities whose momentum is constant.
+
+    Constant: no force, no constraint, and dL/dq = 0 in the field; a rotation has no momentum of its own kind.
+    """
     graph = system.graph
-    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
-    forces = projected(system, gradient)
     velocities = [s.node for s in system.v]
-    ones = [(rate, value) for e in system.efforts for rate, value in e.pairs]
-    ones += [(system.rate(c), graph.one) for rows in system.constraints for c in rows.residuals]
-    loads = vjp(graph, ones, velocities)
+    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
+    conservative = projected(system, gradient)
+    loads = vjp(graph, [pair for e in system.efforts for pair in e.pairs], velocities)
     friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
+    rates = [(c, graph.one) for rows in system.constraints for c in constraint_rates(system, rows)]
+    constrained = vjp(graph, rates, velocities)
     turning = {first + k for _, first in system.rotations for k in range(3)}
-    return tuple(
-        i
-        for i in free
-        if i not in turning
-        and graph.is_zero(forces[i])
-        and graph.is_zero(loads[i])
-        and graph.is_zero(friction[i])
-    )
+    parts = list(zip(conservative, loads, friction, constrained, strict=True))
+    forces = tuple(graph.sub(graph.add(c, load), f) for c, load, f, _ in parts)
+    cyclic = (i for i in free if i not in turning and all(graph.is_zero(x) for x in parts[i]))
+    return forces, tuple(cyclic)

@@ -36,6 +36,7 @@ class Layout:
     energy: str
     length: str
     dimensionless: bool
+    constrained: bool
 
     def entry(self, scalar: Scalar, kind: str, *, rate: bool = False) -> Entry:
         """Return the description of one number of a variable."""
@@ -85,6 +86,7 @@ def layout_of(system: MechanicalSystem, driven: Mapping[Node, Node], energies: E
         energy=joule,
         length="" if pure else "m",
         dimensionless=pure,
+        constrained=bool(system.constraints),
     )
 
 

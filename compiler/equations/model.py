@@ -103,6 +103,16 @@ class AssertionText:
 
 
 @dataclass(frozen=True, slots=True)
+class ConstraintEntry:
+    """One scalar row of the constraints that are kept; ``level`` is position or velocity."""
+
+    name: str
+    level: str
+    unit: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Equations:
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -134,3 +144,7 @@ class Equations:
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
     """(row, column) of each output of the function ``jacobian``."""
+    constraints: tuple[ConstraintEntry, ...] = ()
+    """Independent rows, those of positions first."""
+    separable: bool = False
+    """q' = v, no first-order states, and accelerations that do not depend on velocities."""

@@ -181,7 +181,7 @@ def _independent(
         numbers = evaluate(system.graph, list(fixed.values()), values)
         values |= dict(zip(fixed, numbers, strict=True))
     found = rank(system, rows, free, values, {})
-    kept = tuple(rows[i] for i in found.independent)
+    kept = tuple(sorted((rows[i] for i in found.independent), key=lambda row: row.position is None))
     dropped = [row for row in rows if row not in kept]
     for name in dict.fromkeys(row.constraint.name for row in dropped):
         count = sum(row.constraint.name == name for row in dropped)
