@@ -36,6 +36,9 @@ from .scope import Flattening, Poisoned, Scope
 DEEPEST = 60
 """Most levels of components within components."""
 
+MOST = 100_000
+"""Most components of a model."""
+
 _ROLES: dict[type[ast.Declaration], Role] = {
     ast.Parameter: Role.PARAMETER,
     ast.Coordinate: Role.COORDINATE,
@@ -55,6 +58,11 @@ def make_instance(
 ) -> Instance:
     """Return a new instance with its unconditional members; its statements are unrolled when needed."""
     depth = 0 if parent is None else parent.depth + 1
+    flattening.instances += 1
+    if flattening.instances > MOST:
+        raise flattening.reporter.fail(
+            "E0406", f"the model has more than {MOST} components", made_at, caption="the last was made here"
+        )
     instance = Instance(flattening, cls, path, parent, made_at, depth)
     for inherited in cls.inherited:
         scope = Scope(flattening, instance, inherited.namespace, level=inherited.level)
@@ -451,7 +459,7 @@ def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
     while at is not None and len(chain) < 5:
         chain.append(at.path.rpartition(".")[2] or at.model.name)
         at = at.parent
-    raise Scope(scope.flattening, None, scope.namespace).fail(
+    raise scope.flattening.reporter.fail(  # nothing else would end, so all stops here
         "E0406",
         f"components are nested more than {DEEPEST} deep",
         declaration.span,

@@ -80,7 +80,7 @@ class Flattening:
     independent: str = "time"
     time_type: Type = field(default_factory=lambda: types.real(types.TIME))
     space: Space = field(default_factory=Space)
-    structural: dict[str, Constant] = field(default_factory=dict)
+    instances: int = 0
     constants: dict[int, Literal] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
