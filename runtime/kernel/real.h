@@ -8,6 +8,8 @@
 
 #include "model.h"
 
+#include <math.h>
+
 #if defined(MECH_QUAD)
 #include <quadmath.h>
 #define MECH_C(literal) literal##Q
@@ -18,7 +20,6 @@
 #define mech_floor floorq
 #elif defined(MECH_LONG)
 #include <float.h>
-#include <math.h>
 #define MECH_C(literal) literal##L
 #define MECH_EPSILON LDBL_EPSILON
 #define mech_sqrt sqrtl
@@ -27,7 +28,6 @@
 #define mech_floor floorl
 #else
 #include <float.h>
-#include <math.h>
 #define MECH_C(literal) literal
 #define MECH_EPSILON DBL_EPSILON
 #define mech_sqrt sqrt
