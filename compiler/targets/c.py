@@ -16,24 +16,22 @@ from .c_forms import DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .expressions import lines
 from .literal import PI_DIGITS
 
-STRUCT_FUNCTIONS: Final = tuple(
-    [
-        "rhs",
-        "initial",
-        "inputs",
-        "discretes",
-        "outputs",
-        "assertions",
-        "jacobian",
-        "project_position",
-        "project_velocity",
-        "displace",
-        "momentum",
-        "force",
-        "mass",
-        "constraints",
-        "constraint_jacobian",
-    ]
+STRUCT_FUNCTIONS: Final = (
+    "rhs",
+    "initial",
+    "inputs",
+    "discretes",
+    "outputs",
+    "assertions",
+    "jacobian",
+    "project_position",
+    "project_velocity",
+    "displace",
+    "momentum",
+    "force",
+    "mass",
+    "constraints",
+    "constraint_jacobian",
 )
 """Functions that are fields of ``mech_model``; any other is exported under its own name."""
 

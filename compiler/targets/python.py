@@ -42,7 +42,11 @@ _RESERVED: Final = frozenset(
     )
 )
 
-_MARKER: Final = "# ---- copied from here\n"
+_COPIED: Final = "# ---- copied "
+"""Begins a part of the standalone source: ``from here`` to all modules, ``where`` to some."""
+
+_EVENT_FUNCTIONS: Final = ("indicators", "conditions", "row_values", "crossing_times")
+"""Only models with events have one of these."""
 
 
 def emit_python(program: Program) -> str:
@@ -120,7 +124,10 @@ class _File:
                 yield '    """The model has none."""'
                 yield "    return []\n\n"
         yield from _experiments(program.experiments)
-        yield inspect.getsource(standalone).split(_MARKER)[1].lstrip("\n").rstrip("\n")
+        for part in inspect.getsource(standalone).split(_COPIED)[1:]:
+            where, _, text = part.partition("\n")
+            if where == "from here" or program.constraints:
+                yield text.strip("\n") + "\n\n"
 
     def imports(self) -> Iterator[str]:
         names = sorted([f.name for f in self.used if not f.own] + (["pi"] if self.uses_pi else []))
@@ -208,6 +215,8 @@ def _tables(program: Program) -> Iterator[str]:
     yield from _table("DISCRETES", program.arrays["z"])
     yield from _table("OUTPUTS", program.arrays["out"])
     yield f"N_CONSTANTS = {program.n_hoisted}  # computed by parameters(), behind the parameters in p"
+    yield f"NQ, NV, N_CONSTRAINTS = {program.nq}, {program.nv}, {len(program.constraints)}"
+    yield f"EVENTS = {any(f.name in _EVENT_FUNCTIONS for f in program.functions)}"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
     yield from _strings("ASSERTIONS", [a.message for a in program.assertions])
     yield "\n"

@@ -21,6 +21,8 @@ PARAMETERS: list[tuple[str, str]] = []
 INPUTS: list[tuple[str, str]] = []
 OUTPUTS: list[tuple[str, str]] = []
 N_CONSTANTS = 0
+NQ = NV = N_CONSTRAINTS = 0
+EVENTS = False
 ROTATIONS: list[int] = []
 ASSERTIONS: list[str] = []
 EXPERIMENTS: dict[str, dict[str, Any]] = {}
@@ -33,6 +35,7 @@ def nothing(*arguments: Any) -> list[float]:
 
 
 parameters = rhs = initial = inputs = discretes = outputs = assertions = nothing
+project_position = project_velocity = displace = nothing
 
 # ---- copied from here
 
@@ -114,6 +117,8 @@ def simulate(
     ``values`` sets parameters, initial states and inputs by name, in SI units, and goes before the settings
     of the experiment (by default the first one); ``signals`` gives inputs as functions of time.
     """
+    if EVENTS:
+        raise RuntimeError("the model has events, which this module does not treat: use mechc run")
     plan = EXPERIMENTS[experiment] if experiment is not None else next(iter(EXPERIMENTS.values()), None)
     own = {PLACES[name]: float(value) for name, value in (values or {}).items()}
     chosen, options = dict(own), {}
@@ -147,6 +152,8 @@ def simulate(
     def accept(t: float, y: Any) -> Any:
         for i in ROTATIONS:
             y[i : i + 4] /= math.sqrt(sum(y[i : i + 4] ** 2))
+        if N_CONSTRAINTS:
+            _project(t, y, inputs_at(t), z, p)
         for holds, message in zip(hold(t, y.tolist(), inputs_at(t), z, p), ASSERTIONS, strict=True):
             if not holds > 0.5:
                 raise RuntimeError(f"at t = {t:g}: {message}")
@@ -161,6 +168,30 @@ def simulate(
     names = [name for name, _, _ in STATES] + [name for name, _ in OUTPUTS]
     table = np.hstack([np.array(states), np.array(rows).reshape(len(rows), -1)])
     return {"time": times, **dict(zip(names, table.T, strict=True))}
+
+
+# ---- copied where there are constraints
+
+
+def _project(t: float, y: Any, u: list[float], z: list[float], p: list[float]) -> None:
+    """Move y onto the constraints: coordinates by Newton's method in the mass metric, then velocities."""
+    nominal = np.array([size for *_, size in STATES])
+    for _ in range(11):
+        d = checked(project_position)(t, y.tolist(), u, z, p)[:NV]
+        change = np.array(checked(displace)(t, [*y[:NQ].tolist(), *d, *y[NQ + NV :].tolist()], u, z, p))
+        size = np.max(abs(change) / (nominal + abs(y))[:NQ], initial=0.0)
+        y[:NQ] += change
+        for i in ROTATIONS:
+            y[i : i + 4] /= math.sqrt(sum(y[i : i + 4] ** 2))
+        if size <= 2e-10:  # the error left is its square
+            break
+    else:
+        raise RuntimeError(f"at t = {t:g}: the constraints cannot be met")
+    for _ in range(2):
+        y[NQ : NQ + NV] += checked(project_velocity)(t, y.tolist(), u, z, p)[:NV]
+
+
+# ---- copied from here
 
 
 # J. R. Dormand, P. J. Prince, J. Comp. Appl. Math. 6 (1980) 19: fifth order, error of the embedded fourth
@@ -215,7 +246,7 @@ def _dormand_prince(
             if error <= 1.0:
                 t = end if step == end - t else t + step
                 y = accept(t, new)
-                k[0] = slope(t, y) if ROTATIONS else k[6]
+                k[0] = slope(t, y) if ROTATIONS or N_CONSTRAINTS else k[6]
                 # a step cut short by an output time says little about the next one
                 dt = max(dt, step * factor) if step < dt else step * factor
             else:

@@ -19,27 +19,13 @@ from mechc.compiler.program import Program, lower, verify
 from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
 from mechc.compiler.targets.python import load_python
 from mechc.runtime.build import model_flags
+from mechc.runtime.native import ModelStruct
 
 KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 REPRODUCIBLE = model_flags(reproducible=True)
 
 Floats = NDArray[np.float64]
-
-
-class _Model(ctypes.Structure):
-    """``mech_model`` of kernel/model.h."""
-
-    _fields_ = (
-        *((name, ctypes.c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
-        *((name, ctypes.c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
-        ("rotations", ctypes.POINTER(ctypes.c_int)),
-        ("n_jacobian", ctypes.c_int),
-        ("jac_row", ctypes.POINTER(ctypes.c_int)),
-        ("jac_col", ctypes.POINTER(ctypes.c_int)),
-        ("parameters", ctypes.c_void_p),
-        *((name, ctypes.c_void_p) for name in STRUCT_FUNCTIONS),
-    )
 
 
 def compiler() -> str:
@@ -86,7 +72,7 @@ class NativeModel:
         text = emit_c(program, chunk_size)
         self.library = ctypes.CDLL(str(compile_c(text, folder, name=name)))
         get = self.library.mech_model_get
-        get.restype = ctypes.POINTER(_Model)
+        get.restype = ctypes.POINTER(ModelStruct)
         self.model = get().contents
 
     def _address(self, name: str) -> int:

@@ -16,7 +16,14 @@ import pytest
 from sample_equations import chain, equations, pendulum
 from scipy.integrate import solve_ivp
 
-from mechc.compiler.equations.model import Entry, Equations, ExperimentPlan, Function, SettingTarget
+from mechc.compiler.equations.model import (
+    ConstraintEntry,
+    Entry,
+    Equations,
+    ExperimentPlan,
+    Function,
+    SettingTarget,
+)
 from mechc.compiler.graph import Graph
 from mechc.compiler.program import lower
 from mechc.compiler.targets.python import emit_python
@@ -193,3 +200,51 @@ def test_the_text_of_the_pendulum_reads_well() -> None:
     assert "    return [der_theta, (torque - der_theta * b - k0 * sin(theta)) / J]\n" in text
     assert '    ("theta", "rad", 1.0),  # from the vertical\n' in text
     assert "from math import cos, sin\n" in text
+
+
+def cartesian_pendulum(projected: bool) -> Equations:
+    """A point on a circle of radius 1 in x and y, with its multiplier solved by hand."""
+    g = Graph()
+    x, y, vx, vy = (g.symbol(n) for n in ("x", "y", "vx", "vy"))
+    gravity = g.constant(Fraction(981, 100))
+    square = g.add(g.mul(x, x), g.mul(y, y))
+    speed = g.add(g.mul(vx, vx), g.mul(vy, vy))
+    lam = g.div(g.sub(g.mul(gravity, y), speed), square)
+    phi = g.mul(g.half, g.sub(square, g.one))
+    rate = g.add(g.mul(x, vx), g.mul(y, vy))
+    back, slow = g.neg(g.div(phi, square)), g.neg(g.div(rate, square))
+    model = equations(
+        g,
+        [
+            Function("rhs", "", (vx, vy, g.mul(lam, x), g.sub(g.mul(lam, y), gravity))),
+            Function(
+                "initial", "", (g.constant(Fraction(8, 10)), g.constant(Fraction(-1, 2)), g.zero, g.zero)
+            ),
+            Function("project_position", "", (g.mul(back, x), g.mul(back, y), phi)),
+            Function("project_velocity", "", (g.mul(slow, x), g.mul(slow, y), rate)),
+            Function("displace", "", (vx, vy)),
+        ],
+        states=[
+            (s, Entry(n, "coordinate", "")) for s, n in ((x, "x"), (y, "y"), (vx, "der(x)"), (vy, "der(y)"))
+        ],
+        nv=2,
+    )
+    return replace(model, constraints=(ConstraintEntry("circle", "position", "m^2"),)) if projected else model
+
+
+@pytest.mark.parametrize("projected", [True, False])
+def test_constraints_are_met_by_projection(projected: bool) -> None:
+    motion = module(cartesian_pendulum(projected)).simulate(5.0, 1e-5)
+    drift = np.abs(np.hypot(motion["x"], motion["y"]) - 1.0)
+    across = np.abs(motion["x"] * motion["der(x)"] + motion["y"] * motion["der(y)"])
+    if projected:
+        assert max(drift.max(), across.max()) < 1e-13
+    else:
+        assert drift.max() > 1e-6
+
+
+def test_models_with_events_are_refused() -> None:
+    model = oscillator()
+    with_event = replace(model, functions=(*model.functions, Function("indicators", "", (model.graph.one,))))
+    with pytest.raises(RuntimeError, match="the model has events"):
+        module(with_event).simulate(1.0)
