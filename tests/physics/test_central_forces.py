@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import kepler_orbit
-from gallery import DATA, Array, Case, Formula, at, check, references, run, upward_crossings
+from gallery import DATA, Case, Formula, at, check, references, run, upward_crossings
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
 from scipy.special import ellipk
 

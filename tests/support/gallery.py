@@ -115,7 +115,7 @@ def references(name: str) -> list[dict[str, Any]]:
     the reference.
     """
     points = json.loads((DATA / f"{name}.json").read_text(encoding="utf-8"))["references"]
-    digits = [point.get("digits_heyoka256_vs_heyoka230", 0.0) for point in points]
+    digits = [point.get("digits_heyoka256_vs_heyoka230", point.get("digits", 0.0)) for point in points]
     return [
         {
             "growth": 10 ** max(0.0, max(digits) - digit),
