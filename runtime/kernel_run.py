@@ -127,7 +127,7 @@ def _failure(
             return assertion_failed(problem, report.failed_index, report.t, y)
         case native.RUNNING if max_steps is not None and report.steps >= max_steps:
             state = {q.name: float(v) for q, v in zip(problem.states, y, strict=True)}
-            message = f"{max_steps} steps were taken at {time_text(report.t)}, more are not allowed"
+            message = f"{max_steps} steps were taken at {time_text(problem, report.t)}, more are not allowed"
             return Failure("too many steps", report.t, "", message, None, state)
         case _:
             return None

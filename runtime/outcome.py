@@ -40,8 +40,9 @@ class Failure:
     state: Mapping[str, float]
 
 
-def time_text(time: float) -> str:
-    return f"t = {time:.10g} s"
+def time_text(problem: Problem, time: float) -> str:
+    unit = f" {problem.time.unit}" if problem.time.unit else ""
+    return f"t = {time:.10g}{unit}"
 
 
 def derivative_text(problem: Problem, index: int) -> str:
@@ -64,7 +65,7 @@ def state_at(problem: Problem, y: Array) -> dict[str, float]:
 
 
 def not_finite(problem: Problem, index: int, value: float, time: float, y: Array) -> Failure:
-    message = f"{derivative_text(problem, index)} is {value_text(value)} at {time_text(time)}"
+    message = f"{derivative_text(problem, index)} is {value_text(value)} at {time_text(problem, time)}"
     quantity = problem.states[index]
     return Failure("not finite", time, quantity.name, message, quantity.origin, state_at(problem, y))
 
@@ -72,7 +73,7 @@ def not_finite(problem: Problem, index: int, value: float, time: float, y: Array
 def step_too_small(problem: Problem, index: int, time: float, y: Array) -> Failure:
     quantity = problem.states[index]
     message = (
-        f"the step became too small at {time_text(time)}: the motion is singular there, "
+        f"the step became too small at {time_text(problem, time)}: the motion is singular there, "
         f"or the tolerance is below what rounding allows; '{quantity.name}' changes fastest"
     )
     return Failure("step too small", time, quantity.name, message, quantity.origin, state_at(problem, y))
@@ -80,5 +81,5 @@ def step_too_small(problem: Problem, index: int, time: float, y: Array) -> Failu
 
 def assertion_failed(problem: Problem, index: int, time: float, y: Array) -> Failure:
     assertion = problem.assertions[index]
-    message = f"assertion failed at {time_text(time)}: {assertion.message}"
+    message = f"assertion failed at {time_text(problem, time)}: {assertion.message}"
     return Failure("assertion", time, "", message, assertion.origin, state_at(problem, y))

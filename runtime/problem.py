@@ -32,7 +32,8 @@ class Origin:
 @dataclass(frozen=True, slots=True)
 class Quantity:
     """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete,
-    output, energy, momentum. ``unit`` is SI; ``nominal`` None where the model gives none."""
+    output, energy, momentum. ``unit`` is SI; ``nominal`` None where the model gives none.
+    ``interpolation``, of an input that is given as a table: linear, step or spline."""
 
     name: str
     kind: str
@@ -43,6 +44,7 @@ class Quantity:
     maximum: float | None = None
     doc: str = ""
     origin: Origin | None = None
+    interpolation: str = "linear"
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ Display = Callable[[str, str], tuple[str, float]]
 class Results(Mapping[str, Array]):
     """``results["theta"]`` is an array along ``results.time``; SI throughout.
 
-    ``report`` is what the run said of itself (``Solution.summary``), where it is known.
+    ``units`` has an entry for each name, and for "time". ``report`` is what the run said of itself (``Solution.summary``), where it is known.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class Results(Mapping[str, Array]):
 
     def unit(self, name: str) -> str:
         """Give the SI unit of a quantity, "" for a pure number."""
-        return "s" if name == "time" else self._units[name]
+        return self._units[name]
 
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
         """Interpolate everything at ``time`` (a number or an array) by cubic splines through the points.
@@ -65,7 +65,7 @@ class Results(Mapping[str, Array]):
     def _inside(self, time: float | Sequence[float] | Array) -> Array:
         at = np.asarray(time, dtype=np.float64)
         if at.size and not (at.min() >= self.time[0] and at.max() <= self.time[-1]):
-            raise ValueError(f"results reach from {self.time[0]:g} s to {self.time[-1]:g} s")
+            raise ValueError(f"results reach from time {self.time[0]:g} to {self.time[-1]:g}")
         return at
 
     def columns(

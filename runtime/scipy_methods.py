@@ -181,7 +181,7 @@ def _step(system: _System, solver: Any) -> Failure | None:
 
 def _too_many(problem: Problem, system: _System, max_steps: int, t: float, y: Array) -> Failure:
     state = dict(zip((q.name for q in problem.states), system.normalised(y).tolist(), strict=True))
-    message = f"{max_steps} steps were taken at {time_text(t)}, more are not allowed"
+    message = f"{max_steps} steps were taken at {time_text(problem, t)}, more are not allowed"
     return Failure("too many steps", t, "", message, None, state)
 
 

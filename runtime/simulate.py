@@ -133,7 +133,7 @@ def _solve(plan: _Plan) -> Solution:
     problem, functions, case, options = plan.problem, plan.functions, plan.case, plan.options
     share = MAIN_SHARE if options.estimate_error else 1.0
     main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
-    outcome, message = _outcome(main)
+    outcome, message = _outcome(problem, main)
     error, remark = None, "no companion run was asked for"
     if options.estimate_error and outcome is Outcome.COMPLETED:
         error, remark, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
@@ -162,7 +162,7 @@ def _solve(plan: _Plan) -> Solution:
         failure=main.failure,
         statistics=main.statistics,
         accuracy=Accuracy(error, energy_drift(problem, outputs), conserved_drifts(problem, outputs), remark),
-        remarks=_remarks(main),
+        remarks=_remarks(problem, main),
     )
 
 
@@ -212,8 +212,8 @@ def _estimate(
     return estimate, "", False
 
 
-def _outcome(main: Trajectory) -> tuple[Outcome, str]:
-    at = time_text(float(main.t[-1])) if main.t.size else "the start"
+def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
+    at = time_text(problem, float(main.t[-1])) if main.t.size else "the start"
     if main.failure is not None:
         return Outcome.FAILED, main.failure.message
     if main.interrupted:
@@ -221,11 +221,11 @@ def _outcome(main: Trajectory) -> tuple[Outcome, str]:
     return Outcome.COMPLETED, f"completed at {at}"
 
 
-def _remarks(main: Trajectory) -> tuple[str, ...]:
+def _remarks(problem: Problem, main: Trajectory) -> tuple[str, ...]:
     if main.statistics.stiff_time is None:
         return ()
     return (
-        f"the problem is stiff since {time_text(main.statistics.stiff_time)}: an implicit method would be faster",
+        f"the problem is stiff since {time_text(problem, main.statistics.stiff_time)}: an implicit method would be faster",
     )
 
 

