@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -38,6 +38,8 @@ class ErrorEstimate:
     by_state: Mapping[str, float]
     by_state_at_end: Mapping[str, float]
     tolerance: float
+    nominal: Mapping[str, float] = field(default_factory=dict)
+    """The sizes that the errors are measured against, by state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,6 +84,7 @@ def compare(
         by_state=dict(zip(names, largest.tolist(), strict=True)),
         by_state_at_end=dict(zip(names, error[-1].tolist(), strict=True)),
         tolerance=tolerance,
+        nominal=dict(zip(names, nominal.tolist(), strict=True)),
     )
 
 
