@@ -4,8 +4,8 @@
 #include "clock.h"
 #include "method.h"
 
-/* Steps in a row, but for a few, after which a model counts as stiff. */
-enum { STIFF_HITS = 15 };
+/* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
+enum { STIFF_HITS = 15, CALM_HITS = 25 };
 
 static int fail(mech_solver *s, int status, int index)
 {
@@ -132,6 +132,12 @@ static mech_real control(const mech_solver *s, mech_real error)
     return mech_min(m->factor_max, mech_max(m->factor_min, factor));
 }
 
+static void watch_calm(mech_solver *s, mech_real h)
+{
+    mech_run *run = s->run;
+    run->calm_hits = s->method->stiffness(s, h) < s->method->stiffness_bound ? run->calm_hits + 1 : 0;
+}
+
 static void watch_stiffness(mech_solver *s, mech_real h)
 {
     mech_run *run = s->run;
@@ -167,7 +173,16 @@ static int accept(mech_solver *s, mech_real t_new, mech_real h)
     mech_report *r = &run->report;
     const size_t bytes = (size_t)s->ny * sizeof(mech_real);
     r->steps++;
-    if (s->method->stiffness) watch_stiffness(s, h);
+    const mech_method *other = NULL;
+    if (s->chosen->implicit_part == s->method) {
+        watch_calm(s, h);
+        if (run->calm_hits >= CALM_HITS) other = s->chosen->explicit_part;
+    } else if (s->method->stiffness && !s->method->lacks) {
+        watch_stiffness(s, h);
+        if (run->stiff_hits >= STIFF_HITS && s->method != s->chosen &&
+            !s->chosen->implicit_part->lacks(s->model))
+            other = s->chosen->implicit_part;
+    }
     if (s->o.record_capacity || (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new))
         s->method->dense(s, h);
     if (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new) write_grid(s, t_new, h);
@@ -178,9 +193,7 @@ static int accept(mech_solver *s, mech_real t_new, mech_real h)
     memcpy(s->y, s->y_new, bytes);
     memcpy(s->dy, s->dy_new, bytes);
     run->after_rejection = 0;
-    if (run->stiff_hits >= STIFF_HITS && s->method == s->chosen->explicit_part &&
-        !s->chosen->implicit_part->lacks(s->model))
-        change_method(s, s->chosen->implicit_part);
+    if (other) change_method(s, other);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
         int status = enter_pieces(s);
         if (status) return status;

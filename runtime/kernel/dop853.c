@@ -83,7 +83,7 @@ static mech_real attempt_any(mech_solver *s, mech_real h)
 
 /* The last stage and the new state are two nearby points at t + h: the ratio of the differences of derivative
    and state bounds the dominant eigenvalue from below. */
-static mech_real stiffness(const mech_solver *s, mech_real h)
+static mech_real stiffness(mech_solver *s, mech_real h)
 {
     const int n = s->ny;
     const mech_real *k12 = s->work + 10 * n, *ys = s->work + 11 * n;

@@ -33,8 +33,8 @@ typedef struct mech_method {
     /* Factor of the next step after one over h with this error. NULL: PI control. */
     mech_real (*control)(mech_solver *s, mech_real h, mech_real error);
     /* After acceptance, with dy_new known: |h lambda| as the step saw it, or 0. NULL: none. */
-    mech_real (*stiffness)(const mech_solver *s, mech_real h);
-    mech_real stiffness_bound;
+    mech_real (*stiffness)(mech_solver *s, mech_real h);
+    mech_real stiffness_bound; /* above it for long: stiff; of an implicit method: below it for long, calm */
     /* After acceptance: fills dense[n_dense][ny]. */
     void (*dense)(mech_solver *s, mech_real h);
 
@@ -43,7 +43,7 @@ typedef struct mech_method {
 } mech_method;
 
 extern const mech_method mech_rk4, mech_dop853, mech_radau5;
-extern const mech_method mech_gauss2, mech_gauss4, mech_gauss6, mech_gauss8, mech_verlet;
+extern const mech_method mech_gauss2, mech_gauss4, mech_gauss6, mech_gauss8, mech_verlet, mech_auto;
 
 extern const mech_method *const mech_methods[];
 extern const int mech_n_methods;

@@ -5,8 +5,9 @@
  * authors' program RADAU5. Coefficients computed from the nodes with 60 digits.
  *
  * The error is estimated with order 3 while the solution has order 5; so the bound for the estimate is
- * 0.1 tol^(2/3), as in RADAU5. The dense output is the collocation polynomial plus the term of degree 4 that the
- * estimate knows: (I - h gamma J)^-1 (h f(y) - p'(0)), which is bounded where h J is not.
+ * 0.1 tol^(2/3), as in RADAU5. The dense output has the derivatives of the stages and, at the beginning, that of
+ * the collocation polynomial p plus (I - h gamma J)^-1 (f(y) - p'): f(y) itself, for order 4 in place of 3, but
+ * bounded where h J is not.
  */
 #include "newton.h"
 
@@ -62,7 +63,7 @@ typedef struct radau {
 } radau;
 
 typedef struct arrays {
-    mech_real *f, *z, *w, *d, *poly, *scale, *error, *at;
+    mech_real *f, *z, *w, *d, *poly, *scale, *error, *at, *dominant;
 } arrays;
 
 static arrays arrays_of(const mech_solver *s)
@@ -70,7 +71,7 @@ static arrays arrays_of(const mech_solver *s)
     const int n = s->ny;
     mech_real *k = s->work;
     return (arrays){.f = k, .z = k + 3 * n, .w = k + 6 * n, .d = k + 9 * n, .poly = k + 12 * n, .scale = k + 15 * n,
-                    .error = k + 16 * n, .at = k + 17 * n};
+                    .error = k + 16 * n, .at = k + 17 * n, .dominant = k + 18 * n};
 }
 
 static size_t header(void) { return (sizeof(radau) + sizeof(mech_real) - 1) / sizeof(mech_real); }
@@ -82,7 +83,11 @@ static int lacks(const mech_model *model) { return model->jacobian ? MECH_RUNNIN
 static void begin(mech_solver *s, int fresh)
 {
     radau *r = (radau *)mech_extra(s);
-    if (fresh) mech_newton_prepare(&r->newton, s->model, &SPECTRUM, mech_extra(s) + header());
+    if (fresh) {
+        mech_newton_prepare(&r->newton, s->model, &SPECTRUM, mech_extra(s) + header());
+        const arrays k = arrays_of(s);
+        for (int i = 0; i < s->ny; i++) k.dominant[i] = s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]);
+    }
     r->has_jacobian = r->jacobian_is_here = 0;
     r->theta = r->eta = 1;
     r->h_old = 0;
@@ -260,6 +265,31 @@ static mech_real control(mech_solver *s, mech_real h, mech_real error)
     return r->theta <= FAST && factor >= 1 && factor <= SAME_STEP ? 1 : factor;
 }
 
+/* |h lambda| of the largest eigenvalue, by two steps of the power method each time: two, as it may be one of a
+   pair of complex ones. */
+static mech_real stiffness(mech_solver *s, mech_real h)
+{
+    const radau *r = (const radau *)mech_extra(s);
+    const arrays k = arrays_of(s);
+    const mech_model *m = s->model;
+    const int n = s->ny;
+    mech_real *x = k.dominant, *image = k.d, before = 0, after = 0;
+    for (int i = 0; i < n; i++) before += x[i] * k.scale[i] * x[i] * k.scale[i];
+    for (int l = 0; l < 2; l++) {
+        for (int i = 0; i < n; i++) image[i] = 0;
+        for (int e = 0; e < m->n_jacobian; e++) image[m->jac_row[e]] += r->newton.jacobian[e] * x[m->jac_col[e]];
+        for (int i = 0; i < n; i++) x[i] = image[i];
+    }
+    for (int i = 0; i < n; i++) after += x[i] * k.scale[i] * x[i] * k.scale[i];
+    if (!(after > 0) || !mech_finite(after) || !(before > 0)) {
+        for (int i = 0; i < n; i++) x[i] = 1 / k.scale[i]; /* begin anew */
+        return before > 0 ? 0 : s->method->stiffness_bound;
+    }
+    const mech_real inverse = 1 / mech_sqrt(after);
+    for (int i = 0; i < n; i++) x[i] *= inverse;
+    return h * mech_sqrt(mech_sqrt(after / before));
+}
+
 static void dense(mech_solver *s, mech_real h)
 {
     (void)h; /* the stages hold it */
@@ -273,8 +303,8 @@ static void dense(mech_solver *s, mech_real h)
         c[i] = s->y[i];
         c[n + i] = s->y_new[i] - s->y[i];
         c[2 * n + i] = a1 - slope * C1 + e;
-        c[3 * n + i] = slope + 2 * e;
-        c[4 * n + i] = -10 * e;
+        c[3 * n + i] = slope - e;
+        c[4 * n + i] = -MECH_C(2.5) * e;
     }
 }
 
@@ -284,7 +314,7 @@ const mech_method mech_radau5 = {
     .order = 5,
     .adaptive = 1,
     .n_stages = 3,
-    .n_work = 18,
+    .n_work = 19,
     .n_dense = 5,
     .error_order = 4,
     .factor_min = MECH_C(0.125),
@@ -294,5 +324,7 @@ const mech_method mech_radau5 = {
     .begin = begin,
     .attempt = attempt,
     .control = control,
+    .stiffness = stiffness,
+    .stiffness_bound = 2, /* an explicit method takes such steps, too */
     .dense = dense,
 };
