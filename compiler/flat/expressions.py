@@ -200,4 +200,5 @@ def _previous(scope: Scope, node: ast.Previous) -> Expression:
         )
     if operand.type.kind not in (*types.NUMERIC, Kind.BOOLEAN):
         raise scope.fail("E0308", f"{types.describe(operand.type)} has no earlier value", node.span)
-    return Previous(type=types.numeric(operand.type), span=node.span, operand=operand)
+    type = types.numeric(operand.type) if operand.type.kind is Kind.POINT else operand.type
+    return Previous(type=type, span=node.span, operand=operand)

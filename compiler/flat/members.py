@@ -72,6 +72,7 @@ def _resolve_variable(member: VariableMember) -> None:
     declaration, scope = member.declaration, member.scope
     if declaration.type:
         member.type = _declared(declaration, scope)
+        _check_kind(member, member.type, declaration.name_span)
     elif member.role in (Role.COORDINATE, Role.STATE) or _default(declaration) is not None:
         member.type = _inferred(member)
     else:
@@ -139,16 +140,26 @@ def _inferred(member: VariableMember) -> Type:
                 declaration.name_span,
             )
         type = types.with_shape(type, shape)
-    allowed = (Kind.REAL, Kind.ROTATION) if member.role in (Role.COORDINATE, Role.STATE) else None
-    if type.kind in (Kind.FRAME, Kind.POSE) or (allowed and type.kind not in allowed):
-        raise scope.fail(
-            "E0303",
-            f"'{declaration.name}' cannot be {types.describe(type)}",
-            default.span,
-            caption=f"this is {types.describe(type)}",
-            help="a frame is declared by 'frame'" if type.kind in (Kind.FRAME, Kind.POSE) else "",
-        )
+    _check_kind(member, type, default.span)
     return type
+
+
+_KINDS = {Role.COORDINATE: (Kind.REAL, Kind.ROTATION), Role.STATE: (Kind.REAL,)}
+_VALUES = (Kind.REAL, Kind.INTEGER, Kind.BOOLEAN, Kind.STRING)
+
+
+def _check_kind(member: VariableMember, type: Type, span: Span) -> None:
+    """Refuse coordinates that are whole numbers, parameters that are frames, and the like."""
+    if type.kind in _KINDS.get(member.role, _VALUES):
+        return
+    given = types.describe(type)
+    raise member.scope.fail(
+        "E0303",
+        f"{ROLE_WORDS[member.role]} cannot be {given}",
+        span,
+        caption=f"this is {given}",
+        help="a frame is declared by 'frame'" if type.kind in (Kind.FRAME, Kind.POSE) else "",
+    )
 
 
 def _widened(type: Type) -> Type:

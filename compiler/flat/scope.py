@@ -33,6 +33,7 @@ class Space:
     size: int = 0
     span: Span | None = None
     word: str = ""
+    mixed: bool = False
 
     def require(self, size: int, scope: Scope, span: Span, word: str) -> None:
         """State that ``word`` at ``span`` belongs to ``size`` dimensions."""
@@ -42,7 +43,7 @@ class Space:
             self.size, self.span, self.word = size, span, word
             return
         labels = (Label(self.span, f"{self.word}: {_PLACES[self.size]}"),) if self.span else ()
-        raise scope.fail(
+        error = scope.fail(
             "E0306",
             "the plane and space cannot be mixed",
             span,
@@ -50,6 +51,8 @@ class Space:
             labels=labels,
             help="use one of mech.planar and mech.spatial, and vectors of one length",
         )
+        self.mixed = True  # what follows from it is not reported
+        raise error
 
     def known(self, scope: Scope, span: Span) -> int:
         """Return 2 or 3; an error where nothing in the model tells."""
@@ -100,7 +103,8 @@ class Flattening:
     ) -> None:
         """Record an error once for each place, however many instances share it."""
         key = (code, span.file.name, span.start)
-        if key in self._reported:
+        follows = self.space.mixed and code in ("E0305", "E0306")
+        if key in self._reported or follows:
             return
         self._reported.add(key)
         self.reporter.error(code, message, span, caption=caption, labels=(*labels, *scope.trail()), help=help)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -17,7 +18,11 @@ Given = Fraction | int | float | bool | str
 
 
 def flat(
-    source: str, *, model: str | None = None, structural: Mapping[str, Given] | None = None, folder: Path | None = None
+    source: str,
+    *,
+    model: str | None = None,
+    structural: Mapping[str, Given] | None = None,
+    folder: Path | None = None,
 ) -> FlatModel:
     """Flatten a text that has no errors; it stands in the file ``model.mech`` of ``folder``."""
     reporter = Reporter()
@@ -26,15 +31,17 @@ def flat(
 
 
 def said(
-    source: str, *, model: str | None = None, structural: Mapping[str, Given] | None = None, folder: Path | None = None
+    source: str,
+    *,
+    model: str | None = None,
+    structural: Mapping[str, Given] | None = None,
+    folder: Path | None = None,
 ) -> tuple[Diagnostic, ...]:
     """Return everything that is said about a text."""
     reporter = Reporter()
     name = "model.mech" if folder is None else str(folder / "model.mech")
-    try:
+    with contextlib.suppress(CompileError):
         flatten(parse(SourceFile(name, source), reporter), reporter, model=model, structural=structural)
-    except CompileError:
-        pass
     return reporter.diagnostics
 
 

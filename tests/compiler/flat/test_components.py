@@ -125,7 +125,9 @@ def test_a_condition_leaves_a_component_out() -> None:
     assert [v.name for v in flat(text.replace("MORE", "")).variables if v.name.endswith("x")] == ["p.x"]
     two = flat(text.replace("MORE", "output s = if two then q.x else 0;"), structural={"two": True})
     assert value(definition(two, "s").value) == "q.x"
-    assert value(definition(flat(text.replace("MORE", "output s = if two then q.x else 0;")), "s").value) == "0"
+    assert (
+        value(definition(flat(text.replace("MORE", "output s = if two then q.x else 0;")), "s").value) == "0"
+    )
     assert codes(text.replace("MORE", "output s = q.x;")) == ["E0216"]
 
 

@@ -1,0 +1,147 @@
+"""Experiments: settings, options, sweeps, structural parameters."""
+
+from __future__ import annotations
+
+import pytest
+from flat_models import codes, flat, number, said, value
+
+MODEL = """
+model Part
+  parameter k = 1 N/m;
+  coordinate Angle angle = 0;
+  kinetic 1/2*1 kg.m^2*der(angle)^2;
+end Part;
+
+model M
+  structural parameter Integer n = 2;
+  structural parameter Boolean closed = false;
+  parameter m = 1 kg;
+  parameter Length l[2] = 1 m;
+  input Force u = 0;
+  state Force f = 0;
+  coordinate x = 0 m;
+  let twice = 2*m;
+  kinetic 1/2*m*der(x)^2;
+  equation der(f) = (u - f)/1 s;
+  Part part[2];
+  EXPERIMENT
+end M;
+"""
+
+
+def with_experiment(settings: str) -> str:
+    return MODEL.replace("EXPERIMENT", f"experiment({settings});")
+
+
+def test_options_and_settings_are_told_apart() -> None:
+    (experiment,) = flat(
+        with_experiment(
+            'stop = 10 s, every = 1/3*1 s, tolerance = 1e-9, method = "rk4", record = der(x), m = 2 kg, x ~ 1 m, '
+            "der(x) = 2 m/s, part[2].angle = 30 deg, l[1] = 3 m, u = 1 N*sin(time/1 s), f = 1 N"
+        )
+    ).experiments
+    assert number(experiment.options["stop"]) == 10 and number(experiment.options["every"]) == pytest.approx(
+        1 / 3
+    )
+    assert value(experiment.options["method"]) == '"rk4"' and value(experiment.options["record"]) == "der(x)"
+    found = [(s.target, s.indices, s.rate, s.guess, value(s.value)) for s in experiment.settings]
+    assert [f[:4] for f in found] == [
+        ("m", (), False, False),
+        ("x", (), False, True),
+        ("x", (), True, False),
+        ("part[2].angle", (), False, False),
+        ("l", (0,), False, False),
+        ("u", (), False, False),
+        ("f", (), False, False),
+    ]
+    assert found[5][4] == "sin(time/1)" or found[5][4] == "1*sin(time/1)"
+
+
+def test_values_see_the_model() -> None:
+    (experiment,) = flat(with_experiment("m = 3 kg, x = 2 m*m/1 kg, stop = 1 s")).experiments
+    assert value(experiment.settings[1].value) == "2*m/1"
+
+
+def test_slices_are_set_element_by_element() -> None:
+    (experiment,) = flat(with_experiment("part.angle = {1, 2} rad, stop = 1 s")).experiments
+    assert [(s.target, value(s.value)) for s in experiment.settings] == [
+        ("part[1].angle", "1"),
+        ("part[2].angle", "2"),
+    ]
+
+
+def test_structural_parameters() -> None:
+    (experiment,) = flat(with_experiment("n = 5, closed = true, stop = 1 s")).experiments
+    assert experiment.structural == {"n": 5, "closed": True}
+    assert flat(MODEL.replace("EXPERIMENT", ""), structural={"n": 7}).structural == {"n": 7, "closed": False}
+
+
+@pytest.mark.parametrize("given", [{"nn": 3}, {"m": 3}])
+def test_unknown_structural_values(given: dict[str, int]) -> None:
+    assert [d.code for d in said(MODEL.replace("EXPERIMENT", ""), structural=given)] == ["E0801"]
+
+
+@pytest.mark.parametrize("given", [{"n": 2.5}, {"n": True}, {"n": "2"}, {"closed": 1}])
+def test_structural_values_of_another_type(given: dict[str, int | float | bool | str]) -> None:
+    assert [d.code for d in said(MODEL.replace("EXPERIMENT", ""), structural=given)] == ["E0303"]
+
+
+def test_sweeps() -> None:
+    (experiment,) = flat(
+        with_experiment("m in linspace(1 kg, 2 kg, 3), x in {1, 2} cm, n in {2*i for i in 1:3}, stop = 1 s")
+    ).experiments
+    assert [(s.target, s.structural, [number(v) for v in s.values]) for s in experiment.sweeps] == [
+        ("m", False, [1, 1.5, 2]),
+        ("x", False, [0.01, 0.02]),
+        ("n", True, [2, 4, 6]),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("settings", "code"),
+    [
+        ("stopp = 1 s", "E0801"),
+        ("y = 1 m", "E0801"),
+        ("part[3].angle = 1 rad", "E0314"),
+        ("part[1].agle = 1 rad", "E0202"),
+        ("twice = 1 kg", "E0802"),
+        ("2*m = 1 kg", "E0127"),
+        ("der(m) = 1 kg/s", "E0802"),
+        ("der(x, 2) = 1 m/s^2", "E0802"),
+        ("m ~ 1 kg", "E0403"),
+        ("m = 1", "E0303"),
+        ("x = 1 s", "E0303"),
+        ("l = {1, 2, 3} m", "E0305"),
+        ("m = 1 kg, m = 2 kg", "E0409"),
+        ("stop = 1", "E0804"),
+        ("stop = 1 m", "E0804"),
+        ("stop ~ 1 s", "E0804"),
+        ("stop in {1, 2} s", "E0804"),
+        ("method = 1", "E0804"),
+        ("tolerance = 1 m", "E0804"),
+        ("record = l", "E0804"),
+        ("n = 2.5", "E0303"),
+        ("n = m/1 kg", "E0315"),
+        ("n = {1, 2}", "E0305"),
+        ("m in 3 kg", "E0305"),
+        ("l in {1, 2} m", "E0809"),
+        ("m in {1, 2} s", "E0303"),
+        ("m in {m, 2*m}", "E0315"),
+        ("world -> world", "E0801"),
+    ],
+)
+def test_wrong_settings(settings: str, code: str) -> None:
+    assert codes(with_experiment(settings)) == [code]
+
+
+def test_names_of_experiments_and_settings() -> None:
+    text = MODEL.replace("EXPERIMENT", "experiment a(stop = 1 s); experiment a(stop = 2 s);")
+    assert codes(text) == ["E0803"]
+    assert codes(MODEL.replace("EXPERIMENT", "parameter stop = 1 s; experiment(tolerance = 1e-6);")) == [
+        "E0805"
+    ]
+
+
+def test_settings_of_time_in_models_without_units() -> None:
+    model = flat("dimensionless; coordinate x = 0; kinetic der(x)^2; experiment(stop = 10, every = 2*pi);")
+    assert number(model.experiments[0].options["stop"]) == 10

@@ -1,0 +1,351 @@
+"""Statements of mechanics: fields, forces, constraints, contacts, events."""
+
+from __future__ import annotations
+
+import pytest
+from flat_models import codes, definition, flat, said, value, variable
+
+CART = """
+parameter m = 1 kg;
+parameter k = 10 N/m;
+coordinate x = 0 m;
+coordinate q = 0 rad;
+state Force f = 0;
+discrete Integer n = 0;
+input Force u = 0;
+kinetic 1/2*m*der(x)^2 + 1/2*1 kg.m^2*der(q)^2;
+equation der(f) = (u - f)/1 s;
+"""
+
+
+# ---------------------------------------------------------------- gravity
+
+BODY = "model Body  frame a; mass 1 kg at a; end Body;"
+
+
+def fields(text: str) -> list[str]:
+    return [value(m.gravity) if m.gravity is not None else "none" for m in flat(text).masses]
+
+
+def test_the_nearest_field_outwards_reaches_a_mass() -> None:
+    inner = "model Moon  gravity {0, -1.6 m/s^2}; Body b; end Moon; model Ship  Body b; end Ship;"
+    text = BODY + inner + "model M  gravity {0, -9.8 m/s^2}; Moon moon; Ship ship; Body b; end M;"
+    assert fields(text) == ["{0, -1.6}", "{0, -9.8}", "{0, -9.8}"]
+    assert fields(BODY + "model M  coordinate x = 0 m; Body b(a = world * trans({x, 0})); end M;") == ["none"]
+
+
+def test_order_of_statements_does_not_matter() -> None:
+    assert fields("coordinate x = 0 m; mass 1 kg at world * {x, 0}; gravity {0, -9.8 m/s^2};") == [
+        "{0, -9.8}"
+    ]
+
+
+def test_the_field_of_the_heir_replaces_that_of_the_base() -> None:
+    base = BODY + "partial model A  gravity {0, -9.8 m/s^2}; Body b; end A;"
+    assert fields(base + "model M  extends A; gravity {0, -1.6 m/s^2}; end M;") == ["{0, -1.6}"]
+
+
+def test_a_field_without_a_mass_gets_a_warning() -> None:
+    (warning,) = said("gravity {0, -9.8 m/s^2}; coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2;")
+    assert warning.code == "W0401"
+
+
+# ---------------------------------------------------------------- plane and space
+
+
+@pytest.mark.parametrize(
+    ("text", "space"),
+    [
+        ("coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2;", 0),
+        ("coordinate x = 0 m; mass 1 kg at world * {x, 0};", 2),
+        ("coordinate x = 0 m; mass 1 kg at world * {x, 0, 0};", 3),
+        ("coordinate Rotation R; inertia diag({1, 1, 1} kg.m^2) on world * R;", 3),
+        (
+            "output a = pos(world); gravity {0, 0, -9.8 m/s^2}; coordinate x = 0 m; mass 1 kg at world * {x, 0, 0};",
+            3,
+        ),
+        ("import mech.spatial.*; model M  Body b; Spherical s(world -> b.a); end M;", 3),
+        ("import mech.planar.*; model M  Particle b; Translation s(world -> b.a); end M;", 2),
+    ],
+)
+def test_the_first_vector_decides_between_plane_and_space(text: str, space: int) -> None:
+    assert flat(text).space == space
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "gravity {0, -9.8 m/s^2}; coordinate x = 0 m; mass 1 kg at world * {x, 0, 0};",
+        "coordinate x = 0 rad; frame a = world * rot(x) * rotz(x); mass 1 kg at a;",
+        "import P = mech.planar; import S = mech.spatial; model M  P.Bar a; P.Revolute r(world -> a.a); S.Bar b; end M;",
+    ],
+)
+def test_plane_and_space_cannot_be_mixed(text: str) -> None:
+    assert set(codes(text)) == {"E0306"}
+
+
+# ---------------------------------------------------------------- forces
+
+
+@pytest.mark.parametrize(
+    "statement",
+    [
+        "force 1 N on x;",
+        "torque 1 N.m on q;",
+        "force f on 2*x;",
+        "force 1 N on der(x);",
+        "damping 1 N.s/m on x;",
+        "damping 1 N.s/m on x - 1 m/s*time;",
+        "damping 1 N.s/m on der(x);",
+        "damping 1 N.m.s/rad on q;",
+        "friction 1 N on x;",
+        'friction 1 N static 2 N on x - 1 m/s*time, law = "regularized", v_stick = 1 mm/s;',
+        "force {1 N, 0} on world * {x, 0};",
+        "force {1 N, 0} on world * {x, 0} at {1 m, 0} from world in world;",
+        "torque 1 N.m on world * rot(q);",
+        "constraint x = 0;",
+        "constraint gear: x = 5 cm*q;",
+        "constraint world * {x, 0} = {0, 0};",
+        "constraint world * {x, 0} = 0;",
+        "nonholonomic constraint der(x) = 0;",
+        "drive x = 1 m*sin(time/1 s);",
+        "drive der(q) = 1 rad/s;",
+        "contact x restitution 0.5 friction 0.1 static 0.2 along der(q)*1 m, rest = 1 mm/s;",
+        "contact 30 deg - q, rest = 1 rad/s;",
+        "exact x = 1 m*cos(time/1 s);",
+        "exact der(x) = 1 m/s;",
+        'assert x < 1 m, "out";',
+        "when x > 1 m then reinit(x, 0); elsewhen time > 1 s then n := pre(n) + 1; end when;",
+        'when sample(1 s) and not initial() then impulse 1 N.s on x; terminate("end"); end when;',
+        'when sample(0 s, 1 s) then reinit(der(q), -der(q)); assert q > 0, "text"; end when;',
+    ],
+)
+def test_right_statements(statement: str) -> None:
+    assert codes(CART + statement) == []
+
+
+@pytest.mark.parametrize(
+    ("statement", "code"),
+    [
+        ("force 1 N.m on x;", "E0322"),
+        ("force 1 on x;", "E0322"),
+        ("torque 1 N on q;", "E0322"),
+        ("force 1 N on unknown;", "E0201"),
+        ("force 1 N on x at world;", "E0322"),
+        ("force 1 N on world;", "E0307"),
+        ("force {1, 2} N on x;", "E0305"),
+        ("force {1, 2, 3} N on world * {x, 0};", "E0305"),
+        ("force {1, 2} m on world * {x, 0};", "E0322"),
+        ("torque {1, 2} N.m on world * rot(q);", "E0305"),
+        ("torque 1 N.m on world * {x, 0};", "E0332"),
+        ("damping 1 N on x;", "E0322"),
+        ("friction 1 N.m on x;", "E0322"),
+        ('friction 1 N on x, low = "stick";', "E0415"),
+        ('friction 1 N on x, law = "sticky";', "E0333"),
+        ("friction 1 N on x, v_stick = 1;", "E0333"),
+        ("constraint x = q;", "E0302"),
+        ("constraint world * {x, 0} = world * {x, 0, 0};", "E0306"),
+        ("constraint world * {x, 0} = {1, 2, 3} m;", "E0305"),
+        ("constraint world * {x, 0} = x;", "E0305"),
+        ("constraint world = world;", "E0308"),
+        ("drive m = 1 kg;", "E0420"),
+        ("drive x = 1 s;", "E0303"),
+        ("drive 2*x = 1 m;", "E0420"),
+        ("contact x restitution 0.5 m;", "E0333"),
+        ("contact {x, x};", "E0322"),
+        ("contact x friction 0.1 along x;", "E0333"),
+        ("contact x, rest = 1 m;", "E0333"),
+        ("exact m = 1 kg;", "E0420"),
+        ("exact x = 1 s;", "E0303"),
+        ("equation der(x) = 1 m/s;", "E0421"),
+        ("equation f = u;", "E0421"),
+        ("equation der(f) = u;", "E0303"),
+        ('assert x, "text";', "E0318"),
+        ("mass 1 N at world;", "E0323"),
+        ("mass 1 kg at x;", "E0332"),
+        ("gravity 9.81 m/s^2;", "E0323"),
+        ("gravity {0, -9.81};", "E0323"),
+        ("inertia 1 kg.m^2 on world * {x, 0};", "E0332"),
+        ("inertia 1 kg on world * rot(q);", "E0323"),
+        ("inertia 1 kg.m^2 on world * rotz(q);", "E0305"),
+        ("kinetic {x, x}*1 N;", "E0305"),
+        ("potential x;", "E0301"),
+        ("dissipation 1 J;", "E0301"),
+        ("frame a = x;", "E0332"),
+        ("frame a = trans({x, 0});", "E0332"),
+        ("frame a = world * {x, 0};", "E0332"),
+        ("frame a = world * x;", "E0308"),
+        ("frame a = world * trans({1, 2});", "E0304"),
+        ("point a = {x, 0};", "E0332"),
+        ("point a = world * {1, 2};", "E0304"),
+        ("point a = world * {x, 0, 0, 0};", "E0305"),
+        ("place f = world;", "E0412"),
+        ("closure x = 0;", "E0412"),
+        ('when x then terminate(""); end when;', "E0318"),
+        ("when x > 0 m then x := 1 m; end when;", "E0416"),
+        ("when x > 0 m then f := 1 N; end when;", "E0416"),
+        ("when x > 0 m then n := 1.5; end when;", "E0303"),
+        ("when x > 0 m then reinit(n, 1); end when;", "E0417"),
+        ("when x > 0 m then reinit(m, 1 kg); end when;", "E0417"),
+        ("when x > 0 m then reinit(x, 1 s); end when;", "E0303"),
+        ("when x > 0 m then impulse 1 N on x; end when;", "E0322"),
+        ("when x > 0 m then release x[1]; end when;", "E0316"),
+        ("when x > 0 m then release f; end when;", "E0212"),
+        ("when sample(1) then n := 1; end when;", "E0304"),
+        ("output r = reaction(f);", "E0212"),
+        ("output r = vel(x);", "E0332"),
+        ("output r = angvel(world * {x, 0});", "E0332"),
+        ("for i in 1:x loop damping 1 N.s/m on x; end for;", "E0315"),
+        ("for i in 1:3 loop parameter p = 1; end for;", "E0410"),
+        ("if x > 0 m then damping 1 N.s/m on x; end if;", "E0315"),
+        ("final x = 1 m;", "E0590"),
+        ("stationary integral(x);", "E0590"),
+        ("output r = at(x, 1 s);", "E0590"),
+    ],
+)
+def test_wrong_statements(statement: str, code: str) -> None:
+    assert codes(CART + statement) == [code]
+
+
+# ---------------------------------------------------------------- names of statements
+
+
+def test_labels_and_numbers() -> None:
+    model = flat(
+        CART
+        + "force engine: 1 N on x; force 2 N on x; constraint x = 0; for i in 1:2 loop constraint c[i]: x = i*1 m; end for;"
+        " contact x; output P = power(engine); output p = engine.power; output F = multiplier(c[2]); "
+        "output shut = closed(c[1]);"
+    )
+    assert [load.name for load in model.loads] == ["engine", "force[1]"]
+    assert [c.name for c in model.constraints] == ["constraint[1]", "c[1]", "c[2]"]
+    assert [c.name for c in model.contacts] == ["contact[1]"]
+    assert value(definition(model, "P").value) == value(definition(model, "p").value) == "power(engine)"
+    assert value(definition(model, "F").value) == "multiplier(c[2])"
+
+
+@pytest.mark.parametrize(
+    ("constraint", "unit"),
+    [
+        ("x = 0", "N"),
+        ("q = 0", "J"),
+        ("der(x) = 0", "N"),
+        ("der(q) = 0", "J"),
+        ("2*x^2 = 0", "N/m"),
+        ("let_rate = 0", "N"),
+    ],
+)
+def test_units_of_multipliers(constraint: str, unit: str) -> None:
+    from mechc.compiler.flat.show import type_text
+
+    model = flat(CART + f"let let_rate = der(x); constraint c: {constraint}; output F = multiplier(c);")
+    assert type_text(definition(model, "F").type) == unit
+
+
+def test_labels_inside_components() -> None:
+    part = "model Part  coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; constraint stop: x = 0; force push: 1 N on x; end Part;"
+    model = flat(
+        part + "model M  Part p[2]; output F = multiplier(p[2].stop); output P = power(p[1].push); end M;"
+    )
+    assert [c.name for c in model.constraints] == ["p[1].stop", "p[2].stop"]
+    assert value(definition(model, "F").value) == "multiplier(p[2].stop)"
+    assert codes(part + "model M  Part p[2]; output F = multiplier(p[3].stop); end M;") == ["E0314"]
+    assert codes(part + "model M  Part p[2]; output F = multiplier(p[1].push); end M;") == ["E0212"]
+
+
+def test_loops_and_conditions_are_unrolled_in_order() -> None:
+    model = flat(
+        "structural parameter Integer n = 3; coordinate Length x[n] = 0; kinetic 1/2*1 kg*dot(der(x), der(x));"
+        "for i in 1:n loop for j in i+1:n loop potential 1 N/m*(x[i] - x[j])^2; end for;"
+        " if i == 2 then damping 1 N.s/m on x[i]; elseif i == 3 then damping 2 N.s/m on x[i]; end if; end for;"
+    )
+    assert [value(e.value) for e in model.energies[1:]] == [
+        "(x[1] - x[2])^2",
+        "(x[1] - x[3])^2",
+        "(x[2] - x[3])^2",
+    ] or [value(e.value) for e in model.energies[1:]] == [
+        "1*(x[1] - x[2])^2",
+        "1*(x[1] - x[3])^2",
+        "1*(x[2] - x[3])^2",
+    ]
+    assert [(value(d.value), value(d.on)) for d in model.dampings] == [("1", "x[2]"), ("2", "x[3]")]
+
+
+def test_declarations_under_conditions() -> None:
+    text = (
+        "structural parameter Boolean heavy = false;"
+        "if heavy then parameter m = 9 kg; else parameter m = 1 kg; end if;"
+        "coordinate x = 0 m; kinetic 1/2*m*der(x)^2;"
+    )
+    assert value(variable(flat(text), "m").value) == "1"
+    assert value(variable(flat(text, structural={"heavy": True}), "m").value) == "9"
+    assert codes(text.replace("else parameter m = 1 kg;", "")) == ["E0216"]
+
+
+def test_events_keep_their_branches_and_targets() -> None:
+    model = flat(
+        CART
+        + "constraint hold: x = 0; when x > 1 m then release hold; n := n + 1; elsewhen x < 0 m then engage hold;"
+        " reinit(der(x), -der(x)); end when;"
+    )
+    (event,) = model.events
+    assert [value(b.condition) for b in event.branches] == ["x > 1", "x < 0"]
+    assert [type(a).__name__ for b in event.branches for a in b.actions] == [
+        "Switch",
+        "Assign",
+        "Switch",
+        "Reinit",
+    ]
+
+
+def test_running_integrals_are_hidden_states() -> None:
+    model = flat(CART + "output work = integral(u*der(x));")
+    hidden = model.variables[-1]
+    assert (hidden.name, hidden.role.value) == ("integral[1]", "state")
+    assert value(model.equations[-1].value) == "u*der(x)"
+    assert value(definition(model, "work").value) == "integral[1]"
+
+
+@pytest.mark.parametrize(
+    ("attributes", "code"),
+    [
+        ("nominal = 1 s", "E0333"),
+        ("nominal = m*1 m/1 kg", "E0333"),
+        ("maximum = 1 m", "E0415"),
+        ('display = "kg"', "E0328"),
+        ('display = "metre"', "E0328"),
+        ("display = 1", "E0333"),
+    ],
+)
+def test_wrong_attributes(attributes: str, code: str) -> None:
+    assert codes(CART + f"coordinate y({attributes}) = 1 m; kinetic 1 kg*der(y)^2;") == [code]
+
+
+def test_attributes_and_written_units() -> None:
+    model = flat(
+        CART + 'parameter l(nominal = 2 m, min = 1 cm, display = "mm") = 1 m; parameter d = {1, 2} cm;'
+    )
+    l = variable(model, "l").attributes
+    assert (l.nominal, l.minimum, l.maximum, l.display) == (2.0, 0.01, None, "mm")
+    assert variable(model, "d").attributes.display == "cm"
+    assert variable(model, "q").attributes.display == "rad"
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("parameter omega = 2 Hz;", "W0301"),
+        ("parameter AngularVelocity turn = 2 Hz;", "W0301"),
+        ("parameter s = 1 s; parameter v = 2 m/s;", "W0302"),
+    ],
+)
+def test_warnings(text: str, code: str) -> None:
+    found = said(CART + text)
+    assert [(d.code, d.severity.value) for d in found] == [(code, "warning")]
+
+
+def test_no_warning_where_the_check_would_tell() -> None:
+    assert (
+        codes(CART + "parameter nu = 2 Hz; parameter s = 1 m; parameter v = 2 m/s; parameter F = 2 N/m;")
+        == []
+    )
