@@ -9,13 +9,14 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
             $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null && echo $$p && break; done)
 MODEL  := examples/double_pendulum.mech
 JOBS   ?= 2
+EDITS  ?= 1000000
 
-.PHONY: demo test test-slow check format bench clean help
+.PHONY: demo test test-slow fuzz check format bench clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make check, make format, make bench, make clean"
+	@echo "make test-slow, make fuzz EDITS=1000000, make check, make format, make bench, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -37,6 +38,9 @@ test: $(VENV)/installed-dev
 
 test-slow: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -q -n $(JOBS) -m slow
+
+fuzz: $(VENV)/installed-dev
+	MECHC_EDITS=$(EDITS) $(BIN)/python -m pytest -q -n $(JOBS) -m slow tests/mechc/test_random_edits.py
 
 check: $(VENV)/installed-dev
 	$(BIN)/ruff format --check .

@@ -1,0 +1,68 @@
+"""Random edits of all examples are compiled or refused: quickly, in words, and never with a traceback.
+
+``make fuzz EDITS=1000000`` runs as many as one likes.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+from random import Random
+
+import pytest
+from random_edits import edited
+
+from mechc.compiler.pipeline import check_source
+from mechc.lang.diagnostics import MAXIMUM, CompileError, Severity
+from mechc.lang.source import SourceFile
+from mechc.render import render
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = sorted((ROOT / "examples").glob("*.mech"))
+EDITS = int(os.environ.get("MECHC_EDITS", "20000"))
+PARTS = 20
+SECONDS = 2.0
+
+
+def check(text: str) -> bool:
+    """Compile a text through its equations under the promises that hold for all; True if it was accepted."""
+    source = SourceFile("edited.mech", text)
+    began = time.process_time()
+    try:
+        diagnostics = check_source(source, search=(ROOT / "examples",))
+        accepted = True
+    except CompileError as error:
+        diagnostics = error.diagnostics
+        accepted = False
+        assert any(d.severity is Severity.ERROR for d in diagnostics)
+    seconds = time.process_time() - began
+    assert seconds < SECONDS, f"took {seconds:.1f} s"
+    assert render(diagnostics).count("-->") <= MAXIMUM
+    return accepted
+
+
+def run(seeds: range) -> tuple[int, int]:
+    """Check one edit for each seed; return how many were accepted and refused."""
+    texts = [path.read_text(encoding="utf-8") for path in EXAMPLES]
+    accepted = 0
+    for seed in seeds:
+        random = Random(seed)
+        text = edited(random.choice(texts), random)
+        try:
+            accepted += check(text)
+        except Exception as error:
+            raise AssertionError(f"seed {seed}: {type(error).__name__}: {error}\n{text}") from error
+    return accepted, len(seeds) - accepted
+
+
+def test_some_edits() -> None:
+    accepted, refused = run(range(60))
+    assert accepted > 3 and refused > 10
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(PARTS))
+def test_many_edits(part: int) -> None:
+    size = EDITS // PARTS
+    run(range(part * size, (part + 1) * size))
