@@ -49,20 +49,16 @@ def test_reference(example: str, data: str, names: dict[str, str], tolerance: fl
         assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < bound * tolerance, point["t"]
 
 
-# The error of one step at the pericentre shifts the phase; it counts (1 - e)^-1.5 times more.
-@pytest.mark.parametrize(
-    ("e", "bound"),
-    [("0", 300), ("0.1", 300), ("0.3", 300), ("0.5", 1000), ("0.7", 1000), ("0.9", 3e4), ("0.99", 1e6)],
-)
-def test_kepler(e: str, bound: float) -> None:
-    """U112 and the family of eccentricities of the reference."""
+@pytest.mark.parametrize("e", ["0", "0.1", "0.3", "0.5", "0.7", "0.9", "0.99"])
+def test_kepler(e: str) -> None:
+    """U112 and the family of eccentricities of the reference; errors of the period add up over three orbits."""
     points = [p for p in references("kepler_eccentricity_family") if p["case"].split(",")[0] == f"e={e}"]
     assert points
     solution = run("kepler", set={"e": float(e)})
     for point in points:
         expected = np.array([point["values"][k] for k in PLANE])
         got = at(solution, point["t"], list(PLANE.values()))
-        assert np.max(np.abs(got - expected)) / np.max(np.abs(expected)) < bound * 1e-10, point["t"]
+        assert np.max(np.abs(got - expected)) / np.max(np.abs(expected)) < 1000e-10, point["t"]
 
 
 THESIS = json.loads((DATA / "thesis_kepler.json").read_text(encoding="utf-8"))[
@@ -99,7 +95,7 @@ def two_bodies() -> Case:
         values[f"r1[{i + 1}]"] = position(i, -m2 / (m1 + m2))
         values[f"r2[{i + 1}]"] = position(i, m1 / (m1 + m2))
         values[f"centre[{i + 1}]"] = position(i, 0)
-    return Case("two_bodies", values, bound=300)
+    return Case("two_bodies", values, bound=100)
 
 
 def gravitating_pair() -> Case:

@@ -12,7 +12,7 @@ CASES = [
     Case(
         "tan_squared_well",
         {"x": lambda t: arcsin(sqrt(1 / 3) * sin(sqrt(3) * t)), "energy.total": lambda t: 0.5},
-        bound=300,
+        bound=100,
     ),
     Case(
         "exponential_force",
@@ -109,9 +109,11 @@ def test_reference(example: str, data: str, names: dict[str, str], horizon: floa
 
 @pytest.mark.slow
 def test_beam() -> None:
-    """40 links, frequencies up to 6400 rad/s. The published values are good to 4e-12 (angles), 3e-8 (rates)."""
+    """40 links, frequencies up to 6400 rad/s. The published values are good to 4e-12 (angles), 3e-8 (rates):
+    the run may be 25 times farther off.
+    """
     solution = run("beam")
     (point,) = references("beam")
     for i in range(1, 41):
-        assert solution[f"theta[{i}]"][-1] == pytest.approx(point["values"][f"theta{i}"], abs=1e-8)
-        assert solution[f"der(theta[{i}])"][-1] == pytest.approx(point["values"][f"thetadot{i}"], abs=1e-5)
+        assert solution[f"theta[{i}]"][-1] == pytest.approx(point["values"][f"theta{i}"], abs=1e-10)
+        assert solution[f"der(theta[{i}])"][-1] == pytest.approx(point["values"][f"thetadot{i}"], abs=1e-6)
