@@ -77,7 +77,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         drives=drive_rows(lowering, model, symbols, reporter),
         xdot=xdot,
         input_rates=input_rates,
-        **beginnings(lowering, model, symbols),
+        **beginnings(lowering, model, symbols, reporter),
         outputs=_outputs(lowering, model),
         assertions=tuple(
             AssertionRow(lowering.scalar(a.condition), a.message, a.origin) for a in model.assertions

@@ -50,8 +50,9 @@ def closure_rows(
             assert isinstance(frame, Frame)
             moved = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, joint.name)
             virtual[joint.name] = moved
-            with lowering.trial():
-                lowering.assign(joint.target, moved.frame)
+            with lowering.trial(joint.name):
+                for name in lowering.aliases(joint.name, joint.target) or [joint.target]:
+                    lowering.assign(name, moved.frame)
                 rows += _joint_rows(lowering, joint)
         else:
             rows += _joint_rows(lowering, joint)

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TypedDict
+
+from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import FlatModel, StartValue, Variable
 from ..graph import Graph, Node
+from ..graph.rewrite import substitute
 from .lower import Lowering
 from .symbols import Symbols, subscripts
 from .system import Beginning
@@ -18,8 +22,11 @@ class Beginnings(TypedDict):
     start_x: tuple[Beginning, ...]
 
 
-def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Beginnings:
-    """Return the initial value of each coordinate, velocity and state; unspecified ones are guessed zero."""
+def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> Beginnings:
+    """Return the initial value of each coordinate, velocity and state; unspecified ones are guessed zero.
+
+    Initial values may be given by those of others; a circle of such values is reported.
+    """
     q: list[Beginning] = []
     v: list[Beginning] = []
     for coordinate in symbols.coordinates:
@@ -35,7 +42,36 @@ def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Beginn
     x: list[Beginning] = []
     for variable in states.values():
         x += _whole(lowering, variable.start, subscripts(variable.type.shape), variable.starts)
-    return Beginnings(start_q=tuple(q), start_v=tuple(v), start_x=tuple(x))
+    nodes = [s.node for c in symbols.coordinates for s in c.q]
+    nodes += [s.node for c in symbols.coordinates for s in c.v]
+    nodes += [s.node for s in symbols.states]
+    settled = _settled(lowering.graph, dict(zip(nodes, [*q, *v, *x], strict=True)), reporter)
+    return Beginnings(
+        start_q=settled[: len(q)],
+        start_v=settled[len(q) : len(q) + len(v)],
+        start_x=settled[len(q) + len(v) :],
+    )
+
+
+def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) -> tuple[Beginning, ...]:
+    """Replace initial values of others in initial values, until none is left."""
+    for _ in range(len(starts)):
+        values = {s: b.value for s, b in starts.items()}
+        open_ones = {s for s, n in values.items() if values.keys() & set(graph.support(n))}
+        if not open_ones:
+            break
+        changed = substitute(graph, [values[s] for s in open_ones], values)
+        for s, n in zip(open_ones, changed, strict=True):
+            starts[s] = replace(starts[s], value=n)
+    for s, b in starts.items():
+        if starts.keys() & set(graph.support(b.value)) and b.start is not None:
+            reporter.error(
+                "E0601",
+                f"the initial value of '{graph.name(s)}' depends on itself",
+                b.start.origin.span,
+                caption="through the initial values of others",
+            )
+    return tuple(starts.values())
 
 
 def _whole(

@@ -159,11 +159,23 @@ class Lowering:
         self._values[name] = value
 
     @contextmanager
-    def trial(self) -> Iterator[None]:
-        """Forget all that is lowered inside."""
+    def trial(self, without: str = "") -> Iterator[None]:
+        """Forget all that is lowered inside; ``without`` lowers the names of this instance anew."""
         saved = dict(self._values)
+        if without:
+            own = (name for name in self._definitions if name.startswith(f"{without}."))
+            for name in own:
+                self._values.pop(name, None)
         yield
         self._values = saved
+
+    def aliases(self, instance: str, target: str) -> list[str]:
+        """Return the names by which an instance calls a frame of another."""
+        return [
+            name
+            for name, d in self._definitions.items()
+            if name.startswith(f"{instance}.") and isinstance(d.value, Name) and d.value.name == target
+        ]
 
     def named(self, name: str, span: Span | None = None) -> Value:
         """Return the value of a variable or definition."""
