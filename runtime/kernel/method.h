@@ -44,6 +44,7 @@ typedef struct mech_method {
 
 extern const mech_method mech_rk4, mech_dop853, mech_radau5;
 extern const mech_method mech_gauss2, mech_gauss4, mech_gauss6, mech_gauss8, mech_verlet, mech_auto;
+extern const mech_method mech_rattle, mech_lobatto4, mech_lobatto6;
 
 extern const mech_method *const mech_methods[];
 extern const int mech_n_methods;
