@@ -7,7 +7,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from gallery import EXAMPLES, ROOT, run
+from gallery import EXAMPLES, ROOT, load, run
+
+import mechc
 
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.mech"))
 SLOW = {"beam"}
@@ -26,6 +28,17 @@ def test_runs(name: str) -> None:
     balance = solution.accuracy.energy
     if balance is not None and balance.relative is not None:
         assert balance.relative < 1e-6
+
+
+@pytest.mark.parametrize("name", [n for n in NAMES if n not in SLOW])
+def test_named_experiments_run(name: str) -> None:
+    """All but the sweeps, at their own tolerance and stop."""
+    model = load(name)
+    for experiment in model.compilation.flat.experiments:
+        if experiment.name and not experiment.sweeps:
+            solution = model.simulate(experiment=experiment.name, estimate_error=False)
+            assert isinstance(solution, mechc.Solution)
+            assert solution.outcome.value == "completed", (experiment.name, solution.message)
 
 
 def test_gallery_page_is_up_to_date() -> None:
