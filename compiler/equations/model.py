@@ -31,7 +31,8 @@ class Entry:
     """Description of one number of an array: state, parameter, input, discrete variable or output.
 
     ``unit`` is the SI unit as text (``""`` for a pure number), ``display`` the unit to show it in.
-    ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, energy, momentum.
+    ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
+    (the closed solution of what its name says), energy, momentum.
     """
 
     name: str

@@ -71,6 +71,12 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     ]
     for name in layout.accounts:
         rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
+    described = {entry.name: entry for entry in (*layout.states, *(entry for entry, _ in rows))}
+    for exact in system.exacts:
+        unit = described[exact.name].unit
+        display = described[exact.name].display
+        span = exact.origin.span
+        rows.append((Entry(f"exact({exact.name})", "exact", unit, display, span=span), exact.node))
     for i in energy.cyclic:
         scalar, momentum = system.v[i], energy.momenta[i]
         assert momentum is not None, "cyclic velocities are free"

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Definition, DefinitionRole, FlatModel, Kind, Query
+from ..flat.model import (
+    Definition,
+    DefinitionRole,
+    Derivative,
+    Element,
+    Expression,
+    FlatModel,
+    Kind,
+    Name,
+    Query,
+)
 from ..graph import Graph, Node
 from .closures import closure_rows, constraint_rows
 from .drives import drive_rows
@@ -17,7 +27,7 @@ from .pose import inverse
 from .rates import TotalDerivative
 from .spatial import Spatial
 from .symbols import Scalar, Symbols, declare, element_name, subscripts
-from .system import AssertionRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
+from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
 from .topology import Topology, TreeEdge, classify
 from .unsupported import refuse
 from .virtual import VirtualDisplacement, displace, reactions_asked
@@ -79,6 +89,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         input_rates=input_rates,
         **beginnings(lowering, model, symbols, reporter),
         outputs=_outputs(lowering, model),
+        exacts=_exacts(lowering, model),
         assertions=tuple(
             AssertionRow(lowering.scalar(a.condition), a.message, a.origin) for a in model.assertions
         ),
@@ -285,6 +296,29 @@ def _state_equations(
                 help=f"add 'equation der({s.name}) = ...;'",
             )
     return result
+
+
+def _exacts(lowering: Lowering, model: FlatModel) -> tuple[ExactRow, ...]:
+    """Return the closed solutions, one for each number of what they are of."""
+    rows = []
+    for exact in model.exacts:
+        values = lowering.numbers(exact.value)
+        names = _names(exact.target)
+        values = values * len(names) if len(values) == 1 else values
+        rows += [ExactRow(name, n, exact.origin) for name, n in zip(names, values, strict=True)]
+    return tuple(rows)
+
+
+def _names(target: Expression) -> list[str]:
+    """Return the names in results of a variable, an element or a derivative."""
+    if isinstance(target, Derivative):
+        return [f"der({name})" for name in _names(target.operand)]
+    indices: tuple[int, ...] = ()
+    base: Expression = target
+    while isinstance(base, Element):
+        indices, base = base.indices + indices, base.base
+    assert isinstance(base, Name)
+    return [element_name(base.name, (*indices, *rest)) for rest in subscripts(target.type.shape)]
 
 
 def _outputs(lowering: Lowering, model: FlatModel) -> tuple[OutputRow, ...]:

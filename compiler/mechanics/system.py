@@ -101,6 +101,15 @@ class OutputRow:
 
 
 @dataclass(frozen=True, slots=True)
+class ExactRow:
+    """The closed solution of one number, by its name in results."""
+
+    name: str
+    node: Node
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
 class AssertionRow:
     condition: Node
     message: str
@@ -144,6 +153,7 @@ class MechanicalSystem:
     start_v: tuple[Beginning, ...]
     start_x: tuple[Beginning, ...]
     outputs: tuple[OutputRow, ...]
+    exacts: tuple[ExactRow, ...]
     assertions: tuple[AssertionRow, ...]
     queries: Mapping[Node, Query]
     virtual: Mapping[str, VirtualDisplacement]
