@@ -28,8 +28,11 @@ from .model import (
 )
 from .scope import Constant, Poisoned, Scope
 
-LARGEST = 1_000_000
+LARGEST = 100_000
 """Most elements of an array, and most turns of a loop."""
+
+_MOST_TURNS = 300_000
+"""Most turns of all loops and elements of all arrays of a model."""
 
 Value = Constant | tuple["Value", ...]
 
@@ -286,6 +289,11 @@ def check_size(scope: Scope, size: int, span: Span) -> None:
             f"{size} elements are too many",
             span,
             help=f"at most {LARGEST} are possible",
+        )
+    scope.flattening.turns += size
+    if scope.flattening.turns > _MOST_TURNS:
+        raise scope.flattening.reporter.fail(
+            "E0419", f"the arrays and loops of the model have more than {_MOST_TURNS} elements", span
         )
 
 

@@ -36,7 +36,7 @@ from .scope import Flattening, Poisoned, Scope
 DEEPEST = 60
 """Most levels of components within components."""
 
-MOST = 100_000
+MOST = 20_000
 """Most components of a model."""
 
 _ROLES: dict[type[ast.Declaration], Role] = {
