@@ -93,3 +93,13 @@ def test_same_motion(library: str, joint: str, settings: str, freedoms: int, com
     for name in [*vector("p", library), *vector("c", library), *(f"o{i}" for i in range(len(computed)))]:
         assert loop[name] == pytest.approx(tree[name], abs=1e-7), name
     assert freedoms == 0 or max(np.ptp(tree[name]) for name in vector("c", library)) > 1e-3
+
+
+@pytest.mark.parametrize(("library", "joint", "settings", "freedoms", "computed"), CASES)
+def test_same_reaction(library: str, joint: str, settings: str, freedoms: int, computed: list[str]) -> None:
+    tree, loop = both(library, joint, settings, "output F = reaction(joint);\noutput M = moment(joint);\n")
+    moments = ["M"] if library == "planar" else vector("M", library)
+    for name in [*vector("F", library), *moments]:
+        assert loop[name] == pytest.approx(tree[name], abs=1e-6), name
+    if (library, joint) not in {("planar", "Planar"), ("planar", "Translation"), ("spatial", "Translation")}:
+        assert max(np.max(np.abs(tree[name])) for name in vector("F", library)) > 1
