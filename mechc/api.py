@@ -261,7 +261,7 @@ class Model:
         """
         from .exporting import export
 
-        return export(self.compilation, target, Path(output) if output is not None else None)
+        return export(self, target, Path(output) if output is not None else None)
 
 
 def _compile(source: SourceFile, folder: Path, model: str | None, given: dict[str, Given]) -> Model:

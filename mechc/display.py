@@ -24,6 +24,11 @@ class Display:
             return f"{wanted}/{rest}"  # with deg chosen, rad/s is shown as deg/s
         return declared or si
 
+    def in_units(self, name: str, si: str) -> tuple[str, float]:
+        """Return the chosen unit, or SI, and the factor from SI to it: what ``Results.save`` asks for."""
+        unit = self.unit(si, "")
+        return unit, factor(si) / factor(unit)
+
 
 def factor(unit: str) -> float:
     """Return the value of a unit in SI."""

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .settings import UsageMistake
 
 if TYPE_CHECKING:
-    from .compiler.pipeline import Compilation
+    from .api import Model
     from .compiler.program.model import Program
+    from .runtime.problem import Problem
 
 MAIN = """\
 /* Runs the model and prints its motion as CSV, 501 rows, in SI units.
@@ -54,13 +56,14 @@ int main(int argc, char **argv)
     if (set == NULL)
         return 1;
 
-    model->parameters(p, set); /* defaults; to change p[i], write it and let set[i] = 1 first */
+    /* To change parameter i, write p[i] and set[i] = 1; those that depend on it follow. */
+{parameters}    model->parameters(p, set);
     if (model->inputs)
         model->inputs(0, y0, u, z, p, u);
     if (model->discretes)
         model->discretes(0, y0, u, z, p, z);
     model->initial(0, y0, u, z, p, y0);
-    for (int i = 0; i < ny; i++)
+{initial}    for (int i = 0; i < ny; i++)
         atol[i] = tolerance * fmax(fabs((double)y0[i]), 1.0);
     for (int i = 0; i < ROWS; i++)
         grid[i] = stop * i / (ROWS - 1);
@@ -109,19 +112,31 @@ int main(int argc, char **argv)
 """
 
 
-def export(compilation: Compilation, target: str, output: Path | None) -> tuple[Path, ...]:
+@dataclass(frozen=True, slots=True)
+class Defaults:
+    """What the default experiment says: stop, tolerance, and the values it sets by index of p and y."""
+
+    stop: float = 10.0
+    tolerance: float = 1e-9
+    parameters: tuple[tuple[int, float], ...] = ()
+    initial: tuple[tuple[int, float], ...] = ()
+
+
+def export(model: Model, target: str, output: Path | None) -> tuple[Path, ...]:
     """Write the files of a target and return them. Raises UsageMistake for an unknown target."""
-    name = file_stem(compilation.program.name)
+    program = model.compilation.program
+    name = file_stem(program.name)
     match target:
         case "python":
             from .compiler.targets.python import emit_python
 
-            return _write({output or Path(f"{name}.py"): emit_python(compilation.program)})
+            return _write({output or Path(f"{name}.py"): emit_python(program)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
-            return _write({folder / file: text for file, text in c_files(compilation.program).items()})
+            files = c_files(program, defaults_of(model.problem("python")))
+            return _write({folder / file: text for file, text in files.items()})
         case _:
             raise UsageMistake(f"there is no target '{target}'", "python or c")
 
@@ -131,7 +146,25 @@ def file_stem(model: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", model).lower()
 
 
-def c_files(program: Program) -> dict[str, str]:
+def defaults_of(problem: Problem) -> Defaults:
+    """Evaluate the default experiment. A model that says no stop time gets ten seconds."""
+    from .runtime.case import SimulationOptions, find_experiment, prepare
+    from .runtime.functions import load_functions
+
+    experiment = find_experiment(problem, None)
+    said = experiment is not None and "stop" in experiment.options
+    options = SimulationOptions(stop=None if said else Defaults().stop)
+    case = prepare(problem, load_functions(problem), options)
+    settings = experiment.settings if experiment else ()
+    return Defaults(
+        case.stop,
+        case.tolerance,
+        tuple((s.index, float(case.p[s.index])) for s in settings if s.array == "p"),
+        tuple((s.index, float(case.y0[s.index])) for s in settings if s.array == "y"),
+    )
+
+
+def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
     """Return the C files by name: the model, the kernel, and a main program that prints CSV."""
     from .compiler.targets.c import emit_c
     from .runtime.native import kernel_sources
@@ -140,7 +173,15 @@ def c_files(program: Program) -> dict[str, str]:
     model = f"{name}_model.c" if f"{name}.c" in (kernel := kernel_sources()) else f"{name}.c"
     entries = [*program.arrays["t"][:1], *program.arrays["y"], *program.arrays["out"]]
     header = ",".join(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries)
-    main = MAIN.format(name=name, stop=10.0, tolerance=1e-9, header=header.replace('"', '\\"'))
+    parameters = [f"    p[{i}] = {value!r};\n    set[{i}] = 1;\n" for i, value in defaults.parameters]
+    main = MAIN.format(
+        name=name,
+        stop=defaults.stop,
+        tolerance=defaults.tolerance,
+        parameters="".join(parameters),
+        initial="".join(f"    y0[{i}] = {value!r};\n" for i, value in defaults.initial),
+        header=header.replace('"', '\\"'),
+    )
     return {model: emit_c(program), "main.c": main, **kernel}
 
 

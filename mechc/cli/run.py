@@ -71,7 +71,9 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
     help="Draw the motion, to FILE (png, pdf, svg) or in a window.",
 )
 @click.option(
-    "--display", metavar="DEG,MM", help="Units to show results in; files other than pictures stay SI."
+    "--display",
+    metavar="DEG,MM",
+    help="Units to show results in, and to write them in; files are in SI without it.",
 )
 @click.option("--no-error-estimate", is_flag=True, help="Leave out the second run that estimates the error.")
 @click.option("--reproducible", is_flag=True, help="The same bits on every machine, in C and in Python.")
@@ -133,7 +135,7 @@ def _run_all(
             if solution.failure is not None and not given["as_json"]:
                 _print_failure(solution)
             if given["output"]:
-                _write(solution, _beside(given["output"], addition), names, quiet=given["quiet"])
+                _write(solution, _beside(given["output"], addition), names, display, quiet=given["quiet"])
             if given["plot"] is not None:
                 picture = given["plot"] or f"{Path(file).stem}.png"
                 _plot(
@@ -246,8 +248,9 @@ def _beside(file: str, addition: str) -> Path:
     return path.with_name(f"{path.stem}{addition}{path.suffix}")
 
 
-def _write(solution: Solution, path: Path, names: list[str], *, quiet: bool) -> None:
-    solution.save(path, names or None, solution.shown_unit)
+def _write(solution: Solution, path: Path, names: list[str], display: Display | None, *, quiet: bool) -> None:
+    """Write results in SI, or in the units of --display."""
+    solution.save(path, names or None, display.in_units if display else None)
     if not quiet:
         click.echo(f"wrote {path}", err=True)
 

@@ -144,3 +144,11 @@ def test_the_c_files_build_and_run(model: mechc.Model, tmp_path: Path) -> None:
     last = [float(cell) for cell in rows[-1].split(",")]
     expected = model.simulate(tolerance=1e-9)
     assert last[:2] == pytest.approx([2.0, expected["th[1]"][-1]], abs=1e-7)
+
+
+def test_the_main_program_in_c_has_a_stop_time_where_the_model_says_none() -> None:
+    from mechc.exporting import Defaults, defaults_of
+
+    assert defaults_of(
+        mechc.loads("coordinate x = 1; kinetic 1/2*1 kg*1 m^2*der(x)^2;").problem("python")
+    ) == Defaults(tolerance=1e-8)

@@ -152,14 +152,16 @@ def test_results_in_files(ending: str, capsys: pytest.CaptureFixture[str]) -> No
     assert code == 0
     results = read_results(f"motion.{ending}")
     np.testing.assert_allclose(results.time, [0, 0.25, 0.5, 0.75, 1.0], rtol=1e-15)
-    assert results.unit("x") == "cm"
-    np.testing.assert_allclose(results["x"], 10 * np.cos(OMEGA * results.time), atol=1e-8)
+    assert results.unit("x") == "m", "files are in SI"
+    np.testing.assert_allclose(results["x"], 0.1 * np.cos(OMEGA * results.time), atol=1e-9)
 
 
 def test_chosen_outputs_and_units_in_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     call(capsys, "-q", "-o", "motion.csv", "--outputs", "doubled,x", "--display", "mm")
     with Path("motion.csv").open(newline="") as file:
-        assert next(csv.reader(file)) == ["time [s]", "doubled [mm]", "x [mm]"]
+        header, first, *_ = csv.reader(file)
+    assert header == ["time [s]", "doubled [mm]", "x [mm]"]
+    assert [float(cell) for cell in first] == pytest.approx([0, 200, 100])
 
 
 def test_an_input_from_a_table(capsys: pytest.CaptureFixture[str]) -> None:
@@ -238,3 +240,20 @@ def test_the_model_may_come_with_a_byte_order_mark_and_other_line_ends(
     text = "\ufeff" + OSCILLATOR.replace("\n", "\r\n").replace("  ", "\t")
     Path("oscillator.mech").write_bytes(text.encode("utf-8"))
     assert call(capsys, "-q") == (0, "", "")
+
+
+def test_a_compiler_that_fails_is_quoted_and_the_sources_are_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    compiler = tmp_path / "failing-cc"
+    compiler.write_text(
+        '#!/bin/sh\n[ "$1" = --version ] && echo failing 1.0 && exit 0\necho no luck >&2\nexit 1\n'
+    )
+    compiler.chmod(0o755)
+    monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
+    code, out, err = call(capsys)
+    assert (code, out) == (1, "")
+    assert err.startswith("error: the C compiler failed: ") and "no luck" in err and "Traceback" not in err
+    kept = re.search(r"the sources are kept in (\S+)", err)
+    assert kept is not None and list(Path(kept[1]).glob("*.c"))
