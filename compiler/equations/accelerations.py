@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 from mechc.lang.diagnostics import Reporter
@@ -27,23 +27,21 @@ def accelerations(
     residual: Sequence[Node],
     free: Sequence[int],
     rows: Sequence[Row],
+    supports: Sequence[Collection[int]],
     reporter: Reporter,
 ) -> Accelerations:
-    """Solve r - K^T lam = 0 with K a + gamma = 0."""
+    """Solve r - K^T lam = 0 with K a + gamma = 0.
+
+    ``supports``: for each row the free velocities on which it depends at consistent states. Its multiplier is
+    eliminated right after them, so that the cost of many loops grows with their number and not with its square.
+    """
     unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
     equations = [residual[i] for i in free] + [row.second for row in rows]
+    after = {len(free) + k: support for k, support in enumerate(supports)}
     try:
-        found = solve(system.graph, equations, unknowns)
+        found = solve(system.graph, equations, unknowns, after=after)
     except ZeroPivot as singular:
-        from .pairing import pairing  # scipy is imported for such systems only
-
-        pairs = pairing(system.graph, equations, unknowns)
-        if pairs is None:
-            raise _massless(system, free, rows, singular, reporter) from None
-        try:
-            found = solve(system.graph, equations, unknowns, rows=pairs)
-        except ZeroPivot:
-            raise _massless(system, free, rows, singular, reporter) from None
+        raise _massless(system, free, rows, singular, reporter) from None
     count = len(free)
     return Accelerations(found.solutions[:count], found.solutions[count:], found)
 

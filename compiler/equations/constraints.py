@@ -10,7 +10,7 @@ K d = -(K v + b) for velocities. Solved along the structure like the acceleratio
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from mechc.lang.diagnostics import Reporter
@@ -87,12 +87,18 @@ class Projection:
 
 
 def projection(
-    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], rows: Sequence[Row]
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    supports: Sequence[Collection[int]],
 ) -> Projection:
-    """Return the corrections of a state with the given independent rows."""
+    """Return the corrections of a state with the given independent rows; ``supports`` as for accelerations."""
     located = [row for row in rows if row.position is not None]
-    position = _correction(system, residual, free, located, [row.position or row.rate for row in located])
-    velocity = _correction(system, residual, free, rows, [row.rate for row in rows])
+    values = [row.position if row.position is not None else row.rate for row in rows]
+    count = len(located)
+    position = _correction(system, residual, free, located, values[:count], supports[:count])
+    velocity = _correction(system, residual, free, rows, [row.rate for row in rows], supports)
     return Projection(
         position,
         tuple(row.position for row in located if row.position is not None),
@@ -107,6 +113,7 @@ def _correction(
     free: Sequence[int],
     rows: Sequence[Row],
     values: Sequence[Node],
+    supports: Sequence[Collection[int]],
 ) -> tuple[Node, ...]:
     """Return d with M d - K^T mu = 0 and K d = -values."""
     graph = system.graph
@@ -122,4 +129,5 @@ def _correction(
     equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
     equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
-    return solve(graph, equations, unknowns).solutions[: len(free)]
+    after = {len(free) + k: support for k, support in enumerate(supports)}
+    return solve(graph, equations, unknowns, after=after).solutions[: len(free)]

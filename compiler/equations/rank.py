@@ -25,10 +25,14 @@ Vector = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Rank:
-    """``independent`` rows by index; ``rank`` at each sample; ``varies`` where it is not the same at all."""
+    """``independent`` rows by index; the rank at each sample; for each row the velocities it depends on.
+
+    Seen on the manifold, a loop depends on its own joints only: those of the bodies that carry it drop out.
+    """
 
     independent: tuple[int, ...]
     ranks: tuple[int, ...]
+    supports: tuple[frozenset[int], ...]
 
     @property
     def varies(self) -> bool:
@@ -53,6 +57,7 @@ def rank(
     flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
     seeds = np.random.default_rng(20)
     counts: list[int] = []
+    touched = np.zeros((len(rows), len(velocities)), dtype=bool)
     chosen: tuple[int, ...] = ()
     for sample in range(SAMPLES):
         values = dict(parameters) | dict(start)
@@ -60,11 +65,14 @@ def rank(
             values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
         values = _assembled(system, rows, velocities, values)
         matrix = _matrix(graph, flat, (len(rows), len(velocities)), values)
+        sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
+        touched |= np.abs(matrix) > TOLERANCE * sizes
         independent = _independent(matrix)
         if len(independent) > len(chosen):
             chosen = independent
         counts.append(len(independent))
-    return Rank(chosen, tuple(counts))
+    supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
+    return Rank(chosen, tuple(counts), supports)
 
 
 def _matrix(

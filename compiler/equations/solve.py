@@ -63,7 +63,8 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
     absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
     r = substitute(graph, raw, before | absent) if before or absent else raw
-    found = accelerations(system, r, free, rows, reporter)
+    supports = [found_rank.supports[all_rows.index(row)] for row in rows] if found_rank else []
+    found = accelerations(system, r, free, rows, supports, reporter)
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
     solution |= {row.multiplier: value for row, value in zip(rows, found.multipliers, strict=True)}
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
@@ -90,7 +91,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
         rows=rows,
         all_rows=all_rows,
         rank=found_rank,
-        projection=projection(system, r, free, rows) if rows else None,
+        projection=projection(system, r, free, rows, supports) if rows else None,
         energies=energy,
         pivots=found.elimination.pivots,
         method=found.elimination.variant,

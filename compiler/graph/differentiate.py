@@ -194,8 +194,12 @@ def gradient(graph: Graph, scalar: Node, wrt: Sequence[Node]) -> list[Node]:
 def jacobian(graph: Graph, outputs: Sequence[Node], wrt: Sequence[Node]) -> list[dict[int, Node]]:
     """Return, for each output, {index in ``wrt``: derivative} of its non-zero derivatives.
 
-    One forward sweep for each w, over the nodes that depend on it only.
+    One reverse sweep for each output where they are fewer, else one forward sweep for each w, over the nodes that
+    depend on it only.
     """
+    if 2 * len(outputs) < len(wrt):
+        columns = (vjp(graph, [(n, graph.one)], wrt) for n in outputs)
+        return [{j: entry for j, entry in enumerate(row) if entry != graph.zero} for row in columns]
     rows: list[dict[int, Node]] = [{} for _ in outputs]
     users: dict[Node, list[Node]] = {}
     for n in graph.reach(outputs):
