@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gallery import Array, Case, Formula, check, run
+from gallery import Array, Case, Formula, check, run, values
 from numpy import cos, cosh, exp, pi, sin, sqrt
 
 g = 9.81
@@ -189,3 +189,14 @@ def test_steady_amplitude_is_largest_at_the_stated_frequency() -> None:
 def test_momentum_of_the_ring_is_conserved() -> None:
     """T20: w = 0."""
     assert np.max(np.abs(run("ring_of_masses")["total"])) < 100e-10
+
+
+@pytest.mark.parametrize("n", [2, 5, 10])
+def test_modes_of_the_elastic_rod(n: int) -> None:
+    """P17 with k = m = 1: the frequencies of the reference, mode by mode."""
+    known = values("normal_modes_set", f"n={n} equal masses, n+1 equal springs")
+    for mode in (1, n):
+        settings = {"N": n, "mode": mode, "k": 1.0, "m": 1.0}
+        solution = run("elastic_rod", set=settings)
+        expected = solution["x[1]"][0] * cos(known[f"omega_{mode}"] * solution.time)
+        assert solution["x[1]"] == pytest.approx(expected, abs=100e-10 * abs(expected[0]))

@@ -1,0 +1,88 @@
+"""Make docs/library.md, the reference of the standard library, from its doc strings: ``python docs/library.py``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.printer import print_expression
+from mechc.lang.read import read_source
+
+HERE = Path(__file__).resolve().parent
+LIBRARY = HERE.parent / "stdlib"
+PACKAGES = ("planar", "spatial", "fields", "constants")
+
+HEAD = """# The standard library
+
+Four packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+`import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
+frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Made from the doc strings by `python docs/library.py`.
+"""
+
+KINDS = {
+    ast.Parameter: "parameter",
+    ast.Coordinate: "coordinate",
+    ast.Input: "input",
+    ast.Frame: "frame",
+}
+
+
+def page() -> str:
+    """Return the text of library.md: a section for each package, a table for each model."""
+    return HEAD + "".join(_package(name) for name in PACKAGES)
+
+
+def _package(name: str) -> str:
+    file = parse(read_source(LIBRARY / f"{name}.mech"), Reporter())
+    lines = [f"\n## mech.{name}\n"]
+    functions = [item for item in file.items if isinstance(item, ast.Function)]
+    if functions:
+        lines += ["\n| function | value | |\n|---|---|---|\n"]
+        lines += [
+            f"| `{f.name}({', '.join(a.name for a in f.arguments)})` | {_value(f)} | {f.doc} |\n"
+            for f in functions
+        ]
+    for item in file.items:
+        if isinstance(item, ast.Model):
+            lines.append(f"\n### {item.name}\n\n{_sentence(item.doc)}\n\n")
+            lines.append(_table(item))
+    return "".join(lines)
+
+
+def _value(function: ast.Function) -> str:
+    return f"`{print_expression(function.value)}`" if not function.arguments else ""
+
+
+def _table(model: ast.Model) -> str:
+    rows = []
+    for item in model.body:
+        match item:
+            case ast.Extends():
+                rows.append(f"| extends | `{item.base}` | | |\n")
+            case ast.Parameter() | ast.Coordinate() | ast.Input() | ast.Frame():
+                rows.append(_row(item))
+            case _:
+                pass  # energies, closures and abbreviations are the model's own business
+    return "".join(["| | name | default | |\n|---|---|---|---|\n", *rows])
+
+
+def _row(item: ast.Parameter | ast.Coordinate | ast.Input | ast.Frame) -> str:
+    default = (
+        item.start.value if isinstance(item, ast.Coordinate) and item.start else getattr(item, "value", None)
+    )
+    sizes = ", ".join(print_expression(d.size) for d in item.dimensions)
+    name = f"{item.name}[{sizes}]" if sizes else item.name
+    structural = isinstance(item, ast.Parameter) and item.structural
+    kind = "structural parameter" if structural else KINDS[type(item)]
+    shown = f"`{print_expression(default)}`" if default is not None else ""
+    return f"| {kind} | `{name}` | {shown} | {item.doc} |\n"
+
+
+def _sentence(text: str) -> str:
+    return text[:1].upper() + text[1:] + "."
+
+
+if __name__ == "__main__":
+    (HERE / "library.md").write_text(page(), encoding="utf-8")

@@ -1,0 +1,44 @@
+"""The library tells what everything in it is, and its page in the documentation says the same."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+from gallery import ROOT
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.printer import format_file
+from mechc.lang.read import read_source
+
+FILES = sorted((ROOT / "stdlib").glob("*.mech"))
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_every_declaration_has_a_doc_string(path: Path) -> None:
+    file = parse(read_source(path), Reporter())
+    for item in file.items:
+        assert item.doc, item
+        if isinstance(item, ast.Model):
+            for inner in item.body:
+                assert not isinstance(inner, ast.Declaration) or inner.doc, f"{item.name}.{inner.name}"
+
+
+@pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
+def test_canonical_layout(path: Path) -> None:
+    source = read_source(path)
+    assert format_file(parse(source, Reporter())) == source.text
+
+
+def test_page_is_up_to_date() -> None:
+    """docs/library.md is what ``python docs/library.py`` writes."""
+    spec = importlib.util.spec_from_file_location("library", ROOT / "docs" / "library.py")
+    assert spec is not None and spec.loader is not None
+    library = importlib.util.module_from_spec(spec)
+    sys.modules["library"] = library
+    spec.loader.exec_module(library)
+    assert (ROOT / "docs" / "library.md").read_text(encoding="utf-8") == library.page()
