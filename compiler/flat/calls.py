@@ -10,7 +10,7 @@ from mechc.lang.diagnostics import Label
 from mechc.lang.suggest import closest
 
 from . import types
-from .evaluate import iterate
+from .evaluate import iterate, written_size
 from .functions import RULES, combined
 from .instantiate import extents
 from .kinematics import KINEMATIC_RULES
@@ -20,6 +20,9 @@ from .queries import QUERY_RULES
 from .scope import Poisoned, Scope
 from .signature import Call
 from .values import declared_type, fit
+
+_LARGEST = 20_000
+"""Most operations of a call after it is written out."""
 
 _ALL_RULES = {**RULES, **KINEMATIC_RULES}
 
@@ -205,7 +208,15 @@ def _own_function(scope: Scope, node: ast.Call, name: str) -> Expression:
         (*scope.calls, (name, node.span)),
         scope.in_event,
     )
-    return _result(inner, function, inner.elaborate(function.value))
+    result = _result(inner, function, inner.elaborate(function.value))
+    if written_size(result) > _LARGEST:
+        raise scope.fail(
+            "E0419",
+            f"written out, '{name}' has more than {_LARGEST} operations here",
+            node.span,
+            help="name its arguments by 'let', so that each is written once",
+        )
+    return result
 
 
 def _bound(scope: Scope, own: Scope, formal: ast.Argument, given: ast.Expression) -> Expression:

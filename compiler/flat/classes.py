@@ -12,6 +12,10 @@ from mechc.lang.suggest import closest
 from .namespace import Namespace
 
 
+_ALWAYS = (ast.Experiment, ast.Dimensionless, ast.Independent, ast.Extends, ast.Final, ast.Stationary)
+"""Statements that no condition or loop may decide about."""
+
+
 @dataclass(frozen=True, slots=True)
 class Placed:
     """A statement of ``model`` with the names it sees; ``level`` 0 is the model itself, 1 its base, and so on."""
@@ -139,7 +143,10 @@ def _finish(result: Class, reporter: Reporter) -> None:
                 places.append(statement)
             case ast.If():
                 for inner in _inside(statement, reporter):
-                    result.conditional.setdefault(inner.name, inner)
+                    if isinstance(inner, ast.Place):
+                        places.append(inner)
+                    else:
+                        result.conditional.setdefault(inner.name, inner)
             case ast.For():
                 _refuse_declarations(statement.body, reporter)
             case _:
@@ -183,12 +190,15 @@ def _add_experiment(result: Class, placed: Placed, statement: ast.Experiment, re
     result.experiments[statement.name] = placed
 
 
-def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration]:
+def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration | ast.Place]:
+    """Yield what stands under a structural condition and must be known before it is decided."""
     bodies = [branch.body for branch in statement.branches] + [statement.otherwise]
     for body in bodies:
         for inner in body:
-            if isinstance(inner, ast.Declaration):
+            if isinstance(inner, ast.Declaration | ast.Place):
                 yield inner
+            elif isinstance(inner, _ALWAYS):
+                _refuse(inner, "if", reporter)
             elif isinstance(inner, ast.If):
                 yield from _inside(inner, reporter)
             elif isinstance(inner, ast.For):
@@ -210,5 +220,15 @@ def _refuse_declarations(body: tuple[ast.Statement, ...], reporter: Reporter) ->
             for branch in inner.branches:
                 _refuse_declarations(branch.body, reporter)
             _refuse_declarations(inner.otherwise, reporter)
-        elif isinstance(inner, ast.Experiment | ast.Dimensionless | ast.Independent):
-            reporter.error("E0410", "this statement cannot stand inside 'for'", inner.span)
+        elif isinstance(inner, _ALWAYS):
+            _refuse(inner, "for", reporter)
+
+
+def _refuse(statement: ast.Statement, word: str, reporter: Reporter) -> None:
+    name = type(statement).__name__.lower()
+    reporter.error(
+        "E0410",
+        f"'{name}' cannot stand inside '{word}'",
+        statement.span,
+        caption="it always belongs to the whole model",
+    )

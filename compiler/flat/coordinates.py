@@ -62,7 +62,7 @@ _RATES = ("vel", "vel_at", "angvel")
 
 def has_rates(flattening: Flattening, expression: Expression) -> bool:
     """Tell whether an expression depends on velocities, through definitions too."""
-    seen: set[str] = set()
+    seen: set[str | int] = set()
     pending = [expression]
     while pending:
         at = pending.pop()
@@ -72,7 +72,8 @@ def has_rates(flattening: Flattening, expression: Expression) -> bool:
             if at.name not in seen:
                 seen.add(at.name)
                 pending.extend(definition_of(flattening, at.name))
-        else:
+        elif id(at) not in seen:
+            seen.add(id(at))
             pending.extend(children(at))
     return False
 

@@ -231,14 +231,32 @@ def not_structural(scope: Scope, node: ast.Expression, expression: Expression, p
 def free_names(expression: Expression) -> dict[str, None]:
     """Return the names that an expression mentions, in order."""
     found: dict[str, None] = {}
+    seen: set[int] = set()
     pending: list[Expression] = [expression]
     while pending:
         at = pending.pop()
         if isinstance(at, Name):
             found[at.name] = None
-        else:
+        elif id(at) not in seen:  # arguments of functions are shared
+            seen.add(id(at))
             pending.extend(reversed(children(at)))
     return found
+
+
+def written_size(expression: Expression) -> int:
+    """Return the number of nodes of an expression with everything shared written out."""
+    sizes: dict[int, int] = {}
+    pending: list[Expression] = [expression]
+    while pending:
+        at = pending[-1]
+        inner = children(at)
+        missing = [e for e in inner if id(e) not in sizes]
+        if missing:
+            pending.extend(missing)
+            continue
+        sizes[id(at)] = 1 + sum(sizes[id(e)] for e in inner)
+        pending.pop()
+    return sizes[id(expression)]
 
 
 def children(expression: Expression) -> tuple[Expression, ...]:

@@ -182,7 +182,23 @@ def expand(instance: Instance) -> list[Expanded]:
         _expand(instance, placed, statement, scope, result)
     instance.expanding = False
     instance.expanded = result
+    _check_conditional(instance)
     return result
+
+
+def _check_conditional(instance: Instance) -> None:
+    """Report modifications of names that a condition has left out."""
+    for name, modifiers in instance.modifiers.items():
+        declaration = instance.cls.conditional.get(name)
+        if declaration is None or name in instance.members:
+            continue
+        for modifier in modifiers:
+            modifier.source.scope.report(
+                "E0216",
+                f"{instance.cls.name} has '{name}' only under a condition that is false here",
+                modifier.span,
+                labels=(Label(declaration.name_span, "declared here"),),
+            )
 
 
 def _expand(

@@ -198,6 +198,8 @@ def test_right_statements(statement: str) -> None:
         ("for i in 1:x loop damping 1 N.s/m on x; end for;", "E0315"),
         ("for i in 1:3 loop parameter p = 1; end for;", "E0410"),
         ("if x > 0 m then damping 1 N.s/m on x; end if;", "E0315"),
+        ("if true then experiment(stop = 1 s); end if;", "E0410"),
+        ("for i in 1:2 loop extends M; end for;", "E0410"),
         ("final x = 1 m;", "E0590"),
         ("stationary integral(x);", "E0590"),
         ("output r = at(x, 1 s);", "E0590"),
@@ -280,6 +282,29 @@ def test_declarations_under_conditions() -> None:
     assert value(variable(flat(text), "m").value) == "1"
     assert value(variable(flat(text, structural={"heavy": True}), "m").value) == "9"
     assert codes(text.replace("else parameter m = 1 kg;", "")) == ["E0216"]
+    part = f"model Part {text.replace('else parameter m = 1 kg;', 'else let m = 1 kg;')} end Part;"
+    assert codes(part + "model M  Part p(m = 2 kg); end M;") == ["E0402"]
+    part = "model Part  structural parameter Boolean b = false; if b then parameter m = 1; end if; end Part;"
+    assert codes(part + "model M  Part p(m = 2); end M;") == ["E0216"]
+    assert codes(part + "model M  Part p(m = 2, b = true); end M;") == []
+
+
+def test_joints_may_choose_their_pose_by_a_condition() -> None:
+    text = (
+        "model Hinge  frame from; frame to; structural parameter Boolean locked = false;"
+        "if locked then place to = from; else coordinate Angle a = 0; place to = from * rot(a); end if;"
+        "closure pos(to) = pos(from); end Hinge;"
+        "model Body  frame a; mass 1 kg at a; inertia 1 kg.m^2 on a; end Body;"
+        "model M  Body b; Hinge h(world -> b.a, locked = LOCKED); end M;"
+    )
+    assert flat(text.replace("LOCKED", "false")).joints[0].coordinates == ("h.a",)
+    locked = flat(text.replace("LOCKED", "true")).joints[0]
+    assert value(locked.value) == "h.from" and locked.coordinates == ()
+
+
+def test_calls_that_double_their_arguments_stay_bounded() -> None:
+    nested = "f(" * 30 + "x" + ")" * 30
+    assert codes(f"function f(x) = x*x; parameter x = 2; parameter y = {nested};") == ["E0419"]
 
 
 def test_events_keep_their_branches_and_targets() -> None:
