@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cache
+from typing import Any
 
 from ..flat.model import FlatModel, Query
 from ..graph import Graph, Node
@@ -41,15 +43,25 @@ def reactions_asked(model: FlatModel) -> frozenset[str]:
 
 
 def _queries(root: object) -> Iterator[Query]:
-    pending = [root]
+    """Yield every query inside a tree of flat-model values."""
+    pending: list[Any] = [root]
     while pending:
         at = pending.pop()
+        if isinstance(at, tuple):
+            pending += at
+            continue
         if isinstance(at, Query):
             yield at
-        if isinstance(at, tuple):
-            pending.extend(x for x in at if isinstance(x, tuple) or is_dataclass(x))
-        elif is_dataclass(at) and type(at).__module__.endswith("flat.model"):
-            pending.extend(getattr(at, f.name) for f in fields(at))
+        for name in _branches(type(at)):
+            pending.append(getattr(at, name))
+
+
+@cache
+def _branches(kind: type) -> tuple[str, ...]:
+    """Return the fields of a type of the flat model in which a query may stand."""
+    if not is_dataclass(kind) or not kind.__module__.endswith("flat.model"):
+        return ()
+    return tuple(f.name for f in fields(kind) if f.name not in ("type", "span", "origin", "name", "doc"))
 
 
 def displace(graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str) -> VirtualDisplacement:
