@@ -7,7 +7,7 @@ inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any
@@ -52,14 +52,14 @@ def _queries(root: object) -> Iterator[Query]:
             continue
         if isinstance(at, Query):
             yield at
-        for name in _branches(type(at)):
+        for name in _branches(at.__class__):
             pending.append(getattr(at, name))
 
 
 @cache
-def _branches(kind: type) -> tuple[str, ...]:
+def _branches(kind: Hashable) -> tuple[str, ...]:
     """Return the fields of a type of the flat model in which a query may stand."""
-    if not is_dataclass(kind) or not kind.__module__.endswith("flat.model"):
+    if not isinstance(kind, type) or not is_dataclass(kind) or not kind.__module__.endswith("flat.model"):
         return ()
     return tuple(f.name for f in fields(kind) if f.name not in ("type", "span", "origin", "name", "doc"))
 
