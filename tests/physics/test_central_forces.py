@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import kepler_orbit
-from gallery import DATA, Case, Formula, at, check, references, run, upward_crossings
+from gallery import DATA, Case, Formula, at, check, check_estimate, references, run, upward_crossings
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
 from scipy.special import ellipk
 
@@ -47,6 +47,8 @@ def test_reference(example: str, data: str, names: dict[str, str], tolerance: fl
         expected = np.array([point["values"][k] for k in names])
         got = at(solution, point["t"], list(names.values()))
         assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < bound * tolerance, point["t"]
+        if point["t"] == solution.time[-1]:
+            check_estimate(solution, dict(zip(names.values(), expected, strict=True)))
 
 
 @pytest.mark.parametrize("e", ["0", "0.1", "0.3", "0.5", "0.7", "0.9", "0.99"])

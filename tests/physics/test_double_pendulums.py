@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import integrate, small_swings
-from gallery import Array, at, references, run, values
+from gallery import Array, at, check_estimate, references, run, values
 
 TIP = {"xB": "B[1]", "yB": "B[2]"}
 K1 = {"q1": "q1", "q2": "q2", "u1": "der(q1)", "u2": "der(q2)"}
@@ -41,6 +41,8 @@ def test_reference(
         expected = np.array([point["values"][k] for k in names])
         got = at(solution, point["t"], list(names.values()))
         assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < 30e-10 * point["growth"], point["t"]
+        if point["t"] == solution.time[-1]:
+            check_estimate(solution, dict(zip(names.values(), expected, strict=True)))
 
 
 def test_double_pendulum_in_space() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import integrate
-from gallery import Array, Case, Formula, at, check, references, run, upward_crossings
+from gallery import Array, Case, Formula, at, check, check_estimate, references, run, upward_crossings
 from numpy import cos, pi, sin, sqrt
 
 EULER = {
@@ -26,6 +26,8 @@ def test_heavy_symmetric_top() -> None:
         expected = np.array([point["values"][k] for k in EULER])
         got = at(solution, point["t"], list(EULER.values()))
         assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < 300e-10
+        if point["t"] == solution.time[-1]:
+            check_estimate(solution, dict(zip(EULER.values(), expected, strict=True)))
     assert solution["p_psi"] == pytest.approx(4, abs=100e-10)
     assert solution["p_phi"] == pytest.approx(3.625254671094455935, abs=100e-10)
 

@@ -110,6 +110,22 @@ def check(case: Case) -> None:
     assert max(at_end.values()) <= case.bound * case.tolerance, at_end
 
 
+def check_estimate(solution: Solution, expected: Mapping[str, float]) -> None:
+    """Compare the estimated error at the end with the true one, state by state: within a factor of 100."""
+    estimate = solution.accuracy.error
+    assert estimate is not None, solution.accuracy.remark
+    compared = expected.keys() & estimate.by_state_at_end.keys()
+    assert compared
+    for name in compared:
+        size = estimate.nominal[name] + abs(expected[name])
+        error = abs(float(solution[name][-1]) - expected[name]) / size
+        assert error / 100 <= estimate.by_state_at_end[name], name
+    largest = max(
+        abs(float(solution[n][-1]) - expected[n]) / (estimate.nominal[n] + abs(expected[n])) for n in compared
+    )
+    assert max(estimate.by_state_at_end[n] for n in compared) <= 100 * max(largest, ROUNDING)
+
+
 def references(name: str) -> list[dict[str, Any]]:
     """Return the reference points of a data file, with their numbers as floats.
 
