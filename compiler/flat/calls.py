@@ -138,7 +138,8 @@ def _quadrature(scope: Scope, node: ast.Call, aggregate: ast.Aggregate) -> Expre
     if types.is_zero(limits.arguments[0]) and types.is_zero(limits.arguments[1]):
         type = types.NUMBER
     type = types.real(type.dimension, angle=type.angle)
-    name = f"{generator.name}#{node.span.start}"
+    scope.flattening.quadratures += 1
+    name = f"{generator.name}#{scope.flattening.quadratures}"
     variable = Name(type=type, span=generator.span, name=name)
     body = scope.with_local({generator.name: variable}).elaborate(aggregate.element)
     if body.type.kind not in types.NUMERIC or body.type.shape:

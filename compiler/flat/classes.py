@@ -11,7 +11,6 @@ from mechc.lang.suggest import closest
 
 from .namespace import Namespace
 
-
 _ALWAYS = (ast.Experiment, ast.Dimensionless, ast.Independent, ast.Extends, ast.Final, ast.Stationary)
 """Statements that no condition or loop may decide about."""
 

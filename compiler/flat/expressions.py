@@ -11,9 +11,10 @@ from mechc.lang.units import UnitError, parse_unit, to_si
 
 from . import types
 from .calls import call
+from .choices import array, conditional
 from .evaluate import iterate
 from .model import Apply, Array, Derivative, Element, Expression, Kind, Literal, Name, Previous, Role
-from .operators import array, binary, conditional, unary
+from .operators import binary, unary
 from .references import indexed, predefined, reference
 from .scope import Scope
 

@@ -9,6 +9,7 @@ from mechc.lang.source import Span
 from mechc.lang.suggest import closest
 
 from . import types
+from .components import instances_of
 from .evaluate import pick, range_values, whole_number
 from .instance import (
     AnyMember,
@@ -20,9 +21,10 @@ from .instance import (
     PlaceMember,
     VariableMember,
 )
-from .instantiate import expand, indices, instances_of, member_of, subscript
-from .members import definition_reference, place_extents, place_reference, variable_reference
+from .instantiate import expand, indices, member_of, subscript
+from .members import definition_reference, variable_reference
 from .model import Array, Expression, Kind, Literal, Name, Query
+from .places import place_extents, place_reference
 from .scope import Poisoned, Scope
 
 _ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}

@@ -9,9 +9,9 @@ from . import model, types
 from .coordinates import target_of
 from .instance import PlaceMember
 from .loads import label_name
-from .members import is_free
 from .model import Derivative, Expression, Kind, Role, Type
 from .operators import meet
+from .places import is_free
 from .record import JointParts, Record
 from .scope import Poisoned, Scope
 from .values import broadcast, fit

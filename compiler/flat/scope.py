@@ -85,6 +85,7 @@ class Flattening:
     space: Space = field(default_factory=Space)
     instances: int = 0
     turns: int = 0
+    quadratures: int = 0
     constants: dict[int, Literal] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)

@@ -8,21 +8,15 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from . import model
+from .components import instances_of
 from .energies import energy, gravities, inertia, mass
 from .events import when
 from .instance import ComponentMember, DefinitionMember, Instance, PlaceMember, VariableMember
-from .instantiate import expand, indices, instances_of, subscript
+from .instantiate import expand, indices, subscript
 from .loads import contact, damping, friction, load
-from .members import (
-    cannot_modify,
-    definition_value,
-    is_free,
-    parameter_value,
-    place_extents,
-    place_value,
-    type_of,
-)
+from .members import cannot_modify, definition_value, parameter_value, type_of
 from .model import DefinitionRole, Expression, Role
+from .places import is_free, place_extents, place_value
 from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
 from .scope import Poisoned, Scope

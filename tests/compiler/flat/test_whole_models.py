@@ -41,7 +41,76 @@ REFUSED_DRAFTS = {
 """Drafts that are older than the library or the rules, with the only kind of error they may have."""
 
 
-@pytest.mark.parametrize("name", ["03_chain", "08_heavy_top", "09_tour"])
+EVERYTHING = """
+function spring(Length d, k) -> Energy = 1/2*k*d^2;
+
+model Body "rigid body"
+  parameter Mass m = 1 kg "mass";
+  parameter Inertia J = 0 kg.m^2;
+  frame a "placed by a joint";
+  mass m at a;
+  inertia J on a;
+end Body;
+
+model Hinge
+  frame from;
+  frame to;
+  coordinate Angle angle(nominal = 1 rad) ~ 0 rad "relative";
+  place to = from * rot(angle);
+  closure pos(to) = pos(from) "two equations";
+end Hinge;
+
+model Everything "each kind of element once"
+  structural parameter Integer n = 2;
+  parameter w = {3, 4} kg;
+  gravity {0, -9.81 m/s^2};
+  Body body[n](m = w);
+  Hinge hinge[i in 1:n]((if i == 1 then world else body[i-1].a) -> body[i].a, angle = i*10 deg);
+  Body stone(a = body[n].a * trans({1 m, 0}));
+  coordinate Length r[2] = {1, 2} m;
+  initial der(r[1]) = 3 m/s;
+  initial energy() ~ 5 J;
+  point P = world * r;
+  mass 1 kg at P;
+  potential spring(norm(P), 2 N/m);
+  dissipation 1/2*1 N.s/m*dot(der(r), der(r));
+  force push: {1 N, 0} on P from world in world;
+  torque 1 N.m on hinge[1].angle;
+  damping 1 N.s/m on r[1];
+  friction 1 N static 2 N on r[2], law = "stick";
+  holonomic constraint rail: r[1] = 2*r[2];
+  contact floor: r[2] restitution 0.5 friction 0.1 along der(r[1]), rest = 1 mm/s;
+  coordinate s = 0 m;
+  kinetic 1/2*1 kg*der(s)^2;
+  drive s = 1 m*sin(time/1 s);
+  input Force u = 1 N;
+  state Force f ~ 0;
+  equation der(f) = (u - f)/10 ms;
+  discrete Integer hits = 0;
+  when r[1] < 0 m and not initial() then
+    hits := pre(hits) + 1;
+    reinit(der(r[1]), if u > 0 N then -der(r[1]) else 0);
+    release rail;
+  elsewhen sample(1 s) then
+    impulse 1 N.s on r[2];
+    terminate("done");
+  end when;
+  assert norm(P) < 10 m, "too far";
+  output work = integral(u*der(s)) "work of u";
+  output area = integral(x^2 for x in 0 m:r[1]);
+  output load = multiplier(rail);
+  exact s = 1 m*sin(time/1 s);
+  experiment(stop = 10 s, r[1] = 4 m, u = 2 N);
+  experiment scan(u in linspace(1 N, 2 N, 3), n = 3, f ~ 1 N, stop = 1 s);
+end Everything;
+"""
+
+
+def test_golden_text_with_every_element(golden: Callable[[str, str], None]) -> None:
+    golden("everything.txt", show(flat(EVERYTHING)) + "\n")
+
+
+@pytest.mark.parametrize("name", ["07_bouncing_ball", "08_heavy_top"])
 def test_golden_texts(name: str, golden: Callable[[str, str], None]) -> None:
     reporter = Reporter()
     model = flatten(load(LANGUAGE / f"{name}.mech", reporter), reporter)
