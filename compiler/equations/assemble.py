@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
-from ..graph import Node
+from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
@@ -26,6 +26,19 @@ def assemble(
     ``implicit`` adds the Jacobian of the right-hand side, which implicit methods need; ``momenta`` the functions
     on which the structure-preserving methods for constrained models work.
     """
+    try:
+        return _assemble(system, reporter, implicit, momenta)
+    except DivisionByZero:
+        raise reporter.fail(
+            "E0526",
+            "the equations of motion divide by zero whatever the state",
+            system.model.origin.span,
+            caption="in this model",
+            help="look for a quotient whose divisor vanishes with a prescribed motion or a constraint",
+        ) from None
+
+
+def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, momenta: bool) -> Equations:
     solved = solve_system(system, reporter)
     reporter.stop_on_errors()
     layout = layout_of(system, solved.driven, solved.energies)

@@ -8,7 +8,7 @@ from typing import TypedDict
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import FlatModel, StartValue, Variable
-from ..graph import Graph, Node
+from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
 from .symbols import Symbols, subscripts
@@ -57,12 +57,21 @@ def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) ->
     """Replace initial values of others in initial values, until none is left."""
     for _ in range(len(starts)):
         values = {s: b.value for s, b in starts.items()}
-        open_ones = {s for s, n in values.items() if values.keys() & set(graph.support(n))}
+        open_ones = [s for s, n in values.items() if values.keys() & set(graph.support(n))]
+        for s in open_ones:
+            try:
+                (n,) = substitute(graph, [values[s]], values)
+            except DivisionByZero:
+                start = starts[s].start
+                raise reporter.fail(
+                    "E0602",
+                    f"the initial value of '{graph.name(s)}' divides by zero",
+                    start.origin.span if start else None,
+                    caption="with the initial values of the others",
+                ) from None
+            starts[s] = replace(starts[s], value=n)
         if not open_ones:
             break
-        changed = substitute(graph, [values[s] for s in open_ones], values)
-        for s, n in zip(open_ones, changed, strict=True):
-            starts[s] = replace(starts[s], value=n)
     for s, b in starts.items():
         if starts.keys() & set(graph.support(b.value)) and b.start is not None:
             reporter.error(
