@@ -39,13 +39,6 @@ def test_every_statement_is_described() -> None:
     ] == []
 
 
-def test_every_library_model_is_described() -> None:
-    models: list[str] = []
-    for path in sorted((ROOT / "stdlib").glob("*.mech")):
-        models += re.findall(r"^model (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
-    assert [name for name in models if f"| `{name}` |" not in PAGE] == []
-
-
 def test_links_between_sections() -> None:
     anchors = {
         re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
