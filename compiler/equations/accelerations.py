@@ -66,7 +66,7 @@ def _massless(
     return reporter.fail(
         "E0520",
         f"constraint '{row.title}' has no reaction that could be found",
-        row.constraint.origin.span,
+        row.constraint.origin.shown,
         caption="nothing with mass moves with it, or the others imply it",
         help="give a mass or an inertia to what it moves, or remove the constraint",
     )

@@ -143,7 +143,7 @@ def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:
             row.title,
             "velocity" if row.position is None else "position",
             row.constraint.units[row.component],
-            row.constraint.origin.span,
+            row.constraint.origin.shown,
         )
         for row in solved.rows
     )

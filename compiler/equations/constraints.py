@@ -69,7 +69,7 @@ def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Repor
             reporter.error(
                 "E0524",
                 f"'{row.title}' cannot be fulfilled: no coordinate changes it",
-                row.constraint.origin.span,
+                row.constraint.origin.shown,
                 caption="everything in it is prescribed",
             )
         kept.append(row)

@@ -191,7 +191,7 @@ def _independent(
         reporter.warning(
             "W0513",
             f"{what} '{name}' repeats {count} equation{'s' if count > 1 else ''} already implied by the others; dropped",
-            first.constraint.origin.span,
+            first.constraint.origin.shown,
             caption="its reaction is not unique",
         )
     return kept, found

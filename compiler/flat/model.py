@@ -45,10 +45,19 @@ class Type:
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Where an element came from: the statement, and the instance it belongs to ("" at the top)."""
+    """Where an element came from: the statement, and the instance it belongs to ("" at the top).
+
+    ``declared``: the statement of the model itself that declares this instance, or the part that contains it.
+    """
 
     span: Span = field(repr=False)
     instance: str = ""
+    declared: Span | None = field(default=None, repr=False)
+
+    @property
+    def shown(self) -> Span:
+        """The place to show a user first: in the model, not inside a library."""
+        return self.declared or self.span
 
 
 # ---------------------------------------------------------------- expressions

@@ -149,7 +149,10 @@ class Scope:
         return "" if self.instance is None else self.instance.path
 
     def origin(self, span: Span) -> Origin:
-        return Origin(span, self.path)
+        top = self.instance
+        while top is not None and top.parent is not None and top.parent.made_at is not None:
+            top = top.parent
+        return Origin(span, self.path, None if top is None else top.made_at)
 
     def report(
         self,

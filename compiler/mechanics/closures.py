@@ -93,7 +93,7 @@ def constraint_rows(
     rows = []
     for constraint in model.constraints:
         residuals = _differences(lowering, constraint.left, constraint.right)
-        span = constraint.origin.span
+        span = constraint.origin.shown
         support = set(graph.support(*residuals))
         if not support.intersection(velocities) and not support.intersection(coordinates):
             reporter.error(

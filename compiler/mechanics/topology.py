@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Apply, Array, Definition, Element, Expression, FlatModel, Joint, Name
 
@@ -116,7 +116,7 @@ def _check_not_twice(joint: Joint, source: str | None, target: str | None, repor
         reporter.error(
             "E0511",
             f"joint '{joint.name}' connects a body to itself",
-            joint.origin.span,
+            joint.origin.shown,
             caption=f"both sides belong to '{source}'",
             help="connect two different bodies, or a body and 'world'",
         )
@@ -125,23 +125,20 @@ def _check_not_twice(joint: Joint, source: str | None, target: str | None, repor
 def _report_floating(
     model: FlatModel, definitions: Mapping[str, Definition], placed: set[str], reporter: Reporter
 ) -> None:
-    users: dict[str, Label] = {}
+    used: dict[str, str] = {}
     for mass in model.masses:
-        root = root_of(mass.at, definitions)
-        if root is not None and root not in placed:
-            users.setdefault(root, Label(mass.origin.span, "its mass is here"))
+        used.setdefault(root_of(mass.at, definitions) or "", "mass")
     for inertia in model.inertias:
-        root = root_of(inertia.on, definitions)
-        if root is not None and root not in placed:
-            users.setdefault(root, Label(inertia.origin.span, "its inertia is here"))
-    for name, label in users.items():
-        definition = definitions[name]
+        used.setdefault(root_of(inertia.on, definitions) or "", "inertia")
+    for name, what in used.items():
+        definition = definitions.get(name)
+        if definition is None or name in placed:
+            continue
         owner = definition.origin.instance or name
         reporter.error(
             "E0512",
             f"nothing connects '{owner}' to world",
-            definition.origin.span,
-            caption=f"the frame '{name}' is placed by no joint",
-            labels=(label,),
+            definition.origin.shown,
+            caption=f"its {what} is on the frame '{name}', which no joint places",
             help=f"add a joint that leads to it, as in 'Revolute pin(world -> {name});', or a Free joint",
         )
