@@ -64,3 +64,11 @@ def test_the_error_message_is_the_one_of_the_page() -> None:
     page = (ROOT / "mechc" / "errors" / "E0301.md").read_text(encoding="utf-8")
     headline = next(row for row in README.splitlines() if row.startswith("error[E0301]"))
     assert headline in page
+
+
+@pytest.mark.parametrize("page", ["ARCHITECTURE.md", "CONTRIBUTING.md"])
+def test_files_that_are_named_exist(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    named = re.findall(r"`((?:[a-z_]+/)+[\w.*-]*)`", text)
+    assert named
+    assert [n for n in named if "CODE" not in n and not list(ROOT.glob(n.rstrip("/")))] == []
