@@ -58,7 +58,7 @@ static void begin(mech_solver *s, int fresh, const gauss *g)
     }
 }
 
-/* Stages from derivatives, z = h A f; `first` is 0, or the number of velocities whose positions come from z. */
+/* Stages from derivatives, z = h A f; with second_order the positions from the velocities in z. */
 static inline void stages_of(const mech_solver *s, const gauss *g, int stages, mech_real h, const mech_real *f,
                              int second_order, mech_real *z)
 {
@@ -129,8 +129,9 @@ static inline mech_real replace(const mech_solver *s, int stages, const arrays *
 /* What an iteration may still change when rounding keeps it from going on. */
 static mech_real rounding_level(int n) { return 64 * n * MECH_EPSILON; }
 
-/* 1: the stages are found; 0: the iteration does not contract, or meets undefined values. */
-static inline int fixed_point(mech_solver *s, memory *m, const gauss *g, int stages, mech_real h, const arrays *k)
+enum outcome { FOUND, NO_CONTRACTION, UNDEFINED };
+
+static inline enum outcome fixed_point(mech_solver *s, memory *m, const gauss *g, int stages, mech_real h, const arrays *k)
 {
     mech_real before = 0;
     int slow = 0;
@@ -142,17 +143,17 @@ static inline int fixed_point(mech_solver *s, memory *m, const gauss *g, int sta
         }
         stages_of(s, g, stages, h, k->f, m->second_order, k->d);
         const mech_real size = replace(s, stages, k);
-        if (!mech_finite(size)) return 0;
-        if (size == 0) return 1;
+        if (!mech_finite(size)) return l ? NO_CONTRACTION : UNDEFINED;
+        if (size == 0) return FOUND;
         if (l > 0 && size >= before) {
-            if (size <= rounding_level(s->ny)) return 1;
-            if (++slow > 4) return 0;
+            if (size <= rounding_level(s->ny)) return FOUND;
+            if (++slow > 4) return NO_CONTRACTION;
         } else if (l > 0 && size > MECH_C(0.7) * before && ++slow > 12 && size > rounding_level(s->ny)) {
-            return 0;
+            return NO_CONTRACTION;
         }
         before = size;
     }
-    return 0;
+    return NO_CONTRACTION;
 }
 
 /* The same by simplified Newton iterations with the Jacobian at the beginning of the step. */
@@ -194,7 +195,9 @@ static inline mech_real attempt(mech_solver *s, mech_real h, const gauss *g, int
     const arrays k = arrays_of(s, stages);
     const int n = s->ny;
     predict(s, m, g, stages, h, &k);
-    if (!m->newton && !fixed_point(s, m, g, stages, h, &k)) {
+    const enum outcome outcome = m->newton ? NO_CONTRACTION : fixed_point(s, m, g, stages, h, &k);
+    if (outcome == UNDEFINED) return (mech_real)INFINITY;
+    if (!m->newton && outcome == NO_CONTRACTION) {
         if (!s->model->jacobian) {
             s->run->trouble = MECH_NOT_CONVERGED;
             return (mech_real)INFINITY;
