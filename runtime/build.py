@@ -28,6 +28,7 @@ NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
 _FAST = (NATIVE, "-ffp-contract=fast")
 # without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
+_SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
@@ -58,7 +59,7 @@ class CompilerMissing(Exception):
 
 
 def kernel_flags(reproducible: bool = False) -> tuple[str, ...]:
-    return ("-O2", *_COMMON, *(_REPRODUCIBLE if reproducible else _FAST))
+    return ("-O2", *_COMMON, *(_REPRODUCIBLE if reproducible else (*_FAST, *_SIMD)))
 
 
 def model_flags(reproducible: bool = False) -> tuple[str, ...]:

@@ -52,12 +52,13 @@ def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
     others = [
         build_shared(sources(2), model_flags()),
         build_shared(sources(1), model_flags(reproducible=True)),
+        build_shared(sources(1), (*model_flags(), "-DX"), key="other"),
         build_shared(sources(1), model_flags(), key="other"),
         build_shared(sources(1), model_flags(), compiler=build.Compiler(compiler.command, "another version")),
     ]
     monkeypatch.setattr(build, "_processor", lambda: "another processor")
     others.append(build_shared(sources(1), model_flags()))
-    assert len({first, *others}) == 6
+    assert len({first, *others}) == 7
     assert build_shared(sources(1), model_flags(reproducible=True)) in others, "not tied to the processor"
     assert value_of(others[0]) == 2
 

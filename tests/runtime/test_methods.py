@@ -24,6 +24,7 @@ from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.native import REACHED, kernel_sources, load_kernel
 from mechc.runtime.problem import Array, Problem
+from mechc.runtime.scipy_methods import _System
 from mechc.runtime.simulate import simulate
 from mechc.runtime.solver import Solver
 from mechc.runtime.trajectory import DenseOutput
@@ -155,6 +156,18 @@ def test_quaternions_stay_of_unit_length() -> None:
         inside = solution(np.linspace(0, 100, 777))
         assert np.abs(sum(inside[f"R[{k}]"] ** 2 for k in range(1, 5)) - 1).max() < 1e-15
         assert solution.accuracy.conserved[0].absolute < 1e-4
+
+
+def test_reference_turns_a_quaternion_of_any_length_alike() -> None:
+    """What drifts between the steps of scipy is the length alone: the rate is linear in the quaternion."""
+    problem = rigid_body()
+    functions = load_functions(problem)
+    case = prepare(problem, functions, SimulationOptions(stop=1))
+    system = _System(problem, functions, case, piece=(0.0, 1.0))
+    y = np.array([0.1, -0.7, 0.5, 0.5, 0.3, -0.2, 1.0])
+    unit, long = system.rhs(0.0, y), system.rhs(0.0, y * [3, 3, 3, 3, 1, 1, 1])
+    assert long[:4] == pytest.approx(3 * unit[:4], rel=1e-14)
+    assert long[4:] == pytest.approx(unit[4:], rel=1e-14)
 
 
 def test_stiffness_is_noticed() -> None:

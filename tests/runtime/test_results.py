@@ -70,6 +70,31 @@ def test_between_output_points_dense_output_is_as_good_as_the_steps(make: object
         coarse(6.1)
 
 
+def test_dense_output_of_a_long_run() -> None:
+    """Several buffers of polynomials join without a gap."""
+    options = SimulationOptions(stop=600, tolerance=1e-11, points=2)
+    solution = simulate(compiled_kepler(), options)
+    assert solution.statistics.steps > 3000
+    times = np.linspace(0, 600, 5000)
+    exact = kepler_position(times, 1.0, 1.0, 0.6)
+    at = solution(times)
+    assert np.abs(np.column_stack([at["x"], at["y"]]) - exact).max() < 1e-5
+
+
+def test_polynomials_are_dropped_beyond_their_bound_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mechc.runtime.kernel_run.DENSE_LIMIT", 300_000)
+    short = simulate(compiled_kepler(), SimulationOptions(stop=60, points=10))
+    assert short.interpolation == "dense output"
+    long = simulate(compiled_kepler(), SimulationOptions(stop=600, tolerance=1e-11, points=6000))
+    assert long.interpolation == "cubic Hermite between output points"
+    exact = kepler_position(np.array([300.05]), 1.0, 1.0, 0.6)[0]
+    assert long(300.05)["x"] == pytest.approx(exact[0], abs=1e-4)
+    whole = simulate(
+        compiled_kepler(), SimulationOptions(stop=600, tolerance=1e-11, points=6000, dense=False)
+    )
+    assert np.abs(long["x"] - whole["x"]).max() < 1e-6
+
+
 def test_hermite_interpolation_keeps_rotations_of_unit_length() -> None:
     body = simulate(rigid_body(), SimulationOptions(stop=5, points=10, dense=False))
     at = body(np.linspace(0, 5, 100))
