@@ -21,6 +21,9 @@ from .names import latex_name, symbols_of
 SIMPLIFY_LIMIT = 400
 """Expressions with more operations than this are shown as the compiler formed them."""
 
+LARGEST_FRACTION = 16
+"""Fractions with larger denominators are written as decimals where these end."""
+
 SHOW_LIMIT = 20_000
 """Expressions with more operations than this are not shown; their size is stated instead."""
 
@@ -78,7 +81,7 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     def write(left: str, node: Node) -> Statement:
         (expression,) = express(graph, [node], symbols)
         operations = graph.count_operations([node])
-        shown = _tidy(expression, symbols, system) if operations <= SHOW_LIMIT else None
+        shown = decimals(_tidy(expression, symbols, system)) if operations <= SHOW_LIMIT else None
         return Statement(left, shown, operations)
 
     constraints = []
@@ -137,6 +140,17 @@ def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: Mechanica
     if not present:
         return simple
     return sp.collect(simple, present, lambda c: sp.factor_terms(sp.trigsimp(c)))
+
+
+def decimals(expression: sp.Expr) -> sp.Expr:
+    """Write fractions such as 981/200 as the decimal that a reader expects; small ones stay as they are."""
+    exchange = {}
+    for number in expression.atoms(sp.Rational):
+        digits = sp.factorint(number.q)
+        if number.q > LARGEST_FRACTION and set(digits) <= {2, 5}:
+            size = sp.Symbol(f"{float(abs(number)):.12g}", positive=True)
+            exchange[number] = -size if number < 0 else size
+    return expression.xreplace(exchange)
 
 
 # ---------------------------------------------------------------- layouts

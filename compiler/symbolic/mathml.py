@@ -46,7 +46,7 @@ def symbol(latex: str) -> str:
         return "<mo>,</mo>".join(symbol(part) for part in latex.split(","))
     if latex.startswith("\\") and latex[1:] in GREEK:
         return f"<mi>{_LETTERS.get(latex[1:], latex[1:])}</mi>"
-    if latex.isdigit():
+    if re.fullmatch(r"[\d.e+-]+", latex):
         return f"<mn>{latex}</mn>"
     return f"<mi>{escape(_plain(latex))}</mi>"
 
