@@ -1,0 +1,92 @@
+"""The equations shown are those of the textbook."""
+
+from __future__ import annotations
+
+import re
+from xml.dom.minidom import parseString
+
+import pytest
+import sympy as sp
+from compiled import compiled
+
+from mechc.compiler.symbolic.equations import account_of, write_equations
+from mechc.compiler.symbolic.names import latex_name
+
+PENDULUM = """
+parameter m = 1 kg;
+parameter l = 1 m;
+parameter g = 9.81 m/s^2;
+coordinate theta = 1 rad;
+kinetic   1/2*m*l^2*der(theta)^2;
+potential -m*g*l*cos(theta);
+"""
+
+CONE = """
+parameter m = 1 kg;
+parameter alpha = 0.5 rad;
+parameter g = 9.81 m/s^2;
+coordinate rho = 1 m;
+coordinate phi = 0 rad;
+kinetic 1/2*m*(der(rho)^2/sin(alpha)^2 + rho^2*der(phi)^2);
+potential m*g*rho*cos(alpha)/sin(alpha);
+"""
+
+STRING = """
+parameter m = 1 kg;
+parameter l = 1 m;
+gravity {0, -9.81 m/s^2};
+coordinate x = 0 m;
+coordinate y = -1 m;
+mass m at world * {x, y};
+constraint rod: sqrt(x^2 + y^2) = l;
+"""
+
+
+def s(*names: str) -> tuple[sp.Symbol, ...]:
+    return tuple(sp.Symbol(n) for n in names)
+
+
+def test_pendulum() -> None:
+    (equation,) = account_of(compiled(PENDULUM).system, latex=False).equations
+    m, l, g, theta, acceleration = s("m", "l", "g", "theta", "theta''")
+    assert sp.expand(equation.right - (m * l**2 * acceleration + m * g * l * sp.sin(theta))) == 0
+
+
+def test_cone_has_one_cyclic_coordinate() -> None:
+    account = account_of(compiled(CONE).system, latex=False)
+    m, rho, rate = s("m", "rho", "phi'")
+    assert account.cyclic == ("phi",)
+    assert sp.simplify(account.momenta[1].right - m * rho**2 * rate) == 0
+
+
+def test_multiplier_stands_in_the_equations() -> None:
+    account = account_of(compiled(STRING).system, latex=False)
+    m, x, y, ax, tension = s("m", "x", "y", "x''", "lambda[rod]")
+    assert sp.simplify(account.equations[0].right - (m * ax - tension * x / sp.sqrt(x**2 + y**2))) == 0
+    assert [c.left for c in account.constraints] == ["rod"]
+
+
+def test_gravity_is_shown_as_a_decimal() -> None:
+    assert "9.81*m" in write_equations(compiled(STRING).system, "text")
+
+
+@pytest.mark.parametrize("text", [PENDULUM, CONE, STRING])
+def test_html_holds_well_formed_formulas(text: str) -> None:
+    formulas = re.findall(r"<math.*?</math>", write_equations(compiled(text).system, "html"), re.DOTALL)
+    assert len(formulas) >= 3
+    for formula in formulas:
+        parseString(formula.replace("&InvisibleTimes;", "&#x2062;"))
+
+
+@pytest.mark.parametrize(
+    ("name", "latex"),
+    [
+        ("theta", r"\theta"),
+        ("m1", "m_{1}"),
+        ("x[2,1]", "x_{2,1}"),
+        ("joint[3].angle", r"\mathrm{angle}_{\mathrm{joint\,3}}"),
+        ("l_rest", r"l_{\mathrm{rest}}"),
+    ],
+)
+def test_latex_names(name: str, latex: str) -> None:
+    assert latex_name(name) == latex
