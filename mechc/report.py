@@ -27,6 +27,7 @@ def report(solution: Solution, style: Style = PLAIN) -> str:
     blocks = [[_headline(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
+    blocks.append(_true_errors(solution, style))
     blocks.append(_events(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
@@ -192,6 +193,13 @@ def _invariants(accuracy: Accuracy, style: Style) -> list[str]:
     for name, drift in drifts:
         relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
         table.append([name, f"{drift.absolute:.1e}", "" if drift.unit == "1" else drift.unit, relative])
+    return _aligned(table, style)
+
+
+def _true_errors(solution: Solution, style: Style) -> list[str]:
+    table = [["error against the closed solution", "largest", "", "relative"]] if solution.true_errors else []
+    for error in solution.true_errors:
+        table.append([error.name, f"{error.largest:.1e}", error.unit, f"{error.relative:.1e}"])
     return _aligned(table, style)
 
 

@@ -52,7 +52,7 @@ class Sweep:
 def simulate(model: Model, request: Request) -> Solution:
     """Run a model whose structural parameters are settled."""
     problem, options = _prepare(model, request)
-    return _shown(run(problem, options), problem, request)
+    return _shown(run(problem, options), problem, model, request)
 
 
 def sweep(model: Model, request: Request) -> Sweep:
@@ -66,7 +66,7 @@ def sweep(model: Model, request: Request) -> Sweep:
         problem, options = _prepare(variant, request)
         runs = run_sweep(problem, options)
         points += [{**structural, **point} for point in runs.values]
-        solutions += [_shown(one, problem, request) for one in runs.solutions]
+        solutions += [_shown(one, problem, variant, request) for one in runs.solutions]
         if solutions[-1].outcome is Outcome.INTERRUPTED:
             break
     return Sweep(tuple(points), tuple(solutions))
@@ -91,8 +91,13 @@ def _prepare(model: Model, request: Request) -> tuple[Problem, SimulationOptions
     )
 
 
-def _shown(solution: Run, problem: Problem, request: Request) -> Solution:
-    return Solution.of(solution, problem, display=_display(problem, request.experiment))
+def _shown(solution: Run, problem: Problem, model: Model, request: Request) -> Solution:
+    first = find_experiment(problem, None)
+    as_stated = (
+        not model.settings and not request.inputs and (first is None or first.name == solution.experiment)
+    )
+    display = _display(problem, request.experiment)
+    return Solution.of(solution, problem, display=display, as_stated=as_stated)
 
 
 def _time(name: str, given: float | str | None, unit: str) -> float | None:

@@ -4,14 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .display import Display, choose, factor
 from .runtime.solution import Solution as Run
 
 if TYPE_CHECKING:
     from .runtime.problem import Array, Problem
+
+
+@dataclass(frozen=True, slots=True)
+class TrueError:
+    """Difference from a closed solution: largest and at the end, in SI; ``relative``: largest by the largest value."""
+
+    name: str
+    unit: str
+    largest: float
+    at_end: float
+    relative: float
 
 
 class Solution(Run):
@@ -23,16 +37,43 @@ class Solution(Run):
     problem: Problem
     compiled: bool
     display: Display
+    as_stated: bool
 
     @staticmethod
-    def of(run: Run, problem: Problem, *, display: Display) -> Solution:
-        """Take over what a run gave."""
+    def of(run: Run, problem: Problem, *, display: Display, as_stated: bool = True) -> Solution:
+        """Take over what a run gave. ``as_stated``: it is the default experiment, with no value changed."""
         solution = Solution.__new__(Solution)
         vars(solution).update(vars(run))
         solution.problem = problem
         solution.compiled = problem.library is not None
         solution.display = display
+        solution.as_stated = as_stated
         return solution
+
+    @property
+    def true_errors(self) -> tuple[TrueError, ...]:
+        """Compare with the closed solutions that the model states; they hold for its default experiment only."""
+        if not self.as_stated:
+            return ()
+        exact = [q for q in self.problem.outputs if q.kind == "exact"]
+        return tuple(self._true_error(q.name, q.name.removeprefix("exact(")[:-1], q.unit) for q in exact)
+
+    def _true_error(self, exact: str, name: str, unit: str) -> TrueError:
+        difference = np.abs(self[name] - self[exact])
+        largest, size = float(difference.max()), float(np.abs(self[exact]).max())
+        return TrueError(name, unit, largest, float(difference[-1]), largest / size if size > 0 else largest)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the report of the run as plain data, as ``mechc run --json`` prints it."""
+        summary = super().summary()
+        for name in [name for name in summary["final"] if name.startswith("exact(")]:
+            del summary["final"][name]
+        if "problem" in vars(self) and self.true_errors:
+            summary["accuracy"]["true_error"] = {
+                e.name: {"largest": e.largest, "at_end": e.at_end, "relative": e.relative}
+                for e in self.true_errors
+            }
+        return summary
 
     def shown_in(self, units: str) -> Solution:
         """Return the same solution shown in other units: ``"deg,mm"``."""

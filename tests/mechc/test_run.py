@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import mechc
 from mechc.cli.main import run
 from mechc.progress import Progress
 from mechc.runtime.files import read_results
@@ -170,6 +171,18 @@ def test_an_input_from_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     assert x == pytest.approx(1 - math.cos(OMEGA * 0.3), abs=1e-9)
 
 
+def test_every_name_stands_for_its_own_numbers() -> None:
+    """Also behind energy.supplied and energy.dissipated, which are states and outputs by one name."""
+    Path("push.csv").write_text("time [s],push [N]\n0,3\n1,3\n")
+    solution = mechc.load("oscillator.mech", set={"c": 0.5}).simulate(inputs={"push": "push.csv"})
+    np.testing.assert_array_equal(solution["push"], 3.0)
+    np.testing.assert_allclose(solution["doubled"], 2 * solution["x"], rtol=1e-15)
+    np.testing.assert_allclose(solution["energy.supplied"], 3 * (solution["x"] - 0.1), atol=1e-9)
+    between = solution(0.123)
+    assert between["push"] == 3.0
+    assert between["energy.supplied"] == pytest.approx(3 * (between["x"] - 0.1), abs=1e-8)
+
+
 def test_a_failed_run_keeps_what_it_computed(capsys: pytest.CaptureFixture[str]) -> None:
     code, out, err = call(capsys, "--set", "der(x)=5 m/s", "-o", "motion.csv")
     assert code == 1
@@ -185,6 +198,20 @@ def test_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
     code, _, err = call(capsys, "--plot")
     assert (code, err) == (0, "wrote oscillator.png\n")
     assert Path("oscillator.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_true_error_where_the_model_states_a_closed_solution(capsys: pytest.CaptureFixture[str]) -> None:
+    exact = "exact x = 10 cm*cos(sqrt(k/m)*time);\n  experiment(stop"
+    Path("oscillator.mech").write_text(OSCILLATOR.replace("experiment(stop", exact))
+    code, out, _ = call(capsys)
+    assert code == 0
+    row = re.search(r"error against the closed solution .*\n  x +(\S+) m +(\S+)$", out, re.MULTILINE)
+    assert row is not None and 0 < float(row[1]) < 1e-9  # 10 times the tolerance
+    report = json.loads(call(capsys, "--json")[1])
+    assert report["accuracy"]["true_error"]["x"]["largest"] == pytest.approx(float(row[1]), rel=0.06)
+    assert not any("exact" in name for name in report["final"])
+    for changed in (["--set", "x=5 cm"], ["--experiment", "moved"]):
+        assert "closed solution" not in call(capsys, *changed)[1], "it holds for the default experiment only"
 
 
 def test_quiet(capsys: pytest.CaptureFixture[str]) -> None:
