@@ -52,6 +52,20 @@ def test_hoisted_are_the_largest_expressions_of_parameters() -> None:
     assert hoistable(g, layout, [g.mul(outer, x), g.add(inner, x)]) == [inner, outer]
 
 
+def test_discrete_variables_and_inputs_are_no_constants_of_the_run() -> None:
+    g = Graph()
+    x, u, z = g.symbol("x"), g.symbol("u"), g.symbol("z")
+    layout = equations(
+        g,
+        [],
+        states=[(x, Entry("x", "state", ""))],
+        nx=1,
+        inputs=[(u, Entry("u", "input", ""))],
+        discretes=[(z, Entry("z", "discrete", ""))],
+    ).layout
+    assert hoistable(g, layout, [g.mul(g.exp(z), x), g.mul(g.exp(u), x)]) == []
+
+
 def test_hoisted_constants_follow_changed_parameters() -> None:
     """The pendulum with J = m l^2 free and with J given."""
     program = lower(pendulum())
@@ -213,6 +227,15 @@ def test_split_programs_are_well_formed_and_of_the_size_asked(size: int) -> None
     assert len(counts) == 1 if rhs.operations <= 1.5 * size else len(counts) > 1
     # sine and cosine stay together, so that a body may hold one operation more
     assert len(counts) == 1 or max(counts) <= size + 1
+
+
+def test_sine_and_cosine_of_one_argument_stay_in_one_body() -> None:
+    for size in range(5, 40):
+        rhs = chunk(lower(chain(8)), size).functions[0]
+        bodies = [[s for s in body if isinstance(s, Operate)] for body in rhs.bodies]
+        counts = [[s.code for s in body].count(ops.SIN) for body in bodies]
+        assert counts == [[s.code for s in body].count(ops.COS) for body in bodies]
+        assert sum(counts) == 8
 
 
 def test_the_workspace_is_used_again() -> None:

@@ -43,6 +43,17 @@ def test_the_text_of_the_pendulum_reads_well() -> None:
     assert max(map(len, text.splitlines())) <= 120
 
 
+def test_what_is_used_twice_is_computed_once() -> None:
+    """The text holds as many operators and calls as the program has operations."""
+    program = lower(chain(3, joint_angles=True))
+    text = emit_c(program)
+    start = text.index("static void rhs")
+    body = text[text.index("{", start) : text.index("\n}\n", start)]
+    signs = len(re.findall(r" [-+*/] ", body)) + len(re.findall(r"\b(?:sin|cos)\(", body))
+    negations = len(re.findall(r"(?:= |\()-(?!\d)", body))
+    assert signs + negations == program.functions[0].operations
+
+
 @pytest.mark.parametrize("flags", [("-O0",), ("-O2", "-march=native", "-ffp-contract=fast")])
 def test_other_builds_compile_without_a_warning(flags: tuple[str, ...], tmp_path: Path) -> None:
     compile_c(emit_c(lower(every_operation())), tmp_path, flags)
