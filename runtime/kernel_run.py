@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
 
 import numpy as np
@@ -10,7 +11,15 @@ from . import native
 from .case import Case
 from .functions import Functions
 from .interruption import noted_interruptions
-from .outcome import Failure, assertion_failed, not_finite, step_too_small, time_text
+from .outcome import (
+    Failure,
+    assertion_failed,
+    not_converged,
+    not_finite,
+    off_constraints,
+    step_too_small,
+    too_many_steps,
+)
 from .problem import Array, Problem
 from .solver import Solver
 from .trajectory import DenseOutput, Progress, Statistics, Trajectory, with_last_point
@@ -68,7 +77,7 @@ def run_kernel(
             t=t,
             y=rows,
             dense=record.polynomials() if record is not None else None,
-            statistics=_statistics(method, report),
+            statistics=_statistics(kernel, functions, report),
             failure=_failure(problem, status, report, y, max_steps),
             interrupted=status in (native.RUNNING, native.RECORD_FULL) and interrupted(),
         )
@@ -102,16 +111,29 @@ class _Record:
         return DenseOutput(rows[:, 0].copy(), rows[:, 1].copy(), coefficients)
 
 
-def _statistics(method: str, report: native.ReportStruct) -> Statistics:
+def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:
+    model = functions.struct
+    assert model is not None
+
+    def at(time: float) -> float | None:
+        return None if np.isnan(time) else time
+
     return Statistics(
-        method=method,
+        method=kernel.mech_method_name(report.method).decode(),
         steps=report.steps,
         rejected=report.rejected,
         evaluations=report.evaluations,
         run_time=report.seconds,
         shortest_step=report.dt_min if report.steps else None,
         longest_step=report.dt_max if report.steps else None,
-        stiff_time=None if np.isnan(report.stiff_time) else report.stiff_time,
+        stiff_time=at(report.stiff_time),
+        jacobians=report.jacobians,
+        factorisations=report.factorisations,
+        iterations=report.iterations,
+        switches=report.switches,
+        switch_time=at(report.switch_time),
+        drift_position=report.drift_position if model.n_position else None,
+        drift_velocity=report.drift_velocity if model.n_velocity else None,
     )
 
 
@@ -125,9 +147,11 @@ def _failure(
             return step_too_small(problem, report.failed_index, report.t, y)
         case native.ASSERTION:
             return assertion_failed(problem, report.failed_index, report.t, y)
+        case native.NOT_CONVERGED:
+            return not_converged(problem, report.t, y)
+        case native.OFF_CONSTRAINTS:
+            return off_constraints(problem, report.t, y)
         case native.RUNNING if max_steps is not None and report.steps >= max_steps:
-            state = {q.name: float(v) for q, v in zip(problem.states, y, strict=True)}
-            message = f"{max_steps} steps were taken at {time_text(problem, report.t)}, more are not allowed"
-            return Failure("too many steps", report.t, "", message, None, state)
+            return too_many_steps(problem, max_steps, report.t, y)
         case _:
             return None

@@ -32,7 +32,7 @@ class Failure:
     one that was reached, at ``time``."""
 
     kind: str
-    """not finite, step too small, assertion, too many steps"""
+    """not finite, step too small, assertion, not converged, off constraints, too many steps"""
     time: float
     name: str
     message: str
@@ -83,3 +83,22 @@ def assertion_failed(problem: Problem, index: int, time: float, y: Array) -> Fai
     assertion = problem.assertions[index]
     message = f"assertion failed at {time_text(problem, time)}: {assertion.message}"
     return Failure("assertion", time, "", message, assertion.origin, state_at(problem, y))
+
+
+def not_converged(problem: Problem, time: float, y: Array) -> Failure:
+    message = (
+        f"the equations of an implicit step could not be solved at {time_text(problem, time)}: "
+        "a smaller step may help, or the motion is singular there"
+    )
+    return Failure("not converged", time, "", message, None, state_at(problem, y))
+
+
+def off_constraints(problem: Problem, time: float, y: Array) -> Failure:
+    at = time_text(problem, time)
+    message = f"the constraints can no longer be satisfied at {at}: the mechanism is locked or singular there"
+    return Failure("off constraints", time, "", message, None, state_at(problem, y))
+
+
+def too_many_steps(problem: Problem, count: int, time: float, y: Array) -> Failure:
+    message = f"{count} steps were taken at {time_text(problem, time)}, more are not allowed"
+    return Failure("too many steps", time, "", message, None, state_at(problem, y))

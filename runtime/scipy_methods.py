@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,11 +16,12 @@ import numpy as np
 from .case import Case, input_values
 from .functions import Functions
 from .interruption import noted_interruptions
-from .outcome import Failure, assertion_failed, not_finite, step_too_small, time_text
+from .outcome import Failure, assertion_failed, not_finite, step_too_small, too_many_steps
 from .problem import Array, Problem
 from .trajectory import Progress, Statistics, Trajectory, with_last_point, with_unit_rotations
 
 PREFIX = "scipy:"
+SLICE_SECONDS = 0.05
 METHODS = ("DOP853", "LSODA", "Radau", "BDF")
 
 
@@ -67,21 +68,54 @@ class _System:
         return assertion_failed(self.problem, int(np.argmin(holds)), t, self.normalised(y))
 
 
-@dataclass(slots=True)
-class _Pieces:
-    """Dense output of all steps."""
+Polynomial = Callable[[Array], Array]
+"""times [n] -> states [ny, n]"""
 
-    ends: list[float] = field(default_factory=list)
-    polynomials: list[Callable[[Array], Array]] = field(default_factory=list)
+
+@dataclass(frozen=True, slots=True)
+class _Pieces:
+    """Dense output of all steps; ``ends`` are their last times."""
+
+    ends: Array
+    polynomials: tuple[Polynomial, ...]
 
     def __call__(self, t: Array) -> Array:
-        step = np.clip(np.searchsorted(self.ends, t, side="left"), 0, len(self.ends) - 1)
-        groups = [(k, np.flatnonzero(step == k)) for k in np.unique(step)]
-        first = self.polynomials[0](np.asarray(t[:1]))
-        y = np.empty((t.size, first.shape[0]))
-        for k, rows in groups:
-            y[rows] = self.polynomials[k](t[rows]).T
-        return y
+        step = np.clip(np.searchsorted(self.ends, t, side="left"), 0, self.ends.size - 1)
+        values = [self.polynomials[k](t[step == k]) for k in np.unique(step)]
+        order = np.argsort(np.argsort(step, kind="stable"), kind="stable")
+        rows: Array = np.concatenate(values, axis=1).T[order]
+        return rows
+
+
+class _Rows:
+    """The states on the output grid, filled step by step, and the polynomials if they are to be kept."""
+
+    def __init__(self, case: Case, keep: bool) -> None:
+        self._times = case.grid
+        self._states = np.tile(case.y0, (case.grid.size, 1))
+        self._done = int(np.searchsorted(case.grid, case.begin, side="right"))
+        self._keep = keep
+        self._ends: list[float] = []
+        self._polynomials: list[Polynomial] = []
+
+    def take(self, solver: Any) -> None:
+        """Fill the rows that the last step passed."""
+        reached = int(np.searchsorted(self._times, solver.t, side="right"))
+        if not self._keep and reached == self._done:
+            return
+        polynomial = solver.dense_output()
+        if reached > self._done:
+            self._states[self._done : reached] = polynomial(self._times[self._done : reached]).T
+            self._done = reached
+        if self._keep:
+            self._ends.append(float(solver.t))
+            self._polynomials.append(polynomial)
+
+    def grid(self) -> tuple[Array, Array]:
+        return self._times[: self._done], self._states[: self._done]
+
+    def pieces(self) -> _Pieces | None:
+        return _Pieces(np.array(self._ends), tuple(self._polynomials)) if self._ends else None
 
 
 def run_scipy(
@@ -101,44 +135,42 @@ def run_scipy(
     system = _System(problem, functions, case)
     stops = np.unique(np.concatenate([[case.stop], *(table.kinks() for table in case.tables.values())]))
     ends = [float(t) for t in stops if case.begin < t <= case.stop]
-    pieces = _Pieces()
+    make = _maker(system, method, tolerance, nominal, step)
+    rows = _Rows(case, keep=dense)
     t, y, steps = case.begin, case.y0, 0
     shortest, longest = np.inf, 0.0
     failure = _first_failure(system, t, y, ends[0] if ends else t)
-    begun = time.perf_counter()
+    begun = told = time.perf_counter()
     with noted_interruptions() as interrupted, np.errstate(all="ignore"):
         for end in ends:
             if failure or interrupted():
                 break
             system.piece = (t, end)
-            solver = _solver(system, method, tolerance, nominal, step, t, y, end)
+            solver = make(t, y, end)
             while solver.status == "running" and not failure and not interrupted():
                 failure = _step(system, solver)
                 if failure:
                     break
                 steps += 1
                 t, y = float(solver.t), solver.y
-                pieces.ends.append(t)
-                pieces.polynomials.append(solver.dense_output())
+                rows.take(solver)
                 taken = t - float(solver.t_old)
                 shortest, longest = min(shortest, taken), max(longest, taken)
                 failure = system.failed_assertion(t, y)
                 if max_steps is not None and steps >= max_steps and t < case.stop and not failure:
-                    failure = _too_many(problem, system, max_steps, t, y)
-                if progress is not None:
+                    failure = too_many_steps(problem, max_steps, t, system.normalised(y))
+                if progress is not None and time.perf_counter() - told > SLICE_SECONDS:
                     progress((t - case.begin) / (case.stop - case.begin))
+                    told = time.perf_counter()
         stopped = interrupted() and t < case.stop
     seconds = time.perf_counter() - begun
-    grid = case.grid[case.grid <= t]
-    rows = pieces(grid) if pieces.ends else np.tile(case.y0, (grid.size, 1))
-    rows[grid == case.begin] = case.y0
-    times = grid
+    times, states = rows.grid()
     if failure or stopped:
-        times, rows = with_last_point(grid, rows, t, y)
+        times, states = with_last_point(times, states, t, y)
     return Trajectory(
         t=times,
-        y=system.normalised(rows),
-        dense=pieces if dense and pieces.ends else None,
+        y=system.normalised(states),
+        dense=rows.pieces() if dense else None,
         statistics=Statistics(
             method=method,
             steps=steps,
@@ -179,31 +211,19 @@ def _step(system: _System, solver: Any) -> Failure | None:
     return None
 
 
-def _too_many(problem: Problem, system: _System, max_steps: int, t: float, y: Array) -> Failure:
-    state = dict(zip((q.name for q in problem.states), system.normalised(y).tolist(), strict=True))
-    message = f"{max_steps} steps were taken at {time_text(problem, t)}, more are not allowed"
-    return Failure("too many steps", t, "", message, None, state)
-
-
-def _solver(
-    system: _System,
-    method: str,
-    tolerance: float,
-    nominal: Array,
-    step: float | None,
-    t: float,
-    y: Array,
-    end: float,
-) -> Any:
+def _maker(
+    system: _System, method: str, tolerance: float, nominal: Array, step: float | None
+) -> Callable[[float, Array, float], Any]:
+    """Give what makes a solver from time, state and end."""
     if method == "rk4":
-        assert step is not None
-        return _FixedStep(system.rhs, t, y, end, step)
+        return lambda t, y, end: _FixedStep(system.rhs, t, y, end, step or 0.0)
     import scipy.integrate
 
+    make = getattr(scipy.integrate, method.removeprefix(PREFIX))
     # Below 100 units in the last place scipy raises rtol itself, with a warning.
     rtol = max(tolerance, 100 * np.finfo(float).eps)
-    return getattr(scipy.integrate, method.removeprefix(PREFIX))(
-        system.rhs, t, y, end, rtol=rtol, atol=tolerance * nominal, max_step=max(system.case.max_step, 1e-300)
+    return lambda t, y, end: make(
+        system.rhs, t, y, end, rtol=rtol, atol=tolerance * nominal, max_step=system.case.max_step
     )
 
 

@@ -17,20 +17,17 @@ from .accuracy import (
     conserved_drifts,
     energy_drift,
 )
-from .case import Case, SimulationOptions, find_experiment, input_values, prepare, suggest
+from .case import Case, SimulationOptions, find_experiment, input_values, prepare
 from .evaluate import evaluate_rows, solution_columns
 from .functions import Functions, load_functions
 from .kernel_run import run_kernel
+from .methods import Method, choose_method
 from .nominal import nominal_values
 from .outcome import Outcome, SimulationError, time_text
 from .problem import Array, Problem
-from .scipy_methods import METHODS, PREFIX, run_scipy
+from .scipy_methods import run_scipy
 from .solution import Solution
 from .trajectory import Progress, Trajectory, with_unit_rotations
-
-ADAPTIVE = ("dop853",)
-FIXED_STEP = {"rk4": 4}
-"""Order of each fixed-step method."""
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
@@ -50,7 +47,7 @@ class _Plan:
     functions: Functions
     options: SimulationOptions
     case: Case
-    method: str
+    method: Method
     nominal: Array
 
 
@@ -88,19 +85,6 @@ def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -
     return Sweep(tuple(values), tuple(solutions))
 
 
-def choose_method(problem: Problem, wanted: str) -> str:
-    """Resolve ``auto``, and ``dop853`` where there is no compiled code. Raises ``SimulationError``."""
-    known = ["auto", *ADAPTIVE, *FIXED_STEP, *(PREFIX + name for name in METHODS)]
-    if wanted not in known:
-        raise SimulationError(
-            f"there is no method '{wanted}' (there are {', '.join(known)}){suggest(wanted, known)}"
-        )
-    compiled = problem.library is not None
-    if wanted in ("auto", "dop853"):
-        return "dop853" if compiled else PREFIX + "DOP853"
-    return wanted
-
-
 def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
     """Names and values that the experiment sweeps and the caller does not set."""
     experiment = find_experiment(problem, options.experiment)
@@ -113,14 +97,7 @@ def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float
 def _plan(problem: Problem, options: SimulationOptions) -> _Plan:
     functions = load_functions(problem)
     case = prepare(problem, functions, options)
-    method = choose_method(problem, case.method)
-    if method in FIXED_STEP and case.step is None:
-        raise SimulationError(f"'{method}' takes steps of one size: give a step")
-    if method not in FIXED_STEP and case.step is not None:
-        raise SimulationError(
-            f"'{method}' chooses its steps itself, 'step' is for methods of fixed step; "
-            "the spacing of the output is 'every'"
-        )
+    method = choose_method(functions, case, options.reproducible)
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
@@ -170,22 +147,19 @@ def _run(
     plan: _Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
 ) -> Trajectory:
     options = plan.options
-    if plan.problem.library is None or plan.method.startswith(PREFIX):
-        run: Callable[..., Trajectory] = run_scipy
-    else:
-        run = run_kernel
+    run: Callable[..., Trajectory] = run_kernel if plan.method.in_kernel else run_scipy
     return run(
         plan.problem,
         plan.functions,
         plan.case,
-        method=plan.method,
+        method=plan.method.name,
         tolerance=tolerance,
         nominal=plan.nominal,
         step=step,
         dense=dense,
         max_steps=options.max_steps,
         progress=progress,
-        **({"reproducible": options.reproducible} if run is run_kernel else {}),
+        **({"reproducible": options.reproducible} if plan.method.in_kernel else {}),
     )
 
 
@@ -193,9 +167,9 @@ def _estimate(
     plan: _Plan, main: Trajectory, progress: Progress | None
 ) -> tuple[ErrorEstimate | None, str, bool]:
     """Make the companion run; give the estimate, a remark, and whether it was interrupted."""
-    if plan.method in FIXED_STEP:
+    if plan.method.fixed_step:
         assert plan.case.step is not None
-        step, factor = companion_step(plan.case.step, FIXED_STEP[plan.method])
+        step, factor = companion_step(plan.case.step, plan.method.order)
         tolerance, tightened = plan.case.tolerance, step
     else:
         tolerance, factor = companion_tolerance(plan.case.tolerance)
@@ -222,11 +196,15 @@ def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
 
 
 def _remarks(problem: Problem, main: Trajectory) -> tuple[str, ...]:
-    if main.statistics.stiff_time is None:
-        return ()
-    return (
-        f"the problem is stiff since {time_text(problem, main.statistics.stiff_time)}: an implicit method would be faster",
-    )
+    s = main.statistics
+    remarks = []
+    if s.switch_time is not None:
+        at = time_text(problem, s.switch_time)
+        remarks.append(f"the method was changed {s.switches} times, the last time to {s.method} at {at}")
+    elif s.stiff_time is not None:
+        at = time_text(problem, s.stiff_time)
+        remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
+    return tuple(remarks)
 
 
 def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:

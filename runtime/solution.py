@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -54,8 +54,11 @@ class Solution(Results):
         remarks: tuple[str, ...] = (),
     ) -> None:
         """``columns`` [n, k]: one for each of ``quantities(problem)``; ``at`` gives them at other times."""
-        self.quantities = {quantity.name: quantity for quantity in quantities(problem)}
-        values = {name: columns[:, index] for index, name in enumerate(self.quantities)}
+        listed = quantities(problem)
+        # An account is a state and an output by one name: the later column stands for both.
+        self.quantities = {quantity.name: quantity for quantity in listed}
+        self._column = {quantity.name: index for index, quantity in enumerate(listed)}
+        values = {name: columns[:, index] for name, index in self._column.items()}
         units = {"time": problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
         super().__init__(time, values, units)
         self.model = problem.name
@@ -75,7 +78,7 @@ class Solution(Results):
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
         at = self._inside(time)
         rows = self._at(np.atleast_1d(at).ravel())
-        return {name: rows[:, i].reshape(at.shape) for i, name in enumerate(self.quantities)}
+        return {name: rows[:, i].reshape(at.shape) for name, i in self._column.items()}
 
     def final(self) -> dict[str, float]:
         """Give coordinates, rates, states and outputs at the last time."""
@@ -84,7 +87,6 @@ class Solution(Results):
 
     def summary(self) -> dict[str, Any]:
         """Give the report of the run as JSON knows it: not-a-number and infinity are null."""
-        s = self.statistics
         return {
             "model": self.model,
             "experiment": self.experiment,
@@ -94,16 +96,7 @@ class Solution(Results):
             "time": float(self.time[-1]),
             "final": {name: json_number(value) for name, value in self.final().items()},
             "events": [{"time": e.time, "name": e.name, "kind": e.kind} for e in self.events],
-            "statistics": {
-                "method": s.method,
-                "steps": s.steps,
-                "rejected": s.rejected,
-                "evaluations": s.evaluations,
-                "run_time": s.run_time,
-                "shortest_step": s.shortest_step,
-                "longest_step": s.longest_step,
-                "stiff_time": s.stiff_time,
-            },
+            "statistics": asdict(self.statistics),
             "accuracy": _accuracy_summary(self.accuracy),
         }
 

@@ -16,8 +16,10 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """``run_time``: seconds inside the method. ``rejected``, ``shortest_step`` and ``longest_step`` are None
-    where a method does not tell. ``stiff_time``: where stiffness was first noticed."""
+    """``run_time``: seconds inside the method. ``method``: the last one in use, where ``auto`` changed it, at
+    ``switch_time``. ``stiff_time``: where stiffness was first noticed. ``drift_position`` and
+    ``drift_velocity``: the largest correction by projection, over the nominal values. None where a
+    method does not tell or where there is nothing to tell."""
 
     method: str
     steps: int
@@ -27,6 +29,13 @@ class Statistics:
     shortest_step: float | None = None
     longest_step: float | None = None
     stiff_time: float | None = None
+    jacobians: int = 0
+    factorisations: int = 0
+    iterations: int = 0
+    switches: int = 0
+    switch_time: float | None = None
+    drift_position: float | None = None
+    drift_velocity: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,6 +17,7 @@ from written_problems import (
     kepler_position,
     pendulum,
     rigid_body,
+    stiff_van_der_pol,
     van_der_pol,
 )
 
@@ -177,6 +178,36 @@ def test_stiffness_is_noticed() -> None:
     assert "stiff" in solution.remarks[0]
     calm = simulate(compiled_kepler(), SimulationOptions(stop=200, tolerance=1e-12))
     assert calm.statistics.stiff_time is None
+
+
+def test_stiff_problem_with_a_jacobian() -> None:
+    """``auto`` changes to radau5 and says so; the explicit method alone takes many more steps."""
+    options = SimulationOptions(stop=1500, values={"mu": 1000.0}, tolerance=1e-6, points=100)
+    auto, implicit, explicit = (
+        simulate(stiff_van_der_pol(), replace(options, method=method, estimate_error=method != "dop853"))
+        for method in ("auto", "radau5", "dop853")
+    )
+    assert implicit.statistics.method == "radau5"
+    assert implicit.statistics.jacobians > 0 and implicit.statistics.factorisations > 0
+    assert auto.statistics.switches > 0
+    assert auto.statistics.switch_time is not None
+    assert "the method was changed" in auto.remarks[0]
+    assert 10 * implicit.statistics.steps < explicit.statistics.steps
+    assert 5 * auto.statistics.steps < explicit.statistics.steps
+    for solution in (auto, implicit):
+        assert solution.accuracy.error is not None
+        bound = 3 * (solution.accuracy.error.largest + 1e-4)
+        assert np.abs(solution["x1"] - explicit["x1"]).max() < bound
+
+
+def test_symplectic_method_of_fixed_step() -> None:
+    options = SimulationOptions(stop=100, method="gauss4", step=0.05, estimate_error=True)
+    solution = simulate(compiled_pendulum(), options)
+    assert solution.statistics.method == "gauss4"
+    best = simulate(compiled_pendulum(), SimulationOptions(stop=100, tolerance=1e-12))
+    error = np.abs(solution["theta"] - best["theta"]) / (1 + np.abs(best["theta"]))
+    assert solution.accuracy.error is not None
+    assert solution.accuracy.error.by_state["theta"] == pytest.approx(error.max(), rel=0.2)
 
 
 def test_reproducible_kernel_gives_the_same_bits_again() -> None:

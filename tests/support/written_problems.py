@@ -65,8 +65,16 @@ def problem(
     return Problem(name=name, doc="", **fields)
 
 
-def compiled(problem: Problem, defaults: Sequence[float], bodies: Mapping[str, str]) -> Problem:
-    """Give the same problem with a C model: ``bodies`` holds the statements of each function."""
+def compiled(
+    problem: Problem,
+    defaults: Sequence[float],
+    bodies: Mapping[str, str],
+    jacobian: Sequence[tuple[int, int]] = (),
+) -> Problem:
+    """Give the same problem with a C model: ``bodies`` holds the statements of each function.
+
+    ``jacobian`` are the rows and columns that the function ``jacobian`` fills.
+    """
     if find_compiler() is None:
         pytest.skip("no C compiler")
     values = ", ".join(repr(float(value)) for value in defaults) or "0"
@@ -77,6 +85,8 @@ def compiled(problem: Problem, defaults: Sequence[float], bodies: Mapping[str, s
 #include "model.h"
 {functions}
 static const int rotation_indices[] = {{{rotations}}};
+static const int rows[] = {{{", ".join(str(i) for i, _ in jacobian) or 0}}};
+static const int columns[] = {{{", ".join(str(j) for _, j in jacobian) or 0}}};
 static void parameters(mech_real *p, const unsigned char *set) {{
     static const double values[] = {{{values}}};
     for (int i = 0; i < {len(defaults)}; i++) if (!set[i]) p[i] = values[i];
@@ -85,6 +95,7 @@ static const mech_model model = {{.version = MECH_MODEL_VERSION, .nq = {problem.
     .nx = {problem.nx}, .nu = {len(problem.inputs)}, .nz = 0, .np = {len(problem.parameters)}, .nh = 0,
     .n_outputs = {len(problem.outputs)}, .n_assertions = {len(problem.assertions)},
     .n_rotations = {len(problem.rotations)}, .rotations = rotation_indices,
+    .n_jacobian = {len(jacobian)}, .jac_row = rows, .jac_col = columns,
     .parameters = parameters{members}}};
 __attribute__((visibility("default"))) const mech_model *mech_model_get(void) {{ return &model; }}
 """
@@ -210,6 +221,21 @@ def compiled_van_der_pol() -> Problem:
             "rhs": "out[0] = y[1]; out[1] = p[0]*(1 - y[0]*y[0])*y[1] - y[0];",
             "initial": "out[0] = 2; out[1] = 0;",
         },
+    )
+
+
+@cache
+def stiff_van_der_pol() -> Problem:
+    """The same with its Jacobian."""
+    return compiled(
+        van_der_pol(),
+        VAN_DER_POL_DEFAULTS,
+        {
+            "rhs": "out[0] = y[1]; out[1] = p[0]*(1 - y[0]*y[0])*y[1] - y[0];",
+            "initial": "out[0] = 2; out[1] = 0;",
+            "jacobian": "out[0] = 1; out[1] = -2*p[0]*y[0]*y[1] - 1; out[2] = p[0]*(1 - y[0]*y[0]);",
+        },
+        jacobian=[(0, 1), (1, 0), (1, 1)],
     )
 
 

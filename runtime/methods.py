@@ -1,0 +1,79 @@
+"""Which methods there are for a problem, and which one is taken."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass
+
+from . import native
+from .case import Case, suggest
+from .functions import Functions
+from .outcome import SimulationError
+from .scipy_methods import METHODS, PREFIX
+
+NEEDS = {
+    native.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
+    native.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    native.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Method:
+    """``fixed_step``: the user gives the step, and the error falls as its power ``order``."""
+
+    name: str
+    in_kernel: bool
+    fixed_step: bool
+    order: int
+
+
+def choose_method(functions: Functions, case: Case, reproducible: bool = False) -> Method:
+    """Find the method that a case asks for, and check that it fits. Raises ``SimulationError``.
+
+    ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
+    """
+    method = _find(functions, case.method, reproducible)
+    if method.fixed_step and case.step is None:
+        raise SimulationError(f"'{method.name}' takes steps of one size: give a step")
+    if not method.fixed_step and case.step is not None:
+        raise SimulationError(
+            f"'{method.name}' chooses its steps itself, 'step' is for methods of fixed step; "
+            "the spacing of the output is 'every'"
+        )
+    return method
+
+
+def _find(functions: Functions, wanted: str, reproducible: bool) -> Method:
+    by_scipy = [PREFIX + name for name in METHODS]
+    if wanted in by_scipy:
+        return Method(wanted, False, False, 0)
+    if functions.struct is not None:
+        return _find_in_kernel(functions.struct, wanted, by_scipy, reproducible)
+    known = ["auto", "dop853", "rk4", *by_scipy]
+    match wanted:
+        case "auto" | "dop853":
+            return Method(PREFIX + "DOP853", False, False, 0)
+        case "rk4":
+            return Method("rk4", False, True, 4)
+        case _:
+            raise _unknown(wanted, known, " for a model that is not compiled")
+
+
+def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool) -> Method:
+    kernel = native.load_kernel(reproducible)
+    index = int(kernel.mech_method_index(wanted.encode()))
+    if index < 0:
+        raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
+    lacks = int(kernel.mech_method_lacks(index, ctypes.addressof(model)))
+    if lacks != native.RUNNING:
+        raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
+    fixed_step = not kernel.mech_method_is_adaptive(index)
+    return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
+
+
+def _unknown(wanted: str, known: list[str], where: str) -> SimulationError:
+    names = ", ".join(known)
+    return SimulationError(
+        f"there is no method '{wanted}'{where} (there are {names}){suggest(wanted, known)}"
+    )
