@@ -10,12 +10,13 @@ from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
+from .dead_symbols import without_dead_symbols
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
 from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .outputs import OutputList, list_outputs
-from .solve import Solved, check_inputs, solve_system
+from .solve import Solved, check_rates, solve_system
 
 
 def assemble(
@@ -27,7 +28,7 @@ def assemble(
     on which the structure-preserving methods for constrained models work.
     """
     try:
-        return _assemble(system, reporter, implicit, momenta)
+        return without_dead_symbols(_assemble(system, reporter, implicit, momenta))
     except DivisionByZero:
         raise reporter.fail(
             "E0526",
@@ -44,7 +45,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
     layout = layout_of(system, solved.driven, solved.energies)
     listed = list_outputs(system, solved, layout)
     functions = _functions(system, solved, layout, listed)
-    check_inputs(system, [n for f in functions for n in f.outputs], reporter)
+    check_rates(system, [n for f in functions for n in f.outputs], reporter)
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()

@@ -14,7 +14,7 @@ from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
 from ..graph.vector import matvec
 from ..mechanics.system import MechanicalSystem
-from .residual import constraint_rates, projected
+from .residual import constraint_rates, highest, projected
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +54,13 @@ def energies(
         kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
-    momenta = vjp(graph, [(lagrangian, graph.one)], velocities)
+    seconds = [highest(system, lagrangian)[i] for i in free]
+    momenta = [
+        graph.sub(p, system.rate(second))
+        for p, second in zip(vjp(graph, [(lagrangian, graph.one)], velocities), seconds, strict=True)
+    ]
     total = graph.sub(graph.dot(momenta, velocities), lagrangian)
+    total = graph.add(total, graph.dot(seconds, [system.a[i] for i in free]))
     if graph.equal_up_to_sign(total, plain_total):
         total = plain_total
     supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)

@@ -54,7 +54,10 @@ def projected(system: MechanicalSystem, gradient: Sequence[Node]) -> list[Node]:
 
 
 def lagrange(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
-    """Return d/dt dL/dv - N^T dL/dq, with w x dL/dw for rotations, for a Lagrangian given as a formula."""
+    """Return d/dt dL/dv - N^T dL/dq - d2/dt2 dL/da, with w x dL/dw for rotations, for L given as a formula.
+
+    L must be linear in a; the third derivatives then cancel.
+    """
     graph = system.graph
     if graph.is_constant(lagrangian):
         return [graph.zero] * len(system.v)
@@ -62,11 +65,18 @@ def lagrange(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
     momenta = vjp(graph, [(lagrangian, graph.one)], velocities)
     gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
     result = [graph.sub(system.rate(p), g) for p, g in zip(momenta, projected(system, gradient), strict=True)]
+    for i, second in enumerate(highest(system, lagrangian)):
+        result[i] = graph.sub(result[i], system.rate(system.rate(second)))
     for _, first in system.rotations:
         block = slice(first, first + 3)
         gyroscopic = cross(graph, velocities[block], momenta[block])
         result[block] = add(graph, result[block], gyroscopic)
     return result
+
+
+def highest(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
+    """Return dL/da: zero but for Lagrangians with second derivatives."""
+    return vjp(system.graph, [(lagrangian, system.graph.one)], system.a)
 
 
 def conservative(system: MechanicalSystem) -> list[Node]:

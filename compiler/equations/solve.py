@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from mechc.lang.diagnostics import Reporter
 
+from ..flat.model import Role
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.evaluate import evaluate
@@ -57,7 +58,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
     before = {**state_rates, **driven, **still}
-    check_inputs(system, raw, reporter)
+    check_rates(system, raw, reporter)
     all_rows = without_empty(rows_of(system, multipliers, before), system, reporter)
     reporter.stop_on_errors()
     rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
@@ -119,17 +120,27 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
     return replace, frozenset(i for row in system.drives for i in row.v)
 
 
-def check_inputs(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
-    """Report inputs whose rates are asked for."""
-    for n in system.graph.support(*nodes):
-        scalar = system.input_rates.get(n)
-        if scalar is not None:
+def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
+    """Report inputs and accelerations whose rates the formulas need; a rate that cancels is not needed."""
+    graph = system.graph
+    for n in graph.support(*nodes):
+        scalar = system.unknown_rates.get(n)
+        if scalar is None or all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
+            continue
+        if scalar.variable.role is Role.INPUT:
             reporter.error(
                 "E0523",
                 f"the equations need the rate of the input '{scalar.name}', which is unknown",
-                scalar.variable.origin.span,
+                scalar.variable.origin.shown,
                 caption="declared here",
                 help="let a 'state' follow the input and use the state instead",
+            )
+        else:
+            reporter.error(
+                "E0527",
+                f"derivatives of '{scalar.variable.name}' above the second are not available",
+                scalar.variable.origin.shown,
+                caption="something in the model asks for one",
             )
     reporter.stop_on_errors()
 

@@ -24,10 +24,17 @@ def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node
     return [images.get(n, n) for n in outputs]
 
 
-def transfer(source: Graph, outputs: Sequence[Node], target: Graph) -> list[Node]:
-    """Build the outputs anew in another graph; symbols keep their names."""
-    images: dict[Node, Node] = {}
+def transfer(
+    source: Graph, outputs: Sequence[Node], target: Graph, replacements: Mapping[Node, Node] | None = None
+) -> list[Node]:
+    """Build the outputs anew in another graph; symbols keep their names.
+
+    ``replacements``: nodes of the source that become given nodes of the target.
+    """
+    images: dict[Node, Node] = dict(replacements or {})
     for n in source.reach(outputs):
+        if n in images:
+            continue
         match source.op(n):
             case ops.CONST:
                 images[n] = target.constant(source.value(n))

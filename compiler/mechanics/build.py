@@ -40,7 +40,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     reporter.stop_on_errors()
     graph = Graph(by_value=by_value)
     symbols = declare(graph, model, topology.dropped)
-    rate, input_rates = _rates(graph, symbols)
+    rate, unknown_rates = _rates(graph, symbols)
     kinematics = Spatial(graph, rate) if model.space == 3 else Planar(graph, rate)
     queries: dict[Node, Query] = {}
     lowering = Lowering(
@@ -61,7 +61,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         rate.define(rate(state), rate(value))
     closures = closure_rows(lowering, topology, asked, virtual)
     masses, inertias = _bodies(lowering, model, symbols, reporter)
-    kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols)
+    kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols, reporter)
     constraints = (*closures, *constraint_rows(lowering, model, symbols, reporter))
     system = MechanicalSystem(
         model=model,
@@ -86,7 +86,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         constraints=constraints,
         drives=drive_rows(lowering, model, symbols, reporter),
         xdot=xdot,
-        input_rates=input_rates,
+        unknown_rates=unknown_rates,
         **beginnings(lowering, model, symbols, reporter),
         outputs=_outputs(lowering, model),
         exacts=_exacts(lowering, model),
@@ -101,21 +101,33 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
 
 
 def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, Scalar]]:
-    """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states and inputs are symbols of their own."""
+    """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states are symbols of their own.
+
+    So are the rates of inputs and of accelerations, which nothing determines: they are returned with what they are
+    rates of, so that formulas which need them can be refused.
+    """
     rates = {symbols.time: graph.constant(1)}
+    unknown: dict[Node, Scalar] = {}
     for coordinate in symbols.coordinates:
         for s, qdot in zip(coordinate.q, coordinate.qdot, strict=True):
             rates[s.node] = qdot
         for s, a in zip(coordinate.v, coordinate.a, strict=True):
             rates[s.node] = a
-    inputs: dict[Node, Scalar] = {}
-    for s in (*symbols.states, *symbols.inputs):
+            _unknown_rates(graph, s, a, rates, unknown)
+    for s in symbols.states:
         rates[s.node] = graph.symbol(f"der({s.name})")
     for s in symbols.inputs:
-        second = graph.symbol(f"der({s.name}, 2)")
-        rates[rates[s.node]] = second
-        inputs |= {rates[s.node]: s, second: s}
-    return TotalDerivative(graph, rates), inputs
+        _unknown_rates(graph, s, s.node, rates, unknown)
+    return TotalDerivative(graph, rates), unknown
+
+
+def _unknown_rates(
+    graph: Graph, scalar: Scalar, node: Node, rates: dict[Node, Node], unknown: dict[Node, Scalar]
+) -> None:
+    for order in (1, 2):
+        rates[node] = graph.symbol(f"#rate {order} of {graph.name(node)}")
+        node = rates[node]
+        unknown[node] = scalar
 
 
 def _rotations(symbols: Symbols) -> tuple[tuple[int, int], ...]:
@@ -241,13 +253,24 @@ def _bodies(
     return tuple(masses), tuple(inertias)
 
 
-def _energies(lowering: Lowering, model: FlatModel, symbols: Symbols) -> tuple[Node, Node, Node, Node]:
+def _energies(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[Node, Node, Node, Node]:
     """Return T, V(q, t), further terms of the Lagrangian, and R."""
     graph = lowering.graph
     velocities = {s.node for c in symbols.coordinates for s in c.v}
     kinetic = potential = lagrangian = dissipation = graph.constant(0)
+    accelerations = {a for c in symbols.coordinates for a in c.a}
     for energy in model.energies:
         value = lowering.scalar(energy.value)
+        if energy.kind != "lagrangian" and accelerations.intersection(graph.support(value)):
+            reporter.error(
+                "E0519",
+                f"'{energy.kind}' must not depend on accelerations",
+                energy.value.span,
+                caption="this contains a second derivative",
+                help="second derivatives are allowed in 'lagrangian' only",
+            )
         match energy.kind:
             case "kinetic":
                 kinetic = graph.add(kinetic, value)

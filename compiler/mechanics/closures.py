@@ -103,6 +103,15 @@ def constraint_rows(
                 caption="nothing here can move",
             )
             continue
+        if support & {a for c in symbols.coordinates for a in c.a}:
+            reporter.error(
+                "E0501",
+                f"constraint '{constraint.name}' contains accelerations",
+                span,
+                caption="a constraint is a relation between coordinates or velocities",
+                help="integrate it once, or write it as a force",
+            )
+            continue
         level = "velocity" if support.intersection(velocities) else "position"
         if level == "velocity" and not _affine(graph, residuals, velocities):
             reporter.error(

@@ -120,7 +120,8 @@ class AssertionRow:
 class MechanicalSystem:
     """One model as a Lagrangian system.
 
-    Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops
+    ``unknown_rates``: symbols for
+    rates of inputs and accelerations, which nothing determines. Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops
     are constraints. ``virtual``: displacements of joints whose reactions are asked for, all zero. ``kinetic``, ``lagrangian`` and ``velocity_potential`` are the energies that the user wrote as
     formulas; those of bodies are in ``masses`` and ``inertias``. ``queries``: symbols that stand for answers which
     only the equations can give.
@@ -148,7 +149,7 @@ class MechanicalSystem:
     constraints: tuple[ConstraintRows, ...]
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
-    input_rates: Mapping[Node, Scalar]
+    unknown_rates: Mapping[Node, Scalar]
     start_q: tuple[Beginning, ...]
     start_v: tuple[Beginning, ...]
     start_x: tuple[Beginning, ...]

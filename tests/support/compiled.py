@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mechc.compiler.equations.solve import default_values
+from mechc.compiler.graph import Node
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.pipeline import Compilation, compile_source
 from mechc.lang.source import SourceFile
@@ -31,14 +32,16 @@ def outcome(model: Compilation, function: str, values: Mapping[str, float]) -> d
         )
         for k, entry in enumerate(entries)
     }
-    environment = default_values(model.system)
+    old = model.system.graph
+    defaults = {old.name(n): value for n, value in default_values(model.system).items()}
+    environment: dict[Node, float] = {}
     known = set(values)
     for node, slot in equations.layout.items():
         name = "time" if slot.array == "t" else names[slot.array, slot.index]
         if name in values:
             environment[node] = values[name]
             known.discard(name)
-        environment.setdefault(node, 0.0)
+        environment.setdefault(node, defaults.get(equations.graph.name(node), 0.0))
     assert not known, f"not in the model: {known}"
     chosen = next(f for f in equations.functions if f.name == function)
     numbers = evaluate(equations.graph, list(chosen.outputs), environment)

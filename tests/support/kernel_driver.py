@@ -17,7 +17,25 @@ from mechc.runtime.native import kernel_sources
 
 Numbers = NDArray[np.float64]
 
-REPORT = ["t", "dt_min", "dt_max", "stiff_time", "switch_time", "drift_position", "drift_velocity", "seconds", "steps", "rejected", "evaluations", "jacobians", "factorisations", "iterations", "switches", "n_grid", "failed_index"]
+REPORT = [
+    "t",
+    "dt_min",
+    "dt_max",
+    "stiff_time",
+    "switch_time",
+    "drift_position",
+    "drift_velocity",
+    "seconds",
+    "steps",
+    "rejected",
+    "evaluations",
+    "jacobians",
+    "factorisations",
+    "iterations",
+    "switches",
+    "n_grid",
+    "failed_index",
+]
 
 QUAD = ("-DMECH_REAL=__float128", "-DMECH_QUAD")
 

@@ -1,0 +1,113 @@
+"""Systems that leave the beaten track: each against its closed form."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from compiled import compiled, outcome
+
+ROUNDING = 1e-13
+"""Some ten operations on numbers of size 10."""
+
+
+def test_lagrangian_with_second_derivatives_integrates_by_parts() -> None:
+    """L = -1/2 m q q'' - 1/2 k q^2 is the oscillator (V9)."""
+    model = compiled("coordinate q = 1 m; lagrangian -1/2*2 kg*q*der(q, 2) - 1/2*3 N/m*q^2;")
+    state = {"q": 0.7, "der(q)": -0.4}
+    assert outcome(model, "rhs", state)["der(q)"] == pytest.approx(-1.5 * 0.7, abs=ROUNDING)
+    energy = 1 / 2 * 2 * 0.4**2 + 1 / 2 * 3 * 0.7**2
+    assert outcome(model, "outputs", state)["energy.total"] == pytest.approx(energy, abs=ROUNDING)
+
+
+def test_light_cone_coordinates_have_a_zero_diagonal() -> None:
+    """L = u'v' - u^2/2 - v^2/2 gives v'' = -u and u'' = -v."""
+    model = compiled(
+        "dimensionless; coordinate u = 1; coordinate v = 1; lagrangian der(u)*der(v) - (u^2 + v^2)/2;"
+    )
+    found = outcome(model, "rhs", {"u": 0.3, "v": -0.8, "der(u)": 1.0, "der(v)": 2.0})
+    assert (found["der(u)"], found["der(v)"]) == pytest.approx((0.8, -0.3), abs=ROUNDING)
+
+
+DRIVEN_RATE = """
+coordinate Angle phi;
+coordinate x = 0.1 m;
+drive der(phi) = 3 rad/s;
+mass 2 kg at world * rot(phi) * {x, 0};
+output M = reaction(phi);
+"""
+
+
+def test_driven_rate_keeps_its_angle_as_a_state() -> None:
+    """A bead on a rod that turns at a given rate: x'' = w^2 x, M = 2 m w x x'."""
+    model = compiled(DRIVEN_RATE)
+    state = {"phi": 1.1, "x": 0.5, "der(x)": 0.25}
+    rates = outcome(model, "rhs", state)
+    assert (rates["phi"], rates["der(x)"]) == pytest.approx((3.0, 9 * 0.5), abs=ROUNDING)
+    assert outcome(model, "outputs", state)["M"] == pytest.approx(2 * 2 * 3 * 0.5 * 0.25, abs=ROUNDING)
+
+
+def test_formulas_without_a_symbol_do_not_keep_it() -> None:
+    """The reaction of the driven rate does not depend on x'', though it is formed from terms that do."""
+    equations = compiled(DRIVEN_RATE).equations
+    outputs = [n for f in equations.functions for n in f.outputs]
+    assert set(equations.graph.support(*outputs)) <= set(equations.layout)
+
+
+def test_driven_rotation_gives_its_torque_in_the_body() -> None:
+    """Spun about a fixed axis at a constant rate: M = w x J w (Euler)."""
+    model = compiled(
+        """
+        coordinate Rotation R;
+        coordinate x = 0 m;
+        kinetic 1/2*1 kg*der(x)^2;
+        drive R = axis_angle({1, 2, 2}/3, 3 rad/s*time);
+        inertia diag({1, 2, 3} kg.m^2) on world * R;
+        output M = reaction(R);
+        """
+    )
+    w, moments = (1.0, 2.0, 2.0), (1.0, 2.0, 3.0)
+    h = [j * c for j, c in zip(moments, w, strict=True)]
+    expected = [w[1] * h[2] - w[2] * h[1], w[2] * h[0] - w[0] * h[2], w[0] * h[1] - w[1] * h[0]]
+    found = outcome(model, "outputs", {"time": 0.4})
+    assert [found[f"M[{k}]"] for k in (1, 2, 3)] == pytest.approx(expected, abs=10 * ROUNDING)
+
+
+def test_reaction_of_a_joint_is_the_force_on_its_to_side() -> None:
+    """A mass that hangs at rest pulls its hinge down: the hinge pulls it up with m g."""
+    model = compiled(
+        """
+        import mech.planar.*;
+        gravity {0, -9.81 m/s^2};
+        Body bob(m = 2 kg, com = {0, -1} m);
+        Revolute pin(world -> bob.a, angle = 0 rad);
+        output F = reaction(pin);
+        """
+    )
+    found = outcome(model, "outputs", {"pin.angle": 0.0, "der(pin.angle)": 0.0})
+    assert (found["F[1]"], found["F[2]"]) == pytest.approx((0.0, 2 * 9.81), abs=ROUNDING)
+
+
+def test_mass_that_grows_keeps_its_velocity() -> None:
+    """``mass`` means m a = F: matter joins at the velocity of the point (rocket with an explicit jet)."""
+    model = compiled("parameter r = 2 kg/s; coordinate x = 0 m; mass 1 kg + r*time at world * {x, 0};")
+    assert outcome(model, "rhs", {"der(x)": 3.0, "time": 1.0})["der(x)"] == pytest.approx(0.0, abs=ROUNDING)
+    supplied = outcome(model, "rhs", {"der(x)": 3.0, "time": 1.0})["energy.supplied"]
+    assert supplied == pytest.approx(1 / 2 * 2 * 3.0**2, abs=ROUNDING)
+
+
+def test_rheonomic_frame_supplies_energy() -> None:
+    """A bead on a hoop that is turned: h is not T + V, and both are as defined."""
+    model = compiled(
+        """
+        parameter w = 2 rad/s;
+        gravity {0, 0, -9.81 m/s^2};
+        coordinate th = 0.5 rad;
+        mass 1 kg at world * rotz(w*time) * roty(th) * {0, 0, -1 m};
+        """
+    )
+    found = outcome(model, "outputs", {"th": 0.5, "der(th)": 0.3, "time": 0.8})
+    potential = -9.81 * math.cos(0.5)
+    swing, turn = 0.3**2 / 2, (2 * math.sin(0.5)) ** 2 / 2
+    assert found["energy.kinetic"] == pytest.approx(swing + turn, abs=ROUNDING)
+    assert found["energy.total"] == pytest.approx(swing - turn + potential, abs=ROUNDING)
