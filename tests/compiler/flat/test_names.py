@@ -247,6 +247,19 @@ def test_rates_and_elements() -> None:
     assert rate(model, "R") == "= {0, 0, 2}"
 
 
+def test_a_stronger_value_of_the_whole_replaces_weaker_ones_of_elements() -> None:
+    part = "model Part  coordinate Length r[2] = 0; kinetic 1/2*1 kg*dot(der(r), der(r)); initial r[2] = 5 m; end Part;"
+    inner = variable(flat(part + "model M  Part p; end M;"), "p.r")
+    assert {i: value(s.value) for i, s in inner.starts.items()} == {(1,): "5"}
+    outer = variable(flat(part + "model M  Part p(r = {7, 8} m); end M;"), "p.r")
+    assert outer.starts == {} and outer.start is not None and value(outer.start.value) == "{7, 8}"
+    single = variable(flat(part + "model M  Part p(r[1] ~ 9 m); end M;"), "p.r")
+    assert {i: (value(s.value), s.guess) for i, s in single.starts.items()} == {
+        (1,): ("5", False),
+        (0,): ("9", True),
+    }
+
+
 def test_initial_conditions_on_expressions() -> None:
     model = flat(
         "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; initial momentum(x) = 2 kg.m/s; initial energy() ~ 3 J;"

@@ -5,6 +5,9 @@ from __future__ import annotations
 import pytest
 from flat_models import codes, definition, flat, said, value, variable
 
+from mechc.compiler.flat.model import Switch
+from mechc.compiler.flat.show import type_text
+
 CART = """
 parameter m = 1 kg;
 parameter k = 10 N/m;
@@ -59,6 +62,9 @@ def test_a_field_without_a_mass_gets_a_warning() -> None:
         ("coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2;", 0),
         ("coordinate x = 0 m; mass 1 kg at world * {x, 0};", 2),
         ("coordinate x = 0 m; mass 1 kg at world * {x, 0, 0};", 3),
+        ("output a = pos(world); coordinate x = 0 m; mass 1 kg at world * {x, 0};", 2),
+        ("output a = pos(world); coordinate x = 0 m; mass 1 kg at world * trans({x, 0, 0});", 3),
+        ("output a = pos(world); coordinate x = 0 rad; inertia 1 kg.m^2 on world * rot(x);", 2),
         ("coordinate Rotation R; inertia diag({1, 1, 1} kg.m^2) on world * R;", 3),
         (
             "output a = pos(world); gravity {0, 0, -9.8 m/s^2}; coordinate x = 0 m; mass 1 kg at world * {x, 0, 0};",
@@ -238,10 +244,45 @@ def test_labels_and_numbers() -> None:
     ],
 )
 def test_units_of_multipliers(constraint: str, unit: str) -> None:
-    from mechc.compiler.flat.show import type_text
-
     model = flat(CART + f"let let_rate = der(x); constraint c: {constraint}; output F = multiplier(c);")
     assert type_text(definition(model, "F").type) == unit
+
+
+@pytest.mark.parametrize(
+    ("frame", "expression", "type"),
+    [
+        ("rot(q)", "angvel(F)", "rad/s"),
+        ("rotz(q)", "angvel(F)", "rad/s [3]"),
+        ("rot(q)", "pos(F)", "m [2]"),
+        ("rotz(q)", "vel(F)", "m/s [3]"),
+        ("rot(q)", "origin(F)", "m [2]"),
+        ("rot(q)", "local(F, world * {x, 0})", "m [2]"),
+        ("rot(q)", "components(F, {1, 2} N)", "N [2]"),
+        ("rot(q)", "vel_at(F, {x, 0})", "m/s [2]"),
+        ("rot(q)", "heading(F)", "rad"),
+        ("rot(q)", "inertia_tensor(F)", "kg.m^2"),
+        ("rotz(q)", "inertia_tensor(F)", "kg.m^2 [3, 3]"),
+        ("rot(q)", "mass_centre()", "m [2]"),
+    ],
+)
+def test_types_of_kinematic_quantities(frame: str, expression: str, type: str) -> None:
+    model = flat(CART + f"frame F = world * {frame}; output result = {expression};")
+    assert type_text(definition(model, "result").type) == type
+
+
+def test_reactions_of_joints_and_drives() -> None:
+    text = (
+        "import mech.LIBRARY.*; model M  Body b; Revolute h(world -> b.a); coordinate x = 0 m; kinetic 1 kg*der(x)^2;"
+        "drive x = 1 m; output F = reaction(h); output M = moment(h); output f = reaction(x); output T = reaction(h.angle);"
+        "output Fb = reaction(h, in = b.a); end M;"
+    )
+    planar = flat(text.replace("LIBRARY", "planar"))
+    names = ("F", "M", "f", "T", "Fb")
+    assert [type_text(definition(planar, n).type) for n in names] == ["N [2]", "J", "N", "J", "N [2]"]
+    assert value(definition(planar, "F").value) == "reaction(h)"
+    assert value(definition(planar, "Fb").value) == "components(b.a, reaction(h))"
+    spatial = flat(text.replace("LIBRARY", "spatial"))
+    assert [type_text(definition(spatial, n).type) for n in names] == ["N [3]", "J [3]", "N", "J", "N [3]"]
 
 
 def test_labels_inside_components() -> None:
@@ -259,7 +300,7 @@ def test_loops_and_conditions_are_unrolled_in_order() -> None:
     model = flat(
         "structural parameter Integer n = 3; coordinate Length x[n] = 0; kinetic 1/2*1 kg*dot(der(x), der(x));"
         "for i in 1:n loop for j in i+1:n loop potential 1 N/m*(x[i] - x[j])^2; end for;"
-        " if i == 2 then damping 1 N.s/m on x[i]; elseif i == 3 then damping 2 N.s/m on x[i]; end if; end for;"
+        " if i <> 1 and i <> 3 then damping 1 N.s/m on x[i]; elseif i == 3 then damping 2 N.s/m on x[i]; end if; end for;"
     )
     assert [value(e.value) for e in model.energies[1:]] == [
         "(x[1] - x[2])^2",
@@ -315,6 +356,8 @@ def test_events_keep_their_branches_and_targets() -> None:
     )
     (event,) = model.events
     assert [value(b.condition) for b in event.branches] == ["x > 1", "x < 0"]
+    switches = [(a.target, a.engage) for b in event.branches for a in b.actions if isinstance(a, Switch)]
+    assert switches == [("hold", False), ("hold", True)]
     assert [type(a).__name__ for b in event.branches for a in b.actions] == [
         "Switch",
         "Assign",

@@ -243,6 +243,8 @@ def test_types_of_variables(declaration: str, expected: str) -> None:
         ("output Length c = t", "E0303"),
         ("output Length c[2] = v", "E0305"),
         ("let c = d; let d = c", "E0207"),
+        ("let Real c = d; let Real d = c", "E0207"),
+        ("parameter Real c = d; parameter Real d = c", "E0207"),
     ],
 )
 def test_refused_declarations(declaration: str, code: str) -> None:
