@@ -16,6 +16,7 @@ from random_edits import edited
 from mechc.compiler.pipeline import check_source
 from mechc.lang.diagnostics import MAXIMUM, CompileError, Severity
 from mechc.lang.source import SourceFile
+from mechc.lang.tables import load_tables
 from mechc.render import render
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,6 +45,7 @@ def check(text: str) -> bool:
 
 def run(seeds: range) -> tuple[int, int]:
     """Check one edit for each seed; return how many were accepted and refused."""
+    load_tables()  # made once and kept: not part of any check
     texts = [path.read_text(encoding="utf-8") for path in EXAMPLES]
     accepted = 0
     for seed in seeds:
