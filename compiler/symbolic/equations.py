@@ -213,7 +213,7 @@ def _html(account: Account) -> str:
         f'<html lang="en"><head><meta charset="utf-8"><title>{escape(account.name)}</title>',
         "<style>body{font-family:Georgia,serif;max-width:60em;margin:3em auto;padding:0 1em;color:#222}"
         "h1{font-weight:normal}h2{font-weight:normal;color:#555;border-bottom:1px solid #ddd}"
-        "math{font-size:1.15em}.row{margin:.9em 0;overflow-x:auto}</style></head><body>",
+        "math{font-size:1.15em}.row{margin:1em 0 1em 3em;text-indent:-3em;line-height:2.6}</style></head><body>",
         f"<h1>{escape(account.name)}</h1>",
     ]
     if account.doc:

@@ -24,9 +24,18 @@ _LETTERS = {name: chr(code) for name, code in zip(
 
 
 def mathml(left: str, right: sp.Expr) -> str:
-    """Return ``left = right`` as one formula; names are in the LaTeX of ``names.py``."""
-    body = _Printer().doprint(right)
-    return f'<math display="block"><mrow>{symbol(left)}<mo>=</mo>{body}</mrow></math>'
+    """Return ``left = right``; names are in the LaTeX of ``names.py``.
+
+    Each term of a sum is a formula of its own, so that a browser breaks long sums between them.
+    """
+    parts = [f"<math><mrow>{symbol(left)}<mo>=</mo></mrow></math>"]
+    for k, term in enumerate(right.as_ordered_terms()):
+        negative = term.could_extract_minus_sign()
+        sign = "\u2212" if negative else ("+" if k else "")
+        body = _Printer().doprint(-term if negative else term)
+        operator = f"<mo>{sign}</mo>" if sign else ""
+        parts.append(f"<math><mrow>{operator}{body}</mrow></math>")
+    return " ".join(parts)
 
 
 def symbol(latex: str) -> str:
