@@ -52,7 +52,10 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
     "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step; 1e-8 without it."
 )
 @click.option(
-    "--method", metavar="NAME", help="auto, dop853, rk4, scipy:DOP853, scipy:LSODA, scipy:Radau or scipy:BDF."
+    "--method",
+    metavar="NAME",
+    help="auto, dop853, radau5; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
+    "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF.",
 )
 @click.option(
     "-o",
