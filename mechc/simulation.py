@@ -73,7 +73,8 @@ def sweep(model: Model, request: Request) -> Sweep:
 
 
 def _prepare(model: Model, request: Request) -> tuple[Problem, SimulationOptions]:
-    problem = model.problem(request.target, reproducible=request.reproducible)
+    method = request.method or model.method(request.experiment)
+    problem = model.problem(request.target, method=method, reproducible=request.reproducible)
     unit = problem.time.unit
     return problem, SimulationOptions(
         experiment=request.experiment,
@@ -130,7 +131,7 @@ def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Tabl
     for name, path in files.items():
         if name not in units:
             raise unknown_name("input", name, units)
-        interpolations = {quantity.name: "linear" for quantity in problem.inputs}
+        interpolations = {quantity.name: quantity.interpolation for quantity in problem.inputs}
         tables |= read_tables(Path(path), interpolations, convert, column=name)
     return tables
 

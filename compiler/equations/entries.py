@@ -119,6 +119,7 @@ def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entr
         None if rate else attributes.maximum,
         variable.doc,
         variable.origin.span,
+        attributes.options.get("interpolation", "linear"),
     )
 
 

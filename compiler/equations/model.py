@@ -44,6 +44,7 @@ class Entry:
     maximum: float | None = None
     doc: str = ""
     span: Span | None = None
+    interpolation: str = "linear"
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +115,22 @@ class ConstraintEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class AssemblyEntry:
+    """One row of the function ``assembly``: what an initial state must fulfil.
+
+    ``stage`` 1: coordinates alone; 2: velocities. ``kind``: constraint, or initial (a condition on an expression,
+    only wished where not ``known``).
+    """
+
+    name: str
+    stage: int
+    kind: str
+    known: bool
+    unit: str
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Equations:
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -132,6 +149,8 @@ class Equations:
     discretes: tuple[Entry, ...]
     outputs: tuple[Entry, ...]
     known: tuple[bool, ...]
+    start_spans: tuple[Span | None, ...]
+    """Where the initial value of each state is stated; None where it is not."""
     functions: tuple[Function, ...]
     experiments: tuple[ExperimentPlan, ...]
     needs: frozenset[str]
@@ -147,5 +166,7 @@ class Equations:
     """(row, column) of each output of the function ``jacobian``."""
     constraints: tuple[ConstraintEntry, ...] = ()
     """Independent rows, those of positions first."""
+    assembly: tuple[AssemblyEntry, ...] = ()
+    """Rows of the functions ``assembly`` and ``assembly_jacobian``, those of the first stage first."""
     separable: bool = False
     """q' = v, no first-order states, and accelerations that do not depend on velocities."""

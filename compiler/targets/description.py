@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mechc.lang.source import Span
 from mechc.runtime.problem import (
     Array,
+    AssemblyRow,
     Assertion,
     Constraint,
     Experiment,
@@ -48,9 +49,13 @@ def make_problem(
         discretes=_quantities(program, "z"),
         outputs=_quantities(program, "out"),
         known=program.known,
+        starts=tuple(origin(span) for span in program.start_spans),
         rotations=program.rotations,
         assertions=tuple(Assertion(a.message, origin(a.span)) for a in program.assertions),
         constraints=tuple(Constraint(c.name, c.level, c.unit, origin(c.span)) for c in program.constraints),
+        assembly=tuple(
+            AssemblyRow(a.name, a.stage, a.kind, a.known, a.unit, origin(a.span)) for a in program.assembly
+        ),
         experiments=tuple(_experiment(e) for e in program.experiments),
         conserved=program.conserved,
         energy_balance=program.energy_balance,
@@ -91,6 +96,7 @@ def _quantity(entry: Entry) -> Quantity:
         maximum=entry.maximum,
         doc=entry.doc,
         origin=origin(entry.span),
+        interpolation=entry.interpolation,
     )
 
 
