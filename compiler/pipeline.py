@@ -56,6 +56,16 @@ def compile_source(
     return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics)
 
 
+def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bool = False) -> Program:
+    """Return the program with what certain methods work on beside the right-hand side.
+
+    ``implicit``: the Jacobian; ``momenta``: momenta and their rates, for constrained structure-preserving methods.
+    """
+    if not implicit and not momenta:
+        return compilation.program
+    return lower(assemble(compilation.system, Reporter(), implicit=implicit, momenta=momenta))
+
+
 def check_source(
     source: SourceFile,
     *,

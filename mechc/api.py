@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 from .compiler.flat.model import Experiment, Expression
 from .compiler.flat.model import Literal as LiteralValue
-from .compiler.pipeline import Compilation, compile_source
+from .compiler.pipeline import Compilation, compile_source, program_for
 from .lang import ast
 from .lang.diagnostics import Diagnostic, Reporter
 from .lang.parser import parse
@@ -32,6 +32,10 @@ if TYPE_CHECKING:
 
 Structural = Mapping[str, Fraction | bool | str]
 Target = Literal["auto", "c", "python"]
+
+WITH_JACOBIAN = {"radau5", "auto"}
+WITH_MOMENTA = {"rattle", "lobatto4", "lobatto6"}
+"""Methods that need more than the right-hand side; it is left out where none of them is asked for."""
 
 
 class Options(TypedDict, total=False):
@@ -79,7 +83,7 @@ class _Code:
     model: str | None
     structural: dict[str, Fraction | bool | str]
     compilation: Compilation
-    problems: dict[tuple[str, bool], Problem] = field(default_factory=dict)
+    problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], _Code] = field(default_factory=dict)
 
     @staticmethod
@@ -242,17 +246,26 @@ class Model:
         """The changed values, in SI."""
         return settings_in_si(self._settings, self.settable_units())
 
-    def problem(self, target: Target = "auto", *, reproducible: bool = False) -> Problem:
+    def problem(self, target: Target = "auto", *, method: str = "", reproducible: bool = False) -> Problem:
         """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
 
-        ``target="python"`` does without. Raises CompilerMissing, BuildError.
+        ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
+        Jacobian (radau5, auto), momenta (rattle, lobatto). Raises CompilerMissing, BuildError.
         """
-        problems, key = self._code.problems, (target, reproducible)
+        implicit, momenta = method in WITH_JACOBIAN, method in WITH_MOMENTA
+        problems, key = self._code.problems, (target, reproducible, implicit, momenta)
         if key not in problems:
             from .compiler.problem import make_problem
 
-            problems[key] = make_problem(self.compilation.program, target, reproducible=reproducible)
+            program = program_for(self.compilation, implicit=implicit, momenta=momenta)
+            problems[key] = make_problem(program, target, reproducible=reproducible)
         return problems[key]
+
+    def method(self, experiment: str | None) -> str:
+        """Return the method that an experiment asks for, or an empty text."""
+        plan = self._experiment(experiment)
+        said = plan.options.get("method") if plan else None
+        return str(said.value) if isinstance(said, LiteralValue) else ""
 
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
         """Write the model as code and return the files: a Python module, or C with the kernel beside it.

@@ -11,6 +11,7 @@ from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
     from .runtime.accuracy import Accuracy, Drift
+    from .runtime.outcome import SimulationError
     from .runtime.problem import Origin
     from .simulation import Sweep
     from .solution import Solution
@@ -78,9 +79,19 @@ def render_failure(solution: Solution, style: Style = PLAIN) -> str:
     return "\n".join(rows)
 
 
-def render_message(message: str, origin: Origin | None, style: Style = PLAIN) -> str:
+def render_error(error: SimulationError, style: Style = PLAIN) -> str:
+    """Return why a run cannot begin, like a diagnostic."""
+    rows = render_message(error.message, error.origin, style, error.code).split("\n")
+    for note in error.notes:
+        rows += note_rows("note", note, 2, style)
+    if error.help:
+        rows += note_rows("help", error.help, 2, style)
+    return "\n".join(rows)
+
+
+def render_message(message: str, origin: Origin | None, style: Style = PLAIN, code: str = "") -> str:
     """Return a message of the runtime like a diagnostic, with its source line where one is known."""
-    rows = [heading(Severity.ERROR, "", message, style)]
+    rows = [heading(Severity.ERROR, code, message, style)]
     if origin is not None:
         gutter = len(str(origin.line)) + 1
         rows.append(place_row(origin.file, origin.line, origin.column, gutter, first=True, style=style))

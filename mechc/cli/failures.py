@@ -65,7 +65,7 @@ def reason(error: OSError) -> str:
 
 def show_runtime_error(error: BaseException) -> bool:
     """Write an exception of the runtime that tells of the user's model or machine; say whether it was one."""
-    from ..report import render_message
+    from ..report import render_error
     from ..runtime.build import BuildError, CompilerMissing
     from ..runtime.files import ResultsFileError
     from ..runtime.outcome import SimulationError
@@ -73,9 +73,7 @@ def show_runtime_error(error: BaseException) -> bool:
 
     match error:
         case SimulationError():
-            click.echo(
-                render_message(error.message, error.origin, style_for(sys.stderr)), err=True, color=True
-            )
+            click.echo(render_error(error, style_for(sys.stderr)), err=True, color=True)
         case BuildError() | ResultsFileError():
             say("error", str(error))
         case CompilerMissing():

@@ -284,3 +284,17 @@ def test_a_compiler_that_fails_is_quoted_and_the_sources_are_kept(
     assert err.startswith("error: the C compiler failed: ") and "no luck" in err and "Traceback" not in err
     kept = re.search(r"the sources are kept in (\S+)", err)
     assert kept is not None and list(Path(kept[1]).glob("*.c"))
+
+
+@pytest.mark.parametrize(
+    "method", ["radau5", "auto", "gauss4 --step 1ms", "rk4 --step 1ms", "scipy:Radau"]
+)
+def test_methods_by_name(method: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each needs its own functions of the model, which are there when it is asked for."""
+    x = final(capsys, "--method", *method.split(), "--tolerance", "1e-8")["x"]
+    assert x == pytest.approx(0.1 * math.cos(OMEGA), abs=1e-6)
+
+
+def test_the_method_of_an_experiment(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("oscillator.mech").write_text(OSCILLATOR.replace("tolerance = 1e-10", 'method = "radau5"'))
+    assert "  method     radau5, compiled C" in call(capsys)[1]
