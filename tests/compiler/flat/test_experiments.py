@@ -88,7 +88,7 @@ def test_structural_values_of_another_type(given: dict[str, int | float | bool |
 
 def test_sweeps() -> None:
     (experiment,) = flat(
-        with_experiment("m in linspace(1 kg, 2 kg, 3), x in {1, 2} cm, n in {2*i for i in 1:3}, stop = 1 s")
+        with_experiment("m in linspace(1 kg, 2 kg, 3), x in {1, 2} cm, n in 2:2:6, stop = 1 s")
     ).experiments
     assert [(s.target, s.structural, [number(v) for v in s.values]) for s in experiment.sweeps] == [
         ("m", False, [1, 1.5, 2]),
