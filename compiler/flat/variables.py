@@ -21,6 +21,7 @@ from .values import fits
 
 _NUMERIC_ATTRIBUTES = ("nominal", "min", "max")
 _TEXT_ATTRIBUTES = ("display", "chart", "interpolation")
+_CHOICES = {"chart": ("zxz", "zyx", "xyz"), "interpolation": ("linear", "step", "spline")}
 
 
 def variable(member: VariableMember, value: Expression | None, record: Record) -> Variable:
@@ -142,6 +143,14 @@ def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> f
         )
     if name == "display":
         _check_display(scope, node, known_value, type)
+    elif known_value not in _CHOICES[name]:
+        near = closest(known_value, _CHOICES[name])
+        raise scope.fail(
+            "E0333",
+            f"there is no {name} '{known_value}'",
+            node.value.span,
+            help=f"did you mean '{near}'?" if near else f"it may be {' or '.join(_CHOICES[name])}",
+        )
     return known_value
 
 

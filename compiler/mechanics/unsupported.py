@@ -14,6 +14,15 @@ def refuse(model: FlatModel, reporter: Reporter) -> None:
         ("friction", tuple(x.origin for x in model.frictions)),
         ("when", tuple(x.origin for x in model.events)),
     ]
+    for variable in model.variables:
+        if "chart" in variable.attributes.options:
+            reporter.error(
+                "E0590",
+                "charts of rotations are not supported yet",
+                variable.origin.shown,
+                caption="this asks for three angles instead of a quaternion",
+                help="leave the chart out, or write the frame as rotz(a)*rotx(b)*rotz(c) with coordinates a, b, c",
+            )
     for word, origins in waiting:
         for origin in origins:
             reporter.error(
