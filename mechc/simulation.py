@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +21,14 @@ from .solution import Solution
 if TYPE_CHECKING:
     from .api import Model, Target
     from .runtime.problem import Problem
+
+
+FEW_STEPS = 20_000
+"""Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
+TOO_MANY = "too many steps"
+
+Runs = tuple[Sequence[Run], Sequence[Mapping[str, float]]]
+"""Solutions, and the swept values of each."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,9 +58,9 @@ class Sweep:
 
 
 def simulate(model: Model, request: Request) -> Solution:
-    """Run a model whose structural parameters are settled."""
-    problem, options = _prepare(model, request)
-    return _shown(run(problem, options), problem, model, request)
+    """Run a model whose structural parameters are settled. Raises SimulationError for a sweep."""
+    problem, runs = _solve(model, request, lambda problem, options: ((run(problem, options),), ({},)))
+    return _shown(runs[0][0], problem, model, request)
 
 
 def sweep(model: Model, request: Request) -> Sweep:
@@ -62,21 +70,43 @@ def sweep(model: Model, request: Request) -> Sweep:
     """
     points: list[Mapping[str, float | bool | str]] = []
     solutions: list[Solution] = []
+
+    def all_runs(problem: Problem, options: SimulationOptions) -> Runs:
+        done = run_sweep(problem, options)
+        return done.solutions, done.values
+
     for structural, variant in model.structural_points(request.experiment):
-        problem, options = _prepare(variant, request)
-        runs = run_sweep(problem, options)
-        points += [{**structural, **point} for point in runs.values]
-        solutions += [_shown(one, problem, variant, request) for one in runs.solutions]
+        problem, (runs, values) = _solve(variant, request, all_runs)
+        points += [{**structural, **point} for point in values]
+        solutions += [_shown(one, problem, variant, request) for one in runs]
         if solutions[-1].outcome is Outcome.INTERRUPTED:
             break
     return Sweep(tuple(points), tuple(solutions))
 
 
-def _prepare(model: Model, request: Request) -> tuple[Problem, SimulationOptions]:
+def _solve(
+    model: Model, request: Request, solve: Callable[[Problem, SimulationOptions], Runs]
+) -> tuple[Problem, Runs]:
+    """Run by the method that was asked for; without one explicitly, and again with the Jacobian if that is stiff.
+
+    So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``.
+    """
     method = request.method or model.method(request.experiment)
     problem = model.problem(request.target, method=method, reproducible=request.reproducible)
+    options = _options(model, request, problem)
+    if method or problem.library is None:
+        return problem, solve(problem, options)
+    runs = solve(problem, replace(options, max_steps=FEW_STEPS))
+    if all(one.failure is None or one.failure.kind != TOO_MANY for one in runs[0]):
+        return problem, runs
+    if any(one.statistics.stiff_time is not None for one in runs[0]):
+        problem = model.problem(request.target, method="auto", reproducible=request.reproducible)
+    return problem, solve(problem, options)
+
+
+def _options(model: Model, request: Request, problem: Problem) -> SimulationOptions:
     unit = problem.time.unit
-    return problem, SimulationOptions(
+    return SimulationOptions(
         experiment=request.experiment,
         values=model.settings,
         inputs=_tables(problem, request.inputs),

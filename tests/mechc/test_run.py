@@ -286,9 +286,7 @@ def test_a_compiler_that_fails_is_quoted_and_the_sources_are_kept(
     assert kept is not None and list(Path(kept[1]).glob("*.c"))
 
 
-@pytest.mark.parametrize(
-    "method", ["radau5", "auto", "gauss4 --step 1ms", "rk4 --step 1ms", "scipy:Radau"]
-)
+@pytest.mark.parametrize("method", ["radau5", "auto", "gauss4 --step 1ms", "rk4 --step 1ms", "scipy:Radau"])
 def test_methods_by_name(method: str, capsys: pytest.CaptureFixture[str]) -> None:
     """Each needs its own functions of the model, which are there when it is asked for."""
     x = final(capsys, "--method", *method.split(), "--tolerance", "1e-8")["x"]
@@ -298,3 +296,37 @@ def test_methods_by_name(method: str, capsys: pytest.CaptureFixture[str]) -> Non
 def test_the_method_of_an_experiment(capsys: pytest.CaptureFixture[str]) -> None:
     Path("oscillator.mech").write_text(OSCILLATOR.replace("tolerance = 1e-10", 'method = "radau5"'))
     assert "  method     radau5, compiled C" in call(capsys)[1]
+
+
+STIFF = """\
+model Stiff
+  parameter k = 1e8 N/m;
+  parameter c = 1e5 N.s/m;
+  coordinate x = 1 m;
+  coordinate y = 1 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*1 N/m*x^2 + 1/2*k*(y - x)^2;
+  dissipation 1/2*c*(der(y) - der(x))^2;
+  experiment(stop = 20 s);
+  experiment calm(k = 0, c = 0, stop = 20 s);
+end Stiff;
+"""
+
+
+def test_a_stiff_model_gets_an_implicit_method_without_asking(capsys: pytest.CaptureFixture[str]) -> None:
+    """Two masses hold together by a spring 1e8 times stiffer than the other: x = cos(t/sqrt(2))."""
+    Path("oscillator.mech").write_text(STIFF)
+    code, out, _ = call(capsys, "--json")
+    report = json.loads(out)
+    assert code == 0 and report["outcome"] == "completed"
+    assert report["statistics"]["steps"] < 2000, "an explicit method takes 600 000"
+    assert report["final"]["x"] == pytest.approx(math.cos(20 / math.sqrt(2)), abs=1e-6)
+    calm = json.loads(call(capsys, "--json", "--experiment", "calm")[1])
+    assert calm["statistics"]["method"] == "dop853"
+
+
+def test_a_long_run_that_is_not_stiff_goes_on(capsys: pytest.CaptureFixture[str]) -> None:
+    code, out, _ = call(capsys, "--json", "--stop", "10 h", "--every", "1 h", "--no-error-estimate")
+    report = json.loads(out)
+    assert code == 0 and report["time"] == 36000.0
+    assert report["statistics"]["steps"] > 20_000 and report["statistics"]["method"] == "dop853"
