@@ -12,8 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .functions import Functions
+from .initial import Assembled, assemble
 from .inputs import Table, constant
 from .outcome import SimulationError
 from .problem import Array, Experiment, Problem, Quantity, Setting
@@ -59,12 +61,16 @@ class SimulationOptions:
 @dataclass(frozen=True, slots=True, eq=False)
 class Case:
     """A run that can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
-    unless it was given."""
+    unless it was given. ``wanted``: the initial state as given and guessed, of which the ``known`` entries are
+    given; ``assembled`` tells how y0 was made from it, None where nothing constrains it."""
 
     experiment: str
     p: Array
     z: Array
     y0: Array
+    known: NDArray[np.bool_]
+    wanted: Array
+    assembled: Assembled | None
     tables: Mapping[int, Table]
     begin: float
     stop: float
@@ -113,6 +119,8 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     wanted = {find_setting(problem, name): float(value) for name, value in options.values.items()}
     experiment = find_experiment(problem, options.experiment)
     p, chosen, numbers, words = _settle(problem, functions, experiment, wanted)
+    guessed = {Setting(s.array, s.index) for s in experiment.settings if s.guess} if experiment else set()
+    guessed -= set(wanted)
     _check_parameters(problem, p)
     tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
 
@@ -137,15 +145,25 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
 
     z, y0 = initial_state(problem, functions, begin, p, tables)
+    known = np.array(problem.known, dtype=bool)
     for setting, value in chosen.items():
         if setting.array == "y":
             y0[setting.index] = value
+            known[setting.index] = setting not in guessed
     _check_state(problem, y0)
+    wanted_state, assembled = y0, None
+    if problem.assembly:
+        u = input_values(functions, tables, begin, p, len(problem.inputs))
+        assembled = assemble(problem, functions, begin, y0, known, u, z, p)
+        y0 = assembled.y
     return Case(
         experiment=experiment.name if experiment else "",
         p=p,
         z=z,
         y0=y0,
+        known=known,
+        wanted=wanted_state,
+        assembled=assembled,
         tables=tables,
         begin=begin,
         stop=stop,

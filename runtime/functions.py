@@ -29,6 +29,8 @@ class Functions:
     assertions: ModelFunction | None
     experiments: Mapping[str, ModelFunction]
     parameters: Callable[[Array, NDArray[np.uint8]], None]
+    assembly: ModelFunction | None = None
+    assembly_jacobian: ModelFunction | None = None
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
@@ -64,6 +66,8 @@ def _from_python(problem: Problem) -> Functions:
         assertions=needed("assertions", len(problem.assertions)),
         experiments={e.function: _as_array(given[e.function]) for e in problem.experiments},
         parameters=problem.parameters_function or _no_parameters,
+        assembly=needed("assembly", len(problem.assembly)),
+        assembly_jacobian=needed("assembly_jacobian", len(problem.assembly) * problem.nv),
     )
 
 
@@ -98,6 +102,14 @@ def _from_library(problem: Problem) -> Functions:
 
     rhs, initial = needed("rhs", problem.ny), needed("initial", problem.ny)
     assert rhs is not None and initial is not None
+
+    def exported(name: str, size: int) -> ModelFunction | None:
+        if size == 0:
+            return None
+        address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
+        assert address is not None
+        return _compiled(native.MODEL_FUNCTION(address), size)
+
     experiments: dict[str, ModelFunction] = {}
     for e in problem.experiments:
         address = ctypes.cast(getattr(library, e.function), ctypes.c_void_p).value
@@ -117,6 +129,8 @@ def _from_library(problem: Problem) -> Functions:
         assertions=needed("assertions", len(problem.assertions)),
         experiments=experiments,
         parameters=parameters,
+        assembly=exported("assembly", len(problem.assembly)),
+        assembly_jacobian=exported("assembly_jacobian", len(problem.assembly) * problem.nv),
         struct=model,
         library=library,
     )

@@ -20,10 +20,21 @@ class Outcome(Enum):
 class SimulationError(Exception):
     """A run that cannot begin as it was asked for: an unknown name, no stop time, a value out of its range."""
 
-    def __init__(self, message: str, origin: Origin | None = None) -> None:
+    def __init__(
+        self,
+        message: str,
+        origin: Origin | None = None,
+        *,
+        code: str = "",
+        notes: tuple[str, ...] = (),
+        help: str = "",
+    ) -> None:
         super().__init__(message)
         self.message = message
         self.origin = origin
+        self.code = code
+        self.notes = notes
+        self.help = help
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,6 +86,21 @@ class Constraint:
 
 
 @dataclass(frozen=True, slots=True)
+class AssemblyRow:
+    """One equation of the initial state: ``stage`` 1 for coordinates alone, 2 with velocities.
+
+    ``kind``: constraint, or initial (a condition on an expression, only wished where not ``known``).
+    """
+
+    name: str
+    stage: int
+    kind: str
+    known: bool
+    unit: str
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class Problem:
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
@@ -113,6 +128,10 @@ class Problem:
     experiments: tuple[Experiment, ...]
     constraints: tuple[Constraint, ...] = ()
     """Independent rows, those of positions first."""
+    starts: tuple[Origin | None, ...] = ()
+    """Where the initial value of each state is stated; empty if nobody knows."""
+    assembly: tuple[AssemblyRow, ...] = ()
+    """Rows of the functions ``assembly`` (residuals) and ``assembly_jacobian`` (by the velocities, row by row)."""
     conserved: tuple[int, ...] = ()
     """Indices of outputs that are constant along every motion (momenta of cyclic coordinates, energy)."""
     energy_balance: tuple[int, ...] = ()

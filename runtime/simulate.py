@@ -139,7 +139,7 @@ def _solve(plan: _Plan) -> Solution:
         failure=main.failure,
         statistics=main.statistics,
         accuracy=Accuracy(error, energy_drift(problem, outputs), conserved_drifts(problem, outputs), remark),
-        remarks=_remarks(problem, main),
+        remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, main)),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -10,6 +10,7 @@ from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
+from .assembly import Resolve, assembly
 from .dead_symbols import without_dead_symbols
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
@@ -46,6 +47,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
     listed = list_outputs(system, solved, layout)
     functions = _functions(system, solved, layout, listed)
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
+    assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
+    functions = (*functions, *assembly_functions)
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
@@ -56,6 +59,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         functions = (*functions, derivatives)
     everything = (*functions, *plan_functions)
     facts = needs(system, layout, everything)
+    starts = _beginnings(system, solved, layout)
     return Equations(
         name=system.model.name,
         doc=system.model.doc,
@@ -71,7 +75,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         inputs=layout.inputs,
         discretes=layout.discretes,
         outputs=listed.entries,
-        known=tuple(b.known for b in _beginnings(system, solved, layout)),
+        known=tuple(b.known for b in starts),
+        start_spans=tuple(b.start.origin.shown if b.start else None for b in starts),
         functions=everything,
         experiments=plans,
         needs=facts,
@@ -82,6 +87,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
         constraints=_constraint_entries(solved),
+        assembly=assembled,
         separable=_separable(system, layout, functions),
     )
 
@@ -89,14 +95,19 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
 # ---------------------------------------------------------------- functions
 
 
+def _resolver(system: MechanicalSystem, solved: Solved) -> Resolve:
+    """Return what puts formulas in the place of symbols that have no place at run time."""
+
+    def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
+        return tuple(substitute(system.graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
+
+    return resolve
+
+
 def _functions(
     system: MechanicalSystem, solved: Solved, layout: Layout, listed: OutputList
 ) -> tuple[Function, ...]:
-    graph = system.graph
-
-    def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return tuple(substitute(graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
-
+    resolve = _resolver(system, solved)
     accounts = {"energy.supplied": solved.energies.supplied, "energy.dissipated": solved.energies.dissipated}
     rates = [
         *(system.qdot[k] for k in layout.q_indices),
@@ -181,7 +192,7 @@ def _projections(
     system: MechanicalSystem,
     solved: Solved,
     layout: Layout,
-    resolve: Callable[[Sequence[Node]], tuple[Node, ...]],
+    resolve: Resolve,
 ) -> list[Function]:
     """Return the functions that move a state onto the constraints."""
     found = solved.projection

@@ -149,8 +149,6 @@ class Equations:
     discretes: tuple[Entry, ...]
     outputs: tuple[Entry, ...]
     known: tuple[bool, ...]
-    start_spans: tuple[Span | None, ...]
-    """Where the initial value of each state is stated; None where it is not."""
     functions: tuple[Function, ...]
     experiments: tuple[ExperimentPlan, ...]
     needs: frozenset[str]
@@ -166,6 +164,8 @@ class Equations:
     """(row, column) of each output of the function ``jacobian``."""
     constraints: tuple[ConstraintEntry, ...] = ()
     """Independent rows, those of positions first."""
+    start_spans: tuple[Span | None, ...] = ()
+    """Where the initial value of each state is stated; None where it is not."""
     assembly: tuple[AssemblyEntry, ...] = ()
     """Rows of the functions ``assembly`` and ``assembly_jacobian``, those of the first stage first."""
     separable: bool = False

@@ -12,7 +12,7 @@ from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
 from .symbols import Symbols, subscripts
-from .system import Beginning
+from .system import Beginning, InitialRow
 from .values import Placement, elements, quaternion_of
 
 
@@ -20,6 +20,7 @@ class Beginnings(TypedDict):
     start_q: tuple[Beginning, ...]
     start_v: tuple[Beginning, ...]
     start_x: tuple[Beginning, ...]
+    initials: tuple[InitialRow, ...]
 
 
 def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> Beginnings:
@@ -50,7 +51,25 @@ def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter:
         start_q=settled[: len(q)],
         start_v=settled[len(q) : len(q) + len(v)],
         start_x=settled[len(q) + len(v) :],
+        initials=_conditions(lowering, model),
     )
+
+
+def _conditions(lowering: Lowering, model: FlatModel) -> tuple[InitialRow, ...]:
+    """Return one row for each number of a condition on an expression."""
+    rows = []
+    for condition in model.initials:
+        target = condition.target
+        left, right = lowering.numbers(target), lowering.numbers(condition.start.value)
+        right = right * len(left) if len(right) == 1 else right
+        text = " ".join(target.span.text.split())
+        unit = str(target.type.dimension)
+        for k, (a, b) in enumerate(zip(left, right, strict=True)):
+            name = f"{text}[{k + 1}]" if len(left) > 1 else text
+            residual = lowering.graph.sub(a, b)
+            unit = "" if unit == "1" else unit
+            rows.append(InitialRow(name, residual, not condition.start.guess, unit, condition.origin))
+    return tuple(rows)
 
 
 def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) -> tuple[Beginning, ...]:

@@ -92,6 +92,17 @@ class Beginning:
 
 
 @dataclass(frozen=True, slots=True)
+class InitialRow:
+    """``initial e = v`` for one number of an expression: ``residual`` e - v; only wished where not ``known``."""
+
+    name: str
+    residual: Node
+    known: bool
+    unit: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
 class OutputRow:
     """One number of an output."""
 
@@ -153,6 +164,7 @@ class MechanicalSystem:
     start_q: tuple[Beginning, ...]
     start_v: tuple[Beginning, ...]
     start_x: tuple[Beginning, ...]
+    initials: tuple[InitialRow, ...]
     outputs: tuple[OutputRow, ...]
     exacts: tuple[ExactRow, ...]
     assertions: tuple[AssertionRow, ...]

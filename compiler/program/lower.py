@@ -45,6 +45,7 @@ def lower(equations: Equations) -> Program:
         parameters=_parameters(equations, constants),
         functions=tuple(functions),
         known=equations.known,
+        start_spans=equations.start_spans,
         experiments=equations.experiments,
         rotations=equations.rotations,
         conserved=equations.conserved,
@@ -52,6 +53,7 @@ def lower(equations: Equations) -> Program:
         assertions=equations.assertions,
         jacobian_pattern=equations.jacobian_pattern,
         constraints=equations.constraints,
+        assembly=equations.assembly,
         separable=equations.separable,
     )
 

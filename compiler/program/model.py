@@ -11,7 +11,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ..equations.model import AssertionText, ConstraintEntry, Entry, ExperimentPlan
+from mechc.lang.source import Span
+
+from ..equations.model import AssemblyEntry, AssertionText, ConstraintEntry, Entry, ExperimentPlan
 from ..graph import Table
 
 Value = int
@@ -120,6 +122,8 @@ class Program:
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
     constraints: tuple[ConstraintEntry, ...] = ()
+    start_spans: tuple[Span | None, ...] = ()
+    assembly: tuple[AssemblyEntry, ...] = ()
     separable: bool = False
 
     def size(self, array: str) -> int:
