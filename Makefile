@@ -11,7 +11,7 @@ MODEL  := examples/double_pendulum.mech
 JOBS   ?= 2
 EDITS  ?= 1000000
 
-.PHONY: demo test test-slow fuzz check format bench clean help
+.PHONY: demo test test-slow fuzz check check-format check-lint check-types check-floors format bench clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -43,9 +43,18 @@ fuzz: $(VENV)/installed-dev
 	MECHC_EDITS=$(EDITS) $(BIN)/python -m pytest -q -n $(JOBS) -m slow tests/mechc/test_random_edits.py
 
 check: $(VENV)/installed-dev
+	@$(MAKE) --no-print-directory --keep-going check-format check-lint check-types check-floors
+
+check-format:
 	$(BIN)/ruff format --check .
+
+check-lint:
 	$(BIN)/ruff check .
+
+check-types:
 	$(BIN)/mypy
+
+check-floors:
 	$(BIN)/lint-imports
 
 format: $(VENV)/installed-dev
