@@ -58,7 +58,7 @@ def _massless(
         return reporter.fail(
             "E0520",
             f"nothing with mass moves with '{scalar.variable.name}'",
-            scalar.variable.origin.span,
+            scalar.variable.origin.shown,
             caption="the acceleration of this coordinate is undetermined",
             help="give a mass or an inertia to what it moves, or remove the coordinate",
         )

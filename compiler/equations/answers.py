@@ -9,6 +9,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Query
 from ..graph import Node
+from ..mechanics.bodies import inertia_tensor, mass_centre
 from ..mechanics.symbols import element_name, subscripts
 from ..mechanics.system import MechanicalSystem
 from .energies import Energies
@@ -70,7 +71,17 @@ def answers(
         names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
         return [drive_reactions[n] for n in names] if all(n in drive_reactions for n in names) else None
 
+    def centre(query: Query) -> Sequence[Node] | None:
+        frame = system.lowering.frame(query.arguments[0]) if query.arguments else None
+        return mass_centre(system, frame)
+
+    def tensor(query: Query) -> Sequence[Node] | None:
+        rows = inertia_tensor(system, system.lowering.frame(query.arguments[0]))
+        return None if rows is None else [entry for row in rows for entry in row]
+
     rules: dict[str, Answer] = {
+        "mass_centre": centre,
+        "inertia_tensor": tensor,
         "energy": lambda q: [energies.total],
         "kinetic_energy": lambda q: [energies.kinetic],
         "potential_energy": lambda q: [energies.potential],
@@ -109,5 +120,7 @@ def _reason(query: Query) -> str:
             return "no constraint of this name"
         case "reaction":
             return "neither a driven coordinate nor a joint whose reaction is available"
+        case "mass_centre" | "inertia_tensor":
+            return "no mass moves with this frame"
         case _:
             return "not available for this element"

@@ -111,3 +111,24 @@ def test_rheonomic_frame_supplies_energy() -> None:
     swing, turn = 0.3**2 / 2, (2 * math.sin(0.5)) ** 2 / 2
     assert found["energy.kinetic"] == pytest.approx(swing + turn, abs=ROUNDING)
     assert found["energy.total"] == pytest.approx(swing - turn + potential, abs=ROUNDING)
+
+
+def test_rigid_body_is_what_moves_together() -> None:
+    """A box of 1 kg with a mass of 3 kg on its axis: centre at 3/4 m, Steiner's term 3/4 kg.m^2."""
+    model = compiled(
+        """
+        import mech.spatial.*;
+        Box box(m = 1 kg, size = {1, 2, 3} m);
+        Body other(m = 5 kg, J = identity(3)*1 kg.m^2);
+        Free free(world -> box.a);
+        Revolute hinge(box.a -> other.a, axis = {1, 0, 0});
+        mass 3 kg at box.a * {0, 0, 1 m};
+        output c = mass_centre(box.a);
+        output J = inertia_tensor(box.a);
+        """
+    )
+    found = outcome(model, "outputs", {"free.orientation[1]": 1.0})
+    assert [found[f"c[{k}]"] for k in (1, 2, 3)] == pytest.approx([0, 0, 0.75], abs=ROUNDING)
+    expected = [[13 / 12 + 3 / 4, 0, 0], [0, 10 / 12 + 3 / 4, 0], [0, 0, 5 / 12]]
+    tensor = [[found[f"J[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)]
+    assert tensor == [pytest.approx(row, abs=ROUNDING) for row in expected]
