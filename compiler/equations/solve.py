@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from mechc.lang.diagnostics import Reporter
+from mechc.lang.diagnostics import Label, Reporter
 
 from ..flat.model import Role
 from ..graph import Node
@@ -22,6 +22,9 @@ from .residual import residual, seeds_of
 
 if TYPE_CHECKING:
     from .rank import Rank
+
+START_TOLERANCE = 1e-9
+"""Relative; initial values of driven coordinates may be given twice if they agree."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +52,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     """Solve the equations of motion of a system; report what makes them undetermined."""
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
+    _check_starts(system, driven, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [
         tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
@@ -118,6 +122,28 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
             break
         replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
     return replace, frozenset(i for row in system.drives for i in row.v)
+
+
+def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
+    """Report driven coordinates that are declared to start elsewhere than their drive says."""
+    values = default_values(system)
+    for row in system.drives:
+        for k in row.q:
+            start = system.start_q[k]
+            if not start.known or start.start is None:
+                continue
+            (prescribed,) = evaluate(system.graph, [driven[system.q[k].node]], values)
+            (stated,) = evaluate(system.graph, [start.value], values)
+            if abs(prescribed - stated) > START_TOLERANCE * max(1.0, abs(stated)):
+                name = system.q[k].name
+                reporter.error(
+                    "E0508",
+                    f"'{name}' starts at {stated:.6g} by its declaration and at {prescribed:.6g} by its drive",
+                    start.start.origin.span,
+                    caption="the initial value of a prescribed motion is not free",
+                    labels=(Label(row.origin.span, "driven here"),),
+                    help=f"declare it without a value, as in 'coordinate Length {name};'",
+                )
 
 
 def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:

@@ -6,7 +6,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
-from ..graph.vector import Vector, negate
+from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .frames import Frame
 from .lower import Lowering
 from .symbols import Symbols
@@ -24,6 +24,7 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
     result = []
     for load in model.loads:
         pairs = virtual_power(lowering, load, symbols)
+        _check_line(lowering, load, reporter)
         support = set(graph.support(*(effort for _, effort in pairs)))
         if support & accelerations:
             reporter.error(
@@ -87,6 +88,30 @@ def _force(lowering: Lowering, load: Load) -> Pairs:
         force = _seen_from(lowering, point.frame, axes, value)
         pairs += _pairs(kinematics.velocity(point), force if sign > 0 else negate(graph, force))
     return pairs
+
+
+def _check_line(lowering: Lowering, load: Load, reporter: Reporter) -> None:
+    """Warn of a force whose reaction acts elsewhere and not along the line: it makes angular momentum."""
+    kinematics, graph = lowering.kinematics, lowering.graph
+    ends = (Kind.FRAME, Kind.POINT)
+    if load.kind != "force" or load.source is None or load.at is not None or load.on.type.kind not in ends:
+        return
+    first, second = lowering.point(load.on), lowering.point(load.source)
+    if kinematics.world in (first.frame, second.frame):
+        return
+    value = lowering.numbers(load.value)
+    if load.frame is not None:
+        value = kinematics.to_world(lowering.frame(load.frame), value)
+    arm = subtract(graph, kinematics.position(first), kinematics.position(second))
+    moment = (cross_planar(graph, arm, value),) if kinematics.size == 2 else cross(graph, arm, value)
+    if not all(graph.is_zero(x) for x in moment):
+        reporter.warning(
+            "W0530",
+            "this force and its reaction act at different points, and not along their line",
+            load.origin.shown,
+            caption="together they change the angular momentum",
+            help="write 'force F on body at P from other' to let both act at one point",
+        )
 
 
 def _torque(lowering: Lowering, load: Load) -> Pairs:

@@ -86,6 +86,8 @@ class Lowering:
                 return self.named(name, expression.span)
             case Element(base=base, indices=indices):
                 result = self.value(base)
+                if isinstance(result, Placement) and isinstance(base, Name):
+                    result = self._symbols.values[base.name]  # R[1] is the scalar part of the quaternion
                 if isinstance(result, Point):
                     result = self.kinematics.position(result)
                 for i in indices:
