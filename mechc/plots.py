@@ -27,6 +27,10 @@ MOST_CURVES = 8
 MOST_PORTRAITS = 4
 MOST_PATHS = 6
 MOST_EVENTS = 100
+NOISE = 1e-9
+"""Relative size below which a change is an error of the computation and no motion."""
+CONSTANT = 1e-6
+"""Relative change below which a curve is drawn as constant."""
 SMOOTH = 2000
 """Points of a curve, where the solution can be computed between its output points."""
 LEGEND_CHARACTERS = 46
@@ -171,15 +175,16 @@ def panels_of(solution: Solution) -> list[Panel]:
     coordinates = [q for q in problem.states if q.kind == "coordinate"]
     states = [q for q in problem.states if q.kind == "state"]
     outputs = [q for q in problem.outputs if q.kind == "output"]
-    paths = point_names(outputs)
+    paths = {name: d for name, d in point_names(outputs).items() if _travels(solution, name, d)}
     in_paths = {f"{name}[{i}]" for name, dimension in paths.items() for i in range(1, dimension + 1)}
     panels: list[Panel] = []
     panels += _by_unit("coordinates", coordinates)
     rates = {q.name for q in problem.states if q.kind == "rate"}
     if len(coordinates) <= MOST_PORTRAITS:
         panels += [Portrait(q.name, f"der({q.name})") for q in coordinates if f"der({q.name})" in rates]
+    points = paths | {name: d for name, d in matrix_rows(coordinates).items() if _travels(solution, name, d)}
     for dimension in (2, 3):
-        chosen = [name for name, d in paths.items() if d == dimension]
+        chosen = [name for name, d in points.items() if d == dimension]
         if chosen:
             panels.append(Paths(tuple(_spread(chosen, MOST_PATHS)), dimension))
     panels += _by_unit("states", states)
@@ -210,6 +215,28 @@ def point_names(outputs: Sequence[Quantity]) -> dict[str, int]:
         for name, parts in sizes.items()
         if len(parts) in (2, 3) and (all(p.unit == "m" for p in parts) or all(p.unit == "" for p in parts))
     }
+
+
+def matrix_rows(coordinates: Sequence[Quantity]) -> dict[str, int]:
+    """Find the rows of matrices of coordinates that are points: ``r[1,1]``, ``r[1,2]`` are the point ``r[1,]``."""
+    sizes: dict[str, int] = {}
+    for quantity in coordinates:
+        match = re.fullmatch(r"(.*\[\d+,)(\d+)\]", quantity.name)
+        if match and quantity.unit in ("m", ""):
+            sizes[match[1]] = int(match[2])
+    return {name: size for name, size in sizes.items() if size in (2, 3)}
+
+
+def element(name: str, index: int) -> str:
+    """Name a component of a point: ``tip[2]``, or ``r[1,2]`` for the row ``r[1,``."""
+    return f"{name}{index}]" if name.endswith(",") else f"{name}[{index}]"
+
+
+def _travels(solution: Solution, name: str, dimension: int) -> bool:
+    """Say whether a point moves by more than rounding errors of the coordinates."""
+    sizes = [float(np.abs(solution[q.name]).max()) for q in solution.problem.states if q.kind == "coordinate"]
+    extent = max(float(np.ptp(solution[element(name, i)])) for i in range(1, dimension + 1))
+    return extent > NOISE * max(sizes, default=1.0)
 
 
 def _by_unit(title: str, quantities: Sequence[Quantity]) -> list[Panel]:
@@ -251,6 +278,7 @@ def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
         axes.set_title(panel.title)
         _legend(axes)
     axes.set_ylabel(_unit_label(view.unit(panel.names[0])))
+    _calm(axes)
     _time_axis(axes, view)
 
 
@@ -265,10 +293,11 @@ def _draw_portrait(axes: Any, panel: Portrait, view: View) -> None:
 
 
 def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
-    unit = view.unit(f"{panel.names[0]}[1]")
+    unit = view.unit(element(panel.names[0], 1))
     for name, colour in zip(panel.names, COLOURS, strict=False):
-        parts = [view[f"{name}[{i}]"] for i in range(1, panel.dimension + 1)]
-        axes.plot(*parts, color=colour, linewidth=1.1, label=name)
+        parts = [view[element(name, i)] for i in range(1, panel.dimension + 1)]
+        label = f"{name[:-1]}]" if name.endswith(",") else name
+        axes.plot(*parts, color=colour, linewidth=1.1, label=label)
         axes.plot(*(part[:1] for part in parts), "o", color=colour, markersize=4, markerfacecolor="white")
         axes.plot(*(part[-1:] for part in parts), "o", color=colour, markersize=4)
     axes.set_title(f"path of {panel.names[0]}" if len(panel.names) == 1 else "paths")
@@ -302,7 +331,16 @@ def _draw_energies(axes: Any, panel: Energies, view: View) -> None:
         axes.set_title("energies")
         axes.set_ylabel(_unit_label(view.unit(panel.names[0]) if panel.names else "J"))
         _legend(axes)
+        _calm(axes)
     _time_axis(axes, view)
+
+
+def _calm(axes: Any) -> None:
+    """Let curves that are constant but for noise look constant."""
+    lowest, highest = axes.dataLim.intervaly
+    size = max(abs(lowest), abs(highest))
+    if 0 < highest - lowest < CONSTANT * size:
+        axes.set_ylim(lowest - 0.1 * size, highest + 0.1 * size)
 
 
 def balance_error(solution: Solution) -> tuple[Array, str]:

@@ -7,7 +7,19 @@ from pathlib import Path
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
-from mechc.plots import Curves, Energies, Paths, Portrait, balance_error, figure, panels_of, point_names, save
+from mechc.plots import (
+    Curves,
+    Energies,
+    Paths,
+    Portrait,
+    balance_error,
+    element,
+    figure,
+    matrix_rows,
+    panels_of,
+    point_names,
+    save,
+)
 from mechc.runtime.problem import Quantity
 from mechc.solution import Solution
 
@@ -77,3 +89,27 @@ def test_every_name_of_the_problem_can_be_drawn(solution: Solution) -> None:
     problem = pendulum_problem()
     names = [q.name for q in (*problem.states, *problem.outputs)]
     assert sum(len(a.get_lines()) for a in figure(solution, names).axes) == len(names)
+
+
+def test_rows_of_a_matrix_of_coordinates_are_points() -> None:
+    rows = [Quantity(f"r[{i},{j}]", "coordinate", "m") for i in (1, 2) for j in (1, 2, 3)]
+    assert matrix_rows(
+        [*rows, Quantity("x[1]", "coordinate", "m"), Quantity("a[1,2]", "coordinate", "rad")]
+    ) == {
+        "r[1,": 3,
+        "r[2,": 3,
+    }
+    assert [element("r[2,", 3), element("tip", 2)] == ["r[2,3]", "tip[2]"]
+
+
+def test_what_is_constant_looks_constant() -> None:
+    free = pendulum_solution(c=0.0)
+    energies = next(a for a in figure(free).axes if a.get_title(loc="left") == "energies")
+    total = figure(free, ["energy.total"]).axes[0]
+    assert energies.get_ylim()[1] - energies.get_ylim()[0] > 5
+    assert total.get_ylim()[1] - total.get_ylim()[0] > 0.1 * abs(free["energy.total"][0])
+
+
+def test_a_point_at_rest_has_no_path(solution: Solution) -> None:
+    still = pendulum_solution(theta=0.0)
+    assert not any(isinstance(panel, Paths) for panel in panels_of(still))
