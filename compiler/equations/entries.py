@@ -51,6 +51,8 @@ def layout_of(system: MechanicalSystem, driven: Mapping[Node, Node], energies: E
     v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
     powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
     accounts = tuple(name for name, power in powers.items() if not graph.is_zero(power))
+    if not (q_indices or v_indices or symbols.states or accounts):
+        accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state
     account_symbols = {name: graph.symbol(f"?{name}") for name in accounts}
     joule = "" if pure else "J"
     states = (
