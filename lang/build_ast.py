@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from . import build_blocks as blocks
 from . import build_expressions as expressions
 from . import build_statements as statements
 from .builder import Action
@@ -72,17 +73,17 @@ ACTIONS: Mapping[str, Action] = {
     "independent": statements.independent,
     "interval": statements.interval,
     "stationary": statements.stationary,
-    "for_block": statements.for_block,
-    "if_block": statements.if_block,
-    "elseif_block": statements.elseif_block,
-    "when_block": statements.when_block,
-    "elsewhen_block": statements.elsewhen_block,
-    "reinit": statements.reinit,
-    "assign": statements.assign,
-    "terminate": statements.terminate,
-    "impulse": statements.impulse,
-    "release": statements.release,
-    "engage": statements.engage,
+    "for_block": blocks.for_block,
+    "if_block": blocks.if_block,
+    "elseif_block": blocks.elseif_block,
+    "when_block": blocks.when_block,
+    "elsewhen_block": blocks.elsewhen_block,
+    "reinit": blocks.reinit,
+    "assign": blocks.assign,
+    "terminate": blocks.terminate,
+    "impulse": blocks.impulse,
+    "release": blocks.release,
+    "engage": blocks.engage,
     "conditional": expressions.conditional,
     "elseif": expressions.elseif,
     "binary": expressions.binary,
