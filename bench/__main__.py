@@ -1,0 +1,24 @@
+"""``python -m bench [--quick] [NAME ...]``: make the pages of bench/report, all of them or those named."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+
+PAGES = ("forming", "evaluation", "kernel", "startup")
+
+
+def main(arguments: list[str]) -> int:
+    quick = "--quick" in arguments
+    names = [a for a in arguments if a != "--quick"] or list(PAGES)
+    unknown = [name for name in names if name not in PAGES]
+    if unknown:
+        print(f"no page '{unknown[0]}'; there are {', '.join(PAGES)}", file=sys.stderr)
+        return 2
+    for name in names:
+        import_module(f".{name}", __package__).main(quick=quick)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
