@@ -7,19 +7,8 @@ from pathlib import Path
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
-from mechc.plots import (
-    Curves,
-    Energies,
-    Paths,
-    Portrait,
-    balance_error,
-    element,
-    figure,
-    matrix_rows,
-    panels_of,
-    point_names,
-    save,
-)
+from mechc.panels import Curves, Energies, Paths, Portrait, element, matrix_rows, panels_of, point_names
+from mechc.plots import balance_error, figure, save
 from mechc.runtime.problem import Quantity
 from mechc.solution import Solution
 

@@ -1,0 +1,145 @@
+"""Which panels a picture of a motion has: chosen from the quantities of the solution."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from .runtime.problem import Quantity
+    from .solution import Solution
+
+MOST_CURVES = 8
+"""Curves in one panel; more of one kind are left to the table of results."""
+MOST_PORTRAITS = 4
+MOST_PATHS = 6
+NOISE = 1e-9
+"""Relative size below which a change is an error of the computation and no motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class Curves:
+    """A panel of quantities of one unit over time."""
+
+    title: str
+    unit: str
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Portrait:
+    """A panel of one coordinate against its rate."""
+
+    name: str
+    rate: str
+
+
+@dataclass(frozen=True, slots=True)
+class Paths:
+    """A panel of the trajectories of points; ``dimension`` is 2 or 3."""
+
+    names: tuple[str, ...]
+    dimension: int
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """A panel of the energies, or of the error of their balance."""
+
+    names: tuple[str, ...]
+    balance: bool
+
+
+Panel = Curves | Portrait | Paths | Energies
+
+
+def panels_of(solution: Solution) -> list[Panel]:
+    """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies."""
+    problem = solution.problem
+    coordinates = [q for q in problem.states if q.kind == "coordinate"]
+    states = [q for q in problem.states if q.kind == "state"]
+    outputs = [q for q in problem.outputs if q.kind == "output"]
+    paths = {name: d for name, d in point_names(outputs).items() if _travels(solution, name, d)}
+    in_paths = {f"{name}[{i}]" for name, dimension in paths.items() for i in range(1, dimension + 1)}
+    panels: list[Panel] = []
+    panels += _by_unit("coordinates", coordinates)
+    rates = {q.name for q in problem.states if q.kind == "rate"}
+    if len(coordinates) <= MOST_PORTRAITS:
+        panels += [Portrait(q.name, f"der({q.name})") for q in coordinates if f"der({q.name})" in rates]
+    points = paths | {name: d for name, d in matrix_rows(coordinates).items() if _travels(solution, name, d)}
+    for dimension in (2, 3):
+        chosen = [name for name, d in points.items() if d == dimension]
+        if chosen:
+            panels.append(Paths(tuple(_spread(chosen, MOST_PATHS)), dimension))
+    panels += _by_unit("states", states)
+    panels += _by_unit("outputs", [q for q in outputs if q.name not in in_paths])
+    energies = [q.name for q in problem.outputs if q.kind == "energy"]
+    if energies:
+        panels.append(Energies(tuple(n for n in energies if _moves(solution, n)), balance=False))
+        if problem.energy_balance:
+            panels.append(Energies(tuple(energies), balance=True))
+    return panels
+
+
+def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
+    """Panels for chosen quantities only."""
+    problem = solution.problem
+    known = {q.name: q for q in (*problem.states, *problem.outputs)}
+    return _by_unit("", [known[name] for name in names])
+
+
+def point_names(outputs: Sequence[Quantity]) -> dict[str, int]:
+    """Find outputs that are points: two or three lengths ``name[1]``, ``name[2]``; gives their dimension."""
+    sizes: dict[str, list[Quantity]] = {}
+    for quantity in outputs:
+        if match := re.fullmatch(r"(.*)\[(\d+)\]", quantity.name):
+            sizes.setdefault(match[1], []).append(quantity)
+    return {
+        name: len(parts)
+        for name, parts in sizes.items()
+        if len(parts) in (2, 3) and (all(p.unit == "m" for p in parts) or all(p.unit == "" for p in parts))
+    }
+
+
+def matrix_rows(coordinates: Sequence[Quantity]) -> dict[str, int]:
+    """Find the rows of matrices of coordinates that are points: ``r[1,1]``, ``r[1,2]`` are the point ``r[1,]``."""
+    sizes: dict[str, int] = {}
+    for quantity in coordinates:
+        match = re.fullmatch(r"(.*\[\d+,)(\d+)\]", quantity.name)
+        if match and quantity.unit in ("m", ""):
+            sizes[match[1]] = int(match[2])
+    return {name: size for name, size in sizes.items() if size in (2, 3)}
+
+
+def element(name: str, index: int) -> str:
+    """Name a component of a point: ``tip[2]``, or ``r[1,2]`` for the row ``r[1,``."""
+    return f"{name}{index}]" if name.endswith(",") else f"{name}[{index}]"
+
+
+def _travels(solution: Solution, name: str, dimension: int) -> bool:
+    """Say whether a point moves by more than rounding errors of the coordinates."""
+    sizes = [float(np.abs(solution[q.name]).max()) for q in solution.problem.states if q.kind == "coordinate"]
+    extent = max(float(np.ptp(solution[element(name, i)])) for i in range(1, dimension + 1))
+    return extent > NOISE * max(sizes, default=1.0)
+
+
+def _by_unit(title: str, quantities: Sequence[Quantity]) -> list[Panel]:
+    units: dict[str, list[str]] = {}
+    for quantity in quantities:
+        units.setdefault(quantity.unit, []).append(quantity.name)
+    return [Curves(title, unit, tuple(_spread(names, MOST_CURVES))) for unit, names in units.items()]
+
+
+def _spread(names: Sequence[str], most: int) -> list[str]:
+    """Choose at most so many, evenly spread, with the first and the last."""
+    if len(names) <= most:
+        return list(names)
+    return [names[round(i * (len(names) - 1) / (most - 1))] for i in range(most)]
+
+
+def _moves(solution: Solution, name: str) -> bool:
+    return bool(np.any(solution[name] != 0.0))
