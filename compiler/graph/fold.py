@@ -7,9 +7,13 @@ from __future__ import annotations
 
 from fractions import Fraction
 from math import floor, isqrt
+from typing import Final
 
 from . import operations as ops
 from .field import half_turns
+
+FOLD_BITS: Final = 1024
+"""Constants with larger numerators or denominators are no longer multiplied out exactly."""
 
 _AT_ZERO = {
     ops.SIN: 0,
@@ -93,3 +97,8 @@ def _root(x: Fraction) -> Fraction | None:
         return None
     n, d = isqrt(x.numerator), isqrt(x.denominator)
     return Fraction(n, d) if n * n == x.numerator and d * d == x.denominator else None
+
+
+def is_short(c: Fraction) -> bool:
+    """Tell whether a constant is still multiplied out exactly."""
+    return c.numerator.bit_length() <= FOLD_BITS and c.denominator.bit_length() <= FOLD_BITS

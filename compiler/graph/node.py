@@ -8,14 +8,11 @@ from typing import Final
 
 from . import operations as ops
 from .field import HALF, P, hashed
-from .fold import exact_binary, exact_unary
+from .fold import exact_binary, exact_unary, is_short
 from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, Parity
 from .store import NONE, Node, Store
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
-
-_FOLD_BITS: Final = 1024
-"""Constants with larger numerators or denominators are no longer multiplied out exactly."""
 
 _CHAIN_LIMIT: Final = 64
 """Larger exponents go to the power function of the target."""
@@ -49,7 +46,7 @@ class Graph(Store):
             return self.sub(b, self._left[a])
         if ca == CONST and cb == CONST:
             folded = self._constants[a] + self._constants[b]
-            if _small(folded):
+            if is_short(folded):
                 return self.constant(folded)
         if a > b:
             a, b = b, a
@@ -82,7 +79,7 @@ class Graph(Store):
             return self.neg(self.add(self._left[a], b))
         if ca == CONST and cb == CONST:
             folded = self._constants[a] - self._constants[b]
-            if _small(folded):
+            if is_short(folded):
                 return self.constant(folded)
         if not self.by_value:
             return self._structural(SUB, a, b)
@@ -147,14 +144,14 @@ class Graph(Store):
         code = self._code[a]
         if code == CONST:
             folded = factor * self._constants[a]
-            return self.constant(folded) if _small(folded) else None
+            return self.constant(folded) if is_short(folded) else None
         if code == MUL:
             x, y = self._left[a], self._right[a]
             if self._code[y] == CONST:
                 x, y = y, x
             if self._code[x] == CONST:
                 folded = factor * self._constants[x]
-                return self.mul(self.constant(folded), y) if _small(folded) else None
+                return self.mul(self.constant(folded), y) if is_short(folded) else None
         return None
 
     def div(self, a: Node, b: Node) -> Node:
@@ -398,7 +395,3 @@ class Graph(Store):
         if self._code[condition] == ops.NOT:
             return self.select(self._left[condition], b, a)
         return self._opaque(SELECT, condition, a, b)
-
-
-def _small(c: Fraction) -> bool:
-    return c.numerator.bit_length() <= _FOLD_BITS and c.denominator.bit_length() <= _FOLD_BITS
