@@ -54,7 +54,8 @@ def energies(
         kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
-    seconds = [highest(system, lagrangian)[i] for i in free]
+    gradient = highest(system, lagrangian)
+    seconds = [gradient[i] for i in free]
     momenta = [
         graph.sub(p, system.rate(second))
         for p, second in zip(vjp(graph, [(lagrangian, graph.one)], velocities), seconds, strict=True)

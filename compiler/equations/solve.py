@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from mechc.lang.diagnostics import Label, Reporter
@@ -13,6 +14,8 @@ from ..graph import Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
+from ..mechanics.lower import Lowering
+from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .accelerations import accelerations
 from .answers import Replies, answers
@@ -126,6 +129,8 @@ def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], froze
 
 def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
     """Report driven coordinates that are declared to start elsewhere than their drive says."""
+    if not any(row.q for row in system.drives):
+        return
     values = default_values(system)
     for row in system.drives:
         for k in row.q:
@@ -178,20 +183,20 @@ def default_values(system: MechanicalSystem) -> dict[Node, float]:
     """Return the default values of parameters, inputs, discrete variables and time, and the initial state."""
     graph, lowering = system.graph, system.lowering
     values: dict[Node, float] = {system.symbols.time: 0.0}
-    groups = (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes)
-    for scalars in groups:
-        for s in scalars:
-            values[s.node] = 0.0
-        pending = {s.node: s for s in scalars}
-        for _ in range(len(pending) + 1):  # parameters may depend on later ones
-            before = dict(values)
-            for s in scalars:
-                if s.variable.value is not None:
-                    numbers = lowering.numbers(s.variable.value)
-                    same = [t.node for t in scalars if t.variable is s.variable]
-                    n = numbers[0] if len(numbers) == 1 else numbers[same.index(s.node)]
-                    (values[s.node],) = evaluate(graph, [n], values)
-            if values == before:
+    for scalars in (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes):
+        formulas: dict[Node, Node] = {}
+        for _, group in groupby(scalars, key=lambda s: s.variable.name):
+            same = list(group)
+            default = same[0].variable.value
+            numbers = () if default is None else lowering.numbers(default)
+            numbers = numbers * len(same) if len(numbers) == 1 else numbers
+            formulas |= dict(zip((s.node for s in same), numbers, strict=False))
+        values |= {s.node: 0.0 for s in scalars}
+        for _ in range(len(formulas) + 1):  # parameters may depend on later ones
+            found = evaluate(graph, list(formulas.values()), values)
+            settled = all(values[n] == x for n, x in zip(formulas, found, strict=True))
+            values |= dict(zip(formulas, found, strict=True))
+            if settled:
                 break
     starts = [
         *zip(system.q, system.start_q, strict=True),
@@ -200,6 +205,19 @@ def default_values(system: MechanicalSystem) -> dict[Node, float]:
     ]
     numbers = tuple(evaluate(graph, [b.value for _, b in starts], values))
     return values | {s.node: x for (s, _), x in zip(starts, numbers, strict=True)}
+
+
+def _formulas(scalars: Sequence[Scalar], lowering: Lowering) -> dict[Node, Node]:
+    """Return each symbol with the formula that its variable is given, elements of arrays one by one."""
+    found: dict[Node, Node] = {}
+    for _, group in groupby(scalars, key=lambda s: id(s.variable)):
+        elements = list(group)
+        if (value := elements[0].variable.value) is None:
+            continue
+        numbers = lowering.numbers(value)
+        numbers = numbers * len(elements) if len(numbers) == 1 else numbers
+        found |= {s.node: n for s, n in zip(elements, numbers, strict=True)}
+    return found
 
 
 def _independent(
