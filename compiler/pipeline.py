@@ -81,6 +81,22 @@ def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bo
     return lower(assemble(compilation.system, Reporter(), implicit=implicit, momenta=momenta))
 
 
+def check_source(
+    source: SourceFile,
+    *,
+    model: str | None = None,
+    structural: Structural | None = None,
+    search: Sequence[Path] = (),
+) -> tuple[Diagnostic, ...]:
+    """Check a source text through the equations; return warnings and notes, raise CompileError on errors."""
+    reporter = Reporter()
+    with _uncollected():
+        tree = parse(source, reporter)
+        flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
+        assemble(build(flat, reporter), reporter)
+    return reporter.diagnostics
+
+
 def compile_file(
     path: Path, *, model: str | None = None, structural: Structural | None = None
 ) -> Compilation:
