@@ -41,17 +41,25 @@
 
 #define SIZED(N) static mech_real attempt_##N(mech_solver *s, mech_real h) { return attempt_small(s, h, N); }
 SIZED(2)
+SIZED(3)
 SIZED(4)
+SIZED(5)
 SIZED(6)
+SIZED(7)
 SIZED(8)
+SIZED(9)
 
 static mech_real attempt_any(mech_solver *s, mech_real h)
 {
     switch (s->ny) {
     case 2: return attempt_2(s, h);
+    case 3: return attempt_3(s, h);
     case 4: return attempt_4(s, h);
+    case 5: return attempt_5(s, h);
     case 6: return attempt_6(s, h);
+    case 7: return attempt_7(s, h);
     case 8: return attempt_8(s, h);
+    case 9: return attempt_9(s, h);
     default: return attempt_large(s, h, s->ny);
     }
 }
