@@ -61,6 +61,7 @@ PENDULUMS, DOUBLE, DRIVEN = "test_pendulums.py", "test_double_pendulums.py", "te
 LINEAR, NONLINEAR, CENTRAL = "test_oscillators.py", "test_nonlinear_oscillators.py", "test_central_forces.py"
 SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py"
 FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
+CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
 T = "time"
 
 ROWS = (
@@ -161,6 +162,25 @@ ROWS = (
     row("reference", "van_der_pol", NONLINEAR, "x", "v"),
     row("reference", "hanging_chain", PENDULUMS, T, "joint[1].angle joint[5].angle"),
     row("reference", "pendulum_row", PENDULUMS, T, "theta[1] theta[2] theta[3]"),
+    row("V5", "pendulum_tension", CONSTRAINTS, T, "tension"),
+    row("P7", "ladder", CONSTRAINTS, T, "by_wall by_floor"),
+    row("K1, free bars", "double_pendulum_cartesian", MECHANISMS, "B[1]", "B[2]"),
+    row("U44", "bead_on_hyperbola", CONSTRAINTS, "x", "y"),
+    row("U50", "rope_over_edge", CONSTRAINTS, T, "y"),
+    row("U128", "rod_in_circle", CONSTRAINTS, "x", "y"),
+    row("U130", "rolling_ball_with_cavity", CONSTRAINTS, T, "s"),
+    row("U134", "hinge_reaction", CONSTRAINTS, T, "F[1] F[2]"),
+    row("U136", "tilted_rod", CONSTRAINTS, T, "N[1] N[2] N[3]"),
+    row("U140", "block_about_diagonal", CONSTRAINTS, T, "N[1] N[2] N[3]"),
+    row("reference", "pendulum_cartesian", CONSTRAINTS, T, "x y lambda"),
+    row("reference", "chaplygin_sleigh", CONSTRAINTS, "x", "y"),
+    row("reference", "ball_on_turntable", CONSTRAINTS, "p[1]", "p[2]"),
+    row("reference", "squeezing_mechanism", MECHANISMS, "F[1]", "F[2]"),
+    row("reference", "bricard", MECHANISMS, "P3[1]", "P3[2]"),
+    row("engineering", "slider_crank", MECHANISMS, T, "stroke"),
+    row("engineering", "four_bar", MECHANISMS, "curve[1]", "curve[2]"),
+    row("engineering", "peaucellier", MECHANISMS, "tip[1]", "tip[2]"),
+    row("engineering", "differential", CONSTRAINTS, T, "der(left) der(right)"),
 )
 
 HEAD = """# Gallery

@@ -316,7 +316,11 @@ def _second_assembly(
             other = _place(task, start, start, free, weights, length)
             away = weights * _deviation(task, other.x, placed.x)
             distance = float(np.abs(away).max())
-            if other.fulfilled and 1e-5 < distance < 2 * NEAR and (best is None or distance < best[0]):
+            if not other.fulfilled or not 1e-5 < distance < 2 * NEAR or (best and distance >= best[0]):
+                continue
+            there = other.local.hard_jacobian[:, free] / weights[free] / other.scale[:, None]
+            smallest = np.linalg.svd(there, compute_uv=False)[free.size - 1]
+            if smallest > 1e-8:  # else the mechanism can move from the one to the other
                 best = distance, other.x
     if best is None:
         return ()

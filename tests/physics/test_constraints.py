@@ -1,0 +1,126 @@
+"""Constraints with their multipliers, prescribed motions with their reactions (V5, U44, U50, U128 to U140, P7)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gallery import Array, at, check_estimate, references, run
+
+import mechc
+
+g = 9.81
+CLOSED = 1e-9
+"""Bound on energy balance over the energies of the run: ten times the tolerance of 1e-10."""
+
+
+def closed(name: str) -> mechc.Solution:
+    solution = run(name)
+    balance = solution.accuracy.energy
+    assert balance is not None and balance.relative is not None
+    assert balance.relative < CLOSED
+    return solution
+
+
+def largest(difference: Array) -> float:
+    return float(np.max(np.abs(difference)))
+
+
+def test_multiplier_is_the_tension() -> None:
+    solution = closed("pendulum_tension")
+    assert largest(solution["tension"] - solution["expected"]) < 1e-7
+    assert solution["tension"][0] == pytest.approx(g / 2, rel=1e-12)
+    plain = mechc.loads("coordinate th = 60 deg;kinetic 1/2*1 kg.m^2*der(th)^2;potential -9.81 J*cos(th);")
+    other = plain.simulate(stop=5, tolerance=1e-10)
+    assert largest(solution["theta"] - other["th"]) < 1e-8
+    assert largest(solution["r"] - 1) < 1e-14
+
+
+def test_pendulum_of_index_3() -> None:
+    points = [p for p in references("pendulum_dae") if p["t"] <= 10]
+    solution = closed("pendulum_cartesian")
+    names = {"x": "x", "y": "y", "vx": "der(x)", "vy": "der(y)", "lambda (tension per length)": "lambda"}
+    for point in points:
+        expected = [point["values"][k] for k in names]
+        assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=1e-7)
+    check_estimate(solution, {names[k]: v for k, v in points[-1]["values"].items() if k in names})
+    assert largest(solution["x"] ** 2 + solution["y"] ** 2 - 1) < 1e-8  # between the steps, too
+
+
+def test_chaplygin_sleigh() -> None:
+    solution = closed("chaplygin_sleigh")
+    names = {"x": "x", "y": "y", "theta": "theta", "xdot": "der(x)", "ydot": "der(y)"}
+    for point in references("chaplygin_sleigh"):
+        expected = [point["values"][k] for k in names]
+        assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=3e-8)
+
+
+def test_ball_on_turntable_runs_in_circles() -> None:
+    """The centre turns with 2/7 of the rate of the table, whatever its speed."""
+    solution = closed("ball_on_turntable")
+    t, rate = solution.time, 2 / 7 * 3
+    assert largest(solution["p[1]"] - (0.2 + 0.3 / rate * (np.cos(rate * t) - 1))) < 1e-8
+    assert largest(solution["p[2]"] - 0.3 / rate * np.sin(rate * t)) < 1e-8
+
+
+def test_reaction_of_a_hinge() -> None:
+    solution = closed("hinge_reaction")
+    for k in (1, 2):
+        assert largest(solution[f"F[{k}]"] - solution[f"expected[{k}]"]) < 1e-6
+
+
+def test_reactions_of_prescribed_rotations() -> None:
+    """U136 and U140: constant in the axes of the body."""
+    block = run("block_about_diagonal")
+    for k, value in enumerate((-30, 24, -6), start=1):
+        assert largest(168 * block[f"N[{k}]"] - value) < 1e-12
+    rod = run("tilted_rod")
+    assert largest(rod["N[2]"] + rod["size"]) < 1e-12
+    assert largest(rod["N[1]"]) < 1e-12 and largest(rod["N[3]"]) < 1e-12
+
+
+def test_rod_in_circle_is_a_pendulum() -> None:
+    """Its ends on a circle of radius r, a rod of length r sqrt(3) swings like a pendulum of length r."""
+    solution = closed("rod_in_circle")
+    plain = mechc.loads("coordinate th = 20 deg;kinetic 1/2*1 kg.m^2*der(th)^2;potential -9.81 J*cos(th);")
+    assert largest(solution["phi"] - plain.simulate(stop=5, tolerance=1e-10)["th"]) < 1e-8
+
+
+def test_bead_on_hyperbola() -> None:
+    """Energy in x alone; at the start, at rest, the wire carries the weight across itself."""
+    solution = closed("bead_on_hyperbola")
+    x, v = solution["x"], solution["der(x)"]
+    assert largest((1 + 1 / x**4) * v**2 / 2 + g / x - 2 * g) < 1e-7
+    assert solution["push"][0] == pytest.approx(g * 0.5 / np.hypot(0.5, 2), rel=1e-12)
+
+
+def test_rope_over_edge() -> None:
+    solution = closed("rope_over_edge")
+    rate = solution["rate"][0]
+    assert rate == pytest.approx(np.sqrt(0.5 * g / (2 * 2.5)))
+    assert largest(solution["y"] - (4.1 * np.cosh(rate * solution.time) - 4)) < 1e-9
+
+
+def test_rolling_ball_with_cavity() -> None:
+    solution = closed("rolling_ball_with_cavity")
+    assert largest(solution["acceleration"] - 585 / 827) < 1e-12
+
+
+def test_ladder_between_wall_and_floor() -> None:
+    """Both reactions at the start; the wall would have to pull once the top is below 2/3 of its height."""
+    solution = closed("ladder")
+    theta, rate = solution["theta"], solution["der(theta)"]
+    assert largest(rate**2 - 3 * g * (np.cos(0.3) - np.cos(theta))) < 1e-7
+    assert solution["by_wall"][0] == pytest.approx(0.75 * g * np.sin(0.3) * np.cos(0.3), rel=1e-11)
+    assert solution["by_floor"][0] == pytest.approx(g * (1 - 0.75 * np.sin(0.3) ** 2), rel=1e-11)
+    k = int(np.argmax(solution["by_wall"] < 0))
+    wall, top = solution["by_wall"][k - 1 : k + 1], solution["top"][k - 1 : k + 1]
+    assert np.interp(0, -wall, top) / solution["top"][0] == pytest.approx(2 / 3, abs=1e-4)
+
+
+def test_differential_shares_the_torque() -> None:
+    """In the end each wheel takes half of 20 N.m: 10 rad/s against 1 N.m.s, 2 rad/s against 5 N.m.s."""
+    solution = closed("differential")
+    assert solution["der(left)"][-1] == pytest.approx(10, abs=1e-3)
+    assert solution["der(right)"][-1] == pytest.approx(2, abs=1e-3)
+    assert solution["each_side"][-1] == pytest.approx(10, abs=1e-3)
+    assert largest(2 * solution["carrier"] - solution["left"] - solution["right"]) < 1e-11

@@ -1,0 +1,72 @@
+"""Closed loops: linkages with known positions, reference problems, the double pendulum out of free bars."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from gallery import at, load, references, run
+
+
+def test_double_pendulum_out_of_free_bars() -> None:
+    """K1 in six coordinates and four constraints against joint coordinates: 10 s of a chaotic motion."""
+    bars, plain = run("double_pendulum_cartesian"), run("double_pendulum_bars", model="DoublePendulum")
+    for name in ("B[1]", "B[2]"):
+        assert bars[name] == pytest.approx(plain[name], abs=1e-8)
+    tight = [run(n, model=m, tolerance=1e-13) for n, m in
+             (("double_pendulum_cartesian", None), ("double_pendulum_bars", "DoublePendulum"))]  # fmt: skip
+    for name in ("B[1]", "B[2]"):
+        assert tight[0][name] == pytest.approx(tight[1][name], abs=1e-9)
+
+
+def test_slider_crank_closes() -> None:
+    solution = run("slider_crank")
+    angle = solution["main.angle"]
+    stroke = 0.1 * np.cos(angle) + np.sqrt(0.3**2 - (0.1 * np.sin(angle)) ** 2)
+    assert solution["stroke"] == pytest.approx(stroke, abs=1e-8)
+
+
+def test_four_bar_closes_and_balances() -> None:
+    """Prescribed crank: the rocker from two circles; the power of the reaction is all that changes the energy."""
+    solution = run("four_bar")
+    crank = np.radians(60) + 10 * solution.time
+    knee = np.array([0.2 * np.cos(crank), 0.2 * np.sin(crank)])
+    rocker = np.array([0.5 + 0.4 * np.cos(solution["d.angle"]), 0.4 * np.sin(solution["d.angle"])])
+    assert np.hypot(*(knee - rocker)) == pytest.approx(0.5, abs=1e-9)
+    balance = solution.accuracy.energy
+    assert balance is not None and balance.relative is not None and balance.relative < 1e-9
+    total = solution["energy.kinetic"] + solution["energy.potential"]
+    t, power = solution.time, 10 * solution["needed"]
+    work = np.concatenate([[0], np.cumsum(np.diff(t) * (power[1:] + power[:-1]) / 2)])
+    assert work == pytest.approx(total - total[0], abs=2e-3)  # the trapezium rule on 500 points
+
+
+def test_peaucellier_draws_a_straight_line() -> None:
+    """At (long^2 - side^2)/(2 crank) from the pivot."""
+    solution = run("peaucellier")
+    assert solution["tip[1]"] == pytest.approx((1.2**2 - 0.5**2) / 0.8, abs=1e-9)
+    assert np.ptp(solution["tip[2]"]) > 0.1
+
+
+ANGLES = ("beta", "theta", "gamma", "phi", "delta", "omega", "epsilon")
+
+
+def test_squeezing_mechanism() -> None:
+    """Andrews' mechanism at 0.03 s. Positions to 1e-8, multipliers two digits less; rates grow to 1e3."""
+    solution = run("squeezing_mechanism")
+    point = next(p for p in references("andrews_squeezer") if p["t"] == solution.time[-1])
+    expected = point["values"]
+    for name in ANGLES:
+        assert solution[name][-1] == pytest.approx(expected[name], rel=1e-8)
+        assert solution[f"der({name})"][-1] == pytest.approx(expected[f"{name}dot"], rel=1e-6)
+    rows = [f"{c}[{k}]" for c in ("l3", "l4", "l6") for k in (1, 2)]
+    for k, name in enumerate(rows, start=1):
+        assert solution[name][-1] == pytest.approx(expected[f"lambda{k}"], rel=1e-6)
+
+
+def test_bricard() -> None:
+    """Six hinges that count to no freedom have one. P3 at 10 s to 1e-7."""
+    solution = run("bricard")
+    for point in references("iftomm_a04_bricard"):
+        expected = [point["values"][k] for k in ("x3", "y3", "z3")]
+        assert at(solution, point["t"], ["P3[1]", "P3[2]", "P3[3]"]) == pytest.approx(expected, abs=1e-7)
+    assert [d.code for d in load("bricard").diagnostics] == ["W0513"]
