@@ -9,6 +9,7 @@ from ..graph import Node
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout, momentum_unit, unit_of
 from .model import Entry
+from .momenta import conserved_momenta
 from .solve import Solved
 
 
@@ -82,4 +83,9 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         assert momentum is not None, "cyclic velocities are free"
         name = scalar.name.removeprefix("der(").removesuffix(")")
         rows.append((Entry(f"momentum({name})", "momentum", momentum_unit(scalar, layout)), momentum))
+    cyclic = {entry.name for entry, _ in rows}
+    known = [n for entry, n in rows if entry.kind == "momentum"]
+    for name, unit, node in conserved_momenta(system, solved, layout.dimensionless):
+        if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
+            rows.append((Entry(name, "momentum", unit), node))
     return rows

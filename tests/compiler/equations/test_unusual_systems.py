@@ -132,3 +132,28 @@ def test_rigid_body_is_what_moves_together() -> None:
     expected = [[13 / 12 + 3 / 4, 0, 0], [0, 10 / 12 + 3 / 4, 0], [0, 0, 5 / 12]]
     tensor = [[found[f"J[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)]
     assert tensor == [pytest.approx(row, abs=ROUNDING) for row in expected]
+
+
+def conserved(text: str) -> set[str]:
+    equations = compiled(text).equations
+    return {equations.outputs[k].name for k in equations.conserved}
+
+
+TWO_BOXES = """
+import mech.spatial.*;
+Box a(m = 1 kg, size = {1, 2, 3} m);
+Box b(m = 2 kg, size = {1, 0.5, 0.3} m);
+Free free(world -> a.a);
+Spherical joint(a.a * trans({0, 0, 1.5 m}) -> b.a);
+"""
+
+
+def test_free_bodies_keep_their_total_momentum() -> None:
+    cyclic = {f"momentum(free.position[{k}])" for k in (1, 2, 3)}
+    assert conserved(TWO_BOXES) == cyclic | {f"angular_momentum.{axis}" for axis in "xyz"}
+
+
+def test_a_force_from_outside_breaks_what_it_changes() -> None:
+    found = conserved(TWO_BOXES + "force {0, 0, 1} N on a.a;")
+    assert not found & {"momentum(free.position[3])", "angular_momentum.x", "angular_momentum.y"}
+    assert "momentum(free.position[1])" in found
