@@ -308,7 +308,7 @@ def _second_assembly(
     if values[free.size - 1] > NEAR * values[0]:
         return ()
     best: tuple[float, Array] | None = None
-    for size in (0.02, 0.05, 0.1, 0.2, NEAR):
+    for size in (0.02, 0.05, 0.1, 0.2, 0.3, 0.45):
         for sign in (-1, 1):
             d = np.zeros(task.problem.nv)
             d[free] = sign * size * right[free.size - 1] / weights[free]

@@ -1,0 +1,165 @@
+"""Initial states: nearest to the guesses on the constraints, known values kept, contradictions told."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.outcome import SimulationError
+
+CIRCLE = "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: sqrt(x^2 + y^2) = 1 m;"
+
+
+def start(text: str, set: dict[str, str | float] | None = None) -> dict[str, float]:
+    """Return the state at the start by name."""
+    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False, set=set)
+    assert isinstance(solution, mechc.Solution)
+    return {q.name: float(solution[q.name][0]) for q in solution.problem.states}
+
+
+def refusal(text: str, set: dict[str, str | float] | None = None) -> SimulationError:
+    with pytest.raises(SimulationError) as caught:
+        start(text, set)
+    return caught.value
+
+
+def test_guesses_move_to_the_nearest_point() -> None:
+    """Of all points of the circle the one in the direction of the guess; the velocity along the tangent."""
+    state = start(f"coordinate x ~ 3 m;coordinate y ~ -4 m;initial der(x) ~ 1 m/s;{CIRCLE}")
+    assert (state["x"], state["y"]) == pytest.approx((0.6, -0.8), abs=1e-13)
+    assert (state["der(x)"], state["der(y)"]) == pytest.approx((0.64, 0.48), abs=1e-13)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_known_values_stay_and_the_guess_chooses_the_branch(sign: int) -> None:
+    state = start(f"coordinate x = 0.6 m;coordinate y ~ {sign}*0.3 m;initial der(x) = 2 m/s;{CIRCLE}")
+    assert (state["x"], state["der(x)"]) == (0.6, 2.0)
+    assert state["y"] == pytest.approx(sign * 0.8, abs=1e-13)
+    assert state["der(y)"] == pytest.approx(-sign * 1.5, abs=1e-12)
+
+
+def test_a_value_that_is_set_is_known() -> None:
+    text = f"coordinate x ~ 3 m;coordinate y ~ -4 m;{CIRCLE}"
+    assert start(text, {"x": 0.8})["y"] == pytest.approx(-0.6, abs=1e-13)
+
+
+def test_start_where_no_direction_helps() -> None:
+    """At the centre of the circle every gradient vanishes: a disturbed guess leads on, always the same way."""
+    text = f"coordinate x ~ 0 m;coordinate y ~ 0 m;{CIRCLE.replace('sqrt(x^2 + y^2) = 1 m', 'x^2 + y^2 = 1 m^2')}"
+    first, second = start(text), start(text)
+    assert np.hypot(first["x"], first["y"]) == pytest.approx(1, abs=1e-12)
+    assert first == second
+
+
+def test_weights_are_characteristic_lengths() -> None:
+    """s and a*phi share what is missing: (s/a)^2 + phi^2 is least, whatever the unit of length."""
+    text = (
+        "parameter a = 0.1 m;coordinate s ~ 0 m;coordinate Angle phi ~ 0 rad;"
+        "kinetic 1/2*1 kg*der(s)^2;kinetic 1/2*1 kg.m^2*der(phi)^2;constraint c: s + a*phi = 0.02 m;"
+    )
+    state = start(text)
+    assert state["s"] == pytest.approx(0.01, abs=1e-14)
+    assert state["phi"] == pytest.approx(0.1, abs=1e-13)
+
+
+def test_rotations_turn_by_the_smallest_angle() -> None:
+    """One axis of a body is to point upwards: the rotation from the guess is about the normal of both."""
+    text = (
+        "coordinate Rotation R ~ rotx(50 deg)*roty(20 deg);frame body = world * R;"
+        "mass 1 kg at body * {0, 0, 1} m;inertia 1 kg.m^2*diag({1, 1, 1}) on body;"
+        "constraint upright: direction(body, {0, 0, 1})[1:2] = {0, 0};output z = direction(body, {0, 0, 1});"
+    )
+    state = start(text)
+    q = np.array([state[f"R[{k}]"] for k in range(1, 5)])
+    assert np.linalg.norm(q) == pytest.approx(1, abs=1e-14)
+    half = np.radians([50, 20]) / 2
+    a = np.array([np.cos(half[0]), np.sin(half[0]), 0, 0])
+    b = np.array([np.cos(half[1]), 0, np.sin(half[1]), 0])
+    guess = np.array([a[0] * b[0] - a[1:] @ b[1:], *(a[0] * b[1:] + b[0] * a[1:] + np.cross(a[1:], b[1:]))])
+    z = 1 - 2 * (guess[1] ** 2 + guess[2] ** 2)
+    assert 2 * np.arccos(abs(q @ guess)) == pytest.approx(np.arccos(z), abs=1e-7)
+
+
+def test_conditions_on_expressions() -> None:
+    """An angle fixes both coordinates; energy then fixes the rates, of two roots the one near the guess."""
+    text = (
+        f"coordinate x ~ 0.5 m;coordinate y ~ -0.9 m;{CIRCLE}potential 9.81 N*y;"
+        "initial atan2(x, -y) = 30 deg;initial energy() = 1 J;initial der(x) ~ {v} m/s;"
+    )
+    for v in (1, -1):
+        state = start(text.replace("{v}", str(v)))
+        assert (state["x"], state["y"]) == pytest.approx((0.5, -np.sqrt(0.75)), abs=1e-12)
+        speed = np.sqrt(2 * (1 + 9.81 * np.sqrt(0.75)))
+        assert np.hypot(state["der(x)"], state["der(y)"]) == pytest.approx(speed, abs=1e-11)
+        assert np.sign(state["der(x)"]) == v
+
+
+def test_conditions_without_constraints() -> None:
+    state = start("coordinate x = 2 m;kinetic 1/2*3 kg*der(x)^2;initial momentum(x) = 6 kg.m/s;")
+    assert state == pytest.approx({"x": 2, "der(x)": 2}, abs=1e-13)
+
+
+def test_wishes_are_weighed_against_guesses() -> None:
+    """x ~ 0 and 2*x ~ 1, both in metres: least squares give x = 2/5."""
+    state = start("coordinate x ~ 0 m;kinetic 1/2*1 kg*der(x)^2;initial 2*x ~ 1 m;")
+    assert state["x"] == pytest.approx(0.4, abs=1e-13)
+
+
+def test_second_position_near_a_dead_centre_is_told() -> None:
+    text = (
+        "import mech.planar.*;Bar a(l = 1 m);Bar b(l = 1 m);Revolute p(world -> a.a, angle ~ 6 deg);"
+        "Revolute k(a.b -> b.a, angle ~ -12 deg);cut Revolute c(b.b -> world * trans({1.99, 0} m));"
+    )
+    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert any("dead centre" in remark for remark in solution.remarks)
+    assert solution["p.angle"][0] == pytest.approx(np.arccos(1.99 / 2), abs=1e-9)
+    far = mechc.loads(text.replace("1.99", "1.2")).simulate(stop=1e-9, target="python", estimate_error=False)
+    assert isinstance(far, mechc.Solution)
+    assert not far.remarks
+
+
+def test_what_contradicts_is_listed() -> None:
+    error = refusal(f"coordinate x = 0.6 m;coordinate y = 0.9 m;{CIRCLE}")
+    assert error.code == "E0604"
+    assert [note.split(" (")[0] for note in error.notes] == [
+        "'rod' is off by 0.08167 m",
+        "x = 0.6 m is given",
+        "y = 0.9 m is given",
+    ]
+    error = refusal(
+        f"coordinate x = 0.6 m;coordinate y ~ 0.9 m;{CIRCLE}initial der(x) = 1 m/s;initial der(y) = 1 m/s;"
+    )
+    assert error.code == "E0604"
+    assert [note.split(" (")[0] for note in error.notes] == [
+        "the rate of 'rod' is off by 1.4 m/s",
+        "der(x) = 1 m/s is given",
+        "der(y) = 1 m/s is given",
+    ]
+
+
+def test_dropped_equations_are_checked_with_the_parameters_of_the_run() -> None:
+    """Two equations that agree by default; with another parameter they contradict."""
+    text = (
+        "parameter a = 1 m;coordinate x ~ 0 m;coordinate y = 0 m;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint one: x = 1 m;constraint two: x = a;"
+    )
+    assert start(text)["x"] == pytest.approx(1, abs=1e-14)
+    error = refusal(text, {"a": 1.5})
+    assert error.code == "E0605"
+    assert {note.split(" (")[0] for note in error.notes} == {
+        "'one' is off by 0.25 m",
+        "'two' is off by 0.25 m",
+    }
+
+
+def test_parts_that_do_not_reach() -> None:
+    text = (
+        "import mech.planar.*;Bar a(l = {l} m);Bar b(l = 0.5 m);Revolute p(world -> a.a, angle ~ 30 deg);"
+        "Revolute q(world * trans({1, 0} m) -> b.a, angle ~ 150 deg);cut Revolute tip(a.b -> b.b);"
+    )
+    assert refusal(text.replace("{l}", "0.4")).code == "E0606"
+    state = start(text.replace("{l}", "0.6"))
+    angle = np.arccos((0.36 + 1 - 0.25) / 1.2)
+    assert state["p.angle"] == pytest.approx(angle, abs=1e-12)
