@@ -155,5 +155,4 @@ def test_free_bodies_keep_their_total_momentum() -> None:
 
 def test_a_force_from_outside_breaks_what_it_changes() -> None:
     found = conserved(TWO_BOXES + "force {0, 0, 1} N on a.a;")
-    assert not found & {"momentum(free.position[3])", "angular_momentum.x", "angular_momentum.y"}
-    assert "momentum(free.position[1])" in found
+    assert found == {"momentum.x", "momentum.y", "angular_momentum.z"}
