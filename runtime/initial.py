@@ -299,7 +299,11 @@ def _second_assembly(
 ) -> tuple[str, ...]:
     """Look for another position close by, where the given values leave none but isolated ones."""
     free = np.flatnonzero([not task.known[i] for i in task.partner])
-    rows = placed.local.hard_jacobian[:, free] / weights[free] / placed.scale[:, None]
+    hard = [task.problem.assembly[i] for i in task.rows(1, True)]
+    # one scale for all rows of a unit: close to a dead centre a whole row is small
+    shared = [max(s for r, s in zip(hard, placed.scale, strict=True) if r.unit == row.unit) for row in hard]
+    scale = np.array(shared)[:, None]
+    rows = placed.local.hard_jacobian[:, free] / weights[free] / scale
     if not free.size or not rows.size:
         return ()
     _, values, right = np.linalg.svd(rows, full_matrices=True)
@@ -318,7 +322,7 @@ def _second_assembly(
             distance = float(np.abs(away).max())
             if not other.fulfilled or not 1e-5 < distance < 2 * NEAR or (best and distance >= best[0]):
                 continue
-            there = other.local.hard_jacobian[:, free] / weights[free] / other.scale[:, None]
+            there = other.local.hard_jacobian[:, free] / weights[free] / scale
             smallest = np.linalg.svd(there, compute_uv=False)[free.size - 1]
             if smallest > 1e-8:  # else the mechanism can move from the one to the other
                 best = distance, other.x
