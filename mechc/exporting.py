@@ -51,7 +51,7 @@ int main(int argc, char **argv)
     const int ny = model->nq + model->nv + model->nx, n_out = model->n_outputs;
     mech_real *p = reals((size_t)(model->np + model->nh)), *u = reals((size_t)model->nu);
     mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *atol = reals((size_t)ny);
-    mech_real *grid = reals(ROWS), *rows = reals((size_t)(ROWS * ny)), *out = reals((size_t)n_out);
+    mech_real *grid = reals(ROWS), *rows = reals((size_t)(ROWS * ny)), *zs = reals((size_t)(ROWS * model->nz)), *out = reals((size_t)n_out);
     unsigned char *set = calloc((size_t)model->np + 1, 1);
     if (set == NULL)
         return 1;
@@ -79,6 +79,7 @@ int main(int argc, char **argv)
     options.p = p;
     options.grid = grid;
     options.grid_y = rows;
+    options.grid_z = zs;
     mech_solver *solver = mech_create(model, &options);
     if (solver == NULL)
         return 1;
@@ -91,19 +92,21 @@ int main(int argc, char **argv)
 
     puts("{header}");
     for (long i = 0; i < report.n_grid; i++) {{
-        const mech_real *y = rows + i * ny;
+        const mech_real *y = rows + i * ny, *now = model->hybrid ? zs + i * model->nz : z;
         printf("%.17g", (double)grid[i]);
         for (int k = 0; k < ny; k++)
             printf(",%.17g", (double)y[k]);
         if (n_out > 0) {{
             if (model->inputs)
                 model->inputs(grid[i], y, u, z, p, u);
-            model->outputs(grid[i], y, u, z, p, out);
+            model->outputs(grid[i], y, u, now, p, out);
         }}
         for (int k = 0; k < n_out; k++)
             printf(",%.17g", (double)out[k]);
         putchar('\\n');
     }}
+    if (status == MECH_TERMINATED)
+        status = MECH_REACHED;
     if (status != MECH_REACHED)
         fprintf(stderr, "stopped at t = %.17g\\n", (double)report.t);
     mech_free(solver);
@@ -130,6 +133,10 @@ def export(model: Model, target: str, output: Path | None) -> tuple[Path, ...]:
         case "python":
             from .compiler.targets.python import emit_python
 
+            if program.hybrid is not None:
+                raise UsageMistake(
+                    f"'{program.name}' has events, which a Python module cannot run", "the target c can"
+                )
             return _write({output or Path(f"{name}.py"): emit_python(program)})
         case "c":
             folder = output or Path(f"{name}_c")

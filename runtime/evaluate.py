@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -15,13 +16,25 @@ from .solver import table_structs
 
 
 def evaluate_rows(
-    problem: Problem, functions: Functions, case: Case, name: Literal["rhs", "outputs"], t: Array, y: Array
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    name: Literal["rhs", "outputs"],
+    t: Array,
+    y: Array,
+    z: Array | None = None,
 ) -> Array:
-    """Give [n, size]: the function ``name`` at the times t [n] and states y [n, ny]."""
+    """Give [n, size]: the function ``name`` at the times t [n] and states y [n, ny], with z [n, nz] if it changes."""
     size = problem.ny if name == "rhs" else len(problem.outputs)
     function = functions.rhs if name == "rhs" else functions.outputs
     rows = np.empty((t.size, size))
     if function is None or t.size == 0:
+        return rows
+    if z is not None:
+        begins = np.flatnonzero(np.r_[True, (z[1:] != z[:-1]).any(axis=1)])
+        for i, j in zip(begins, (*begins[1:], t.size), strict=True):
+            part = replace(case, z=np.ascontiguousarray(z[i]))
+            rows[i:j] = evaluate_rows(problem, functions, part, name, t[i:j], y[i:j])
         return rows
     if functions.struct is not None:
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
@@ -52,8 +65,12 @@ def input_rows(problem: Problem, functions: Functions, case: Case, t: Array) -> 
     return rows
 
 
-def solution_columns(problem: Problem, functions: Functions, case: Case, t: Array, y: Array) -> Array:
+def solution_columns(
+    problem: Problem, functions: Functions, case: Case, t: Array, y: Array, z: Array | None = None
+) -> Array:
     """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
-    outputs = evaluate_rows(problem, functions, case, "outputs", t, y)
+    outputs = evaluate_rows(problem, functions, case, "outputs", t, y, z)
     inputs = input_rows(problem, functions, case, t)
-    return np.hstack([y, outputs, inputs, np.tile(case.z, (t.size, 1))])
+    own = sum(quantity.kind != "mode" for quantity in problem.discretes)
+    discretes = np.tile(case.z, (t.size, 1)) if z is None else z
+    return np.hstack([y, outputs, inputs, discretes[:, :own]])

@@ -10,6 +10,7 @@ import numpy as np
 from . import native
 from .case import Case
 from .functions import Functions
+from .happenings import Log, event_failure
 from .interruption import noted_interruptions
 from .outcome import (
     Failure,
@@ -52,6 +53,7 @@ def run_kernel(
         noted_interruptions() as interrupted,
     ):
         record = _Record(solver) if dense else None
+        log = Log(solver, problem) if problem.hybrid is not None else None
         status = native.RUNNING
         size = FIRST_SLICE
         while not interrupted():
@@ -63,6 +65,8 @@ def run_kernel(
             seconds = time.perf_counter() - begun
             if status == native.RECORD_FULL and record is not None:
                 record.renew()
+            elif status == native.EVENTS_FULL and log is not None:
+                log.renew()
             elif status != native.RUNNING:
                 break
             else:
@@ -71,15 +75,25 @@ def run_kernel(
                 progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
         report, y = solver.report()
         t, rows = solver.grid_rows(report.n_grid)
+        count = t.size
         if status != native.REACHED:
             t, rows = with_last_point(t, rows, report.t, y)
+        happened, ended = None, ""
+        if log is not None:
+            z = solver.grid_discretes(count)
+            z = z if count == t.size else np.vstack([z, solver.discretes()])
+            happened = log.finish(z[0] if count else solver.discretes(), z)
+            if status == native.TERMINATED and problem.hybrid is not None:
+                ended = problem.hybrid.branches[report.failed_index].message or ""
         return Trajectory(
             t=t,
             y=rows,
             dense=record.polynomials() if record is not None else None,
             statistics=_statistics(kernel, functions, report),
             failure=_failure(problem, status, report, y, max_steps),
-            interrupted=status in (native.RUNNING, native.RECORD_FULL) and interrupted(),
+            interrupted=status in (native.RUNNING, native.RECORD_FULL, native.EVENTS_FULL) and interrupted(),
+            happened=happened,
+            terminated=ended if status == native.TERMINATED else None,
         )
 
 
@@ -154,4 +168,4 @@ def _failure(
         case native.RUNNING if max_steps is not None and report.steps >= max_steps:
             return too_many_steps(problem, max_steps, report.t, y)
         case _:
-            return None
+            return event_failure(problem, status, report, y)

@@ -23,10 +23,24 @@ from pathlib import Path
 
 from .build import build_shared, kernel_flags
 
-MODEL_VERSION = 1
+MODEL_VERSION = 2
 KERNEL_VERSION = 1
 
-RUNNING, REACHED, RECORD_FULL = 0, 1, 2
+RUNNING, REACHED, RECORD_FULL, TERMINATED, EVENTS_FULL = 0, 1, 2, 3, 4
+EVENT_LOOP, ZENO, PENETRATION, ENERGY_RAISED, CHATTER = -20, -21, -22, -23, -24
+BRANCH_ASSERTION, APART, NO_MODE, NO_IMPACT = -25, -26, -27, -28
+EVENT_KINDS = (
+    "when",
+    "impact",
+    "rest",
+    "lift-off",
+    "slip",
+    "stick",
+    "crossing",
+    "reflection",
+    "release",
+    "engage",
+)
 STEP_TOO_SMALL, NOT_FINITE, ASSERTION, NOT_CONVERGED, OFF_CONSTRAINTS = -1, -2, -3, -4, -5
 NEEDS_JACOBIAN, NEEDS_SEPARABLE, NEEDS_MOMENTA = -6, -7, -8
 
@@ -53,10 +67,8 @@ class ModelStruct(Structure):
         ),
         *((name, c_int) for name in ("n_position", "n_velocity", "separable")),
         *((name, c_void_p) for name in ("project_position", "project_velocity", "displace")),
-        *(
-            (name, c_void_p)
-            for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")
-        ),
+        *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
+        ("hybrid", c_void_p),
     )
     version: int
     nq: int
@@ -73,6 +85,7 @@ class ModelStruct(Structure):
     n_position: int
     n_velocity: int
     separable: int
+    hybrid: int | None
 
 
 class TableStruct(Structure):
@@ -99,6 +112,8 @@ class OptionsStruct(Structure):
             (name, c_void_p)
             for name in ("atol", "y0", "z", "p", "tables", "stops", "grid", "grid_y", "record")
         ),
+        *((name, c_void_p) for name in ("grid_z", "events", "instants")),
+        *((name, c_long) for name in ("event_capacity", "instant_capacity")),
     )
 
 
@@ -114,7 +129,8 @@ class ReportStruct(Structure):
         *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
         *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
         *((name, c_long) for name in ("n_grid", "n_record")),
-        *((name, c_int) for name in ("status", "failed_index", "method")),
+        *((name, c_int) for name in ("status", "failed_index", "method", "failed_part")),
+        *((name, c_long) for name in ("n_events", "n_instants")),
     )
     t: float
     dt: float
@@ -138,6 +154,20 @@ class ReportStruct(Structure):
     status: int
     failed_index: int
     method: int
+    failed_part: int
+    n_events: int
+    n_instants: int
+
+
+class EventStruct(Structure):
+    """mech_event"""
+
+    _fields_ = (("t", c_double), ("value", c_double), ("kind", c_int), ("index", c_int), ("instant", c_long))
+    t: float
+    value: float
+    kind: int
+    index: int
+    instant: int
 
 
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
@@ -159,6 +189,8 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_restart": (None, (c_void_p,)),
     "mech_set_record": (None, (c_void_p, c_void_p, c_long)),
     "mech_drift": (None, (c_void_p, c_void_p)),
+    "mech_set_events": (None, (c_void_p, c_void_p, c_long, c_void_p, c_long)),
+    "mech_read_discretes": (None, (c_void_p, c_void_p)),
     "mech_save_size": (c_size_t, (c_void_p,)),
     "mech_save": (None, (c_void_p, c_void_p)),
     "mech_load": (None, (c_void_p, c_void_p)),

@@ -76,6 +76,34 @@ class Assertion:
 
 
 @dataclass(frozen=True, slots=True)
+class Branch:
+    """A branch of a ``when``: its condition as text; ``message`` of ``terminate``, None where it goes on."""
+
+    text: str
+    checks: tuple[Assertion, ...]
+    message: str | None
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchedRow:
+    """``kind``: contact, friction, constraint, step."""
+
+    name: str
+    kind: str
+    origin: Origin | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Hybrid:
+    """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows."""
+
+    switches: tuple[str, ...]
+    branches: tuple[Branch, ...]
+    rows: tuple[SwitchedRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Constraint:
     """One scalar row; ``level`` is position or velocity."""
 
@@ -137,6 +165,8 @@ class Problem:
     energy_balance: tuple[int, ...] = ()
     """Indices of outputs (total, dissipated, supplied) with total + dissipated - supplied constant;
     dissipated and supplied are -1 where the model has none."""
+    hybrid: Hybrid | None = None
+    """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None

@@ -98,6 +98,11 @@ def _plan(problem: Problem, options: SimulationOptions) -> _Plan:
     functions = load_functions(problem)
     case = prepare(problem, functions, options)
     method = choose_method(functions, case, options.reproducible)
+    if problem.hybrid is not None and not method.in_kernel:
+        raise SimulationError(
+            f"'{problem.name}' has events, contacts or friction, which the compiled kernel runs: it needs a C compiler "
+            "and a method of its own (pip install ziglang brings a compiler)"
+        )
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
@@ -112,23 +117,28 @@ def _solve(plan: _Plan) -> Solution:
     main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
     outcome, message = _outcome(problem, main)
     error, remark = None, "no companion run was asked for"
-    if options.estimate_error and outcome is Outcome.COMPLETED:
+    if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
         error, remark, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
         if interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
         remark = "no companion run was made, as the run did not complete"
-    columns = solution_columns(problem, functions, case, main.t, main.y)
+    times, states, happened = main.t, main.y, main.happened
+    modes: Array | None = None
+    if happened is not None:
+        times, states, modes = happened.merged(main.t, main.y, problem.ny)
+    columns = solution_columns(problem, functions, case, times, states, modes)
     outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
     interpolated = main.dense or _hermite(plan, main)
 
     def at(t: Array) -> Array:
         y = with_unit_rotations(problem.rotations, interpolated(t))
-        return solution_columns(problem, functions, case, t, y)
+        z = None if happened is None else happened.discretes(t, problem.ny)
+        return solution_columns(problem, functions, case, t, y, z)
 
     return Solution(
         problem,
-        main.t,
+        times,
         columns,
         at,
         interpolation="dense output" if main.dense else "cubic Hermite between output points",
@@ -139,6 +149,7 @@ def _solve(plan: _Plan) -> Solution:
         failure=main.failure,
         statistics=main.statistics,
         accuracy=Accuracy(error, energy_drift(problem, outputs), conserved_drifts(problem, outputs), remark),
+        events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, main)),
     )
 
@@ -192,6 +203,8 @@ def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
         return Outcome.FAILED, main.failure.message
     if main.interrupted:
         return Outcome.INTERRUPTED, f"interrupted at {at}"
+    if main.terminated is not None:
+        return Outcome.TERMINATED, f"{main.terminated} at {at}"
     return Outcome.COMPLETED, f"completed at {at}"
 
 

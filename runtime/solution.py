@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
 from .accuracy import Accuracy, Drift
 from .files import json_number
+from .happenings import Event
 from .outcome import Failure, Outcome
 from .problem import Array, Problem, Quantity
 from .results import Results
 from .trajectory import Statistics
-
-
-@dataclass(frozen=True, slots=True)
-class Event:
-    time: float
-    name: str
-    kind: str
-
 
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
@@ -95,7 +88,7 @@ class Solution(Results):
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
             "final": {name: json_number(value) for name, value in self.final().items()},
-            "events": [{"time": e.time, "name": e.name, "kind": e.kind} for e in self.events],
+            "events": [_event_summary(e) for e in self.events],
             "statistics": asdict(self.statistics),
             "accuracy": _accuracy_summary(self.accuracy),
         }
@@ -103,7 +96,16 @@ class Solution(Results):
 
 def quantities(problem: Problem) -> tuple[Quantity, ...]:
     """All quantities of a solution, in the order of its columns."""
-    return (*problem.states, *problem.outputs, *problem.inputs, *problem.discretes)
+    discretes = (quantity for quantity in problem.discretes if quantity.kind != "mode")
+    return (*problem.states, *problem.outputs, *problem.inputs, *discretes)
+
+
+def _event_summary(event: Event) -> dict[str, Any]:
+    before, after = (
+        {name: json_number(x) for name, x in side.items()} for side in (event.before, event.after)
+    )
+    summary = {"time": event.time, "name": event.name, "kind": event.kind, "before": before, "after": after}
+    return summary | ({"speed": event.value} if event.kind == "impact" else {})
 
 
 def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:

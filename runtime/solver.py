@@ -14,6 +14,8 @@ from .functions import Functions
 from .inputs import Table
 from .problem import Array
 
+FIRST_EVENTS = 256
+
 
 class Solver:
     """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context."""
@@ -46,6 +48,11 @@ class Solver:
             "grid": np.ascontiguousarray(case.grid),
             "grid_y": np.empty((case.grid.size, self.ny)),
         }
+        self.nz = case.z.size
+        self._events: ctypes.Array[native.EventStruct] | None = None
+        self._instants = np.empty(0)
+        if functions.struct.hybrid:
+            self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
         self._record = np.empty(0)
         options = native.OptionsStruct(
             method=index,
@@ -62,6 +69,8 @@ class Solver:
         self._handle = kernel.mech_create(ctypes.addressof(functions.struct), ctypes.byref(options))
         if not self._handle:
             raise MemoryError("the kernel could not allocate its solver")
+        if functions.struct.hybrid:
+            self.start_events(FIRST_EVENTS)
 
     def __enter__(self) -> Solver:
         return self
@@ -104,6 +113,32 @@ class Solver:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
         self._kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
+
+    def start_events(self, capacity: int) -> None:
+        """Give the kernel room for ``capacity`` instants with four events each."""
+        self._events = (native.EventStruct * (4 * capacity + 256))()
+        self._instants = np.empty((capacity, 1 + 2 * (self.ny + self.nz)))
+        self._kernel.mech_set_events(
+            self._handle,
+            ctypes.addressof(self._events),
+            len(self._events),
+            self._instants.ctypes.data,
+            capacity,
+        )
+
+    def happened(self) -> tuple[list[native.EventStruct], Array]:
+        """Give the events and instants since ``start_events``."""
+        assert self._events is not None
+        report, _ = self.report()
+        return list(self._events[: report.n_events]), self._instants[: report.n_instants].copy()
+
+    def discretes(self) -> Array:
+        z = np.empty(self.nz)
+        self._kernel.mech_read_discretes(self._handle, z.ctypes.data)
+        return z
+
+    def grid_discretes(self, count: int) -> Array:
+        return self._arrays["grid_z"][:count]
 
     def recorded(self, count: int) -> Array:
         return self._record[:count]

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .outcome import Failure
 from .problem import Array
+
+if TYPE_CHECKING:
+    from .happenings import Happenings
 
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
@@ -71,6 +75,9 @@ class Trajectory:
     statistics: Statistics
     failure: Failure | None = None
     interrupted: bool = False
+    happened: Happenings | None = None
+    terminated: str | None = None
+    """The text of the branch that ended the run."""
 
 
 def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[Array, Array]:

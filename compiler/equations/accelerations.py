@@ -30,14 +30,17 @@ def accelerations(
     supports: Sequence[Collection[int]],
     reporter: Reporter,
 ) -> Accelerations:
-    """Solve r - K^T lam = 0 with K a + gamma = 0.
+    """Solve r - K^T lam = 0 with K a + gamma = 0, or with what the modes of a row say instead.
 
-    ``supports``: for each row the free velocities on which it depends at consistent states. Its multiplier is
-    eliminated right after them, so that the cost of many loops grows with their number and not with its square.
+    ``supports``: for each of the first rows the free velocities on which it depends at consistent states. Its
+    multiplier is eliminated right after them, so that the cost of many loops grows with their number and not with
+    its square. The other rows are switched: where they are off, the multiplier is in its own row with a factor that
+    vanishes in other modes, so it comes last.
     """
     unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
-    equations = [residual[i] for i in free] + [row.second for row in rows]
-    after = {len(free) + k: support for k, support in enumerate(supports)}
+    equations = [residual[i] for i in free] + [row.equation for row in rows]
+    after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
+    after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
     try:
         found = solve(system.graph, equations, unknowns, after=after)
     except ZeroPivot as singular:

@@ -31,6 +31,28 @@ class Replies:
     joint_reactions: Mapping[str, tuple[tuple[Node, ...], tuple[Node, ...]]]
 
 
+def force_answers(system: MechanicalSystem, replies: Replies) -> list[Node]:
+    """Return, for each question, the answer in multipliers and accelerations, or its own symbol."""
+    found: list[Node] = []
+    groups: dict[int, list[Node]] = {}
+    for symbol, query in system.queries.items():
+        groups.setdefault(id(query), []).append(symbol)
+    for symbol, query in system.queries.items():
+        place = groups[id(query)].index(symbol)
+        answer: Sequence[Node] | None = None
+        match query.function:
+            case "multiplier":
+                answer = replies.multipliers.get(query.target)
+            case "reaction" | "moment" if query.target in replies.joint_reactions:
+                answer = replies.joint_reactions[query.target][query.function == "moment"]
+            case "reaction":
+                names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
+                if all(n in replies.drive_reactions for n in names):
+                    answer = [replies.drive_reactions[n] for n in names]
+        found.append(symbol if answer is None else answer[place])
+    return found
+
+
 def answers(
     system: MechanicalSystem, energies: Energies, replies: Replies, reporter: Reporter
 ) -> dict[Node, Node]:
@@ -46,6 +68,9 @@ def answers(
         for effort in system.efforts:
             if effort.name == query.target:
                 return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
+        for rows in system.constraints:
+            if rows.name == query.target and rows.mode is not None and rows.mode.kind == "friction":
+                return [graph.mul(replies.multipliers[rows.name][0], rows.residuals[0])]
         return None
 
     def multiplier(query: Query) -> Sequence[Node] | None:
@@ -59,6 +84,12 @@ def answers(
                 help="remove the constraint, or ask for the reaction of one that is kept",
             )
         return found
+
+    def closed(query: Query) -> Sequence[Node] | None:
+        for rows in system.constraints:
+            if rows.name == query.target:
+                return [graph.one if rows.mode is None else rows.mode.flag]
+        return None
 
     def moment(query: Query) -> Sequence[Node] | None:
         found = replies.joint_reactions.get(query.target)
@@ -90,6 +121,7 @@ def answers(
         "multiplier": multiplier,
         "reaction": reaction,
         "moment": moment,
+        "closed": closed,
     }
     result: dict[Node, Node] = {}
     groups: dict[int, tuple[Query, list[Node]]] = {}

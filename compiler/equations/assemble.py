@@ -14,6 +14,7 @@ from .assembly import Resolve, assembly
 from .dead_symbols import without_dead_symbols
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
+from .hybrid import add_events
 from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .outputs import OutputList, list_outputs
@@ -49,6 +50,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
     assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
     functions = (*functions, *assembly_functions)
+    hybrid = add_events(system, solved, layout, functions, listed.entries, reporter)
+    if hybrid is not None:
+        layout, functions = hybrid.layout, hybrid.functions
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
@@ -89,6 +93,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         constraints=_constraint_entries(solved),
         assembly=assembled,
         separable=_separable(system, layout, functions),
+        hybrid=hybrid.plan if hybrid is not None else None,
     )
 
 
@@ -99,7 +104,9 @@ def _resolver(system: MechanicalSystem, solved: Solved) -> Resolve:
     """Return what puts formulas in the place of symbols that have no place at run time."""
 
     def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return tuple(substitute(system.graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
+        return (
+            tuple(substitute(system.graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
+        )
 
     return resolve
 

@@ -41,8 +41,11 @@ def assembly(
         residuals.append(residual)
         gradients.append(gradient)
 
+    held = tuple(
+        row for row in solved.switched if row.constraint.mode and row.constraint.mode.kind == "constraint"
+    )
     support = {row: set(system.graph.support(n)) for row, n in conditions}
-    for row in solved.all_rows:
+    for row in (*solved.all_rows, *held):
         if row.position is not None:
             residual, rate = resolve([row.position, row.rate])
             name, unit = row.title, row.constraint.units[row.component]
@@ -55,7 +58,7 @@ def assembly(
                 _no_coordinate(condition, reporter)
             (rate,) = resolve(jvp(system.graph, [residual], along))
             add(_entry(condition, 1), residual, *jacobian(system.graph, [rate], velocities))
-    for row in solved.all_rows:
+    for row in (*solved.all_rows, *held):
         (residual,) = resolve([row.rate])
         unit = row.constraint.units[row.component]
         unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit

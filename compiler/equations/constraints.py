@@ -33,6 +33,8 @@ class Row:
     position: Node | None
     rate: Node
     second: Node
+    equation: Node
+    """What determines the multiplier: ``second``, or in a mode that is off the law of the force."""
 
     @property
     def title(self) -> str:
@@ -53,7 +55,8 @@ def rows_of(
         count = len(symbols)
         for k, lam in enumerate(symbols):
             position = nodes[k] if constraint.level == "position" else None
-            rows.append(Row(constraint, k, lam, position, nodes[count + k], nodes[2 * count + k]))
+            second = nodes[2 * count + k]
+            rows.append(Row(constraint, k, lam, position, nodes[count + k], second, second))
     return tuple(rows)
 
 

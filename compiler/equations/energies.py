@@ -41,11 +41,13 @@ def energies(
     driven: Mapping[Node, Node],
     free: Sequence[int],
     constraint_power: Node,
+    friction_loss: Node,
 ) -> Energies:
     """Return the energies of a system.
 
     ``driven`` replaces prescribed coordinates, their rates and accelerations by functions of time; ``free`` are the
-    indices of velocities that are unknowns; ``constraint_power`` is -lam.b.
+    indices of velocities that are unknowns; ``constraint_power`` is -lam.b, ``friction_loss`` what friction of
+    constraints turns into heat.
     """
     graph = system.graph
     kinetic, potential = _kinetic(system), _potential(system)
@@ -65,6 +67,7 @@ def energies(
     if graph.equal_up_to_sign(total, plain_total):
         total = plain_total
     supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    dissipated = graph.add(dissipated, friction_loss)
     forces, cyclic = _forces(system, lagrangian, free)
     all_momenta = dict(zip(free, momenta, strict=True))
     return Energies(

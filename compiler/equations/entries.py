@@ -9,6 +9,7 @@ from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit
 
 from ..flat.model import Kind
 from ..graph import Node
+from ..mechanics.modes import ImpulseAction, SetAction
 from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .energies import Energies
@@ -43,6 +44,18 @@ class Layout:
         return _entry(scalar, kind, self.dimensionless, rate=rate)
 
 
+def booked_by_events(system: MechanicalSystem) -> frozenset[str]:
+    """Return the accounts that impacts and actions need, whatever the powers are."""
+    jumps = any(
+        isinstance(action, ImpulseAction) or (isinstance(action, SetAction) and action.moves)
+        for branch in system.branches
+        for action in branch.actions
+    )
+    switched = any(rows.mode is not None for rows in system.constraints)
+    names = {"energy.dissipated"} if jumps or switched else set()
+    return frozenset(names | ({"energy.supplied"} if jumps else set()))
+
+
 def layout_of(system: MechanicalSystem, driven: Mapping[Node, Node], energies: Energies) -> Layout:
     """Return where every symbol of a model lives at run time."""
     graph, symbols = system.graph, system.symbols
@@ -50,7 +63,8 @@ def layout_of(system: MechanicalSystem, driven: Mapping[Node, Node], energies: E
     q_indices = tuple(k for k, s in enumerate(system.q) if s.node not in driven)
     v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
     powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
-    accounts = tuple(name for name, power in powers.items() if not graph.is_zero(power))
+    booked = booked_by_events(system)
+    accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
     if not (q_indices or v_indices or symbols.states or accounts):
         accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state
     account_symbols = {name: graph.symbol(f"?{name}") for name in accounts}

@@ -131,6 +131,69 @@ class AssemblyEntry:
 
 
 @dataclass(frozen=True, slots=True)
+class SwitchText:
+    """A relation that is frozen between events: its index in z, and what it says. ``after``: see ``HybridPlan``."""
+
+    index: int
+    text: str
+    after: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class BranchPlan:
+    """One branch of event number ``event``: its function, condition as text, and the texts of its assertions.
+
+    ``message`` is that of ``terminate``, None where the branch does not end the run.
+    """
+
+    event: int
+    function: str
+    text: str
+    checks: tuple[AssertionText, ...]
+    message: str | None
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RowPlan:
+    """A row that can be switched (``mech_row`` of the kernel); indices into z, -1 for none.
+
+    ``kind``: contact, friction, constraint, step. ``normal``: the row of the contact of a friction, the switch of a
+    step.
+    """
+
+    kind: str
+    name: str
+    normal: int
+    flag: int
+    sign: int
+    impulse: int
+    enabled: int
+    span: Span | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class HybridPlan:
+    """What switches, and the accounts that impacts are booked in (indices in y; -1: none).
+
+    ``times``: switches that change at a known time, to ``after``; ``clocks``: (pulse, count) in z; ``initial``: the
+    number in z that is 1 at the start only; ``total``: the output whose balance is kept. The functions are
+    indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch.
+    """
+
+    switches: tuple[SwitchText, ...]
+    times: tuple[SwitchText, ...]
+    clocks: tuple[tuple[int, int], ...]
+    initial: int
+    branches: tuple[BranchPlan, ...]
+    rows: tuple[RowPlan, ...]
+    simultaneous: bool
+    dissipated: int
+    supplied: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
 class Equations:
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -170,3 +233,5 @@ class Equations:
     """Rows of the functions ``assembly`` and ``assembly_jacobian``, those of the first stage first."""
     separable: bool = False
     """q' = v, no first-order states, and accelerations that do not depend on velocities."""
+    hybrid: HybridPlan | None = None
+    """None where nothing switches."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from dataclasses import replace as replace_fields
 from itertools import groupby
 from typing import TYPE_CHECKING
 
@@ -18,9 +19,10 @@ from ..mechanics.lower import Lowering
 from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .accelerations import accelerations
-from .answers import Replies, answers
+from .answers import Replies, answers, force_answers
 from .constraints import Projection, Row, projection, rows_of, without_empty
 from .energies import Energies, energies
+from .modes import friction_loss, with_modes
 from .residual import residual, seeds_of
 
 if TYPE_CHECKING:
@@ -35,13 +37,16 @@ class Solved:
     """Everything after elimination. ``replace`` turns each symbol that is no array entry into its formula.
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
-    ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``pivots`` must not vanish.
+    ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
+    ``residual``: r - K^T lam; ``pivots`` must not vanish.
     """
 
     driven: Mapping[Node, Node]
     free: tuple[int, ...]
     rows: tuple[Row, ...]
     all_rows: tuple[Row, ...]
+    switched: tuple[Row, ...]
+    residual: tuple[Node, ...]
     rank: Rank | None
     projection: Projection | None
     energies: Energies
@@ -66,29 +71,46 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
     before = {**state_rates, **driven, **still}
     check_rates(system, raw, reporter)
-    all_rows = without_empty(rows_of(system, multipliers, before), system, reporter)
+    every_row = without_empty(rows_of(system, multipliers, before), system, reporter)
     reporter.stop_on_errors()
+    all_rows = tuple(row for row in every_row if row.constraint.mode is None)
+    drive_reactions = {
+        name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)
+    }
+    joint_reactions = _joint_reactions(system, multipliers)
+    named = _by_constraint(system, multipliers)
+    replies = Replies(named, frozenset(), drive_reactions, joint_reactions)
+    switched: tuple[Row, ...] = ()
+    if len(every_row) > len(all_rows):
+        forces = {
+            n: m
+            for n, m in zip(
+                system.queries, substitute(graph, force_answers(system, replies), before), strict=True
+            )
+            if n != m
+        }
+        plain = tuple(row for row in every_row if row.constraint.mode is not None)
+        switched = with_modes(
+            system, plain, [lam for group in multipliers for lam in group], forces, reporter
+        )
     rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
     absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
     r = substitute(graph, raw, before | absent) if before or absent else raw
     supports = [found_rank.supports[all_rows.index(row)] for row in rows] if found_rank else []
-    found = accelerations(system, r, free, rows, supports, reporter)
+    if absent and switched:
+        laws = substitute(graph, [row.equation for row in switched], absent)
+        switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
+    solved_rows = (*rows, *switched)
+    found = accelerations(system, r, free, solved_rows, supports, reporter)
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
-    solution |= {row.multiplier: value for row, value in zip(rows, found.multipliers, strict=True)}
+    solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
     if state_rates:
         rates = substitute(graph, list(state_rates.values()), replace)
         replace |= dict(zip(state_rates, rates, strict=True))
-    power = _constraint_power(system, rows, [system.v[i].node for i in free])
-    energy = energies(system, {**driven, **still}, free, power)
-    replies = Replies(
-        multipliers=_by_constraint(system, multipliers),
-        dropped=frozenset(absent),
-        drive_reactions={
-            name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)
-        },
-        joint_reactions=_joint_reactions(system, multipliers),
-    )
+    power = _constraint_power(system, solved_rows, [system.v[i].node for i in free])
+    energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
+    replies = Replies(named, frozenset(absent), drive_reactions, joint_reactions)
     answered = answers(system, energy, replies, reporter)
     if answered:
         resolved = substitute(graph, list(answered.values()), replace)
@@ -98,6 +120,8 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
         free=free,
         rows=rows,
         all_rows=all_rows,
+        switched=switched,
+        residual=tuple(r),
         rank=found_rank,
         projection=projection(system, r, free, rows, supports) if rows else None,
         energies=energy,

@@ -17,7 +17,9 @@ from ..flat.model import (
 )
 from ..graph import Graph, Node
 from .closures import closure_rows, constraint_rows
+from .contacts import contact_rows, switchable
 from .drives import drive_rows
+from .events import branch_rows
 from .forces import damping, efforts
 from .frames import Frame, displaced, pose_between
 from .initial import beginnings
@@ -62,7 +64,16 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     closures = closure_rows(lowering, topology, asked, virtual)
     masses, inertias = _bodies(lowering, model, symbols, reporter)
     kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols, reporter)
-    constraints = (*closures, *constraint_rows(lowering, model, symbols, reporter))
+    constraints = (
+        *switchable(lowering, model, (*closures, *constraint_rows(lowering, model, symbols, reporter))),
+        *contact_rows(lowering, model, symbols, reporter),
+    )
+    q = tuple(s for c in symbols.coordinates for s in c.q)
+    v = tuple(s for c in symbols.coordinates for s in c.v)
+    drives = drive_rows(lowering, model, symbols, reporter)
+    driven = frozenset(
+        n for row in drives for n in (*(q[k].node for k in row.q), *(v[i].node for i in row.v))
+    )
     system = MechanicalSystem(
         model=model,
         graph=graph,
@@ -71,8 +82,8 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         rate=rate,
         lowering=lowering,
         topology=topology,
-        q=tuple(s for c in symbols.coordinates for s in c.q),
-        v=tuple(s for c in symbols.coordinates for s in c.v),
+        q=q,
+        v=v,
         a=tuple(a for c in symbols.coordinates for a in c.a),
         qdot=tuple(n for c in symbols.coordinates for n in c.qdot),
         rotations=_rotations(symbols),
@@ -84,7 +95,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         dissipation=graph.add(dissipation, damping(lowering, model, symbols)),
         efforts=efforts(lowering, model, symbols, reporter),
         constraints=constraints,
-        drives=drive_rows(lowering, model, symbols, reporter),
+        drives=drives,
         xdot=xdot,
         unknown_rates=unknown_rates,
         **beginnings(lowering, model, symbols, reporter),
@@ -95,6 +106,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         ),
         queries=queries,
         virtual=virtual,
+        branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
     )
     reporter.stop_on_errors()
     return system

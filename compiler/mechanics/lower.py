@@ -31,12 +31,16 @@ from ..graph.table import Table, monotone_table
 from ..graph.vector import quaternion_rotation
 from .frames import Frame, Kinematics, Point
 from .functions import FUNCTIONS
+from .modes import Clock
 from .pose import Turn
 from .rates import TotalDerivative
 from .symbols import Symbols
 from .values import Placement, Value, each, elements, node
 
 QueryRule = Callable[[Query], Value]
+
+RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
+"""Functions that jump where their arguments pass each other, so that a run stops there."""
 
 
 class Lowering:
@@ -68,6 +72,11 @@ class Lowering:
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
+        self.relations: dict[Node, None] = {}
+        """Conditions that compare numbers, and signs, as the user wrote them."""
+        self.clocks: dict[tuple[Node, Node], Clock] = {}
+        self.initial: Node | None = None
+        """The symbol of ``initial()``, if it is used."""
         for coordinate in symbols.coordinates:
             if coordinate.is_rotation:
                 q = tuple(s.node for s in coordinate.q)
@@ -107,6 +116,12 @@ class Lowering:
                 )
             case Apply(function="table", arguments=arguments):
                 return self._table(arguments)
+            case Apply(function="sample", arguments=arguments):
+                return self._sample(*(self.scalar(x) for x in arguments))
+            case Apply(function="initial"):
+                if self.initial is None:
+                    self.initial = self.graph.symbol("initial()")
+                return self.initial
             case Apply(function="acc", arguments=arguments):
                 return each(
                     self.rate, FUNCTIONS["vel"](self.kinematics, self.rate, (self.value(arguments[0]),))
@@ -114,7 +129,10 @@ class Lowering:
             case Apply(function=function, arguments=arguments):
                 values = tuple(self.value(x) for x in arguments)
                 try:
-                    return FUNCTIONS[function](self.kinematics, self.rate, values)
+                    result = FUNCTIONS[function](self.kinematics, self.rate, values)
+                    if function in RELATIONS:
+                        self.relations[node(result)] = None
+                    return result
                 except DivisionByZero:
                     raise self._reporter.fail(
                         "E0518",
@@ -227,6 +245,15 @@ class Lowering:
         if symbol is None:
             symbol = self._previous[operand] = self.graph.symbol(f"pre({len(self._previous)})")
         return symbol
+
+    def _sample(self, start: Node, period: Node) -> Node:
+        """Return the pulse of a clock."""
+        key = (start, period)
+        if key not in self.clocks:
+            number = len(self.clocks) + 1
+            pulse, count = self.graph.symbol(f"tick({number})"), self.graph.symbol(f"ticks({number})")
+            self.clocks[key] = Clock(start, period, pulse, count)
+        return self.clocks[key].pulse
 
     @property
     def previous(self) -> Mapping[Node, Node]:

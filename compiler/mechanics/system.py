@@ -13,6 +13,7 @@ from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector
 from .frames import Frame, Kinematics, Point
 from .lower import Lowering
+from .modes import BranchRow, Mode
 from .rates import TotalDerivative
 from .symbols import Scalar, Symbols
 from .topology import Topology
@@ -65,6 +66,7 @@ class ConstraintRows:
     asserted: str
     joint: str
     origin: Origin
+    mode: Mode | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,3 +172,4 @@ class MechanicalSystem:
     assertions: tuple[AssertionRow, ...]
     queries: Mapping[Node, Query]
     virtual: Mapping[str, VirtualDisplacement]
+    branches: tuple[BranchRow, ...] = ()

@@ -4,16 +4,11 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import FlatModel, Origin
+from ..flat.model import FlatModel
 
 
 def refuse(model: FlatModel, reporter: Reporter) -> None:
     """Report each statement that the equations cannot hold yet."""
-    waiting: list[tuple[str, tuple[Origin, ...]]] = [
-        ("contact", tuple(x.origin for x in model.contacts)),
-        ("friction", tuple(x.origin for x in model.frictions)),
-        ("when", tuple(x.origin for x in model.events)),
-    ]
     for variable in model.variables:
         if "chart" in variable.attributes.options:
             reporter.error(
@@ -22,12 +17,4 @@ def refuse(model: FlatModel, reporter: Reporter) -> None:
                 variable.origin.shown,
                 caption="this asks for three angles instead of a quaternion",
                 help="leave the chart out, or write the frame as rotz(a)*rotx(b)*rotz(c) with coordinates a, b, c",
-            )
-    for word, origins in waiting:
-        for origin in origins:
-            reporter.error(
-                "E0599",
-                f"'{word}' is not supported yet",
-                origin.span,
-                caption="mechc understands it, but cannot run it yet",
             )

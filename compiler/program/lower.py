@@ -54,6 +54,7 @@ def lower(equations: Equations) -> Program:
         jacobian_pattern=equations.jacobian_pattern,
         constraints=equations.constraints,
         assembly=equations.assembly,
+        hybrid=equations.hybrid,
         separable=equations.separable,
     )
 

@@ -13,7 +13,7 @@ from fractions import Fraction
 
 from mechc.lang.source import Span
 
-from ..equations.model import AssemblyEntry, AssertionText, ConstraintEntry, Entry, ExperimentPlan
+from ..equations.model import AssemblyEntry, AssertionText, ConstraintEntry, Entry, ExperimentPlan, HybridPlan
 from ..graph import Table
 
 Value = int
@@ -121,6 +121,7 @@ class Program:
     energy_balance: tuple[int, ...] = ()
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
+    hybrid: HybridPlan | None = None
     constraints: tuple[ConstraintEntry, ...] = ()
     start_spans: tuple[Span | None, ...] = ()
     assembly: tuple[AssemblyEntry, ...] = ()

@@ -75,7 +75,7 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     multipliers, titles = _multipliers(system, symbols, latex)
     rows = residual(system, multipliers)
     r = substitute(graph, [rows[i] for i in free], replace) if replace else [rows[i] for i in free]
-    energy = energies(system, replace, free, graph.zero)
+    energy = energies(system, replace, free, graph.zero, graph.zero)
     lagrangian = graph.add(graph.sub(energy.kinetic, energy.potential), _extra(system, replace))
 
     def write(left: str, node: Node) -> Statement:

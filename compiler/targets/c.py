@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Final
 
-from ..equations.model import Entry
+from ..equations.model import Entry, HybridPlan
 from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
@@ -34,6 +34,23 @@ STRUCT_FUNCTIONS: Final = (
     "constraint_jacobian",
 )
 """Functions that are fields of ``mech_model``; any other is exported under its own name."""
+
+HYBRID_FUNCTIONS: Final = (
+    "indicators",
+    "indicator_rates",
+    "crossing_times",
+    "conditions",
+    "row_values",
+    "respond",
+)
+"""Functions that are fields of ``mech_hybrid``, exported as well."""
+
+ROW_KINDS: Final = {
+    "contact": "MECH_CONTACT",
+    "friction": "MECH_FRICTION",
+    "constraint": "MECH_BILATERAL",
+    "step": "MECH_STEP_ROW",
+}
 
 NAMED_LOADS: Final = 150
 """Longest function, in operations, whose arguments get names of the model."""
@@ -179,7 +196,7 @@ class _File:
         yield from _indices("rotations", program.rotations)
         yield from _indices("jacobian_rows", [row for row, _ in program.jacobian_pattern])
         yield from _indices("jacobian_columns", [column for _, column in program.jacobian_pattern])
-        fields = {
+        fields: dict[str, object] = {
             "version": "MECH_MODEL_VERSION",
             "nq": program.nq,
             "nv": program.nv,
@@ -203,6 +220,9 @@ class _File:
         for name in STRUCT_FUNCTIONS:
             function = program.function(name)
             fields[name] = name if function and function.n_out else "NULL"
+        if program.hybrid is not None:
+            yield from self.hybrid(program.hybrid)
+            fields["hybrid"] = "&hybrid"
         yield "static const mech_model model = {"
         for name, value in fields.items():
             yield f"    .{name} = {value},"
@@ -212,6 +232,48 @@ class _File:
         yield "{"
         yield "    return &model;"
         yield "}"
+
+    def hybrid(self, plan: HybridPlan) -> Iterator[str]:
+        """Yield what the kernel needs to know of switches, branches and rows."""
+        program = self.program
+        if plan.branches:
+            yield "static const mech_branch branches[] = {"
+            for branch in plan.branches:
+                ends = int(branch.message is not None)
+                yield f"    {{{branch.event}, {len(branch.checks)}, {ends}, {branch.function}}},"
+            yield "};\n"
+        if plan.rows:
+            yield "static const mech_row rows[] = {"
+            for row in plan.rows:
+                numbers = (row.normal, row.flag, row.sign, row.impulse, row.enabled)
+                yield f"    {{{ROW_KINDS[row.kind]}, {', '.join(map(str, numbers))}}}, /* {_comment(row.name)} */"
+            yield "};\n"
+        yield from _indices("switches", [s.index for s in plan.switches])
+        yield from _indices("times", [n for s in plan.times for n in (s.index, s.after)])
+        yield from _indices("clocks", [n for clock in plan.clocks for n in clock])
+        fields: dict[str, object] = {
+            "n_switches": len(plan.switches),
+            "n_times": len(plan.times),
+            "n_clocks": len(plan.clocks),
+            "n_branches": len(plan.branches),
+            "n_rows": len(plan.rows),
+            "initial": plan.initial,
+            "simultaneous": int(plan.simultaneous),
+            "dissipated": plan.dissipated,
+            "supplied": plan.supplied,
+            "total": plan.total,
+            "switches": "switches" if plan.switches else "NULL",
+            "times": "times" if plan.times else "NULL",
+            "clocks": "clocks" if plan.clocks else "NULL",
+            "branches": "branches" if plan.branches else "NULL",
+            "rows": "rows" if plan.rows else "NULL",
+        }
+        for name in HYBRID_FUNCTIONS:
+            fields[name] = name if program.function(name) else "NULL"
+        yield "static const mech_hybrid hybrid = {"
+        for name, value in fields.items():
+            yield f"    .{name} = {value},"
+        yield "};\n"
 
 
 def _head(kind: str, name: str, parameters: bool, *, workspace: bool) -> Iterator[str]:

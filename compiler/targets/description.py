@@ -14,16 +14,19 @@ from mechc.runtime.problem import (
     Array,
     AssemblyRow,
     Assertion,
+    Branch,
     Constraint,
     Experiment,
+    Hybrid,
     ModelFunction,
     Origin,
     Problem,
     Quantity,
     Setting,
+    SwitchedRow,
 )
 
-from ..equations.model import Entry, ExperimentPlan, SettingTarget
+from ..equations.model import Entry, ExperimentPlan, HybridPlan, SettingTarget
 from ..program import Program
 
 
@@ -59,6 +62,7 @@ def make_problem(
         experiments=tuple(_experiment(e) for e in program.experiments),
         conserved=program.conserved,
         energy_balance=program.energy_balance,
+        hybrid=_hybrid(program.hybrid),
         functions=functions or {},
         parameters_function=parameters_function,
         library=library,
@@ -79,6 +83,24 @@ def origin(span: Span | None) -> Origin | None:
         return None
     line, column = span.file.position(span.start)
     return Origin(span.file.name, line, column, span.file.line(line))
+
+
+def _hybrid(plan: HybridPlan | None) -> Hybrid | None:
+    if plan is None:
+        return None
+    return Hybrid(
+        tuple(s.text for s in plan.switches),
+        tuple(
+            Branch(
+                b.text,
+                tuple(Assertion(c.message, origin(c.span)) for c in b.checks),
+                b.message,
+                origin(b.span),
+            )
+            for b in plan.branches
+        ),
+        tuple(SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows),
+    )
 
 
 def _quantities(program: Program, array: str) -> tuple[Quantity, ...]:

@@ -1,13 +1,15 @@
 /* Stepping: from one accepted step to the next, up to a given time. */
 #include <string.h>
 
+#include "advance.h"
 #include "clock.h"
+#include "hybrid.h"
 #include "method.h"
 
 /* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
 enum { STIFF_HITS = 15, CALM_HITS = 25 };
 
-static int fail(mech_solver *s, int status, int index)
+int mech_fail(mech_solver *s, int status, int index)
 {
     s->run->report.failed_index = index;
     return s->run->report.status = status;
@@ -19,12 +21,12 @@ static int fail_not_finite(mech_solver *s, const mech_real *first, int n_first)
     for (int i = 0; i < n_first; i++)
         if (!mech_finite(first[i])) {
             s->run->report.failed_value = first[i];
-            return fail(s, MECH_NOT_FINITE, i % s->ny);
+            return mech_fail(s, MECH_NOT_FINITE, i % s->ny);
         }
     return MECH_RUNNING;
 }
 
-static int check_assertions(mech_solver *s)
+int mech_check_assertions(mech_solver *s)
 {
     const int n = s->model->n_assertions;
     const mech_real t = s->run->report.t;
@@ -32,12 +34,12 @@ static int check_assertions(mech_solver *s)
     if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
     s->model->assertions(t, s->y, s->u, s->o.z, s->o.p, s->checks);
     for (int i = 0; i < n; i++)
-        if (!(s->checks[i] > MECH_C(0.5))) return fail(s, MECH_ASSERTION, i);
+        if (!(s->checks[i] > MECH_C(0.5))) return mech_fail(s, MECH_ASSERTION, i);
     return MECH_RUNNING;
 }
 
 /* Puts the tables on the pieces that begin at the present time; the derivative may jump there. */
-static int enter_pieces(mech_solver *s)
+int mech_enter_pieces(mech_solver *s)
 {
     const mech_real t = s->run->report.t;
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], t);
@@ -98,13 +100,13 @@ static void write_record(mech_solver *s, mech_real h)
     r->n_record++;
 }
 
-static int start(mech_solver *s)
+int mech_start(mech_solver *s)
 {
     mech_run *run = s->run;
     int status = mech_method_lacks(s->o.method, s->model);
-    if (status) return fail(s, status, -1);
-    status = enter_pieces(s);
-    if (!status) status = check_assertions(s);
+    if (status) return mech_fail(s, status, -1);
+    status = mech_enter_pieces(s);
+    if (!status) status = mech_check_assertions(s);
     if (status) return status;
     run->started = 1;
     run->after_rejection = 0;
@@ -167,7 +169,7 @@ static void change_method(mech_solver *s, const mech_method *method)
 }
 
 /* Takes the attempted step from t to t_new as done; dy_new is known. */
-static int accept(mech_solver *s, mech_real t_new, mech_real h)
+int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -195,16 +197,16 @@ static int accept(mech_solver *s, mech_real t_new, mech_real h)
     run->after_rejection = 0;
     if (other) change_method(s, other);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
-        int status = enter_pieces(s);
+        int status = mech_enter_pieces(s);
         if (status) return status;
     }
-    return check_assertions(s);
+    return mech_check_assertions(s);
 }
 
 /* Where the steps have become too small: names what is to blame. */
 static int give_up(mech_solver *s, int undefined)
 {
-    if (s->run->trouble) return fail(s, s->run->trouble, -1);
+    if (s->run->trouble) return mech_fail(s, s->run->trouble, -1);
     if (undefined && (fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
                       fail_not_finite(s, s->dy_new, s->ny)))
         return s->run->report.status;
@@ -218,11 +220,10 @@ static int give_up(mech_solver *s, int undefined)
         }
     }
     s->run->report.failed_value = s->dy[worst];
-    return fail(s, MECH_STEP_TOO_SMALL, worst);
+    return mech_fail(s, MECH_STEP_TOO_SMALL, worst);
 }
 
-/* One accepted step, no further than `limit`. */
-static int step(mech_solver *s, mech_real limit)
+int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -280,7 +281,9 @@ static int step(mech_solver *s, mech_real limit)
         } else if (t_new >= fixed_end - MECH_C(1e-6) * r->dt) {
             run->n_fixed++;
         }
-        return accept(s, t_new, h);
+        *end = t_new;
+        *taken = h;
+        return MECH_RUNNING;
     }
 }
 
@@ -289,14 +292,16 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     mech_run *run = s->run;
     if (run->report.status < 0) return run->report.status;
     if (!run->started) {
-        int status = start(s);
+        int status = mech_start(s);
         if (status) return status;
     }
     for (long taken = 0; run->report.t < t_end; taken++) {
         if (taken == max_steps) return MECH_RUNNING;
         if (s->o.record_capacity && run->report.n_record == s->o.record_capacity) return MECH_RECORD_FULL;
         const int stop = run->next_stop < s->o.n_stops && s->o.stops[run->next_stop] < t_end;
-        const int status = step(s, stop ? s->o.stops[run->next_stop] : t_end);
+        mech_real t_new, h;
+        int status = mech_try_step(s, stop ? s->o.stops[run->next_stop] : t_end, &t_new, &h);
+        if (!status) status = mech_accept(s, t_new, h);
         if (status) return status;
     }
     return MECH_REACHED;
@@ -305,7 +310,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
 int mech_advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     const double begun = mech_clock();
-    const int status = advance(s, t_end, max_steps);
+    const int status = s->modes ? mech_advance_hybrid(s, t_end, max_steps) : advance(s, t_end, max_steps);
     s->run->report.seconds += mech_clock() - begun;
     return s->run->report.status = status;
 }

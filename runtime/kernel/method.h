@@ -71,6 +71,7 @@ struct mech_solver {
     mech_real *y, *dy, *y_new, *dy_new, *work, *dense, *u, *checks;
     mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
     int *segments;          /* the row of each table that holds during the present step      */
+    struct mech_modes *modes; /* hybrid models only                                          */
 };
 
 static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)

@@ -29,6 +29,8 @@
  *     order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
  *     `mass`: out[nv][nv] = d(momentum)/dv; `constraints`: out[n_position + n_velocity], phi, then K v + b;
  *     `constraint_jacobian`: out[n_velocity][nv] = K; the last two NULL where there are no constraints.
+ * 17. `hybrid` is NULL where nothing switches. The kernel then owns z during a run: behind the user's
+ *     discrete variables it holds switches, clocks, modes of rows, and places for impulses.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -40,6 +42,61 @@ typedef MECH_REAL mech_real;
 
 typedef void mech_function(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
                            const mech_real *p, mech_real *out);
+
+/* A row that can be switched: a force f in the direction of a rate r = K v + b.
+ * contact: gap >= 0, f >= 0 while flag is 1, f = 0 else. friction: r = 0 while flag is 1 (sticking), f from sign
+ * (of slip) else. bilateral: a constraint that is on or off. step: no force; an impulse where an energy jumps. */
+enum mech_row_kind { MECH_CONTACT = 0, MECH_FRICTION = 1, MECH_BILATERAL = 2, MECH_STEP_ROW = 3 };
+
+typedef struct mech_row {
+    int kind;
+    int normal;    /* friction: the row of its contact, else -1; step: its switch                */
+    int flag;      /* index in z, -1: none                                                       */
+    int sign;      /* index in z, -1: none                                                       */
+    int impulse;   /* index in z                                                                 */
+    int enabled;   /* index in z, -1: always                                                     */
+} mech_row;
+
+/* What row_values writes for each row. */
+enum mech_row_value {
+    MECH_GAP = 0,   /* distance of a contact, residual of a position constraint, else 0          */
+    MECH_RATE,      /* r                                                                         */
+    MECH_DRIFT,     /* b                                                                         */
+    MECH_SECOND,    /* dr/dt with the present modes                                              */
+    MECH_FORCE,     /* f with the present modes; step: energy behind the switch minus before it  */
+    MECH_LIMIT,     /* friction: largest |f| that sticks                                         */
+    MECH_COEFFICIENT, /* contact: restitution; friction in a contact: largest |f| over its f     */
+    MECH_EXTRA,     /* contact: approach below which it rests, < 0: relative; friction: sliding coefficient */
+    MECH_ROW_VALUES
+};
+
+typedef struct mech_branch {
+    int event;     /* branches of one event exclude each other                                   */
+    int n_checks;
+    int terminates;
+    mech_function *act; /* out[ny + nz + n_checks]: new y and z, and > 0.5 for each assertion that holds */
+} mech_branch;
+
+/* Indicators g: n_switches of relations, then one for each row; those of rows stay >= 0 as long as the mode
+ * holds. A switch is 1 where g < 0. Time switches change at crossing_times, clocks tick there. */
+typedef struct mech_hybrid {
+    int n_switches, n_times, n_clocks, n_branches, n_rows;
+    int initial;                /* index in z of initial(), -1: none                             */
+    int simultaneous;           /* impacts                                                       */
+    int dissipated, supplied;   /* index in y, -1: none                                          */
+    int total;                  /* index in outputs of the energy whose balance is kept, -1: none */
+    const int *switches;        /* [n_switches] index in z                                       */
+    const int *times;           /* [n_times][2] index in z, value from the crossing on           */
+    const int *clocks;          /* [n_clocks][2] index in z of the pulse and of the count        */
+    const mech_branch *branches;
+    const mech_row *rows;
+    mech_function *indicators;      /* out[n_switches + n_rows]                                  */
+    mech_function *indicator_rates; /* the same of dg/dt; 0 where it is not known                */
+    mech_function *crossing_times;  /* out[n_times + n_clocks]                                   */
+    mech_function *conditions;      /* out[n_branches]                                           */
+    mech_function *row_values;      /* out[n_rows][MECH_ROW_VALUES]                              */
+    mech_function *respond;         /* out[nv + n_rows]: change of v and of every r by the impulses in z */
+} mech_hybrid;
 
 typedef struct mech_model {
     int version;                   /* MECH_MODEL_VERSION of the header it was made with   */
@@ -56,8 +113,9 @@ typedef struct mech_model {
     int separable;
     mech_function *project_position, *project_velocity, *displace;
     mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
+    const mech_hybrid *hybrid;
 } mech_model;
 
-#define MECH_MODEL_VERSION 1
+#define MECH_MODEL_VERSION 2
 
 #endif

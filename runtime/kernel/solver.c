@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "hybrid.h"
 #include "method.h"
 
 int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
@@ -34,11 +35,12 @@ static size_t projection_numbers(const mech_model *model)
     return (size_t)(model->n_position + 2 * model->n_velocity + 2 * (model->nq + model->nv) + model->nx);
 }
 
-/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, drift, project, segments. */
+/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, drift, project, modes, segments. */
 static size_t block_numbers(const mech_model *model, const mech_method *method, int ny)
 {
     return (size_t)ny * (size_t)(4 + method->n_dense) + work_numbers(model, method, ny) + (size_t)model->nu +
-           (size_t)model->n_assertions + projection_numbers(model);
+           (size_t)model->n_assertions + projection_numbers(model) +
+           (model->hybrid ? mech_modes_numbers(model) : 0);
 }
 
 mech_solver *mech_create(const mech_model *model, const mech_options *options)
@@ -51,9 +53,11 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     const size_t size = sizeof(mech_run) + numbers + (size_t)options->n_tables * sizeof(int);
     mech_solver *s = calloc(1, sizeof *s);
     mech_run *run = calloc(1, size);
-    if (!s || !run) {
+    mech_modes *modes = model->hybrid ? calloc(1, sizeof *modes) : NULL;
+    if (!s || !run || (model->hybrid && !modes)) {
         free(s);
         free(run);
+        free(modes);
         return NULL;
     }
     s->model = model;
@@ -74,7 +78,15 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     s->checks = s->u + model->nu;
     s->drift = s->checks + model->n_assertions;
     s->project = model->n_velocity ? s->drift + model->n_position + model->n_velocity : NULL;
-    s->segments = (int *)(s->drift + projection_numbers(model));
+    mech_real *rest = s->drift + projection_numbers(model);
+    s->modes = modes;
+    if (modes) {
+        mech_modes_attach(modes, model, rest);
+        rest += mech_modes_numbers(model);
+        memcpy(modes->z, options->z, (size_t)model->nz * sizeof(mech_real));
+        s->o.z = modes->z;
+    }
+    s->segments = (int *)rest;
     run->report.t = run->origin = options->t0;
     run->report.dt = options->dt;
     run->report.dt_min = options->dt_max;
@@ -90,6 +102,7 @@ void mech_free(mech_solver *s)
 {
     if (!s) return;
     free(s->run);
+    free(s->modes);
     free(s);
 }
 
@@ -124,6 +137,21 @@ void mech_set_record(mech_solver *s, mech_real *record, long capacity)
     s->o.record = record;
     s->o.record_capacity = capacity;
     s->run->report.n_record = 0;
+}
+
+void mech_set_events(mech_solver *s, mech_event *events, long event_capacity, mech_real *instants,
+                     long instant_capacity)
+{
+    s->o.events = events;
+    s->o.event_capacity = event_capacity;
+    s->o.instants = instants;
+    s->o.instant_capacity = instant_capacity;
+    s->run->report.n_events = s->run->report.n_instants = 0;
+}
+
+void mech_read_discretes(const mech_solver *s, mech_real *z)
+{
+    memcpy(z, s->o.z, (size_t)s->model->nz * sizeof(mech_real));
 }
 
 size_t mech_save_size(const mech_solver *s) { return s->size; }

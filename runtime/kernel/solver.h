@@ -40,8 +40,31 @@ enum mech_status {
     MECH_OFF_CONSTRAINTS = -5, /* the state could not be projected onto the constraints        */
     MECH_NEEDS_JACOBIAN = -6, /* the method needs what the model does not give: a Jacobian,    */
     MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
-    MECH_NEEDS_MOMENTA = -8   /* or momenta, forces and constraints (model.h, point 16)        */
+    MECH_NEEDS_MOMENTA = -8,  /* or momenta, forces and constraints (model.h, point 16)        */
+    MECH_TERMINATED = 3,      /* a branch ended the run                                        */
+    MECH_EVENTS_FULL = 4,     /* give new buffers of events, then call again                   */
+    MECH_EVENT_LOOP = -20,    /* the events of one instant do not come to rest                 */
+    MECH_ZENO = -21,          /* a branch fires in ever shorter intervals                      */
+    MECH_PENETRATION = -22,   /* a contact is penetrated                                       */
+    MECH_ENERGY_RAISED = -23, /* an impact would raise the energy                              */
+    MECH_CHATTER = -24,       /* a switch goes to and fro at one instant                       */
+    MECH_BRANCH_ASSERTION = -25, /* an assertion of a branch does not hold                     */
+    MECH_APART = -26,         /* a constraint was engaged that does not hold                   */
+    MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits         */
+    MECH_NO_IMPACT = -28      /* the impacts of one instant have no solution                   */
 };
+
+enum mech_event_kind {
+    MECH_WHEN = 0, MECH_IMPACT, MECH_REST, MECH_LIFT_OFF, MECH_SLIP, MECH_STICK, MECH_CROSSED, MECH_REFLECTED,
+    MECH_RELEASED, MECH_ENGAGED
+};
+
+/* One thing that happened: a branch (MECH_WHEN) or a row. `value`: of an impact the approach speed. */
+typedef struct mech_event {
+    mech_real t, value;
+    int kind, index;
+    long instant;             /* row of instants                                               */
+} mech_event;
 
 enum mech_interpolation { MECH_LINEAR = 0, MECH_STEP = 1, MECH_SPLINE = 2 };
 
@@ -69,6 +92,10 @@ typedef struct mech_options {
     const mech_real *grid;  /* [n_grid] increasing, first >= t0               */
     mech_real *grid_y;      /* [n_grid][ny]                                   */
     mech_real *record;      /* [record_capacity][2 + n_dense ny] or NULL      */
+    mech_real *grid_z;      /* [n_grid][nz], hybrid models only               */
+    mech_event *events;     /* [event_capacity], hybrid models only           */
+    mech_real *instants;    /* [instant_capacity][1 + 2 (ny + nz)]: t, y and z before, y and z after */
+    long event_capacity, instant_capacity;
 } mech_options;
 
 /* Where a run stands. */
@@ -85,6 +112,8 @@ typedef struct mech_report {
     int status;
     int failed_index;       /* of the derivative or assertion, else -1        */
     int method;             /* in use at present                              */
+    int failed_part;        /* of a branch: its assertion; of a loop: 1 for a switch */
+    long n_events, n_instants;
 } mech_report;
 
 typedef struct mech_solver mech_solver;
@@ -112,6 +141,10 @@ MECH_API void mech_restart(mech_solver *solver);
 MECH_API void mech_set_record(mech_solver *solver, mech_real *record, long capacity);
 /* out[n_position + n_velocity]: the largest residual of each constraint before projection, in its own unit. */
 MECH_API void mech_drift(const mech_solver *solver, mech_real *out);
+/* Begins again at the first row of new buffers. */
+MECH_API void mech_set_events(mech_solver *solver, mech_event *events, long event_capacity, mech_real *instants,
+                              long instant_capacity);
+MECH_API void mech_read_discretes(const mech_solver *solver, mech_real *z);
 MECH_API size_t mech_save_size(const mech_solver *solver);
 MECH_API void mech_save(const mech_solver *solver, void *memory);
 MECH_API void mech_load(mech_solver *solver, const void *memory);

@@ -1,0 +1,270 @@
+"""The functions of what switches, and the plan that tells the kernel about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from ..graph.differentiate import jvp, vjp
+from ..graph.rewrite import substitute
+from ..mechanics.system import MechanicalSystem
+from .actions import Resolve, branch_results, velocity_jumps
+from .constraints import Row
+from .entries import Layout
+from .model import (
+    Entry,
+    Function,
+    HybridPlan,
+    Slot,
+    SwitchText,
+)
+from .modes import limits
+from .plans import branch_plans, impulse_of, one_line, row_plans, simultaneous
+from .solve import Solved
+from .steps import Step, energy_steps, step_values
+from .switches import Switches, find_switches
+
+UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assembly_jacobian")
+"""Functions in which relations are evaluated as they stand."""
+
+
+@dataclass(frozen=True, slots=True)
+class Hybrid:
+    """Layout, functions and plan of a model with events."""
+
+    layout: Layout
+    functions: tuple[Function, ...]
+    plan: HybridPlan
+
+
+def add_events(
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    functions: Sequence[Function],
+    outputs: Sequence[Entry],
+    reporter: Reporter,
+) -> Hybrid | None:
+    """Return the model with its events, or None where nothing switches."""
+    graph = system.graph
+    rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
+
+    def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
+        return tuple(substitute(graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
+
+    rhs = next(f for f in functions if f.name == "rhs")
+    conditions = resolve([branch.condition for branch in system.branches])
+    values = [n for row in rows for n in _row_values(system, solved, row, resolve)]
+    fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
+    modes = _mode_symbols(system)
+    energies = resolve([solved.energies.potential, solved.energies.kinetic])
+    formulas = (*rhs.outputs, *conditions, *values, *energies)
+    switches = find_switches(system, solved.replace, formulas, fixed | set(modes))
+    if not (system.branches or rows or switches.located or switches.timed):
+        return None
+    steps = energy_steps(system, solved, switches, resolve, reporter)
+    z = _z_symbols(system, switches, modes, steps)
+    layout = _with_z(system, layout, z)
+    place = {n: slot.index for n, slot in layout.slots.items() if slot.array == "z"}
+    changed = [
+        f if f.name in UNSWITCHED else replace(f, outputs=switches.apply(system, f.outputs))
+        for f in functions
+    ]
+    changed = [f for f in changed if f.name != "discretes"]
+    start = next((f.outputs for f in functions if f.name == "discretes"), ())
+    changed.append(
+        Function("discretes", "initial discrete variables", (*start, *_starts(system, z, len(start))))
+    )
+    made = _functions(system, solved, layout, switches, rows, steps, values, conditions, resolve, z)
+    names = [entry.name for entry in layout.states]
+    plan = HybridPlan(
+        switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
+        times=tuple(SwitchText(place[s.symbol], s.text, s.after) for s in switches.timed),
+        clocks=tuple((place[c.pulse], place[c.count]) for c in system.lowering.clocks.values()),
+        initial=-1 if system.lowering.initial is None else place[system.lowering.initial],
+        branches=branch_plans(system),
+        rows=row_plans(rows, steps, place),
+        simultaneous=simultaneous(system, reporter),
+        dissipated=_index(names, "energy.dissipated"),
+        supplied=_index(names, "energy.supplied"),
+        total=_index([entry.name for entry in outputs], "energy.total"),
+    )
+    return Hybrid(layout, (*changed, *made), plan)
+
+
+def _index(names: Sequence[str], name: str) -> int:
+    return names.index(name) if name in names else -1
+
+
+# ---------------------------------------------------------------- numbers in z
+
+
+def _mode_symbols(system: MechanicalSystem) -> list[Node]:
+    found: list[Node] = []
+    for rows in system.constraints:
+        mode = rows.mode
+        if mode is not None and mode.smooth is None:
+            found += [n for n in (mode.flag, mode.sign, mode.enabled) if n is not None]
+            found += mode.impulses
+    clocks = system.lowering.clocks.values()
+    found += [n for clock in clocks for n in (clock.pulse, clock.count)]
+    if system.lowering.initial is not None:
+        found.append(system.lowering.initial)
+    return found
+
+
+def _z_symbols(
+    system: MechanicalSystem, switches: Switches, modes: Sequence[Node], steps: Sequence[Step]
+) -> list[Node]:
+    return [
+        *(s.node for s in system.symbols.discretes),
+        *(s.symbol for s in switches.located),
+        *(s.symbol for s in switches.timed),
+        *modes,
+        *(s.impulse for s in steps),
+    ]
+
+
+def _with_z(system: MechanicalSystem, layout: Layout, z: Sequence[Node]) -> Layout:
+    own = len(layout.discretes)
+    entries = (*layout.discretes, *(Entry(system.graph.name(n), "mode", "") for n in z[own:]))
+    return replace(
+        layout, slots={**layout.slots, **{n: Slot("z", k) for k, n in enumerate(z)}}, discretes=entries
+    )
+
+
+def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Node]:
+    """Return the initial values behind the user's: constraints hold, everything is enabled, the rest is off."""
+    graph = system.graph
+    on = set()
+    for rows in system.constraints:
+        if rows.mode is not None:
+            on |= {rows.mode.flag} if rows.mode.kind == "constraint" else set()
+            on |= {rows.mode.enabled} if rows.mode.enabled is not None else set()
+    return [graph.one if n in on else graph.zero for n in z[known:]]
+
+
+# ---------------------------------------------------------------- functions
+
+
+def _row_values(system: MechanicalSystem, solved: Solved, row: Row, resolve: Resolve) -> list[Node]:
+    """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None
+    zero = graph.zero
+    velocities = {system.v[i].node: system.v[i].node for i in solved.free}
+    (along,) = jvp(graph, [row.rate], velocities)
+    drift = graph.sub(row.rate, along)
+    gap = row.position if row.position is not None else zero
+    limit = coefficient = extra = zero
+    if mode.kind == "friction":
+        normals = {r.constraint.name: r.multiplier for r in solved.switched}
+        _, limit = limits(system, mode, normals, {})
+        if mode.contact:
+            assert mode.kinetic is not None and mode.static is not None
+            coefficient, extra = mode.static, mode.kinetic
+    elif mode.kind == "contact":
+        assert mode.restitution is not None and mode.rest is not None
+        coefficient, extra = mode.restitution, mode.rest
+    values = [gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra]
+    return list(resolve(values))
+
+
+def _functions(
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    switches: Switches,
+    rows: Sequence[Row],
+    steps: Sequence[Step],
+    values: Sequence[Node],
+    conditions: Sequence[Node],
+    resolve: Resolve,
+    z: Sequence[Node],
+) -> list[Function]:
+    graph = system.graph
+    functions: list[Function] = []
+
+    def add(name: str, doc: str, nodes: Sequence[Node]) -> None:
+        if nodes:
+            functions.append(Function(name, doc, switches.apply(system, nodes)))
+
+    tests = [_indicator(system, row, values[8 * k : 8 * k + 8]) for k, row in enumerate(rows)]
+    idle = [graph.one] * len(steps)
+    add(
+        "indicators",
+        "indicators of events",
+        [*(s.indicator for s in switches.located), *(t for t, _ in tests), *idle],
+    )
+    add(
+        "indicator_rates",
+        "time derivatives of the indicators, 0 where unknown",
+        [*(s.rate for s in switches.located), *(r for _, r in tests), *(graph.zero for _ in steps)],
+    )
+    ticks = [
+        graph.add(clock.start, graph.mul(clock.count, clock.period))
+        for clock in system.lowering.clocks.values()
+    ]
+    add(
+        "crossing_times",
+        "times of events that are known before",
+        [*(s.crossing for s in switches.timed), *resolve(ticks)],
+    )
+    add("conditions", "1 where the condition of a branch holds", conditions)
+    jumps = step_values(system, solved, steps)
+    add(
+        "row_values",
+        "gap, rate, drift, second derivative, force, limit, coefficients of each row",
+        [*values, *jumps],
+    )
+    if rows or steps:
+        add(
+            "respond",
+            "jumps of the velocities and of the rates of rows by unit impulses",
+            _respond(system, solved, rows, steps, resolve),
+        )
+    y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
+    for number, branch in enumerate(system.branches):
+        results = branch_results(system, solved, branch, y, z, resolve)
+        functions.append(Function(f"act_{number + 1}", f"when {one_line(branch.text)}", results))
+    return functions
+
+
+def _indicator(system: MechanicalSystem, row: Row, values: Sequence[Node]) -> tuple[Node, Node]:
+    """Return what stays positive in the present mode of a row, and its rate where it is known."""
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None
+    gap, rate, _, second, force, limit, _, _ = values
+    zero = graph.zero
+    match mode.kind:
+        case "contact":
+            found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
+        case "friction":
+            assert mode.sign is not None
+            margin = graph.sub(limit, graph.abs(force))
+            found = (
+                graph.select(mode.flag, margin, graph.mul(mode.sign, rate)),
+                graph.select(mode.flag, zero, graph.mul(mode.sign, second)),
+            )
+        case _:
+            return graph.one, zero
+    if mode.enabled is not None:
+        return graph.select(mode.enabled, found[0], graph.one), graph.select(mode.enabled, found[1], zero)
+    return found
+
+
+def _respond(
+    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[Step], resolve: Resolve
+) -> tuple[Node, ...]:
+    """Return the jumps of v, then of the rate of each row, by the impulses in z."""
+    graph = system.graph
+    velocities = [system.v[i].node for i in solved.free]
+    rates = [*(row.rate for row in rows), *(s.rate for s in steps)]
+    places = [*(impulse_of(row) for row in rows), *(s.impulse for s in steps)]
+    impulses = vjp(graph, list(zip(rates, places, strict=True)), velocities)
+    jumps = velocity_jumps(system, solved, impulses)
+    changes = jvp(graph, rates, dict(zip(velocities, jumps, strict=True)))
+    return resolve([*jumps, *changes])

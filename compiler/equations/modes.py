@@ -1,0 +1,101 @@
+"""Rows that can be switched: which equation determines the multiplier in each mode.
+
+A contact or constraint obeys f (K a + gamma) + (1 - f) lam = 0 with the flag f in {0, 1}; a friction
+f (K a + gamma) + (1 - f) (lam + sigma F) = 0 with the direction of slip sigma and the limit F, which may contain
+multipliers and reactions. After elimination the pivot is f S + 1 - f with S > 0, so that one straight-line program
+serves every mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from ..graph.differentiate import jacobian
+from ..graph.rewrite import substitute
+from ..mechanics.modes import Mode
+from ..mechanics.system import MechanicalSystem
+from .constraints import Row
+
+FORCES = ("multiplier", "reaction", "moment")
+"""Questions whose answers are affine in accelerations and multipliers."""
+
+
+def with_modes(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    multipliers: Sequence[Node],
+    answers: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[Row, ...]:
+    """Return the rows with the equation of their modes.
+
+    ``multipliers`` are those of all rows of the model; ``answers`` replaces questions about forces.
+    """
+    graph = system.graph
+    normals = {row.constraint.name: row.multiplier for row in rows}
+    result = []
+    for row in rows:
+        mode = row.constraint.mode
+        assert mode is not None
+        off = graph.sub(graph.one, mode.flag)
+        law = row.multiplier
+        if mode.kind == "friction":
+            kinetic, _ = limits(system, mode, normals, answers)
+            side = mode.smooth if mode.smooth is not None else mode.sign
+            assert side is not None
+            law = graph.add(law, graph.mul(side, kinetic))
+            _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
+        equation = (
+            law
+            if mode.smooth is not None
+            else graph.add(graph.mul(mode.flag, row.second), graph.mul(off, law))
+        )
+        result.append(replace(row, equation=equation))
+    return tuple(result)
+
+
+def limits(
+    system: MechanicalSystem, mode: Mode, normals: Mapping[str, Node], answers: Mapping[Node, Node]
+) -> tuple[Node, Node]:
+    """Return the largest forces while sliding and while sticking."""
+    graph = system.graph
+    assert mode.kinetic is not None and mode.static is not None
+    kinetic, static = substitute(graph, [mode.kinetic, mode.static], answers) if answers else (
+        mode.kinetic,
+        mode.static,
+    )  # fmt: skip
+    if mode.contact:
+        normal = normals[mode.contact]
+        kinetic, static = graph.mul(kinetic, normal), graph.mul(static, normal)
+    return kinetic, static
+
+
+def _check_affine(
+    system: MechanicalSystem, row: Row, kinetic: Node, unknowns: Sequence[Node], reporter: Reporter
+) -> None:
+    graph = system.graph
+    (derivatives,) = jacobian(graph, [kinetic], unknowns)
+    if set(unknowns).intersection(graph.support(*derivatives.values())):
+        raise reporter.fail(
+            "E0714",
+            f"the limit of friction '{row.title}' is not affine in the forces it depends on",
+            row.constraint.origin.span,
+            caption="a reaction may be multiplied by a coefficient, but not put into 'abs', 'norm' or a square",
+            help="where the sign of the reaction is known, leave 'abs' out; "
+            "a 'contact' with 'friction' knows its normal force",
+        )
+
+
+def friction_loss(system: MechanicalSystem, rows: Sequence[Row]) -> Node:
+    """Return the power that friction turns into heat: -lam s."""
+    graph = system.graph
+    total = graph.zero
+    for row in rows:
+        mode = row.constraint.mode
+        if mode is not None and mode.kind == "friction":
+            total = graph.sub(total, graph.mul(row.multiplier, row.rate))
+    return total

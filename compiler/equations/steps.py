@@ -1,0 +1,91 @@
+"""Switches across which an energy jumps: an impulse along the gradient of the surface keeps the total energy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import Span
+
+from ..graph import Node
+from ..graph.rewrite import substitute
+from ..mechanics.system import MechanicalSystem
+from .actions import Resolve
+from .solve import Solved
+from .switches import Switch, Switches
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A switch across which the potential energy jumps."""
+
+    switch: int
+    rate: Node
+    impulse: Node
+    jump: Node
+
+
+def energy_steps(
+    system: MechanicalSystem, solved: Solved, switches: Switches, resolve: Resolve, reporter: Reporter
+) -> list[Step]:
+    """Return the switches across which the energies jump; report what has no meaning."""
+    graph = system.graph
+    (potential, kinetic) = switches.apply(
+        system, resolve([solved.energies.potential, solved.energies.kinetic])
+    )
+    steps: list[Step] = []
+    velocities = {s.node for s in system.v}
+    for k, s in enumerate(switches.located):
+        if s.symbol in graph.support(kinetic) and not graph.is_zero(_jump(system, kinetic, s)):
+            reporter.error(
+                "E0715",
+                "the kinetic energy must not jump",
+                _span(system, "kinetic"),
+                caption="this contains an 'if' on a moving quantity",
+                help="a mass that changes its value belongs to an event: use a 'discrete' variable and 'reinit'",
+            )
+        if s.symbol not in graph.support(potential):
+            continue
+        jump = _jump(system, potential, s)
+        if graph.is_zero(jump):
+            continue
+        support = set(graph.support(s.raw))
+        if support & velocities or system.symbols.time in support:
+            if graph.is_constant(jump):
+                reporter.error(
+                    "E0716",
+                    "the potential energy jumps where velocities or time say so",
+                    _span(system, "potential"),
+                    caption="only a jump at a place in space has a direction for its impulse",
+                )
+            continue
+        steps.append(Step(k, system.rate(s.raw), graph.symbol(f"#impulse step {k}"), jump))
+    return steps
+
+
+def _jump(system: MechanicalSystem, energy: Node, switch: Switch) -> Node:
+    """Return the energy where the relation holds minus that where it does not."""
+    graph = system.graph
+    (holds,) = substitute(graph, [energy], {switch.symbol: graph.one})
+    (fails,) = substitute(graph, [energy], {switch.symbol: graph.zero})
+    return graph.sub(holds, fails)
+
+
+def _span(system: MechanicalSystem, kind: str) -> Span | None:
+    for energy in system.model.energies:
+        if energy.kind == kind:
+            return energy.value.span
+    return None
+
+
+def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[Step]) -> list[Node]:
+    graph = system.graph
+    zero = graph.zero
+    values: list[Node] = []
+    for step in steps:
+        symbol = graph.symbol(f"switch({step.switch + 1})")
+        jump = graph.select(symbol, graph.neg(step.jump), step.jump)
+        (rate,) = substitute(graph, [step.rate], solved.replace) if solved.replace else [step.rate]
+        values += [zero, rate, zero, zero, jump, zero, zero, zero]
+    return values

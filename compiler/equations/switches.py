@@ -1,0 +1,127 @@
+"""Relations of moving quantities as switches: frozen between events, with an indicator each.
+
+A relation a < b of a formula that depends on the state, inputs or time becomes a number s in z, 1 where it holds, and
+the indicator g = a - b; s changes only at events. Where g is affine in time alone, the event is at a known time. A
+relation of parameters and discrete variables alone stays as it is: these change at events only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from ..graph import Node
+from ..graph import operations as ops
+from ..graph.differentiate import jvp
+from ..graph.rewrite import substitute
+from ..mechanics.system import MechanicalSystem
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared."""
+
+    symbol: Node
+    indicator: Node
+    rate: Node
+    raw: Node
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimeSwitch:
+    """Becomes ``after`` at the time ``crossing``."""
+
+    symbol: Node
+    crossing: Node
+    after: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Switches:
+    """``replace`` takes the place of relations in formulas."""
+
+    located: tuple[Switch, ...]
+    timed: tuple[TimeSwitch, ...]
+    replace: Mapping[Node, Node]
+
+    def apply(self, system: MechanicalSystem, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        return tuple(substitute(system.graph, list(nodes), self.replace)) if self.replace else tuple(nodes)
+
+
+def find_switches(
+    system: MechanicalSystem, resolve: Mapping[Node, Node], formulas: Iterable[Node], fixed: frozenset[Node]
+) -> Switches:
+    """Return the switches of all relations that ``formulas`` contain.
+
+    ``resolve`` turns what the user wrote into formulas of array entries; ``fixed`` are the symbols that change at
+    events only.
+    """
+    graph = system.graph
+    written = list(system.lowering.relations)
+    images = substitute(graph, written, resolve) if resolve else written
+    reached = set(graph.reach(list(formulas)))
+    time = system.symbols.time
+    unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
+    located: list[Switch] = []
+    timed: list[TimeSwitch] = []
+    made: dict[tuple[Node, Node], Node] = {}
+    replace: dict[Node, Node] = {}
+    for raw, image in zip(written, images, strict=True):
+        pairs = _compared(system, image)
+        if image not in reached or image in replace or pairs is None:
+            continue
+        sources = _compared(system, raw) or pairs
+        (a, b, negated), (raw_a, raw_b, _) = pairs, sources
+        support = set(graph.support(image))
+        if support <= fixed:
+            continue
+        symbol = made.get((a, b))
+        if symbol is None:
+            symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
+            g, text = graph.sub(a, b), f"comparison {len(made)}"
+            crossing = _crossing(system, g, support - fixed <= {time})
+            if crossing is not None:
+                timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
+            else:
+                written_g = graph.sub(raw_a, raw_b)
+                known = not unknown.intersection(graph.support(written_g))
+                rate = system.rate(written_g) if known else graph.zero
+                (rate,) = substitute(graph, [rate], resolve) if resolve else (rate,)
+                if set(graph.support(rate)) & set(system.unknown_rates):
+                    rate = graph.zero
+                located.append(Switch(symbol, g, rate, written_g, text))
+        if graph.op(image) == ops.SIGN:
+            replace[image] = graph.select(symbol, graph.minus_one, graph.one)
+        else:
+            replace[image] = graph.logical_not(symbol) if negated else symbol
+    return Switches(tuple(located), tuple(timed), replace)
+
+
+def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, bool] | None:
+    """Return (a, b, negated) so that the relation is a < b, or its negation."""
+    graph = system.graph
+    match graph.op(relation):
+        case ops.LESS:
+            a, b = graph.args(relation)
+            return a, b, False
+        case ops.LESS_EQUAL:
+            a, b = graph.args(relation)
+            return b, a, True
+        case ops.SIGN:
+            return graph.args(relation)[0], graph.zero, False
+        case _:
+            return None
+
+
+def _crossing(system: MechanicalSystem, g: Node, of_time: bool) -> tuple[Node, int] | None:
+    """Return the time at which g = slope (t - T) vanishes and the value of g < 0 from then on."""
+    graph, time = system.graph, system.symbols.time
+    if not of_time:
+        return None
+    (slope,) = jvp(graph, [g], {time: graph.one})
+    if not graph.is_constant(slope) or graph.is_zero(slope):
+        return None
+    (start,) = substitute(graph, [g], {time: graph.zero})
+    return graph.neg(graph.div(start, slope)), int(graph.value(slope) < 0)

@@ -1,0 +1,211 @@
+"""Contacts and dry friction as rows that can be switched: a gap or a slip rate with a multiplier of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
+from ..graph import Graph, Node
+from .forces import rate_of
+from .lower import Lowering
+from .modes import Mode
+from .symbols import Symbols
+from .system import ConstraintRows
+
+REGULARIZED = "regularized"
+
+
+def switched_names(model: FlatModel) -> frozenset[str]:
+    """Return the names of what ``release`` and ``engage`` switch."""
+    from ..flat.model import Switch
+
+    return frozenset(
+        action.target
+        for event in model.events
+        for branch in event.branches
+        for action in branch.actions
+        if isinstance(action, Switch)
+    )
+
+
+def switchable(
+    lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
+) -> tuple[ConstraintRows, ...]:
+    """Give a mode to the constraints that are released or engaged; they hold at the start."""
+    switched = switched_names(model)
+    result = []
+    for k, rows in enumerate(constraints):
+        if rows.name in switched:
+            impulses = tuple(
+                lowering.graph.symbol(f"#impulse {rows.name} {k}.{i}") for i in range(len(rows.residuals))
+            )
+            rows = replace(
+                rows, mode=Mode("constraint", lowering.graph.symbol(f"closed({rows.name})"), impulses)
+            )
+        result.append(rows)
+    return tuple(result)
+
+
+def contact_rows(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[ConstraintRows, ...]:
+    """Return the rows of contacts, each followed by its friction, then those of other frictions."""
+    switched = switched_names(model)
+    rows: list[ConstraintRows] = []
+    for contact in model.contacts:
+        rows += _contact(lowering, contact, symbols, contact.name in switched, reporter)
+    for friction in model.frictions:
+        rows.append(_friction(lowering, friction, symbols, reporter))
+    return tuple(rows)
+
+
+def _contact(
+    lowering: Lowering, contact: Contact, symbols: Symbols, switched: bool, reporter: Reporter
+) -> list[ConstraintRows]:
+    graph, name, span = lowering.graph, contact.name, contact.origin.span
+    gap = lowering.scalar(contact.gap)
+    positions = {s.node for c in symbols.coordinates for s in c.q}
+    velocities = {s.node for c in symbols.coordinates for s in c.v}
+    support = set(graph.support(gap))
+    if support & velocities or not support & positions:
+        reporter.error(
+            "E0702",
+            f"the gap of contact '{name}' must depend on coordinates",
+            contact.gap.span,
+            caption="this contains velocities" if support & velocities else "nothing here can move",
+            help="write the distance that stays positive or zero",
+        )
+        return []
+    restitution = _coefficient(lowering, contact.restitution, "restitution", "E0701", 1, reporter)
+    rest = contact.options.get("rest")
+    mode = Mode(
+        "contact",
+        graph.symbol(f"closed({name})"),
+        (graph.symbol(f"#impulse {name}"),),
+        enabled=graph.symbol(f"enabled({name})") if switched else None,
+        restitution=restitution,
+        rest=graph.minus_one if rest is None else lowering.scalar(rest),
+    )
+    rows = [
+        ConstraintRows(name, "position", (gap,), (_unit(contact.gap),), "", "", contact.origin, mode),
+    ]
+    if contact.friction is None:
+        return rows
+    if contact.along is None:
+        reporter.error(
+            "E0703",
+            f"contact '{name}' has friction, but does not say along what it slides",
+            span,
+            help="add 'along s' with the slip velocity s",
+        )
+        return rows
+    slips = lowering.numbers(contact.along)
+    if len(slips) > 1:
+        reporter.error(
+            "E0704",
+            f"friction on a surface is not supported yet: the slip velocity of '{name}' has two components",
+            contact.along.span,
+            help="give a contact of its own to each direction, or use a scalar slip velocity",
+        )
+        return rows
+    kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", "E0701", None, reporter)
+    static = kinetic
+    if contact.static is not None:
+        static = _coefficient(lowering, contact.static, "coefficient of friction", "E0701", None, reporter)
+    own = f"{name}.friction"
+    friction = Mode(
+        "friction",
+        graph.symbol(f"sticks({name})"),
+        (graph.symbol(f"#impulse {own}"),),
+        sign=graph.symbol(f"slip({name})"),
+        contact=name,
+        kinetic=kinetic,
+        static=static,
+        smooth=_smooth(lowering, contact.options, slips[0], name, span, reporter),
+    )
+    rows.append(
+        ConstraintRows(own, "velocity", slips, (_unit(contact.along),), "", "", contact.origin, friction)
+    )
+    return rows
+
+
+def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter: Reporter) -> ConstraintRows:
+    graph, name = lowering.graph, friction.name
+    slips = rate_of(lowering, friction.on, symbols)
+    kinetic = lowering.scalar(friction.kinetic)
+    static = kinetic if friction.static is None else lowering.scalar(friction.static)
+    for value, expression in ((kinetic, friction.kinetic), (static, friction.static or friction.kinetic)):
+        if graph.is_constant(value) and graph.value(value) < 0:
+            reporter.error(
+                "E0706",
+                f"the limit of friction '{name}' is negative",
+                expression.span,
+                caption="this is a size: zero or positive",
+            )
+    mode = Mode(
+        "friction",
+        graph.symbol(f"sticks({name})"),
+        (graph.symbol(f"#impulse {name}"),),
+        sign=graph.symbol(f"slip({name})"),
+        kinetic=kinetic,
+        static=static,
+        smooth=_smooth(lowering, friction.options, slips[0], name, friction.origin.span, reporter),
+    )
+    return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
+
+
+def _smooth(
+    lowering: Lowering,
+    options: Mapping[str, Expression],
+    slip: Node,
+    name: str,
+    span: object,
+    reporter: Reporter,
+) -> Node | None:
+    """Return tanh(s/v_stick) for a regularized law, or None."""
+    law = options.get("law")
+    if not isinstance(law, Literal) or law.value != REGULARIZED:
+        return None
+    speed = options.get("v_stick")
+    if speed is None:
+        reporter.error(
+            "E0707",
+            f"the regularized friction '{name}' does not say below which speed it creeps",
+            law.span,
+            help="add 'v_stick = 1 mm/s'; below this speed the force grows with the speed",
+        )
+        return lowering.graph.zero
+    graph = lowering.graph
+    return graph.tanh(graph.div(slip, lowering.scalar(speed)))
+
+
+def _coefficient(
+    lowering: Lowering,
+    expression: Expression | None,
+    what: str,
+    code: str,
+    most: int | None,
+    reporter: Reporter,
+) -> Node:
+    graph: Graph = lowering.graph
+    if expression is None:
+        return graph.zero
+    value = lowering.scalar(expression)
+    if graph.is_constant(value):
+        number = graph.value(value)
+        if number < 0 or (most is not None and number > most):
+            reporter.error(
+                code,
+                f"a {what} lies between 0 and 1" if most else f"a {what} is zero or positive",
+                expression.span,
+                caption=f"this is {float(number):g}",
+            )
+    return value
+
+
+def _unit(expression: Expression) -> str:
+    text = str(expression.type.dimension)
+    return "" if text == "1" else text

@@ -1,0 +1,164 @@
+"""``when`` statements as branches: conditions and actions in nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import assert_never
+
+from mechc.lang.diagnostics import Label, Reporter
+
+from ..flat import model as flat
+from ..flat.model import FlatModel
+from ..graph import Graph, Node
+from ..graph import operations as ops
+from .forces import virtual_power
+from .lower import Lowering
+from .modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
+from .symbols import Symbols
+from .system import ConstraintRows
+
+
+def branch_rows(
+    lowering: Lowering,
+    model: FlatModel,
+    symbols: Symbols,
+    constraints: tuple[ConstraintRows, ...],
+    driven: frozenset[Node],
+    reporter: Reporter,
+) -> tuple[BranchRow, ...]:
+    """Return the branches of all events in the order of declaration."""
+    flags = _flags(constraints)
+    rows = []
+    for number, event in enumerate(model.events):
+        for branch in event.branches:
+            condition = lowering.scalar(branch.condition)
+            _check_condition(lowering, branch, condition, symbols, reporter)
+            assigned: dict[Node, flat.Origin] = {}
+            actions = tuple(
+                made
+                for action in branch.actions
+                if (made := _action(lowering, action, symbols, flags, driven, assigned, reporter)) is not None
+            )
+            text = branch.condition.span.text
+            rows.append(BranchRow(number, condition, actions, text, branch.origin))
+    return tuple(rows)
+
+
+def _flags(constraints: tuple[ConstraintRows, ...]) -> dict[str, Node]:
+    """Return the symbol that ``release`` and ``engage`` set, by name."""
+    found = {}
+    for rows in constraints:
+        if rows.mode is None:
+            continue
+        flag = rows.mode.enabled if rows.mode.kind == "contact" else rows.mode.flag
+        if flag is not None and rows.mode.kind != "friction":
+            found[rows.name] = flag
+    return found
+
+
+def _check_condition(
+    lowering: Lowering, branch: flat.EventBranch, condition: Node, symbols: Symbols, reporter: Reporter
+) -> None:
+    graph = lowering.graph
+    parameters = {s.node for s in symbols.parameters}
+    span = branch.condition.span
+    if set(graph.support(condition)) <= parameters:
+        constant = graph.is_constant(condition)
+        always = "true" if constant and graph.value(condition) else "false" if constant else "the same"
+        reporter.error(
+            "E0708",
+            f"this condition is always {always}, so it never becomes true",
+            span,
+            caption="nothing here changes during a run",
+            help="an event fires when its condition becomes true; for the start write 'initial()'",
+        )
+    if any(n in graph.reach([condition]) for n in lowering.previous.values()):
+        reporter.error(
+            "E0709",
+            "'pre' belongs to the actions of an event",
+            span,
+            caption="a condition is tested with present values",
+        )
+    discrete = {*parameters, *(s.node for s in symbols.discretes)}
+    for n in graph.reach([condition]):
+        if graph.op(n) == ops.EQUAL and not set(graph.support(n)) <= discrete:
+            reporter.error(
+                "E0710",
+                "a condition cannot ask whether moving quantities are equal",
+                span,
+                caption="numbers that move meet only for an instant",
+                help="write '<' or '>': the instant at which it becomes true is found exactly",
+            )
+
+
+def _action(
+    lowering: Lowering,
+    action: flat.Action,
+    symbols: Symbols,
+    flags: Mapping[str, Node],
+    driven: frozenset[Node],
+    assigned: dict[Node, flat.Origin],
+    reporter: Reporter,
+) -> SetAction | ImpulseAction | CheckAction | EndAction | None:
+    graph: Graph = lowering.graph
+    match action:
+        case flat.Assign(target=target, value=value) | flat.Reinit(target=target, value=value):
+            targets = lowering.numbers(target)
+            values = lowering.numbers(value)
+            values = values * len(targets) if len(values) == 1 else values
+            _check_once(action, targets, assigned, reporter)
+            if isinstance(action, flat.Reinit):
+                _check_free(action, targets, driven, reporter)
+            return SetAction(targets, values, isinstance(action, flat.Reinit), action.origin)
+        case flat.Impulse(load=load, origin=origin):
+            return ImpulseAction(tuple(virtual_power(lowering, load, symbols)), origin)
+        case flat.Terminate(message=message, origin=origin):
+            return EndAction(message, origin)
+        case flat.Assertion(condition=condition, message=message, origin=origin):
+            return CheckAction(lowering.scalar(condition), message, origin)
+        case flat.Switch(target=name, engage=engage, origin=origin):
+            if name not in flags:
+                word = "engage" if engage else "release"
+                reporter.error(
+                    "E0711",
+                    f"'{name}' cannot be switched",
+                    origin.span,
+                    caption=f"'{word}' takes a named constraint, a contact or a cut joint",
+                    help="write 'cut' before a joint of the tree; write a drive as 'constraint hold: x = f(time);'",
+                )
+                return None
+            return SetAction((flags[name],), (graph.one if engage else graph.zero,), True, origin)
+        case _:
+            assert_never(action)
+
+
+def _check_once(
+    action: flat.Assign | flat.Reinit,
+    targets: tuple[Node, ...],
+    assigned: dict[Node, flat.Origin],
+    reporter: Reporter,
+) -> None:
+    for target in targets:
+        if target in assigned:
+            name = action.target.span.text
+            reporter.error(
+                "E0712",
+                f"'{name}' is set twice at one instant",
+                action.origin.span,
+                caption="for the second time",
+                labels=(Label(assigned[target].span, "first here"),),
+            )
+            return
+        assigned[target] = action.origin
+
+
+def _check_free(
+    action: flat.Reinit, targets: tuple[Node, ...], driven: frozenset[Node], reporter: Reporter
+) -> None:
+    if driven.intersection(targets):
+        reporter.error(
+            "E0713",
+            f"'{action.target.span.text}' is driven, so it cannot be set",
+            action.origin.span,
+            caption="a drive prescribes it at all times",
+        )

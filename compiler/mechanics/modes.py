@@ -1,0 +1,84 @@
+"""What switches: modes of rows, branches of events, clocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..flat.model import Origin
+from ..graph import Node
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """How the rows of a constraint are switched; every symbol is a number in z.
+
+    ``kind``: contact, friction, constraint. ``flag`` is 1 while the rows hold (a contact presses, friction sticks);
+    ``sign`` is the direction of slip, -1, 0 or 1; ``enabled`` 0 for what was released. A friction has the limits
+    ``kinetic`` and ``static`` of its force, or is in the contact ``contact`` with these as coefficients. ``smooth``
+    in -1..1 takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact
+    rests, negative for the default.
+    """
+
+    kind: str
+    flag: Node
+    impulses: tuple[Node, ...]
+    sign: Node | None = None
+    enabled: Node | None = None
+    contact: str = ""
+    kinetic: Node | None = None
+    static: Node | None = None
+    smooth: Node | None = None
+    restitution: Node | None = None
+    rest: Node | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SetAction:
+    """New values of symbols: reinit, ':=', release and engage. ``moves``: coordinates or rates are among them."""
+
+    targets: tuple[Node, ...]
+    values: tuple[Node, ...]
+    moves: bool
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class ImpulseAction:
+    """Impulses by virtual work: pairs of (rate, impulse)."""
+
+    pairs: tuple[tuple[Node, Node], ...]
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class CheckAction:
+    condition: Node
+    message: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class EndAction:
+    message: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class BranchRow:
+    """One branch of a ``when``; branches of one ``event`` exclude each other. ``text``: the condition as written."""
+
+    event: int
+    condition: Node
+    actions: tuple[SetAction | ImpulseAction | CheckAction | EndAction, ...]
+    text: str
+    origin: Origin
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """A ``sample(start, period)``: 1 at the instants start + count period, for ``pulse`` and ``count`` in z."""
+
+    start: Node
+    period: Node
+    pulse: Node
+    count: Node

@@ -1,0 +1,194 @@
+/* Stepping with events: steps end where an indicator leaves its side, and at times known before. */
+#include "hybrid.h"
+
+#include <string.h>
+
+#include "advance.h"
+
+static int largest_act(const mech_hybrid *h, int base)
+{
+    int most = 0;
+    for (int k = 0; k < h->n_branches; k++)
+        if (h->branches[k].n_checks > most) most = h->branches[k].n_checks;
+    return base + most;
+}
+
+/* Places one array after the other; without memory it only counts. */
+static mech_real *take(mech_real **memory, size_t *total, int n)
+{
+    mech_real *place = *memory;
+    *total += (size_t)n;
+    if (place) *memory += n;
+    return place;
+}
+
+static size_t arrange(mech_modes *e, const mech_model *m, mech_real *memory)
+{
+    const mech_hybrid *h = m->hybrid;
+    const int ny = m->nq + m->nv + m->nx, r = h->n_rows, n = h->n_switches + r;
+    size_t total = 0;
+    e->n = n;
+    e->n_rows = r;
+    e->z = take(&memory, &total, m->nz);
+    e->w = take(&memory, &total, MECH_SAMPLES * n);
+    e->rate = take(&memory, &total, n);
+    e->end_rate = take(&memory, &total, n);
+    e->scale = take(&memory, &total, n);
+    e->rate_scale = take(&memory, &total, n);
+    e->fresh = take(&memory, &total, n);
+    e->row = take(&memory, &total, r * MECH_ROW_VALUES);
+    e->gap_scale = take(&memory, &total, r);
+    e->speed = take(&memory, &total, r);
+    e->force = take(&memory, &total, r);
+    e->response = take(&memory, &total, r * (m->nv + r));
+    e->impulse = take(&memory, &total, r);
+    e->change = take(&memory, &total, m->nv + r);
+    e->matrix = take(&memory, &total, r * (r + 1));
+    e->flags = take(&memory, &total, r);
+    e->signs = take(&memory, &total, r);
+    e->open = take(&memory, &total, r);
+    e->slides = take(&memory, &total, r);
+    e->last_hit = take(&memory, &total, r);
+    e->delay = take(&memory, &total, r);
+    e->held = take(&memory, &total, h->n_branches);
+    e->held_new = take(&memory, &total, h->n_branches);
+    e->act = take(&memory, &total, largest_act(h, ny + m->nz));
+    e->y_at = take(&memory, &total, ny);
+    e->y_before = take(&memory, &total, ny);
+    e->z_before = take(&memory, &total, m->nz);
+    e->outputs = take(&memory, &total, m->n_outputs);
+    e->times = take(&memory, &total, h->n_times + h->n_clocks);
+    e->recent = take(&memory, &total, MECH_RECENT);
+    e->counters = take(&memory, &total, MECH_COUNTERS);
+    return total;
+}
+
+size_t mech_modes_numbers(const mech_model *model)
+{
+    mech_modes nowhere;
+    return arrange(&nowhere, model, NULL);
+}
+
+void mech_modes_attach(mech_modes *e, const mech_model *model, mech_real *memory)
+{
+    arrange(e, model, memory);
+}
+
+/* The first crossing time after the present one. */
+static mech_real next_time(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    const int n = h->n_times + h->n_clocks;
+    const mech_real t = s->run->report.t;
+    mech_real next = (mech_real)INFINITY;
+    if (!n) return next;
+    h->crossing_times(t, s->y, s->u, s->o.z, s->o.p, s->modes->times);
+    for (int k = 0; k < n; k++)
+        if (s->modes->times[k] > t && s->modes->times[k] < next) next = s->modes->times[k];
+    return next;
+}
+
+/* Repeats the step so that it ends at the event: Newton's method on the step size. */
+static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
+{
+    const mech_method *m = s->method;
+    mech_modes *e = s->modes;
+    const mech_real t = s->run->report.t, whole = *h, delta = mech_min(MECH_C(1e-3), part / 2);
+    mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n;
+    mech_real ends[2];
+    for (int side = 0; side < 2; side++) {
+        mech_real at = part + (side ? 0 : -delta);
+        mech_dense_at(s->dense, s->n_dense, s->ny, at, e->y_at);
+        mech_normalise(s->model, e->y_at);
+        mech_indicate(s, t + at * whole, e->y_at, w, NULL);
+        ends[side] = w[hit];
+    }
+    const mech_real slope = (ends[1] - ends[0]) / (delta * whole);
+    *h = part * whole;
+    for (int k = 0;; k++) {
+        const mech_real error = m->attempt(s, *h);
+        if (!mech_finite(error)) return mech_fail(s, MECH_STEP_TOO_SMALL, 0);
+        mech_normalise(s->model, s->y_new);
+        if (s->project && !m->keeps_constraints) {
+            const int status = mech_project(s, t + *h, s->y_new);
+            if (status) return mech_fail(s, status, -1);
+        }
+        mech_indicate(s, t + *h, s->y_new, w, NULL);
+        const mech_real change = slope < 0 ? -w[hit] / slope : 0;
+        if (k == 3 || mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
+        if (mech_abs(change) > *h / 4 || *h + change > whole) break;
+        *h += change;
+    }
+    mech_rhs(s, t + *h, s->y_new, s->dy_new);
+    return MECH_RUNNING;
+}
+
+/* z beside the rows of the grid from `first` on; a caller that keeps no history gives no room for it. */
+static void write_discretes(mech_solver *s, long first)
+{
+    const size_t nz = (size_t)s->model->nz;
+    for (long k = first; s->o.grid_z && k < s->run->report.n_grid; k++)
+        memcpy(s->o.grid_z + (size_t)k * nz, s->o.z, nz * sizeof(mech_real));
+}
+
+static int accept_row(mech_solver *s, mech_real t_new, mech_real h)
+{
+    const long first = s->run->report.n_grid;
+    const int status = mech_accept(s, t_new, h);
+    write_discretes(s, first);
+    return status;
+}
+
+/* One step, and what happens at its end. */
+static int hybrid_step(mech_solver *s, mech_real limit)
+{
+    mech_run *run = s->run;
+    mech_modes *e = s->modes;
+    const mech_real next = next_time(s);
+    mech_real t_new, h, part;
+    int hit = -1, status = mech_try_step(s, mech_min(limit, next), &t_new, &h);
+    if (status) return status;
+    if (e->n) {
+        s->method->dense(s, h);
+        mech_locate(s, h, &hit, &part);
+    }
+    if (hit >= 0 && part * h <= 0) return mech_instant(s, hit);
+    if (hit >= 0) {
+        status = step_to_event(s, hit, part, &h);
+        if (status) return status;
+        t_new = run->report.t + h;
+        if (!(t_new > run->report.t)) return mech_instant(s, hit);
+        run->origin = t_new; /* fixed steps go on from here */
+        run->n_fixed = 0;
+    }
+    status = accept_row(s, t_new, h);
+    if (status) return status;
+    memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
+    if (hit >= 0 || t_new == next) return mech_instant(s, hit);
+    mech_hold_rows(s);
+    return MECH_RUNNING;
+}
+
+int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)
+{
+    mech_run *run = s->run;
+    mech_report *r = &run->report;
+    /* Terminated stays terminated; what is full has been emptied. */
+    if (r->status < 0 || r->status == MECH_TERMINATED) return r->status;
+    if (!run->started) {
+        const long first = r->n_grid;
+        int status = mech_begin_hybrid(s);
+        if (status) return status;
+        write_discretes(s, first);
+    }
+    for (long taken = 0; r->t < t_end; taken++) {
+        if (taken == max_steps) return MECH_RUNNING;
+        if (s->o.record_capacity && r->n_record == s->o.record_capacity) return MECH_RECORD_FULL;
+        if (s->o.instants && (r->n_instants == s->o.instant_capacity || 2 * r->n_events > s->o.event_capacity))
+            return MECH_EVENTS_FULL;
+        const int stop = run->next_stop < s->o.n_stops && s->o.stops[run->next_stop] < t_end;
+        const int status = hybrid_step(s, stop ? s->o.stops[run->next_stop] : t_end);
+        if (status) return status;
+    }
+    return MECH_REACHED;
+}

@@ -1,0 +1,70 @@
+/* Runs with events: location in time (locate.c), what happens at one instant (instant.c), impacts
+ * (impacts.c), and which rows hold, stick, slide or are open (modes.c). Internal to the kernel.
+ *
+ * Words. A *switch* is a relation frozen between events; a *row* a contact, a friction or a constraint that can be
+ * switched (model.h). w = g with the sign that the present mode keeps at w >= 0; an event is where w leaves that.
+ */
+#ifndef MECH_HYBRID_H
+#define MECH_HYBRID_H
+
+#include "method.h"
+
+enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step included */
+
+typedef struct mech_modes {
+    int n, n_rows;          /* indicators: n_switches + n_rows                               */
+    mech_real *z;
+    mech_real *w;           /* [MECH_SAMPLES][n]                                             */
+    mech_real *rate, *end_rate; /* [n] dw/dt at the ends of a step                           */
+    mech_real *scale, *rate_scale; /* [n] largest |w| and |dw/dt| so far                     */
+    mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
+    mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */
+    mech_real *gap_scale, *speed, *force; /* [n_rows] largest values so far                  */
+    mech_real *response;    /* [n_rows][nv + n_rows] by unit impulses                        */
+    mech_real *impulse, *change; /* [n_rows]                                                 */
+    mech_real *matrix;      /* [n_rows][n_rows + 1] of a linear system                       */
+    mech_real *flags, *signs; /* [n_rows] before the instant                                 */
+    mech_real *open, *slides; /* [n_rows] let go at the present instant; the way it slides   */
+    mech_real *last_hit, *delay; /* [n_rows] time of the last impact; until the bounces that are left out end */
+    mech_real *held, *held_new; /* [n_branches] conditions                                   */
+    mech_real *act;         /* [ny + nz + checks]                                            */
+    mech_real *y_at;        /* [ny]                                                          */
+    mech_real *y_before, *z_before, *outputs, *times;
+    mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
+    mech_real *counters;    /* [COUNTERS]                                                    */
+} mech_modes;
+
+enum { MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_COUNTERS };
+
+/* Numbers that a model needs, and their places in memory that begins at `memory`. */
+size_t mech_modes_numbers(const mech_model *model);
+void mech_modes_attach(mech_modes *e, const mech_model *model, mech_real *memory);
+
+int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps);
+
+/* w and, where asked for, dw/dt at a state. */
+void mech_indicate(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate);
+/* 1 where w vanishes up to rounding. */
+int mech_at_zero(const mech_solver *s, int k, mech_real w);
+/* Seeks the first event on the attempted step: *hit its indicator or -1, *part where in 0..1. */
+void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
+
+/* What happens at the present time. `hit`: the indicator that was located, or -1. */
+int mech_instant(mech_solver *s, int hit);
+int mech_begin_hybrid(mech_solver *s);
+void mech_note(mech_solver *s, int kind, int index, mech_real value);
+
+void mech_read_rows(mech_solver *s);
+int mech_touches(const mech_solver *s, int i);
+mech_real mech_still(const mech_solver *s, int i); /* speed that counts as none */
+void mech_find_response(mech_solver *s);
+/* x of a[n][n] x = b for the rows in `set`, n of them; dependent rows get 0. Gives the rank. */
+int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
+/* Adds the effect of the impulses to velocities, row rates and energy accounts. */
+void mech_apply_impulses(mech_solver *s);
+int mech_impacts(mech_solver *s, int *count);
+int mech_pass_step(mech_solver *s, int hit, int *passed);
+int mech_choose_modes(mech_solver *s, int hit);
+void mech_hold_rows(mech_solver *s);
+
+#endif

@@ -1,0 +1,379 @@
+/* One instant: switches, impacts, modes and branches until nothing changes. */
+#include <string.h>
+
+#include "advance.h"
+#include "hybrid.h"
+
+enum { MOST_ROUNDS = 100, MOST_TURNS = 6 };
+
+void mech_note(mech_solver *s, int kind, int index, mech_real value)
+{
+    mech_report *r = &s->run->report;
+    if (!s->o.events || r->n_events >= s->o.event_capacity) return; /* too many at one instant: mech_instant tells */
+    const mech_real t = r->t + (kind == MECH_REST ? value : 0);
+    s->o.events[r->n_events++] = (mech_event){t, kind == MECH_REST ? 0 : value, kind, index, r->n_instants};
+}
+
+static void read_inputs(mech_solver *s)
+{
+    if (s->model->nu)
+        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
+}
+
+static void read_conditions(mech_solver *s, mech_real *out)
+{
+    read_inputs(s);
+    s->model->hybrid->conditions(s->run->report.t, s->y, s->u, s->o.z, s->o.p, out);
+}
+
+static mech_real total_energy(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    if (h->total < 0) return 0;
+    read_inputs(s);
+    s->model->outputs(s->run->report.t, s->y, s->u, s->o.z, s->o.p, s->modes->outputs);
+    mech_real total = s->modes->outputs[h->total];
+    return total;
+}
+
+/* Books a change of the total energy. */
+static void book(mech_solver *s, mech_real gain)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    if (h->supplied >= 0 && (gain > 0 || h->dissipated < 0))
+        s->y[h->supplied] += gain;
+    else if (h->dissipated >= 0)
+        s->y[h->dissipated] -= gain;
+}
+
+/* Sets the switches that depend on time alone. `ticks`: pulses of the clocks that are due. */
+static int set_times(mech_solver *s, int ticks)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_modes *e = s->modes;
+    const mech_real t = s->run->report.t;
+    int changed = 0;
+    if (!(h->n_times + h->n_clocks)) return 0;
+    h->crossing_times(t, s->y, s->u, e->z, s->o.p, e->times);
+    for (int k = 0; k < h->n_times; k++) {
+        const mech_real after = (mech_real)h->times[2 * k + 1], value = t >= e->times[k] ? after : 1 - after;
+        if (e->z[h->times[2 * k]] != value) {
+            e->z[h->times[2 * k]] = value;
+            changed = 1;
+        }
+    }
+    for (int k = 0; ticks && k < h->n_clocks; k++)
+        if (e->times[h->n_times + k] == t) {
+            e->z[h->clocks[2 * k]] = 1;
+            changed = 1;
+        }
+    return changed;
+}
+
+/* Pulses end, counts go on to the next tick. */
+static void end_ticks(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_real *z = s->modes->z;
+    int ended = h->initial >= 0 && z[h->initial] > 0;
+    for (int k = 0; k < h->n_clocks; k++)
+        if (z[h->clocks[2 * k]] > 0) {
+            z[h->clocks[2 * k]] = 0;
+            z[h->clocks[2 * k + 1]] += 1;
+            ended = 1;
+        }
+    if (h->initial >= 0) z[h->initial] = 0;
+    if (ended && h->n_branches) read_conditions(s, s->modes->held);
+}
+
+/* Turns one switch; where an energy jumps there, an impulse goes with it, and the motion may be thrown back. */
+static int turn(mech_solver *s, int k)
+{
+    mech_modes *e = s->modes;
+    int passed = 1;
+    if (s->run->report.t > s->o.t0 || s->run->report.steps) {
+        const int status = mech_pass_step(s, k, &passed);
+        if (status) return status;
+    }
+    if (passed) {
+        mech_real *z = e->z + s->model->hybrid->switches[k];
+        *z = *z > MECH_C(0.5) ? 0 : 1;
+    }
+    e->fresh[k] = 1;
+    return MECH_RUNNING;
+}
+
+/* Turns every switch whose indicator is, or is about to be, on the wrong side. */
+static int turn_switches(mech_solver *s, int *changed)
+{
+    mech_modes *e = s->modes;
+    const int n = s->model->hybrid->n_switches;
+    if (!n) return MECH_RUNNING;
+    mech_indicate(s, s->run->report.t, s->y, e->w, e->rate);
+    for (int k = 0; k < n; k++) {
+        e->rate_scale[k] = mech_max(e->rate_scale[k], mech_abs(e->rate[k]));
+        const int zero = mech_at_zero(s, k, e->w[k]);
+        const int leaves = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
+        if (zero ? !leaves || !(e->fresh[k] > 0) : e->w[k] >= 0) continue;
+        const int status = turn(s, k);
+        if (status) return status;
+        *changed = k + 1;
+    }
+    return MECH_RUNNING;
+}
+
+/* Stops where branches fire in geometrically shrinking intervals. */
+static int check_accumulation(mech_solver *s, int branch)
+{
+    mech_modes *e = s->modes;
+    const mech_real t = s->run->report.t;
+    int count = (int)e->counters[MECH_FIRED];
+    if (count && e->recent[(count - 1) % MECH_RECENT] == t) return MECH_RUNNING;
+    e->recent[count % MECH_RECENT] = t;
+    e->counters[MECH_FIRED] = ++count;
+    e->counters[MECH_BRANCH] = branch;
+    if (count < MECH_RECENT) return MECH_RUNNING;
+    mech_real before = 0, interval = 0;
+    for (int k = 1; k < MECH_RECENT; k++) {
+        interval = e->recent[(count + k) % MECH_RECENT] - e->recent[(count + k - 1) % MECH_RECENT];
+        if (k > 1 && !(interval < before)) return MECH_RUNNING;
+        if (k < MECH_RECENT - 1) before = interval;
+    }
+    const mech_real ratio = interval / before, span = t - e->recent[count % MECH_RECENT];
+    if (interval * ratio / (1 - ratio) < MECH_C(1.9) * span) return mech_fail(s, MECH_ZENO, branch);
+    return MECH_RUNNING;
+}
+
+static int act(mech_solver *s, int k)
+{
+    const mech_model *m = s->model;
+    const mech_branch *branch = &m->hybrid->branches[k];
+    mech_modes *e = s->modes;
+    const mech_real before = total_energy(s);
+    read_inputs(s);
+    branch->act(s->run->report.t, s->y, s->u, e->z, s->o.p, e->act);
+    for (int i = 0; i < branch->n_checks; i++)
+        if (!(e->act[s->ny + m->nz + i] > MECH_C(0.5))) {
+            s->run->report.failed_part = i;
+            return mech_fail(s, MECH_BRANCH_ASSERTION, k);
+        }
+    memcpy(s->y, e->act, (size_t)s->ny * sizeof(mech_real));
+    memcpy(e->z, e->act + s->ny, (size_t)m->nz * sizeof(mech_real));
+    mech_normalise(m, s->y);
+    if (s->project) {
+        const int status = mech_project(s, s->run->report.t, s->y);
+        if (status) return mech_fail(s, status, -1);
+    }
+    book(s, total_energy(s) - before);
+    mech_note(s, MECH_WHEN, k, 0);
+    if (branch->terminates) return mech_fail(s, MECH_TERMINATED, k);
+    return check_accumulation(s, k);
+}
+
+/* Fires the branches whose conditions have risen: the first one of each event. */
+static int fire(mech_solver *s, int *changed)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_modes *e = s->modes;
+    int served = -1;
+    if (!h->n_branches) return MECH_RUNNING;
+    read_conditions(s, e->held_new);
+    for (int k = 0; k < h->n_branches; k++) {
+        const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
+        if (!rises || h->branches[k].event == served) continue;
+        served = h->branches[k].event;
+        const int status = act(s, k);
+        if (status) {
+            s->run->report.failed_index = k;
+            return status;
+        }
+        *changed = k + 1;
+    }
+    memcpy(e->held, e->held_new, (size_t)h->n_branches * sizeof(mech_real));
+    return MECH_RUNNING;
+}
+
+/* Impacts until nothing approaches, then the modes that fit. */
+static int settle(mech_solver *s, int hit, int *changed)
+{
+    int count = 0, status;
+    if (!s->modes->n_rows) return MECH_RUNNING;
+    status = mech_impacts(s, &count);
+    if (!status) status = mech_choose_modes(s, hit);
+    if (count) *changed = 1;
+    return status;
+}
+
+static int rounds(mech_solver *s, int hit, int ticks)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int row = hit - h->n_switches, status, turns = 0;
+    for (int round = 0;; round++) {
+        int changed = set_times(s, ticks && round == 0), turned = 0, fired = 0;
+        status = settle(s, row >= 0 ? row : -1, &changed);
+        row = -1;
+        if (!status) status = turn_switches(s, &turned);
+        if (!status) status = fire(s, &fired);
+        if (status) return status;
+        if (!changed && !turned && !fired) return MECH_RUNNING;
+        turns = turned && !fired ? turns + 1 : 0;
+        if (turns == MOST_TURNS) return mech_fail(s, MECH_CHATTER, turned - 1);
+        if (round == MOST_ROUNDS) {
+            s->run->report.failed_part = !fired;
+            return mech_fail(s, MECH_EVENT_LOOP, fired ? fired - 1 : turned ? turned - 1 : 0);
+        }
+    }
+}
+
+/* Tells the changes of modes over the instant. */
+static void note_modes(mech_solver *s, int quiet)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_modes *e = s->modes;
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_row *row = &h->rows[i];
+        if (row->flag < 0) continue;
+        const mech_real flag = e->z[row->flag], sign = row->sign < 0 ? 0 : e->z[row->sign];
+        if (!quiet && flag != e->flags[i]) {
+            const int kinds[3][2] = {
+                {MECH_LIFT_OFF, MECH_REST}, {MECH_SLIP, MECH_STICK}, {MECH_RELEASED, MECH_ENGAGED}};
+            const int open = row->normal >= 0 && !(e->z[h->rows[row->normal].flag] > MECH_C(0.5));
+            const int again = i && h->rows[i - 1].flag == row->flag; /* a vector constraint */
+            if (!open && !again) mech_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);
+        } else if (!quiet && row->kind == MECH_FRICTION && sign * e->signs[i] < 0) {
+            mech_note(s, MECH_SLIP, i, 0);
+        }
+        e->flags[i] = flag;
+        e->signs[i] = sign;
+    }
+}
+
+static void write_instant(mech_solver *s)
+{
+    if (!s->o.instants) return;
+    mech_report *r = &s->run->report;
+    const mech_modes *e = s->modes;
+    const size_t ny = (size_t)s->ny, nz = (size_t)s->model->nz, real = sizeof(mech_real);
+    mech_real *row = s->o.instants + (size_t)r->n_instants * (1 + 2 * (ny + nz));
+    row[0] = r->t;
+    memcpy(row + 1, e->y_before, ny * real);
+    memcpy(row + 1 + ny, e->z_before, nz * real);
+    memcpy(row + 1 + ny + nz, s->y, ny * real);
+    memcpy(row + 1 + 2 * ny + nz, e->z, nz * real);
+    r->n_instants++;
+}
+
+/* Many instants without a step between them. */
+static int check_progress(mech_solver *s, int hit)
+{
+    mech_modes *e = s->modes;
+    const mech_real t = s->run->report.t;
+    if (t - e->counters[MECH_LAST_TIME] > 4 * MECH_EPSILON * mech_abs(t)) {
+        e->counters[MECH_STANDING] = 0;
+        e->counters[MECH_LAST_TIME] = t;
+    } else if ((e->counters[MECH_STANDING] += 1) > MOST_ROUNDS) {
+        const int row = hit >= s->model->hybrid->n_switches;
+        if (e->counters[MECH_FIRED] > 0 && !row)
+            return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH]);
+        return row ? mech_fail(s, MECH_NO_MODE, hit - s->model->hybrid->n_switches)
+                   : mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
+    }
+    return MECH_RUNNING;
+}
+
+static int happen(mech_solver *s, int hit, int ticks)
+{
+    mech_modes *e = s->modes;
+    int status = MECH_RUNNING;
+    memcpy(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real));
+    memcpy(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real));
+    memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
+    memset(e->open, 0, (size_t)e->n_rows * sizeof(mech_real));
+    memset(e->slides, 0, (size_t)e->n_rows * sizeof(mech_real));
+    memset(e->delay, 0, (size_t)e->n_rows * sizeof(mech_real));
+    if (hit >= 0) e->fresh[hit] = 1;
+    if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn(s, hit);
+    if (!status) status = rounds(s, hit, ticks);
+    end_ticks(s);
+    return status;
+}
+
+int mech_instant(mech_solver *s, int hit)
+{
+    mech_run *run = s->run;
+    mech_modes *e = s->modes;
+    int status = check_progress(s, hit);
+    if (status) return status;
+    const long events = run->report.n_events;
+    status = happen(s, hit, 1);
+    if (status < 0) return status;
+    note_modes(s, 0);
+    if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, 0);
+    if (run->report.n_events > events || memcmp(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real)) ||
+        memcmp(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real)))
+        write_instant(s);
+    if (status) return status;
+    run->error_old = 0;
+    run->started = 0; /* a jump: methods with a memory forget it */
+    status = mech_enter_pieces(s);
+    run->started = 1;
+    return status ? status : mech_check_assertions(s);
+}
+
+/* Modes, switches and clocks at the start, then what happens there. */
+int mech_begin_hybrid(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *h = m->hybrid;
+    mech_modes *e = s->modes;
+    const int resumed = s->run->report.steps > 0;
+    int status = mech_method_lacks(s->o.method, m);
+    if (status) return mech_fail(s, status, -1);
+    for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
+    mech_real length = 0, speed = 0;
+    for (int i = 0; i < m->nq; i++) length = mech_max(length, mech_nominal(s, i));
+    for (int i = m->nq; i < m->nq + m->nv; i++) speed = mech_max(speed, mech_nominal(s, i));
+    for (int i = 0; !resumed && i < h->n_rows; i++) {
+        e->gap_scale[i] = MECH_C(1e-3) * length;
+        e->speed[i] = MECH_C(1e-3) * speed;
+    }
+    if (!resumed) {
+        e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
+        for (int k = 0; k < h->n_clocks; k++) /* ticks before the start are over */
+            for (long ticks = 0; ticks < 1000000000; ticks++) {
+                h->crossing_times(s->run->report.t, s->y, s->u, e->z, s->o.p, e->times);
+                if (!(e->times[h->n_times + k] < s->run->report.t)) break;
+                e->z[h->clocks[2 * k + 1]] += 1;
+            }
+        for (int round = 0; round < 2; round++) {
+            set_times(s, 0);
+            for (int k = 0; k < h->n_switches; k++) e->z[h->switches[k]] = 0;
+            if (e->n) mech_indicate(s, s->run->report.t, s->y, e->w, NULL);
+            for (int k = 0; k < h->n_switches; k++) {
+                e->z[h->switches[k]] = e->w[k] < 0;
+                e->scale[k] = mech_abs(e->w[k]);
+            }
+        }
+        if (h->n_rows) {
+            mech_read_rows(s);
+            mech_find_response(s);
+        }
+        for (int i = 0; i < h->n_rows; i++) {
+            const mech_real w = e->response[i * (m->nv + h->n_rows) + m->nv + i];
+            if (w > 0 && length > 0) e->force[i] = mech_max(e->force[i], MECH_C(1e-4) * speed * speed / (w * length));
+        }
+        for (int i = 0; i < h->n_rows; i++)
+            if (h->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_touches(s, i))
+                return mech_fail(s, MECH_PENETRATION, i);
+        if (h->initial >= 0) e->z[h->initial] = 0;
+        if (h->n_branches) read_conditions(s, e->held);
+        if (h->initial >= 0) e->z[h->initial] = 1;
+    }
+    const long events = s->run->report.n_events;
+    status = happen(s, -1, !resumed);
+    if (status < 0) return status;
+    note_modes(s, !resumed);
+    if (s->run->report.n_events > events) write_instant(s);
+    if (status) return status;
+    return mech_start(s);
+}

@@ -1,0 +1,178 @@
+/* Which contacts press, which frictions stick: an active set on the level of accelerations. */
+#include <string.h>
+
+#include "advance.h"
+#include "hybrid.h"
+
+enum { ROUNDS_PER_ROW = 8 };
+
+static mech_real value(const mech_solver *s, int i, int which)
+{
+    return s->modes->row[i * MECH_ROW_VALUES + which];
+}
+
+static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
+
+static int on(const mech_solver *s, int i) { return s->modes->z[row_of(s, i)->flag] > MECH_C(0.5); }
+
+static void set(mech_solver *s, int i, int flag, int sign)
+{
+    const mech_row *row = row_of(s, i);
+    s->modes->z[row->flag] = flag;
+    if (row->sign >= 0) s->modes->z[row->sign] = sign;
+}
+
+static int side(mech_real x) { return x > 0 ? 1 : -1; }
+
+/* Whether row i is independent of the n rows already held. */
+static int independent(mech_solver *s, int *held, int n, int i)
+{
+    mech_real target[64] = {0}, x[64];
+    if (n >= 63) return 0;
+    held[n] = i;
+    return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
+}
+
+/* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
+static void propose(mech_solver *s)
+{
+    const mech_real *open = s->modes->open, *slides = s->modes->slides;
+    const mech_hybrid *h = s->model->hybrid;
+    int held[64], n = 0;
+    for (int kind = MECH_BILATERAL; kind >= MECH_CONTACT; kind -= 2) /* bilateral, then contacts */
+        for (int i = 0; i < h->n_rows; i++) {
+            if (h->rows[i].kind != kind) continue;
+            if (kind == MECH_BILATERAL) {
+                if (on(s, i) && independent(s, held, n, i)) n++;
+                continue;
+            }
+            const int rests = mech_touches(s, i) && mech_abs(value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) && !open[i];
+            const int holds = rests && independent(s, held, n, i);
+            n += holds;
+            set(s, i, holds, 0);
+        }
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_row *row = &h->rows[i];
+        if (row->kind != MECH_FRICTION) continue;
+        if (row->normal >= 0 && !on(s, row->normal)) {
+            set(s, i, 0, 0);
+        } else if (mech_abs(value(s, i, MECH_RATE)) > 10 * mech_still(s, i)) {
+            set(s, i, 0, side(value(s, i, MECH_RATE)));
+        } else if (slides[i] != 0) {
+            set(s, i, 0, side(slides[i]));
+        } else {
+            const int holds = independent(s, held, n, i);
+            n += holds;
+            set(s, i, holds, 0);
+        }
+    }
+}
+
+/* The row that fits least, or -1; `hit` was located where its mode ends. */
+static int misfit(mech_solver *s, int hit)
+{
+    mech_real *open = s->modes->open, *slides = s->modes->slides;
+    const mech_hybrid *h = s->model->hybrid;
+    const mech_modes *e = s->modes;
+    int worst = -1;
+    mech_real excess = 0;
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_row *row = &h->rows[i];
+        const mech_real force = value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
+        mech_real over = 0;
+        if (row->kind == MECH_CONTACT && on(s, i))
+            over = i == hit ? e->force[i] : -force - slack;
+        else if (row->kind == MECH_FRICTION && on(s, i))
+            over = i == hit ? e->force[i] : mech_abs(force) - value(s, i, MECH_LIMIT) - slack;
+        if (over > 0 && over > excess) {
+            excess = over;
+            worst = i;
+        }
+    }
+    if (worst >= 0) {
+        if (row_of(s, worst)->kind == MECH_CONTACT)
+            open[worst] = 1;
+        else
+            slides[worst] = -side(value(s, worst, MECH_FORCE));
+        return worst;
+    }
+    /* What was let go must move away, or slide the way its friction assumes. */
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_real second = value(s, i, MECH_SECOND);
+        const mech_real slack =
+            MECH_C(1e-7) * e->force[i] * e->response[i * (s->model->nv + e->n_rows) + s->model->nv + i];
+        if (open[i] > 0 && second < -slack) {
+            open[i] = 0;
+            return i;
+        }
+        if (slides[i] != 0 && slides[i] * second < -slack) {
+            slides[i] = 0;
+            return i;
+        }
+    }
+    return -1;
+}
+
+int mech_choose_modes(mech_solver *s, int hit)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int any = 0;
+    if (h->n_rows > 64) return mech_fail(s, MECH_NO_MODE, 64);
+    for (int i = 0; i < h->n_rows; i++) any |= h->rows[i].kind != MECH_STEP_ROW;
+    if (!any) return MECH_RUNNING;
+    mech_read_rows(s);
+    mech_find_response(s);
+    /* A stick that ends, ends: a reversal begins with the attempt to stick. */
+    const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && on(s, hit) ? hit : -1;
+    propose(s);
+    for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
+        mech_read_rows(s);
+        if (misfit(s, round == 0 ? ends : -1) < 0) {
+            for (int i = 0; i < h->n_rows; i++)
+                if (!mech_finite(value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
+            mech_hold_rows(s);
+            return MECH_RUNNING;
+        }
+        propose(s);
+    }
+    return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
+}
+
+/* Moves the state onto the rows that hold: positions, then velocities. Rounding errors only, as a rule. */
+void mech_hold_rows(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *h = m->hybrid;
+    mech_modes *e = s->modes;
+    int held[64], n = 0, located = 0;
+    mech_real target[64], x[64];
+    for (int i = 0; i < h->n_rows && n < 64; i++)
+        if (h->rows[i].flag >= 0 && on(s, i)) held[n++] = i;
+    if (!n) return;
+    const int width = m->nv + e->n_rows;
+    mech_read_rows(s);
+    mech_find_response(s);
+    for (int k = 0; k < n; k++) {
+        target[k] = -value(s, held[k], MECH_GAP);
+        located |= target[k] != 0;
+    }
+    if (located) {
+        mech_solve_rows(s, n, held, target, x);
+        memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
+        for (int i = 0; i < m->nv; i++) {
+            e->y_at[m->nq + i] = 0;
+            for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[held[k] * width + i];
+        }
+        /* q' = N(q) v, with the correction in the place of v */
+        mech_rhs(s, s->run->report.t, e->y_at, s->dy_new);
+        for (int i = 0; i < m->nq; i++) s->y[i] += s->dy_new[i];
+        mech_normalise(m, s->y);
+        mech_read_rows(s);
+        mech_find_response(s);
+    }
+    for (int k = 0; k < n; k++) target[k] = -value(s, held[k], MECH_RATE);
+    mech_solve_rows(s, n, held, target, x);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[held[k] * width + i];
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+}

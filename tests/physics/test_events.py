@@ -1,0 +1,371 @@
+"""Events, impacts, friction and steps of the potential against closed solutions."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.outcome import Outcome
+from mechc.solution import Solution
+
+BALL = """\
+parameter m = 0.1 kg;
+parameter g = 9.81 m/s^2;
+parameter e = 0.8;
+coordinate h = 1 m;
+kinetic 1/2*m*der(h)^2;
+potential m*g*h;
+"""
+
+
+def run(text: str, **options: object) -> Solution:
+    return mechc.loads(text).simulate(**({"estimate_error": False} | options))  # type: ignore[arg-type]
+
+
+def times(solution: Solution, kind: str) -> list[float]:
+    return [e.time for e in solution.events if e.kind == kind]
+
+
+def closes(solution: Solution, relative: float = 1e-8) -> bool:
+    drift = solution.accuracy.energy
+    return drift is not None and drift.relative is not None and drift.relative < relative
+
+
+def test_reinit_bounces_at_the_times_of_free_flight() -> None:
+    text = "discrete Integer n = 0;\nwhen h < 0 m then reinit(der(h), -e*der(h)); n := n + 1; end when;\n"
+    solution = run(BALL + text, stop=3)
+    first = math.sqrt(2 / 9.81)
+    exact = [first * (1 + 2 * sum(0.8**k for k in range(1, n + 1))) for n in range(6)]
+    assert times(solution, "when") == pytest.approx(exact, rel=1e-13)
+    assert solution["n"][-1] == 6
+    assert closes(solution, 1e-13)
+    # both sides of each event are rows
+    rows = np.flatnonzero(np.diff(solution.time) == 0)
+    assert len(rows) == 6
+    for i in rows:
+        assert solution["der(h)"][i + 1] == pytest.approx(-0.8 * solution["der(h)"][i], rel=1e-12)
+
+
+def test_raw_events_that_pile_up_name_the_condition_and_contact() -> None:
+    solution = run(BALL + "when h < 0 m then reinit(der(h), -e*der(h)); end when;\n", stop=5)
+    assert solution.outcome is Outcome.FAILED
+    assert "h < 0 m" in solution.message and "'contact'" in solution.message
+
+
+def test_a_ball_comes_to_rest_at_the_end_of_its_bounces() -> None:
+    solution = run(BALL + "contact floor: h restitution e;\noutput force = multiplier(floor);\n", stop=5)
+    rest = 9 * math.sqrt(2 / 9.81)  # (1 + e)/(1 - e) times the first fall
+    assert times(solution, "rest") == pytest.approx([rest], rel=1e-12)
+    assert solution["force"][-1] == pytest.approx(0.981)
+    assert solution["energy.dissipated"][-1] == pytest.approx(0.981, rel=1e-12)
+    assert np.min(solution["h"]) > -1e-15
+
+
+def test_a_condition_that_holds_at_the_start_does_not_fire() -> None:
+    text = "discrete Integer n = 0;\nwhen h > 0.5 m then n := n + 1; end when;\n"
+    assert run(BALL + text, stop=0.2)["n"][-1] == 0
+
+
+def test_assignments_run_from_top_to_bottom_and_pre_is_before() -> None:
+    text = """\
+coordinate x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*(1 kg)*der(x)^2;
+discrete Real a = 1;
+discrete Real b = 0;
+discrete Real c = 0;
+when x > 1 m then
+  a := a + 1;
+  b := a;
+  c := pre(a);
+end when;
+"""
+    solution = run(text, stop=2)
+    assert [solution[n][-1] for n in "abc"] == [2, 2, 1]
+
+
+def test_sampling_is_exact_and_begins_at_the_start() -> None:
+    text = """\
+coordinate x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*(1 kg)*der(x)^2;
+discrete Length seen = 0 m;
+discrete Integer n = 0;
+when sample(0.1 s) then seen := x; n := n + 1; end when;
+"""
+    solution = run(text, stop=1)
+    assert times(solution, "when") == [k * 0.1 for k in range(11)]
+    assert solution["n"][-1] == 11
+    assert solution["seen"][-1] == pytest.approx(1.0, rel=1e-13)
+
+
+def test_a_time_event_needs_no_search() -> None:
+    text = "discrete Integer n = 0;\nwhen time >= 0.25 s then n := 1; end when;\n"
+    assert times(run(BALL + text, stop=0.4), "when") == [0.25]
+
+
+def test_a_touch_within_one_step_is_found() -> None:
+    """The condition holds for a thousandth of the run; steps are as long as they can be."""
+    text = """\
+parameter w = 1 rad/s;
+coordinate x = 1 m;
+kinetic 1/2*(1 kg)*der(x)^2;
+potential 1/2*(1 kg)*w^2*x^2;
+discrete Integer n = 0;
+when x < -0.9999999 m then n := n + 1; end when;
+"""
+    solution = run(text, stop=20, tolerance=1e-11)
+    assert solution["n"][-1] == 3
+
+
+def test_a_branch_ends_the_run() -> None:
+    solution = run(BALL + 'when h < 0 m then terminate("it is down"); end when;\n', stop=5)
+    assert solution.outcome is Outcome.TERMINATED
+    assert solution.message.startswith("it is down")
+    assert solution.time[-1] == pytest.approx(math.sqrt(2 / 9.81), rel=1e-13)
+
+
+STEP = """\
+parameter U = -1 J;
+coordinate x = 0 m;
+coordinate y = 1 m;
+initial der(x) = sin(45 deg)*(1 m/s);
+initial der(y) = -cos(45 deg)*(1 m/s);
+kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);
+potential if y > 0 m then 0 else U;
+"""
+
+
+def test_refraction_at_a_potential_step() -> None:
+    solution = run(STEP, stop=5)
+    speed = math.sqrt(3)  # from v^2/2 + U
+    assert solution["der(x)"][-1] == pytest.approx(math.sqrt(0.5), rel=1e-13)
+    assert solution["der(y)"][-1] == pytest.approx(-math.sqrt(speed**2 - 0.5), rel=1e-13)
+    assert times(solution, "crossing") == pytest.approx([math.sqrt(2)], rel=1e-13)
+    assert closes(solution, 1e-13)
+
+
+def test_reflection_at_a_potential_step() -> None:
+    solution = run(STEP, stop=5, set={"U": "1 J"})
+    assert times(solution, "reflection") == pytest.approx([math.sqrt(2)], rel=1e-13)
+    assert solution["der(y)"][-1] == pytest.approx(math.sqrt(0.5), rel=1e-13)
+    assert np.min(solution["y"]) > -1e-13
+
+
+CRADLE = """\
+structural parameter Integer n = 5;
+coordinate Length x[n] = {{if i == 1 then -1 m else (i - 2)*(1 m) for i in 1:n}};
+initial der(x[1]) = 1 m/s;
+for i in 1:n loop
+  kinetic 1/2*(1 kg)*der(x[i])^2;
+end for;
+for i in 1:n-1 loop
+  contact hit[i]: x[i+1] - x[i] - (if i == 1 then 0 m else 1 m) restitution 1, impacts = "{law}";
+end for;
+"""
+
+
+@pytest.mark.parametrize(
+    ("law", "n", "speeds"),
+    [
+        ("sequential", 3, [0, 0, 1]),
+        ("sequential", 5, [0, 0, 0, 0, 1]),
+        ("simultaneous", 3, [-1 / 3, 2 / 3, 2 / 3]),
+        ("simultaneous", 5, [-3 / 5, 2 / 5, 2 / 5, 2 / 5, 2 / 5]),
+    ],
+)
+def test_balls_that_touch(law: str, n: int, speeds: list[float]) -> None:
+    model = mechc.loads(CRADLE.format(law=law)).with_values({"n": n})
+    solution = model.simulate(stop=1.5, estimate_error=False)
+    found = [solution[f"der(x[{i + 1}])"][-1] for i in range(n)]
+    assert found == pytest.approx(speeds, abs=1e-12)
+
+
+BELT = """\
+parameter mu_s = 0.3;
+parameter mu_k = 0.2;
+parameter u = 1.962 m/s;
+coordinate x = 0 m;
+initial der(x) = u;
+kinetic 1/2*(1 kg)*der(x)^2;
+potential 1/2*(1 N/m)*x^2;
+friction mu_k*(9.81 N) static mu_s*(9.81 N) on x - u*time;
+"""
+
+
+def test_stick_slip_on_a_belt() -> None:
+    """Slips at k x = fs, sticks again at k x = 2 fk - fs; s0 = u w/(mu_k g) = 1, y0 = 1.5."""
+    solution = run(BELT, stop=60, tolerance=1e-11)
+    slips, sticks = times(solution, "slip"), times(solution, "stick")
+    assert slips[0] == pytest.approx(1.5, rel=1e-12)
+    at = {e.time: solution(e.time)["x"] for e in solution.events}
+    for t in sticks:
+        assert at[t] == pytest.approx((2 * 0.2 - 0.3) * 9.81, rel=1e-9)
+    gap = 0.3 / 0.2 - 1  # y0 - 1
+    slipping = 2 * math.pi - 2 * math.atan(gap / 1.0)
+    sticking = 2 * gap / 1.0
+    assert np.diff(slips) == pytest.approx(slipping + sticking, rel=1e-9)
+    assert closes(solution)
+
+
+def test_a_block_comes_back_down_an_incline() -> None:
+    text = """\
+parameter mu = 0.1;
+parameter slope = 45 deg;
+coordinate s = 0 m;
+initial der(s) = 10 m/s;
+kinetic 1/2*(1 kg)*der(s)^2;
+potential (9.81 N)*s*sin(slope);
+friction mu*(9.81 N)*cos(slope) on s;
+when s < 0 m then terminate("back"); end when;
+"""
+    solution = run(text, stop=10)
+    assert solution["energy.kinetic"][-1] == pytest.approx(50 * (1 - 0.1) / (1 + 0.1), rel=1e-12)
+
+
+def test_a_block_stays_where_friction_holds_it() -> None:
+    text = """\
+coordinate s = 0 m;
+initial der(s) = 2 m/s;
+kinetic 1/2*(1 kg)*der(s)^2;
+friction 4 N on s;
+"""
+    solution = run(text, stop=2)
+    assert times(solution, "stick") == pytest.approx([0.5], rel=1e-13)
+    assert solution["s"][-1] == pytest.approx(0.5, rel=1e-12)
+    assert solution["der(s)"][-1] == 0
+    assert solution["energy.dissipated"][-1] == pytest.approx(2, rel=1e-12)
+
+
+def test_a_ladder_leaves_the_wall_at_two_thirds() -> None:
+    text = """\
+gravity {0, -9.81 m/s^2};
+coordinate theta = 30 deg;
+coordinate x = (1 m)*sin(theta);
+coordinate y = (1 m)*cos(theta);
+frame ladder = world * trans({x, y}) * rot(theta);
+mass 10 kg at ladder;
+inertia (10 kg)*(2 m)^2/12 on ladder;
+point top = ladder * {0, 1 m};
+point foot = ladder * {0, -1 m};
+contact floor: foot[2] restitution 0;
+contact wall: top[1] restitution 0;
+output height = top[2]/((2 m)*cos(30 deg));
+"""
+    model = "coordinate x = 0.5 m".join(text.split("coordinate x = (1 m)*sin(theta)"))
+    model = model.replace("coordinate y = (1 m)*cos(theta)", f"coordinate y = {math.cos(math.pi / 6)!r} m")
+    solution = run(model, stop=0.6, tolerance=1e-11)
+    (leaves,) = times(solution, "lift-off")
+    assert solution(leaves)["height"] == pytest.approx(2 / 3, rel=1e-10)
+    assert closes(solution)
+
+
+def test_a_string_goes_slack_and_taut_again() -> None:
+    """Slack where the speed is too small: cos = (2/3) eps above the middle, for E = eps m g l, 0 < eps < 3/2."""
+    text = """\
+parameter eps = 1;
+gravity {0, -9.81 m/s^2};
+coordinate x = 0 m;
+coordinate y = -1 m;
+initial der(x) = sqrt(2*(9.81 m^2/s^2)*(eps + 1));
+point P = world * {x, y};
+mass 1 kg at P;
+contact string: 1 m - norm(P) restitution 0;
+"""
+    for eps in (0.3, 1.0, 1.4):
+        solution = run(text, stop=1, tolerance=1e-11, set={"eps": eps})
+        slack = times(solution, "lift-off")[0]
+        assert solution(slack)["y"] == pytest.approx(2 * eps / 3, rel=1e-9)
+    assert not times(run(text, stop=3, set={"eps": -0.2}), "lift-off")
+    assert not times(run(text, stop=3, set={"eps": 1.6}), "lift-off")
+
+
+def test_a_constraint_is_released_and_engaged() -> None:
+    text = """\
+coordinate a = 0 m;
+coordinate b = 0 m;
+initial der(a) = 1 m/s;
+initial der(b) = 1 m/s;
+kinetic 1/2*(1 kg)*der(a)^2 + 1/2*(3 kg)*der(b)^2;
+force 4 N on a;
+constraint hold: der(a) = der(b);
+when time >= 1 s then release hold; end when;
+when time >= 2 s then engage hold; end when;
+"""
+    solution = run(text, stop=3)
+    assert [(e.time, e.kind) for e in solution.events if e.name == "hold"] == [(1, "release"), (2, "engage")]
+    # together 1 m/s^2; apart a gains 4 m/s; the impact shares the momentum 1*(2 + 4) + 3*2
+    assert solution(1.999999)["der(a)"] == pytest.approx(2 + 4 * 0.999999, rel=1e-9)
+    assert solution["der(a)"][-1] == pytest.approx(12 / 4 + 1, rel=1e-12)
+    assert solution["der(b)"][-1] == pytest.approx(12 / 4 + 1, rel=1e-12)
+    assert closes(solution, 1e-12)
+
+
+def test_chattering_stops_with_advice() -> None:
+    text = """\
+coordinate s = 0 m;
+initial der(s) = 1 m/s;
+kinetic 1/2*(1 kg)*der(s)^2;
+force -(1 N)*sign(der(s)) on s;
+"""
+    solution = run(text, stop=3)
+    assert solution.outcome is Outcome.FAILED
+    assert "'friction'" in solution.message
+    assert solution.time[-1] == pytest.approx(1, rel=1e-12)
+
+
+def test_a_contact_that_starts_penetrated_is_told() -> None:
+    solution = run(BALL.replace("h = 1 m", "h = -1 m") + "contact floor: h restitution e;\n", stop=1)
+    assert solution.outcome is Outcome.FAILED
+    assert "penetrated" in solution.message
+
+
+def test_events_that_never_end_are_told() -> None:
+    text = """\
+coordinate x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*(1 kg)*der(x)^2;
+discrete Boolean on = false;
+when x > 1 m then on := true; end when;
+when on then on := false; end when;
+when not on and x > 0.5 m then on := true; end when;
+"""
+    solution = run(text, stop=3)
+    assert solution.outcome is Outcome.FAILED
+    assert "on" in solution.message
+
+
+def test_impulses_respect_constraints() -> None:
+    text = """\
+gravity {0, -9.81 m/s^2};
+coordinate x = 0 m;
+coordinate y = -1 m;
+point P = world * {x, y};
+mass 2 kg at P;
+constraint rod: x^2 + y^2 = 1 m^2;
+when time >= 1 s then impulse {3, 5} N.s on P; end when;
+"""
+    solution = run(text, stop=1)
+    assert solution["der(x)"][-1] == pytest.approx(1.5, rel=1e-9)
+    assert abs(solution["der(y)"][-1]) < 1e-9
+
+
+def test_ten_thousand_bounces_are_all_found() -> None:
+    """Elastic: the period is exact, none is lost and none found twice."""
+    first = math.sqrt(2 / 9.81)
+    solution = run(BALL + "contact floor: h restitution 1;\n", stop=2e4 * first, tolerance=1e-10)
+    hits = times(solution, "impact")
+    assert len(hits) == 10_000
+    assert all(b - a == pytest.approx(2 * first, rel=1e-9) for a, b in pairwise(hits))
+    assert closes(solution)
+
+
+def test_a_model_without_events_has_no_code_for_them() -> None:
+    from mechc.compiler.targets.c import emit_c
+
+    text = emit_c(mechc.loads(BALL).compilation.program)
+    assert "indicators" not in text and "hybrid" not in text
