@@ -17,9 +17,11 @@ from .failures import explain_failure
 
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
+    "bench": "Measure error against run time, for methods and tolerances.",
     "check": "Check models without running them.",
     "fmt": "Write models in the canonical layout.",
     "new": "Write a first model to start from.",
+    "init": "Print the consistent initial state of a model.",
     "equations": "Print the equations of motion, the Lagrangian and the momenta.",
     "explain": "Explain an error code, or what the compiler chose for a model.",
     "show": "Print a model as one stage of the compiler sees it.",
