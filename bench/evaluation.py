@@ -46,7 +46,13 @@ def nanoseconds(text: str, n: int) -> float:
     for _ in range(60):
         begun = time.perf_counter()
         kernel.mech_evaluate(
-            ctypes.addressof(functions.struct), rhs, problem.ny, None, 0, BATCH, *(a.ctypes.data for a in arrays)
+            ctypes.addressof(functions.struct),
+            rhs,
+            problem.ny,
+            None,
+            0,
+            BATCH,
+            *(a.ctypes.data for a in arrays),
         )
         best = min(best, time.perf_counter() - begun)
     assert np.isfinite(out).all()

@@ -7,6 +7,7 @@ import math
 import tempfile
 import time
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 
 from mechc.compiler.equations.assemble import assemble
@@ -50,7 +51,7 @@ def formed(system: System, n: int) -> tuple[list[float], int, str]:
     tick()
     rhs = next(f for f in equations.functions if f.name == "rhs")
     operations = equations.graph.count_operations(rhs.outputs)
-    return [b - a for a, b in zip(clock, clock[1:], strict=False)], operations, text
+    return [b - a for a, b in pairwise(clock)], operations, text
 
 
 def compile_seconds(text: str) -> float:
@@ -76,7 +77,9 @@ def measure(system: System, quick: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     last: tuple[int, float] | None = None
     for n in sizes:
-        seconds, operations, text = min((formed(system, n) for _ in range(3 if n <= 100 else 1)), key=lambda f: sum(f[0]))
+        seconds, operations, text = min(
+            (formed(system, n) for _ in range(3 if n <= 100 else 1)), key=lambda f: sum(f[0])
+        )
         total = sum(seconds)
         growth = f"{math.log(total / last[1]) / math.log(n / last[0]):.2f}" if last else ""
         last = (n, total)

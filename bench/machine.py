@@ -17,7 +17,9 @@ def described() -> str:
     cpu = platform.processor() or platform.machine()
     info = Path("/proc/cpuinfo")
     if info.is_file():
-        names = [r.partition(":")[2].strip() for r in info.read_text().splitlines() if r.startswith("model name")]
+        names = [
+            r.partition(":")[2].strip() for r in info.read_text().splitlines() if r.startswith("model name")
+        ]
         cpu = f"{len(names)} x {names[0]}" if names else cpu
     compiler = find_compiler()
     cc = compiler.version.splitlines()[0] if compiler else "no C compiler"

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from pathlib import Path
 
 import casadi as ca
 import numpy as np
@@ -26,9 +27,12 @@ a = ca.solve(ca.densify(M), h, "symbolicqr") if n == 1 else ca.ldl_solve(h, *ca.
 f = ca.Function("f", [q, u, m, l, g], [a], {"cse": True})
 os.chdir(tempfile.mkdtemp())
 f.generate("f.c")
-subprocess.run(["cc", "-O2", "-march=native", "-fno-math-errno", "-shared", "-fPIC", "f.c", "-o", "f.so", "-lm"], check=True)
+subprocess.run(
+    ["cc", "-O2", "-march=native", "-fno-math-errno", "-shared", "-fPIC", "f.c", "-o", "f.so", "-lm"],
+    check=True,
+)
 loop = "int f(const double**, double**, long long*, double*, int);\nvoid loop(const double **a, double **r, double *w, int n) { for (int i = 0; i < n; i++) f(a, r, 0, w, 0); }\n"
-open("l.c", "w").write(loop)
+Path("l.c").write_text(loop)
 subprocess.run(["cc", "-O2", "-shared", "-fPIC", "l.c", "./f.so", "-o", "l.so"], check=True)
 library = ctypes.CDLL("./l.so")
 rng = np.random.default_rng(1)

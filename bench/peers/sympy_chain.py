@@ -18,7 +18,10 @@ method = LagrangesMethod(T - sum(m[i] * g * y[i] for i in range(n)), q)
 method.form_lagranges_equations()
 state = [*q, *(c.diff(t) for c in q)]
 plain = sp.symbols(f"s:{2 * n}")
-parts = [part.xreplace(dict(zip(state[n:], plain[n:], strict=True))).xreplace(dict(zip(q, plain, strict=False))) for part in (method.mass_matrix, method.forcing)]
+parts = [
+    part.xreplace(dict(zip(state[n:], plain[n:], strict=True))).xreplace(dict(zip(q, plain, strict=False)))
+    for part in (method.mass_matrix, method.forcing)
+]
 f = sp.lambdify([plain, m, l, g], parts, cse=True)
 s, ones, best = np.random.default_rng(1).uniform(-1, 1, 2 * n), np.ones(n), float("inf")
 for _ in range(30):

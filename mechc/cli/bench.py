@@ -1,0 +1,76 @@
+"""``mechc bench``: error against run time."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import click
+
+from .options import model_argument, model_option, set_option
+
+
+def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
+    return tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
+
+
+@click.command(name="bench", short_help="Measure error against run time, for methods and tolerances.")
+@model_argument
+@model_option
+@set_option
+@click.option("--experiment", metavar="NAME", help="Which experiment of the model.")
+@click.option("--stop", metavar="TIME", help="When to stop, instead of the experiment's time.")
+@click.option(
+    "--methods", metavar="A,B", callback=_list, help="Methods of the kernel; dop853, radau5, rk4 without it."
+)
+@click.option("--tolerances", metavar="A,B", callback=_list, help="1e-3 to 1e-14 without it.")
+@click.option(
+    "--against", metavar="A,B", callback=_list, help="Others on the same functions: scipy, scipy:DOP853."
+)
+@click.option(
+    "--seconds", type=float, default=60.0, show_default=True, help="How long the reference may take."
+)
+@click.option(
+    "--json", "json_file", metavar="FILE", help="Write the table as JSON; - for standard output alone."
+)
+@click.option("--plot", metavar="FILE", help="Draw the diagram (png, pdf, svg).")
+def command(file: str, **given: Any) -> None:
+    """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
+    from ..api import load
+    from ..benchmark import benchmark, draw, report
+    from ..runtime.reference import ReferenceFailed
+    from ..runtime.work_precision import TOLERANCES
+    from ..settings import UsageMistake, read_value
+
+    try:
+        tolerances = tuple(float(text) for text in given["tolerances"]) or TOLERANCES
+    except ValueError:
+        raise click.BadParameter("tolerances are numbers such as 1e-6,1e-9") from None
+    try:
+        model = load(file, model=given["model"], set=given["settings"]).for_experiment(given["experiment"])
+        stop = None
+        if given["stop"]:
+            stop = read_value(given["stop"]).in_unit(model.compilation.equations.time.unit, "stop")[0]
+        made = benchmark(
+            model,
+            methods=given["methods"],
+            against=given["against"],
+            tolerances=tolerances,
+            experiment=given["experiment"],
+            stop=stop,
+            seconds=given["seconds"],
+        )
+    except UsageMistake as mistake:
+        raise click.UsageError(f"{mistake}; {mistake.help}" if mistake.help else str(mistake)) from None
+    except ReferenceFailed as failure:
+        raise click.ClickException(f"no reference could be had: {failure}") from None
+    text = json.dumps(made.summary(), indent=1)
+    if given["json_file"] == "-":
+        click.echo(text)
+    else:
+        click.echo(report(made))
+        if given["json_file"]:
+            Path(given["json_file"]).write_text(text + "\n", encoding="utf-8")
+    if given["plot"]:
+        draw(made, Path(given["plot"]))

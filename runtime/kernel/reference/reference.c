@@ -1,0 +1,95 @@
+/* The kernel in higher precision, for callers that have doubles only: numbers go in exactly, states come out as
+ * the unevaluated sum of two doubles.
+ */
+#include "reference.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct mech_reference {
+    mech_solver *solver;
+    mech_real *numbers;
+    mech_table *tables;
+    mech_real *y;
+    int ny;
+};
+
+static mech_real *copy(mech_real **next, const double *from, long n)
+{
+    mech_real *to = *next;
+    for (long i = 0; i < n; i++) to[i] = (mech_real)from[i];
+    *next += n;
+    return to;
+}
+
+mech_reference *mech_reference_new(const mech_model *model, const char *method, const mech_reference_case *c)
+{
+    const int ny = model->nq + model->nv + model->nx, np = model->np + model->nh;
+    long count = 3L * ny + model->nz + np + c->n_stops;
+    for (int k = 0; k < c->n_tables; k++) count += 3L * c->tables[k].n;
+    mech_reference *r = calloc(1, sizeof *r);
+    unsigned char *set = malloc((size_t)(np + 1));
+    if (r) r->numbers = calloc((size_t)count + 1, sizeof(mech_real));
+    if (r) r->tables = calloc((size_t)c->n_tables + 1, sizeof(mech_table));
+    if (!r || !set || !r->numbers || !r->tables) goto failed;
+    mech_real *next = r->numbers;
+    mech_options o = {.method = mech_method_index(method), .t0 = c->t0, .dt_max = c->dt_max, .rtol = c->rtol};
+    o.y0 = copy(&next, c->y0, ny);
+    o.z = copy(&next, c->z, model->nz);
+    mech_real *p = copy(&next, c->p, np);
+    memset(set, 1, (size_t)np + 1);
+    model->parameters(p, set);
+    o.p = p;
+    mech_real *atol = copy(&next, c->nominal, ny);
+    for (int i = 0; i < ny; i++) atol[i] *= o.rtol;
+    o.atol = atol;
+    o.n_stops = c->n_stops;
+    o.stops = copy(&next, c->stops, c->n_stops);
+    o.n_tables = c->n_tables;
+    o.tables = r->tables;
+    for (int k = 0; k < c->n_tables; k++) {
+        const mech_reference_table *t = c->tables + k;
+        r->tables[k] = (mech_table){.input = t->input, .interpolation = t->interpolation, .n = t->n};
+        r->tables[k].t = copy(&next, t->t, t->n);
+        r->tables[k].value = copy(&next, t->value, t->n);
+        if (t->slope) r->tables[k].slope = copy(&next, t->slope, t->n);
+    }
+    r->ny = ny;
+    r->y = next;
+    r->solver = mech_create(model, &o);
+    if (!r->solver) goto failed;
+    free(set);
+    return r;
+failed:
+    free(set);
+    mech_reference_free(r);
+    return NULL;
+}
+
+void mech_reference_free(mech_reference *r)
+{
+    if (!r) return;
+    mech_free(r->solver);
+    free(r->tables);
+    free(r->numbers);
+    free(r);
+}
+
+int mech_reference_advance(mech_reference *r, double t_end, long max_steps)
+{
+    return mech_advance(r->solver, (mech_real)t_end, max_steps);
+}
+
+long long mech_reference_read(const mech_reference *r, double *t, double *high, double *low)
+{
+    mech_report report;
+    mech_read(r->solver, &report, r->y);
+    *t = (double)report.t;
+    for (int i = 0; i < r->ny; i++) {
+        high[i] = (double)r->y[i];
+        low[i] = (double)(r->y[i] - (mech_real)high[i]);
+    }
+    return report.evaluations;
+}
+
+double mech_reference_epsilon(void) { return (double)MECH_EPSILON; }

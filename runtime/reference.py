@@ -1,0 +1,203 @@
+"""Reference solutions in higher precision: the same generated C, the same kernel, numbers of 113 or 64 bits.
+
+Two runs by a tolerance that differs by 1000 tell how many digits can be trusted.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import time
+from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_long, c_longlong, c_void_p
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import native
+from .build import BuildError, build_shared
+from .case import Case
+from .problem import Array
+from .solver import table_structs
+
+PRECISIONS = {
+    "__float128": ("-DMECH_REAL=__float128", "-DMECH_QUAD"),
+    "long double": ("-DMECH_REAL=long double", "-DMECH_LONG"),
+}
+"""Flags of each precision, the best first."""
+
+LADDERS = {"dop853": (1e-16, 1e-19, 1e-22, 1e-25), "radau5": (1e-11, 1e-14, 1e-17)}
+"""Tolerances of the runs of each method, as far as time allows; at least two."""
+
+SLICE = 2000
+_FLAGS = ("-O2", "-std=c11", "-fno-math-errno", "-fPIC", "-fvisibility=hidden")
+
+
+class ReferenceFailed(Exception):
+    """No reference could be had, and why."""
+
+
+class _Table(Structure):
+    """mech_reference_table"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("input", "interpolation", "n")),
+        *((name, c_void_p) for name in ("t", "value", "slope")),
+    )
+
+
+class _Case(Structure):
+    """mech_reference_case"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("n_tables", "n_stops")),
+        *((name, c_double) for name in ("t0", "dt_max", "rtol")),
+        *((name, c_void_p) for name in ("y0", "nominal", "z", "p", "stops", "tables")),
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reference:
+    """States ``high + low`` at the times ``t``: [n, ny] each. ``doubt`` [n] is the difference of the two best
+    runs at each time, the largest over all states of |difference| / (nominal + |value|)."""
+
+    t: Array
+    high: Array
+    low: Array
+    doubt: Array
+    nominal: Array
+    precision: str
+    method: str
+    tolerance: float
+    seconds: float
+    evaluations: int
+
+    def error(self, y: Array) -> Array:
+        """Largest error at each time of states y [n, ny], relative to nominal + |value|."""
+        scaled = np.abs((y - self.high) - self.low) / (self.nominal + np.abs(self.high))
+        worst: Array = scaled.max(axis=1)
+        return worst
+
+    def trusted(self, share: float) -> int:
+        """Count the leading times up to which the doubt is below ``share``: the horizon of a chaotic motion."""
+        beyond = np.flatnonzero(~(self.doubt <= share))
+        return int(beyond[0]) if beyond.size else self.t.size
+
+
+def reference_flags(precision: str) -> tuple[str, ...]:
+    """Flags with which the kernel and the code of a model are compiled for a reference."""
+    return (*_FLAGS, *PRECISIONS[precision])
+
+
+@functools.cache
+def _kernel(precision: str) -> ctypes.CDLL:
+    folder = Path(__file__).parent / "kernel" / "reference"
+    own = {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
+    path = build_shared({**native.kernel_sources(), **own}, reference_flags(precision), name="reference")
+    library = ctypes.CDLL(str(path))
+    signatures: dict[str, tuple[object, tuple[object, ...]]] = {
+        "mech_reference_new": (c_void_p, (c_void_p, c_char_p, POINTER(_Case))),
+        "mech_reference_free": (None, (c_void_p,)),
+        "mech_reference_advance": (c_int, (c_void_p, c_double, c_long)),
+        "mech_reference_read": (c_longlong, (c_void_p, POINTER(c_double), c_void_p, c_void_p)),
+    }
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+def best_precision() -> str:
+    """The most precise numbers that the C compiler of this machine has. Raises ``ReferenceFailed``."""
+    for precision in PRECISIONS:
+        try:
+            _kernel(precision)
+        except BuildError:
+            continue
+        return precision
+    raise ReferenceFailed("the C compiler has no numbers of more than 53 bits")
+
+
+def reference(
+    library: Path, case: Case, nominal: Array, times: Array, *, precision: str, method: str, seconds: float
+) -> Reference:
+    """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
+
+    Tightens the tolerance as long as the next run is expected to stay within ``seconds``. Raises
+    ``ReferenceFailed`` if not even two runs could be made.
+    """
+    model = ctypes.CDLL(str(library))
+    model.mech_model_get.restype = c_void_p
+    kernel = _kernel(precision)
+    order = 8 if method == "dop853" else 5
+    begun = time.perf_counter()
+    runs: list[tuple[float, Array, Array, int]] = []
+    for tolerance in LADDERS[method]:
+        before = time.perf_counter()
+        if precision != "__float128" and tolerance < 1e-17 and len(runs) >= 2:
+            break
+        high, low, evaluations = _run(
+            kernel, model.mech_model_get(), case, nominal, times, method, tolerance, begun + 2 * seconds
+        )
+        runs.append((tolerance, high, low, evaluations))
+        expected = (time.perf_counter() - before) * 1e3 ** (1 / order)
+        if len(runs) >= 2 and time.perf_counter() - begun + expected > seconds:
+            break
+    (_, high, low, _), (tolerance, best, rest, evaluations) = runs[-2:]
+    doubt = (np.abs((high - best) + (low - rest)) / (nominal + np.abs(best))).max(axis=1)
+    taken = time.perf_counter() - begun
+    return Reference(times, best, rest, doubt, nominal, precision, method, tolerance, taken, evaluations)
+
+
+def _run(
+    kernel: ctypes.CDLL,
+    model: int,
+    case: Case,
+    nominal: Array,
+    times: Array,
+    method: str,
+    tolerance: float,
+    deadline: float,
+) -> tuple[Array, Array, int]:
+    """One run: states at ``times`` as sums of two doubles, and the evaluations."""
+    tables, keep = table_structs(case.tables)
+    same = [_Table(t.input, t.interpolation, t.n, t.t, t.value, t.slope) for t in tables]
+    own = (_Table * len(same))(*same)
+    kinks = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
+    arrays = {
+        "y0": np.ascontiguousarray(case.y0),
+        "nominal": np.ascontiguousarray(nominal),
+        "z": np.ascontiguousarray(case.z),
+        "p": np.ascontiguousarray(case.p),
+        "stops": kinks[kinks > case.begin],
+    }
+    c = _Case(
+        n_tables=len(case.tables),
+        n_stops=arrays["stops"].size,
+        t0=case.begin,
+        dt_max=case.max_step,
+        rtol=tolerance,
+        tables=ctypes.addressof(own),
+        **{name: array.ctypes.data for name, array in arrays.items()},
+    )
+    handle = kernel.mech_reference_new(model, method.encode(), byref(c))
+    del keep
+    if not handle:
+        raise MemoryError("the kernel could not allocate its solver")
+    high, low = np.empty((times.size, case.y0.size)), np.empty((times.size, case.y0.size))
+    at, evaluations = c_double(case.begin), 0
+    try:
+        for k, t in enumerate(times):
+            status = native.RUNNING if t > case.begin else native.REACHED
+            while status == native.RUNNING:
+                status = kernel.mech_reference_advance(handle, t, SLICE)
+                if time.perf_counter() > deadline:
+                    raise ReferenceFailed(f"a run at {tolerance:g} takes too long")
+            if status != native.REACHED:
+                raise ReferenceFailed(f"the run at {tolerance:g} failed with status {status}")
+            evaluations = kernel.mech_reference_read(
+                handle, byref(at), high[k].ctypes.data, low[k].ctypes.data
+            )
+    finally:
+        kernel.mech_reference_free(handle)
+    return high, low, evaluations

@@ -1,0 +1,146 @@
+"""Error against run time: methods over ladders of tolerances or steps, measured on a reference.
+
+Run time is that of the method alone: compiled, warm, the median of repeats, without companion run. The error is
+the largest one over the output times and all states, relative to nominal + |value|.
+"""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .case import Case
+from .functions import Functions
+from .kernel_run import run_kernel
+from .methods import Method, choose_method
+from .outcome import SimulationError
+from .problem import Array, Problem
+from .reference import Reference
+from .scipy_methods import run_scipy
+from .trajectory import Trajectory
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 15))
+STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
+"""Numbers of steps in the whole run, for methods of fixed step."""
+REPEATS = 9
+PATIENCE = 0.3
+"""Seconds for which a measurement is repeated; longer runs are made once."""
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """One run: ``setting`` is the tolerance or the step. ``error`` is None where the run failed: ``failure``."""
+
+    method: str
+    setting: float
+    error: float | None
+    error_at_end: float | None
+    seconds: float
+    spread: float
+    """Largest minus smallest time over the median."""
+    steps: int
+    evaluations: int
+    failure: str = ""
+
+
+def measure(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    method: str,
+    nominal: Array,
+    reference: Reference,
+    tolerances: Sequence[float] = TOLERANCES,
+    progress: Callable[[], None] | None = None,
+) -> list[Point]:
+    """Measure one method over a ladder: tolerances, or steps where it takes fixed ones.
+
+    Raises ``SimulationError`` if the method does not fit the model.
+    """
+    asked = replace(case, method=method, step=None, grid=reference.t)
+    try:
+        chosen = choose_method(functions, asked)
+        settings = list(tolerances)
+    except SimulationError:
+        chosen = choose_method(functions, replace(asked, step=1.0))
+        settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
+    points = []
+    for setting in settings:
+        points.append(_point(problem, functions, asked, chosen, setting, nominal, reference))
+        if progress is not None:
+            progress()
+    return points
+
+
+def _point(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    method: Method,
+    setting: float,
+    nominal: Array,
+    reference: Reference,
+) -> Point:
+    run: Callable[..., Trajectory] = run_kernel if method.in_kernel else run_scipy
+    seconds: list[float] = []
+    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE):
+        done = run(
+            problem,
+            functions,
+            case,
+            method=method.name,
+            tolerance=case.tolerance if method.fixed_step else setting,
+            nominal=nominal,
+            step=setting if method.fixed_step else None,
+            dense=False,
+            max_steps=None,
+            progress=None,
+        )
+        seconds.append(done.statistics.run_time)
+        if done.failure is not None or done.interrupted:
+            break
+    taken = statistics.median(seconds)
+    spread = (max(seconds) - min(seconds)) / taken if taken > 0 else 0.0
+    made = done.statistics
+    if done.interrupted:
+        raise KeyboardInterrupt
+    if done.failure is not None:
+        message = done.failure.message
+        return Point(method.name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
+    errors = reference.error(done.y)
+    return Point(
+        method.name,
+        setting,
+        float(errors.max()),
+        float(errors[-1]),
+        taken,
+        spread,
+        made.steps,
+        made.evaluations,
+    )
+
+
+def fastest(points: Sequence[Point], error: float) -> Point | None:
+    """The fastest run whose error is at most ``error``; None if there is none."""
+    reached = [p for p in points if p.error is not None and p.error <= error]
+    return min(reached, key=lambda p: p.seconds, default=None)
+
+
+def time_to_reach(points: Sequence[Point], error: float) -> float | None:
+    """Seconds of one method at which its error is ``error``: between two runs, on the line through their
+    logarithms; None where no run is as accurate."""
+    known = sorted((p.error, p.seconds) for p in points if p.error is not None and p.error > 0)
+    better = [k for k in known if k[0] <= error]
+    worse = [k for k in known if k[0] > error]
+    if not better:
+        return None
+    low = min(better, key=lambda k: (k[1], -k[0]))
+    cheaper = [k for k in worse if k[1] < low[1]]
+    if not cheaper:
+        return low[1]
+    high = max(cheaper, key=lambda k: k[1])
+    share = np.log(error / low[0]) / np.log(high[0] / low[0])
+    return float(np.exp(np.log(low[1]) + share * np.log(high[1] / low[1])))

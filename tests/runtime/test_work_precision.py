@@ -1,0 +1,92 @@
+"""References in higher precision, and errors that are measured on them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import mechc
+from mechc.benchmark import benchmark
+from mechc.cli.main import mechc as program
+from mechc.runtime.reference import LADDERS, best_precision
+from mechc.runtime.work_precision import Point, fastest, time_to_reach
+
+OSCILLATOR = """
+model Oscillator
+  parameter m = 1 kg;
+  parameter k = 4 N/m;
+  coordinate x = 1 m;
+  kinetic 1/2*m*der(x)^2;
+  potential 1/2*k*x^2;
+  experiment(stop = 10 s);
+end Oscillator;
+"""
+
+
+def point(error: float | None, seconds: float) -> Point:
+    return Point("dop853", 1e-6, error, error, seconds, 0.0, 1, 1)
+
+
+def test_reference_agrees_with_the_closed_solution_beyond_double_precision() -> None:
+    made = benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,)).reference
+    if best_precision() != "__float128":
+        pytest.skip("this C compiler has no __float128")
+    mpmath = pytest.importorskip("mpmath")
+    with mpmath.workdps(40):
+        for t, high, low in zip(made.t, made.high[:, 0], made.low[:, 0], strict=True):
+            # rounding errors of double precision are 1e-16; the times are doubles, exactly as given
+            assert abs(mpmath.cos(2 * mpmath.mpf(float(t))) - mpmath.mpf(high) - mpmath.mpf(low)) < 1e-20
+    assert made.doubt.max() < 1e-20
+
+
+def test_errors_are_those_against_the_closed_solution_and_fall_with_the_tolerance() -> None:
+    model = mechc.loads(OSCILLATOR)
+    made = benchmark(model, methods=("dop853",), tolerances=(1e-4, 1e-7, 1e-10))
+    errors = [p.error_at_end for p in made.points]
+    for p, error in zip(made.points, errors, strict=True):
+        run = model.simulate(tolerance=p.setting, method="dop853", estimate_error=False)
+        exact = np.array([np.cos(20.0), -2 * np.sin(20.0)])
+        y = np.array([run["x"][-1], run["der(x)"][-1]])
+        nominal = made.reference.nominal
+        assert error == pytest.approx(np.max(np.abs(y - exact) / (nominal + np.abs(exact))), rel=0.1)
+    assert errors[0] and errors[1] and errors[2]
+    assert errors[0] > 100 * errors[1] > 100 * 100 * errors[2]
+
+
+def test_chaotic_motion_is_measured_up_to_where_the_reference_is_known(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(LADDERS, "dop853", (1e-16, 1e-17))  # as if there were no time for more
+    text = (Path(__file__).parents[2] / "examples" / "double_pendulum_points.mech").read_text()
+    made = benchmark(mechc.loads(text), methods=("dop853",), tolerances=(1e-9,), stop=30.0)
+    assert made.reference.doubt[-1] <= 1e-14
+    assert made.horizon < made.stop
+
+
+def test_command_prints_one_object(tmp_path: Path) -> None:
+    model = tmp_path / "oscillator.mech"
+    model.write_text(OSCILLATOR)
+    arguments = ["bench", str(model), "--methods", "dop853,rk4", "--tolerances", "1e-6", "--json", "-"]
+    done = CliRunner().invoke(program, arguments)
+    assert done.exit_code == 0, done.output
+    made = json.loads(done.output)
+    assert {p["method"] for p in made["points"]} == {"dop853", "rk4"}
+    assert made["reference"]["doubt"] < 1e-16
+
+
+def test_method_that_does_not_fit_is_named_with_its_reason() -> None:
+    damped = OSCILLATOR.replace("  experiment", "  damping 1 kg/s on x;\n  experiment")
+    made = benchmark(mechc.loads(damped), methods=("verlet",), tolerances=(1e-6,))
+    assert [name for name, _ in made.skipped] == ["verlet"]
+    assert "positions" in made.skipped[0][1]
+
+
+def test_times_between_two_runs_lie_on_the_line_of_their_logarithms() -> None:
+    points = [point(1e-4, 1.0), point(1e-8, 4.0), point(None, 0.1)]
+    assert time_to_reach(points, 1e-6) == pytest.approx(2.0)
+    assert time_to_reach(points, 1e-9) is None
+    assert fastest(points, 1e-5) == points[1]
