@@ -203,7 +203,6 @@ static inline mech_real attempt(mech_solver *s, mech_real h, const gauss *g, int
             return (mech_real)INFINITY;
         }
         m->newton = 1;
-        m->h_old = 0;
         for (int i = 0; i < stages * n; i++) k.z[i] = 0;
     }
     if (m->newton && !newton(s, m, g, stages, h, &k)) {

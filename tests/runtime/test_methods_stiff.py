@@ -37,7 +37,7 @@ def test_van_der_pol_with_a_million(method: str) -> None:
     assert abs(one.y[0] - 1.706167732170469) < 1e-8
     assert one.report["steps"] < 2500
     if method == "auto":
-        assert one.report["switches"] % 2 == 1
+        assert one.report["switches"] in (3, 5, 7)  # to and fro at each jump of the oscillation
         assert one.report["stiff_time"] < 0.01
 
 
@@ -92,9 +92,10 @@ def test_auto_without_a_jacobian_goes_on_explicitly() -> None:
 
 def test_grid_of_auto_is_good_on_both_sides_of_a_change() -> None:
     grid = np.linspace(0, 2, 400)
-    auto = run(VAN_DER_POL, "auto", (2.0, 0.0), 2.0, p=(1e3, 1e3), tolerance=1e-8, grid=grid)
-    exact = run(VAN_DER_POL, "radau5", (2.0, 0.0), 2.0, p=(1e3, 1e3), tolerance=1e-13, grid=grid)
+    auto = run(VAN_DER_POL, "auto", (2.0, 0.0), 2.0, p=(1e4, 1e4), tolerance=1e-8, grid=grid)
+    exact = run(VAN_DER_POL, "radau5", (2.0, 0.0), 2.0, p=(1e4, 1e4), tolerance=1e-13, grid=grid)
     assert auto.report["n_grid"] == 400
+    assert auto.report["switches"] > 2
     assert np.abs(auto.rows[:, 0] - exact.rows[:, 0]).max() < 1e-6
 
 
