@@ -78,7 +78,7 @@ def test_explicit_method_drifts_where_symplectic_ones_do_not() -> None:
 def test_rounding_grows_as_the_square_root_of_time(method: str, step: float) -> None:
     """Steps so short that rounding alone is seen: sqrt(steps) eps h per unit of energy is the expectation.
 
-    Without compensated sums 2e-14 was measured, with coefficients of 53 bits 1e-13.
+    1.3e-15 at most was measured, without compensated sums 1e-14 to 2e-14.
     """
     stop = 500 * PERIOD
     one = run(PENDULUM, method, (1.0, 0.0), stop, step=step, grid=at_steps(step, stop, 1000))
