@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from ..flat.model import Impulse, Reinit
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
+from ..graph.operations import SELECT
 from ..graph.rewrite import substitute
 from ..graph.vector import matvec
 from ..mechanics.system import MechanicalSystem
@@ -166,10 +168,32 @@ def _forces(
     conservative = projected(system, gradient)
     loads = vjp(graph, [pair for e in system.efforts for pair in e.pairs], velocities)
     friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
-    rates = [(c, graph.one) for rows in system.constraints for c in constraint_rates(system, rows)]
-    constrained = vjp(graph, rates, velocities)
+    rates = [c for rows in system.constraints for c in constraint_rates(system, rows)]
+    # a multiplier of its own for each row, so that rows cannot cancel each other
+    seeds = [(c, graph.symbol(f"#row {k}")) for k, c in enumerate(rates)]
+    constrained = vjp(graph, seeds, velocities)
     turning = {first + k for _, first in system.rotations for k in range(3)}
     parts = list(zip(conservative, loads, friction, constrained, strict=True))
     forces = tuple(graph.sub(graph.add(c, load), f) for c, load, f, _ in parts)
-    cyclic = (i for i in free if i not in turning and all(graph.is_zero(x) for x in parts[i]))
+    jumping = jumps(system, lagrangian)
+    cyclic = (
+        i for i in free if i not in turning and i not in jumping and all(graph.is_zero(x) for x in parts[i])
+    )
     return forces, tuple(cyclic)
+
+
+def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:
+    """Return the velocities whose momenta may change at single instants.
+
+    At a step of the potential its gradient is zero on both sides, and yet there is an impulse; ``reinit`` and
+    ``impulse`` change velocities as they please.
+    """
+    graph = system.graph
+    actions = (a for event in system.model.events for branch in event.branches for a in branch.actions)
+    if any(isinstance(a, Reinit | Impulse) for a in actions):
+        return frozenset(range(len(system.v)))
+    conditions = [graph.args(n)[0] for n in graph.reach([lagrangian]) if graph.op(n) == SELECT]
+    touched = set(graph.support(*conditions)) if conditions else set()
+    moved = [rate if s.node in touched else graph.zero for s, rate in zip(system.q, system.qdot, strict=True)]
+    support = set(graph.support(*moved))
+    return frozenset(i for i, s in enumerate(system.v) if s.node in support)

@@ -14,6 +14,7 @@ from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
 from ..graph.vector import Vector, add, cross, cross_planar, matvec, scale
 from ..mechanics.system import MechanicalSystem
+from .energies import jumps
 from .solve import Solved, default_values
 
 MOST_BODIES = 30
@@ -34,6 +35,8 @@ def conserved_momenta(system: MechanicalSystem, solved: Solved, pure: bool) -> l
     if not system.masses or len(system.masses) > MOST_BODIES or system.drives:
         return []
     if any(mass.field is not None for mass in system.masses) or not all(map(graph.is_constant, energies)):
+        return []
+    if jumps(system, system.potential):
         return []
     linear, angular = _totals(system)
     names = "xyz"

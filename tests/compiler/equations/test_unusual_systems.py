@@ -156,3 +156,31 @@ def test_free_bodies_keep_their_total_momentum() -> None:
 def test_a_force_from_outside_breaks_what_it_changes() -> None:
     found = conserved(TWO_BOXES + "force {0, 0, 1} N on a.a;")
     assert found == {"momentum.x", "momentum.y", "angular_momentum.z"}
+
+
+def test_a_step_of_the_potential_breaks_a_momentum() -> None:
+    text = """
+    coordinate x = 0 m; coordinate y = 1 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    potential if y > 0 m then 0 else 2 J;
+    """
+    assert conserved(text) == {"momentum(x)"}
+
+
+def test_reinit_breaks_momenta() -> None:
+    text = """
+    coordinate x = 0 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    when x > 1 m then reinit(der(x), -der(x)); end when;
+    """
+    assert conserved(text) == set()
+
+
+def test_rows_that_cancel_are_constraints_all_the_same() -> None:
+    text = """
+    coordinate x = 0 m; coordinate y = 0 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    constraint first: x - 2*y = 0;
+    constraint second: sin((2*y - x)/1 m) = 0;
+    """
+    assert not conserved(text) & {"momentum(x)", "momentum(y)"}
