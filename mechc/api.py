@@ -27,6 +27,7 @@ from .settings import Given, Scalar, read_value, settings_in_si, structural_valu
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
     from .runtime.problem import Problem
+    from .runtime.stepping import Stepper
     from .simulation import Request, Sweep
     from .solution import Solution
 
@@ -179,6 +180,22 @@ class Model:
 
         changed = self.with_values(set or {}).for_experiment(experiment)
         return simulate(changed, _request(experiment, options))
+
+    def start(
+        self,
+        *,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        tolerance: float | None = None,
+    ) -> Stepper:
+        """Begin a run that goes on step by step: ``sim.step("10 ms")``, ``sim["torque"] = 2.0``, ``sim["theta"]``.
+
+        Values are in SI. Raises SimulationError if the run cannot begin.
+        """
+        from .simulation import start
+
+        changed = self.with_values(set or {}).for_experiment(experiment)
+        return start(changed, _request(experiment, {"tolerance": tolerance}))
 
     def sweep(
         self,

@@ -21,6 +21,7 @@ from .solution import Solution
 if TYPE_CHECKING:
     from .api import Model, Target
     from .runtime.problem import Problem
+    from .runtime.stepping import Stepper
 
 
 FEW_STEPS = 20_000
@@ -61,6 +62,15 @@ def simulate(model: Model, request: Request) -> Solution:
     """Run a model whose structural parameters are settled. Raises SimulationError for a sweep."""
     problem, runs = _solve(model, request, lambda problem, options: ((run(problem, options),), ({},)))
     return _shown(runs[0][0], problem, model, request)
+
+
+def start(model: Model, request: Request) -> Stepper:
+    """Begin a run that the caller takes on, piece by piece."""
+    from .runtime.stepping import Stepper
+
+    method = request.method or model.method(request.experiment)
+    problem = model.problem(request.target, method=method, reproducible=request.reproducible)
+    return Stepper(problem, _options(model, request, problem))
 
 
 def sweep(model: Model, request: Request) -> Sweep:

@@ -42,7 +42,9 @@ class Sweep:
 
 
 @dataclass(frozen=True, slots=True)
-class _Plan:
+class Plan:
+    """A run that can begin."""
+
     problem: Problem
     functions: Functions
     options: SimulationOptions
@@ -61,7 +63,7 @@ def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solu
     axes = _axes(problem, options)
     if axes:
         raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
-    return _solve(_plan(problem, options))
+    return _solve(plan_run(problem, options))
 
 
 def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -> Sweep:
@@ -79,7 +81,7 @@ def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -
         progress = _part(options.progress, k / count, (k + 1) / count)
         one = replace(options, values={**options.values, **point}, progress=progress)
         values.append(point)
-        solutions.append(_solve(_plan(problem, one)))
+        solutions.append(_solve(plan_run(problem, one)))
         if solutions[-1].outcome is Outcome.INTERRUPTED:
             break
     return Sweep(tuple(values), tuple(solutions))
@@ -94,7 +96,8 @@ def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float
     return {name: values for name, values in axes.items() if name not in options.values}
 
 
-def _plan(problem: Problem, options: SimulationOptions) -> _Plan:
+def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
+    """Make a run ready: its case, method and nominal values. Raises ``SimulationError``."""
     functions = load_functions(problem)
     case = prepare(problem, functions, options)
     method = choose_method(functions, case, options.reproducible)
@@ -108,10 +111,10 @@ def _plan(problem: Problem, options: SimulationOptions) -> _Plan:
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
     nominal = nominal_values(problem, case.y0, rates, case.p, energies, case.stop - case.begin)
-    return _Plan(problem, functions, options, case, method, nominal)
+    return Plan(problem, functions, options, case, method, nominal)
 
 
-def _solve(plan: _Plan) -> Solution:
+def _solve(plan: Plan) -> Solution:
     problem, functions, case, options = plan.problem, plan.functions, plan.case, plan.options
     share = MAIN_SHARE if options.estimate_error else 1.0
     main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
@@ -155,7 +158,7 @@ def _solve(plan: _Plan) -> Solution:
 
 
 def _run(
-    plan: _Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
+    plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
 ) -> Trajectory:
     options = plan.options
     run: Callable[..., Trajectory] = run_kernel if plan.method.in_kernel else run_scipy
@@ -175,7 +178,7 @@ def _run(
 
 
 def _estimate(
-    plan: _Plan, main: Trajectory, progress: Progress | None
+    plan: Plan, main: Trajectory, progress: Progress | None
 ) -> tuple[ErrorEstimate | None, str, bool]:
     """Make the companion run; give the estimate, a remark, and whether it was interrupted."""
     if plan.method.fixed_step:
@@ -227,7 +230,7 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress | Non
     return lambda fraction: progress(begin + (end - begin) * fraction)
 
 
-def _hermite(plan: _Plan, main: Trajectory) -> Callable[[Array], Array]:
+def _hermite(plan: Plan, main: Trajectory) -> Callable[[Array], Array]:
     """Cubic interpolation between output points, from states and their derivatives."""
 
     def states(at: Array) -> Array:

@@ -95,6 +95,12 @@ class Solver:
         """Go on from another state."""
         self._kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
 
+    def set_constant(self, index: int, value: float) -> None:
+        """Give the table of one row for input ``index`` another value, from the present time on."""
+        (number,) = [k for k, table in enumerate(self._tables) if table.input == index and table.n == 1]
+        self._table_data[3 * number + 1][0] = value
+        self._kernel.mech_restart(self._handle)
+
     def save(self) -> bytes:
         """Give all that changes during a run."""
         memory = ctypes.create_string_buffer(self._kernel.mech_save_size(self._handle))

@@ -1,0 +1,133 @@
+"""A run that the caller takes on piece by piece, with inputs that change between two pieces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from . import native
+from .case import SimulationOptions, input_values
+from .happenings import event_failure
+from .inputs import constant
+from .outcome import SimulationError, not_finite, step_too_small, time_text
+from .problem import Array, Problem
+from .simulate import plan_run
+from .solver import Solver
+
+SLICE = 100_000
+"""Steps in one call of the kernel."""
+
+
+class Stepper:
+    """``step(until)`` goes on to a time; ``sim[name]`` reads a state, output, input or discrete variable, in SI.
+
+    ``sim[name] = value`` sets an input from the present time on; a table that is read up to there ends. ``snapshot``
+    and ``restore`` save and restore everything, bit for bit. Close it, or use it as a context.
+    """
+
+    def __init__(self, problem: Problem, options: SimulationOptions) -> None:
+        if problem.library is None:
+            raise SimulationError("a run step by step needs the compiled kernel, and so a C compiler")
+        stop = math.inf if options.stop is None else options.stop
+        options = replace(options, stop=stop if math.isfinite(stop) else 1.0, points=2)
+        plan = plan_run(problem, options)
+        count = len(problem.inputs)
+        probes = [
+            input_values(plan.functions, plan.case.tables, t, plan.case.p, count)
+            for t in (plan.case.begin, plan.case.begin + 1.0, plan.case.begin + math.pi)
+        ]
+        self._held = {
+            k: constant(float(probes[0][k])) for k in range(count) if len({float(u[k]) for u in probes}) == 1
+        }
+        self._case = replace(
+            plan.case, tables={**plan.case.tables, **self._held}, grid=np.empty(0), max_step=1e300
+        )
+        self._problem, self._functions = problem, plan.functions
+        self._kernel = native.load_kernel(options.reproducible)
+        tolerance = plan.case.tolerance
+        self._solver = Solver(
+            self._kernel, plan.functions, self._case, plan.method.name, tolerance, tolerance * plan.nominal,
+            plan.case.step or 0.0,
+        )  # fmt: skip
+
+    def __enter__(self) -> Stepper:
+        return self
+
+    def __exit__(self, *details: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Give the memory of the run back."""
+        self._solver.__exit__(None, None, None)
+
+    @property
+    def time(self) -> float:
+        return self._solver.report()[0].t
+
+    def step(self, until: float) -> None:
+        """Go on to the time ``until`` [s]. Raises ``SimulationError`` if the run fails on its way or has ended."""
+        if until < self.time:
+            raise SimulationError(f"the run is at {time_text(self._problem, self.time)}, beyond {until:g}")
+        status = native.RUNNING
+        while status in (native.RUNNING, native.EVENTS_FULL):
+            status = self._solver.advance(until, SLICE)
+            if status == native.EVENTS_FULL:
+                self._solver.start_events(256)
+        if status != native.REACHED:
+            raise self._failure(status)
+
+    def _failure(self, status: int) -> SimulationError:
+        report, y = self._solver.report()
+        problem = self._problem
+        found = event_failure(problem, status, report, y)
+        if found is None and status == native.NOT_FINITE:
+            found = not_finite(problem, report.failed_index, report.failed_value, report.t, y)
+        if found is None and status == native.STEP_TOO_SMALL:
+            found = step_too_small(problem, report.failed_index, report.t, y)
+        if found is None and status == native.TERMINATED and problem.hybrid is not None:
+            message = problem.hybrid.branches[report.failed_index].message
+            return SimulationError(f"{message} at {time_text(problem, report.t)}")
+        if found is None:
+            return SimulationError(f"the run stopped at {time_text(problem, report.t)}")
+        return SimulationError(found.message, found.origin)
+
+    def __getitem__(self, name: str) -> float:
+        report, y = self._solver.report()
+        problem, z = self._problem, self._solver.discretes()
+        u = input_values(self._functions, self._case.tables, report.t, self._case.p, len(problem.inputs))
+        groups: list[tuple[tuple[object, ...], Array]] = [(problem.states, y), (problem.inputs, u)]
+        groups.append((problem.discretes, z))
+        for quantities, values in groups:
+            for quantity, value in zip(quantities, values, strict=True):
+                if getattr(quantity, "name", "") == name:
+                    return float(value)
+        for k, quantity in enumerate(problem.outputs):
+            if quantity.name == name and self._functions.outputs is not None:
+                return float(self._functions.outputs(report.t, y, u, z, self._case.p)[k])
+        raise KeyError(name)
+
+    def __setitem__(self, name: str, value: float) -> None:
+        names = [quantity.name for quantity in self._problem.inputs]
+        if name not in names:
+            raise SimulationError(f"'{name}' is no input (inputs: {', '.join(names) or 'none'})")
+        k = names.index(name)
+        if k not in self._held:
+            raise SimulationError(f"the input '{name}' is a function of time or a table, so it cannot be set")
+        if not math.isfinite(value):
+            raise SimulationError(f"the input '{name}' is a finite number, not {value}")
+        self._held[k].values[0] = value
+        self._solver.set_constant(k, value)
+
+    def snapshot(self) -> tuple[bytes, dict[int, float]]:
+        """Give all that changes during the run."""
+        return self._solver.save(), {k: float(table.values[0]) for k, table in self._held.items()}
+
+    def restore(self, saved: tuple[bytes, dict[int, float]]) -> None:
+        """Go back to what ``snapshot`` gave, bit for bit."""
+        memory, inputs = saved
+        for k, value in inputs.items():
+            self._held[k].values[0] = value
+            self._solver.set_constant(k, value)
+        self._solver.load(memory)
