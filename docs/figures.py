@@ -177,6 +177,7 @@ ROWS = (
     row("reference", "ball_on_turntable", CONSTRAINTS, "p[1]", "p[2]"),
     row("reference", "squeezing_mechanism", MECHANISMS, "F[1]", "F[2]"),
     row("reference", "bricard", MECHANISMS, "P3[1]", "P3[2]"),
+    row("reference", "n_four_bar", MECHANISMS, T, "B[1] B[2]"),
     row("engineering", "slider_crank", MECHANISMS, T, "stroke"),
     row("engineering", "four_bar", MECHANISMS, "curve[1]", "curve[2]"),
     row("engineering", "peaucellier", MECHANISMS, "tip[1]", "tip[2]"),

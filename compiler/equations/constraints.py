@@ -35,6 +35,8 @@ class Row:
     second: Node
     equation: Node
     """What determines the multiplier: ``second``, or in a mode that is off the law of the force."""
+    give: Node | None = None
+    """Compliance times the multiplier, where singular positions are met (singular.py); already in ``equation``."""
 
     @property
     def title(self) -> str:
@@ -130,6 +132,9 @@ def _correction(
     directions = {system.v[i].node: d for i, d in zip(free, corrections, strict=True)}
     changes = jvp(graph, [row.rate for row in rows], directions)
     equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    changes = [
+        c if row.give is None else graph.add(c, row.give) for c, row in zip(changes, rows, strict=True)
+    ]
     equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}

@@ -69,6 +69,9 @@ def _has_tables(system: MechanicalSystem, functions: Sequence[Function]) -> bool
 def choices(system: MechanicalSystem, solved: Solved, facts: frozenset[str]) -> tuple[Choice, ...]:
     """Return the decisions taken for a model, each with its reason."""
     result = [_form(system, solved)]
+    if any(row.give is not None for row in solved.rows):
+        reason = "the mechanism meets positions in which constraints depend on each other"
+        result.append(Choice("singular positions", "multipliers with a compliance of 1e-10", reason))
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept)))

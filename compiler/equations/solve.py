@@ -93,10 +93,14 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
         switched = with_modes(
             system, plain, [lam for group in multipliers for lam in group], forces, reporter
         )
-    rows, found_rank = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    rows, found_rank, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
     absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
     r = substitute(graph, raw, before | absent) if before or absent else raw
     supports = [found_rank.supports[all_rows.index(row)] for row in rows] if found_rank else []
+    if rows:
+        from .singular import soften
+
+        rows = soften(system, r, rows, free, values)
     if absent and switched:
         laws = substitute(graph, [row.equation for row in switched], absent)
         switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
@@ -250,10 +254,10 @@ def _independent(
     free: Sequence[int],
     fixed: Mapping[Node, Node],
     reporter: Reporter,
-) -> tuple[tuple[Row, ...], Rank | None]:
-    """Return the independent rows; name the others."""
+) -> tuple[tuple[Row, ...], Rank | None, dict[Node, float]]:
+    """Return the independent rows, and numbers for everything at the start; name the other rows."""
     if not rows:
-        return rows, None
+        return rows, None, {}
     from .rank import rank  # numpy is imported for models with constraints only
 
     values = default_values(system)
@@ -273,7 +277,7 @@ def _independent(
             first.constraint.origin.shown,
             caption="its reaction is not unique",
         )
-    return kept, found
+    return kept, found, values
 
 
 def _by_constraint(

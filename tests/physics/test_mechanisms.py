@@ -70,3 +70,24 @@ def test_bricard() -> None:
         expected = [point["values"][k] for k in ("x3", "y3", "z3")]
         assert at(solution, point["t"], ["P3[1]", "P3[2]", "P3[3]"]) == pytest.approx(expected, abs=1e-7)
     assert [d.code for d in load("bricard").diagnostics] == ["W0513"]
+
+
+def test_n_four_bar_passes_its_singular_positions() -> None:
+    """Twice a turn the loops lie flat and K loses rank: the row goes on as a parallelogram. 1e-6 at 10 s."""
+    solution = run("n_four_bar", stop=10)
+    for point in references("iftomm_a02_n_four_bar_N2"):
+        if point["t"] <= solution.time[-1]:
+            expected = [point["values"][k] for k in ("xB0", "yB0")]
+            assert at(solution, point["t"], ["B[1]", "B[2]"]) == pytest.approx(expected, abs=1e-6)
+    turned = solution["foot[1].angle"]
+    assert np.ptp(turned) > 20  # six passages
+    topics = {choice.topic for choice in load("n_four_bar").compilation.equations.choices}
+    assert "singular positions" in topics
+
+
+@pytest.mark.parametrize(
+    "name", ["slider_crank", "four_bar", "squeezing_mechanism", "double_pendulum_cartesian"]
+)
+def test_nothing_is_softened_without_need(name: str) -> None:
+    topics = {choice.topic for choice in load(name).compilation.equations.choices}
+    assert "singular positions" not in topics

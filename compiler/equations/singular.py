@@ -1,0 +1,177 @@
+"""Singular positions on the way of a mechanism: found beforehand by following its motion, and softened.
+
+Where loops lie flat or a linkage changes its branch, rows of K depend on each other for an instant, and the forces
+that keep them are determined only by what comes before and after. A mechanism that meets such a position gets
+multipliers with a small compliance: K a + gamma + eps lam = 0. Far from singular positions the forces change by
+about ``COMPLIANCE``; closer than its root to one, the solution is the damped least-squares one, which stays
+bounded. Projections are softened in the same way, and converge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..flat.model import Kind
+from ..graph import Node
+from ..graph.differentiate import jacobian
+from ..graph.evaluate import evaluate
+from ..mechanics.system import MechanicalSystem
+from .constraints import Row
+
+COMPLIANCE = 1e-10
+"""Share of the diagonal of K M^-1 K^T. Rounding in a vanishing pivot, 1e-16 of the largest, must be far below it."""
+
+STEP = 0.1
+STEPS = 64
+"""The walk: about one turn of a crank."""
+
+CLOSE, SINGULAR = 0.15, 0.02
+"""Ratio of the smallest to the largest singular value at which a walk looks closer, and at which a position counts
+as singular: within about a degree of it."""
+
+WORK = 300_000
+"""Operations that a walk may cost; larger mechanisms are searched for fewer steps."""
+
+Array = NDArray[np.float64]
+
+
+def soften(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    rows: Sequence[Row],
+    free: Sequence[int],
+    values: Mapping[Node, float],
+) -> tuple[Row, ...]:
+    """Return the rows with a compliance where the mechanism meets singular positions, else as they are.
+
+    ``values``: parameters, inputs, time and a state close to a consistent one.
+    """
+    if not _Walk(system, rows, free, values).meets_singular_position():
+        return tuple(rows)
+    sizes = _inverse_inertias(system, residual, rows, free, values)
+    graph = system.graph
+    softened = []
+    for row, size in zip(rows, sizes, strict=True):
+        give = graph.mul(graph.constant(Fraction(f"{COMPLIANCE * size:.2g}")), row.multiplier)
+        softened.append(replace(row, equation=graph.add(row.equation, give), give=give))
+    return tuple(softened)
+
+
+class _Walk:
+    """Steps along the motion that the constraints leave, each with one Newton correction back onto them."""
+
+    def __init__(
+        self, system: MechanicalSystem, rows: Sequence[Row], free: Sequence[int], values: Mapping[Node, float]
+    ) -> None:
+        self.system, self.rows = system, rows
+        self.values = dict(values)
+        self.velocities = [system.v[i].node for i in free]
+        graph = system.graph
+        entries = jacobian(graph, [row.rate for row in rows], self.velocities)
+        self.places = [(i, j) for i, row in enumerate(entries) for j in row]
+        self.outputs = [n for row in entries for n in row.values()]
+        self.outputs += [graph.zero if row.position is None else row.position for row in rows]
+        kinds = [system.v[i].variable.type for i in free]
+        self.turning = np.array([kind.angle or kind.kind is Kind.ROTATION for kind in kinds])
+        self.steps = min(STEPS, WORK // max(1, graph.count_operations(self.outputs)))
+
+    def meets_singular_position(self) -> bool:
+        """Walk along one motion; where the singular values become small, repeat with smaller steps."""
+        if self.steps < 16 or len(self.rows) >= len(self.velocities):
+            return False
+        direction = None
+        before: tuple[dict[Node, float], Array | None] = (dict(self.values), None)
+        for _ in range(12):  # onto the constraints
+            self._step(None, 0.0)
+        ratios = [1.0, 1.0]
+        states = [before, before]
+        for _ in range(self.steps):
+            state = dict(self.values), direction
+            ratio, direction = self._step(direction, STEP)
+            if (
+                ratios[-1] < CLOSE
+                and ratios[-2] >= ratios[-1] <= ratio
+                and self._closest(states[-2]) < SINGULAR
+            ):
+                return True
+            ratios.append(ratio)
+            states.append(state)
+        return False
+
+    def _closest(self, state: tuple[dict[Node, float], Array | None]) -> float:
+        kept = self.values
+        self.values, direction = dict(state[0]), state[1]
+        smallest = 1.0
+        for _ in range(31):
+            ratio, direction = self._step(direction, STEP / 10)
+            smallest = min(smallest, ratio)
+        self.values = kept
+        return smallest
+
+    def _step(self, direction: Array | None, length: float) -> tuple[float, Array]:
+        """Go on and return the ratio of singular values where the step began, and the direction taken."""
+        numbers = evaluate(self.system.graph, self.outputs, self.values)
+        count = len(self.velocities)
+        matrix = np.zeros((len(self.rows), count))
+        for (i, j), value in zip(self.places, numbers, strict=False):
+            matrix[i, j] = value
+        residuals = np.array(numbers[len(self.places) :])
+        if not (np.isfinite(matrix).all() and np.isfinite(residuals).all()):
+            return 1.0, np.zeros(count)
+        lengths = float(np.abs(matrix[:, self.turning]).max(initial=0.0)) or 1.0
+        weights = np.where(self.turning, 1.0, lengths)
+        scaled = matrix * weights
+        sizes = np.abs(scaled).max(initial=0.0)
+        sizes = sizes if sizes > 0 else 1.0
+        _, singular, right = np.linalg.svd(scaled / sizes)
+        null = right[len(self.rows) :]
+        along = null[0] if direction is None else null.T @ (null @ direction)
+        along = along / (np.abs(along).max(initial=0.0) or 1.0)
+        step = -np.linalg.pinv(scaled, rcond=1e-3) @ residuals
+        step *= min(1.0, 0.5 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
+        self._move((step + length * along) * weights)
+        ratio = float(singular[-1] / singular[0]) if singular.size and singular[0] > 0 else 1.0
+        return ratio, along
+
+    def _move(self, d: Array) -> None:
+        system = self.system
+        moved = self.values | dict(zip(self.velocities, map(float, d), strict=True))
+        moved |= {s.node: 0.0 for s in system.v if s.node not in moved}
+        rates = evaluate(system.graph, list(system.qdot), moved)
+        fixed = {k for row in system.drives for k in row.q}
+        for k, (s, rate) in enumerate(zip(system.q, rates, strict=True)):
+            if k not in fixed:
+                self.values[s.node] += rate
+        for first, _ in system.rotations:
+            nodes = [s.node for s in system.q[first : first + 4]]
+            size = float(np.sqrt(sum(self.values[n] ** 2 for n in nodes)))
+            self.values |= {n: self.values[n] / size for n in nodes}
+
+
+def _inverse_inertias(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    rows: Sequence[Row],
+    free: Sequence[int],
+    values: Mapping[Node, float],
+) -> Array:
+    """Return the diagonal of K M^-1 K^T: by how much each row gives way to a unit of its multiplier."""
+    graph = system.graph
+    accelerations = [system.a[i] for i in free]
+    velocities = [system.v[i].node for i in free]
+    entries = [
+        *jacobian(graph, [residual[i] for i in free], accelerations),
+        *jacobian(graph, [row.rate for row in rows], velocities),
+    ]
+    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+    matrix = np.zeros((len(entries), len(free)))
+    for (i, j, _), value in zip(flat, evaluate(graph, [n for *_, n in flat], values), strict=True):
+        matrix[i, j] = value
+    inertia, k = matrix[: len(free)], matrix[len(free) :]
+    sizes: Array = np.einsum("ij,ji->i", k, np.linalg.pinv(inertia) @ k.T)
+    return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
