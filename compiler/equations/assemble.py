@@ -87,7 +87,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         choices=choices(system, solved, facts),
         rotations=_rotations(system),
         assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
-        conserved=listed.conserved,
+        conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
         constraints=_constraint_entries(solved),

@@ -13,7 +13,7 @@ from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .actions import Resolve, branch_results, velocity_jumps
 from .constraints import Row
-from .entries import Layout
+from .entries import Layout, booked_by_events
 from .model import (
     Entry,
     Function,
@@ -38,6 +38,8 @@ class Hybrid:
     layout: Layout
     functions: tuple[Function, ...]
     plan: HybridPlan
+    jumps: bool
+    """Events change velocities otherwise than by forces of constraints, so no momentum need be constant."""
 
 
 def add_events(
@@ -92,7 +94,8 @@ def add_events(
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
     )
-    return Hybrid(layout, (*changed, *made), plan)
+    jumps = bool(steps) or "energy.supplied" in booked_by_events(system)
+    return Hybrid(layout, (*changed, *made), plan, jumps)
 
 
 def _index(names: Sequence[str], name: str) -> int:

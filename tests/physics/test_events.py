@@ -369,3 +369,7 @@ def test_a_model_without_events_has_no_code_for_them() -> None:
 
     text = emit_c(mechc.loads(BALL).compilation.program)
     assert "indicators" not in text and "hybrid" not in text
+
+
+def test_momenta_that_events_change_are_not_called_constant() -> None:
+    assert not mechc.loads(STEP).compilation.equations.conserved
