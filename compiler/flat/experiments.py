@@ -20,6 +20,7 @@ from .model import Array, Expression, Kind, Role
 from .references import component_index, existing
 from .scope import Constant, Poisoned, Scope
 from .values import fit, fits
+from .variables import changing
 
 TIMES = ("stop", "start", "every", "step")
 OPTIONS = (*TIMES, "tolerance", "method", "display", "record")
@@ -104,6 +105,7 @@ def _setting(scope: Scope, node: ast.Modification, parts: _Parts) -> None:
         _sweep(scope, node, left, parts)
         return
     value = scope.elaborate(node.value)
+    _check_fixed(scope, node, value)
     for part, part_value in _spread(scope, node, left, value):
         parts.settings.append(_set(scope, node, part, part_value))
 
@@ -137,6 +139,21 @@ def _unknown(scope: Scope, name: str, span: Span) -> Poisoned:
     )
 
 
+def _check_fixed(scope: Scope, node: ast.Modification, value: Expression) -> None:
+    """Report a value that is not yet known when the settings are computed, before the run begins."""
+    culprit = changing(scope.flattening, value)
+    if culprit is None:
+        return
+    raise scope.fail(
+        "E0812",
+        f"what an experiment sets must not depend on '{culprit}', which changes",
+        node.value.span,
+        caption=f"this depends on '{culprit}'",
+        help="an experiment sets fixed values, which may use parameters; a course in time is the default of an "
+        "'input' in the model, or a table (--input NAME=FILE.csv)",
+    )
+
+
 # ---------------------------------------------------------------- options of the run
 
 
@@ -144,6 +161,8 @@ def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> N
     if node.kind != "=":
         raise scope.fail("E0804", f"'{name}' is set by '='", node.span, help=f"write '{name} = ...'")
     value = scope.elaborate(node.value)
+    if name != "record":
+        _check_fixed(scope, node, value)
     time = scope.flattening.time_type
     if name in TIMES:
         wanted, words = time, types.unit_words(time.dimension, time.angle)

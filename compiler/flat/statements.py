@@ -22,7 +22,7 @@ from .relations import assertion, closure, constraint, drive, equation, exact, p
 from .scope import Poisoned, Scope
 from .starts import initial
 from .types import FRAME
-from .variables import attributes, check_parameter
+from .variables import attributes, check_input, check_parameter
 
 
 def run(instance: Instance, record: Record) -> None:
@@ -129,6 +129,8 @@ def _variable(member: VariableMember, record: Record) -> None:
         member.bound = member.value
         record.variables.pop()
         _define(member, DefinitionRole.LET, member.name, member.value, record)
+    elif member.role is Role.INPUT:
+        check_input(member, member.value)
 
 
 def _definition(member: DefinitionMember, record: Record) -> None:

@@ -60,7 +60,7 @@ def variable(member: VariableMember, value: Expression | None, record: Record) -
 
 def check_parameter(member: VariableMember, value: Expression) -> None:
     """Report a value of a parameter that changes during the run."""
-    culprit = _changing(member.scope.flattening, value)
+    culprit = changing(member.scope.flattening, value)
     if culprit is None:
         return
     declaration = member.declaration
@@ -73,7 +73,23 @@ def check_parameter(member: VariableMember, value: Expression) -> None:
     )
 
 
-def _changing(flattening: Flattening, value: Expression) -> str | None:
+def check_input(member: VariableMember, value: Expression) -> None:
+    """Report a default of an input that uses what is known only during the run."""
+    culprit = changing(member.scope.flattening, value, time=True)
+    if culprit is None:
+        return
+    declaration = member.declaration
+    raise member.scope.fail(
+        "E0811",
+        f"the default of the input '{declaration.name}' must not depend on '{culprit}'",
+        value.span,
+        caption=f"this depends on '{culprit}'",
+        help="a default may use parameters and time; write 'let' for what follows from the motion",
+    )
+
+
+def changing(flattening: Flattening, value: Expression, *, time: bool = False) -> str | None:
+    """Return the first name in a value that is no parameter, nor, if it is allowed, the time."""
     seen: set[str] = set()
     pending = [value]
     while pending:
@@ -82,7 +98,7 @@ def _changing(flattening: Flattening, value: Expression) -> str | None:
                 continue
             seen.add(name)
             member = flattening.variables.get(name)
-            if name == "time" or (member is not None and member.role is not Role.PARAMETER):
+            if (name == "time" and not time) or (member is not None and member.role is not Role.PARAMETER):
                 return name
             if member is None and name in flattening.definitions:
                 pending.extend(definition_of(flattening, name))
