@@ -1,4 +1,4 @@
-"""``mechc compile``: write a model as code."""
+"""``mechc compile``: write a model as code or as an FMU."""
 
 from __future__ import annotations
 
@@ -7,26 +7,68 @@ import click
 from .options import model_argument, model_option, set_option
 
 
-@click.command(name="compile", short_help="Write a model as Python or C code.")
+@click.command(name="compile", short_help="Write a model as Python code, C code or an FMU.")
 @model_argument
 @model_option
 @set_option
 @click.option(
     "--target",
-    type=click.Choice(["python", "c"]),
+    type=click.Choice(["python", "c", "fmu"]),
     default="python",
     show_default=True,
-    help="A Python module that needs only NumPy, or C11 with the kernel beside it.",
+    help="A Python module that needs only NumPy, C11 with the kernel beside it, or a Functional Mock-up Unit.",
 )
-@click.option("-o", "--output", metavar="PATH", help="The module (python) or the folder (c).")
-def command(file: str, model: str | None, settings: dict[str, str], target: str, output: str | None) -> None:
+@click.option("-o", "--output", metavar="PATH", help="The module (python), the folder (c) or the file (fmu).")
+@click.option(
+    "--fmi", type=click.Choice(["2", "3", "both"]), default="3", show_default=True, help="fmu: version."
+)
+@click.option(
+    "--kind",
+    type=click.Choice(["me", "cs", "both"]),
+    default="both",
+    show_default=True,
+    help="fmu: Model Exchange, Co-Simulation or both.",
+)
+@click.option(
+    "--experiment", metavar="NAME", help="fmu: whose settings are the defaults (default: the first)."
+)
+@click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
+@click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
+def command(
+    file: str,
+    model: str | None,
+    settings: dict[str, str],
+    target: str,
+    output: str | None,
+    fmi: str,
+    kind: str,
+    experiment: str | None,
+    sources_only: bool,
+    check: bool,
+) -> None:
     """Write MODEL.mech as code that stands alone.
 
     \b
     mechc compile pendulum.mech --target python -o pendulum.py    # then: python pendulum.py
     mechc compile pendulum.mech --target c -o pendulum_c          # its files say how to build them
+    mechc compile pendulum.mech --target fmu -o pendulum.fmu      # --fmi 2 for older importers
     """
     from ..api import load
 
-    for path in load(file, model=model, set=settings).compile(target, output):
+    loaded = load(file, model=model, set=settings)
+    if target == "fmu":
+        from pathlib import Path
+
+        from ..fmus import FmuOptions, export_fmu
+        from ..settings import UsageMistake
+
+        options = FmuOptions(fmi, kind, experiment, sources_only, check)
+        try:
+            paths = export_fmu(loaded, Path(output) if output else None, options)
+        except UsageMistake as mistake:
+            raise click.UsageError(f"{mistake}\n{mistake.help}" if mistake.help else str(mistake)) from None
+        for path in paths:
+            click.echo(f"wrote {path}", err=True)
+        return
+    for path in loaded.compile(target, output):
         click.echo(f"wrote {path}", err=True)

@@ -1,0 +1,87 @@
+"""Directional and adjoint derivatives of the right-hand side and the outputs, with their seeds as further symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from ..graph import Graph, Node
+from ..graph.differentiate import jvp, vjp
+from ..graph.rewrite import substitute
+from .model import Entry, Equations, Function, Slot
+
+SEED = "seed"
+"""Kind of the entries that hold seeds, behind the discrete variables."""
+
+
+def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equations:
+    """Return the equations with the functions ``tangent`` and ``adjoint``.
+
+    ``independent``: the parameters that do not follow from others. The seeds lie in z behind the discrete
+    variables: of the tangent one for each of y, u, time and p, of the adjoint one for each of dy/dt and the outputs.
+    ``tangent`` gives J seed, ``adjoint`` J^T seed, in the same orders; entries of dependent parameters are zero.
+    """
+    graph, unknowns = equations.graph, total(equations, independent, _unknowns(equations))
+    places = {slot: n for n, slot in equations.layout.items()}
+    ny, nu, n_p = len(equations.states), len(equations.inputs), len(equations.parameters)
+    slots = [Slot("y", i) for i in range(ny)] + [Slot("u", i) for i in range(nu)] + [Slot("t", 0)]
+    slots += [Slot("p", i) for i in range(n_p)]
+    chosen = set(independent)
+    knowns = [places.get(s) if s.array != "p" or s.index in chosen else None for s in slots]
+    count, first = max(len(knowns), len(unknowns)), len(equations.discretes)
+    seeds = [graph.symbol(f"seed of derivatives {i}") for i in range(count)]
+    tangents = {n: seeds[i] for i, n in enumerate(knowns) if n is not None}
+    forward = jvp(graph, unknowns, tangents)
+    there = [n for n in knowns if n is not None]
+    backward = dict(zip(there, vjp(graph, list(zip(unknowns, seeds, strict=False)), there), strict=True))
+    return replace(
+        equations,
+        layout={**equations.layout, **{n: Slot("z", first + i) for i, n in enumerate(seeds)}},
+        discretes=(*equations.discretes, *(Entry(f"seed[{i + 1}]", SEED, "") for i in range(count))),
+        functions=(
+            *equations.functions,
+            Function("tangent", "directional derivative of rates and outputs", tuple(forward)),
+            Function(
+                "adjoint",
+                "adjoint derivative of rates and outputs",
+                tuple(graph.zero if n is None else backward[n] for n in knowns),
+            ),
+        ),
+    )
+
+
+def dependencies(
+    equations: Equations, independent: Sequence[int], nodes: Sequence[Node]
+) -> tuple[frozenset[Slot], ...]:
+    """Return the places in t, y, u and p (independent parameters) on which each node depends."""
+    graph, layout = equations.graph, equations.layout
+    return tuple(frozenset(layout[s] for s in graph.support(n)) for n in total(equations, independent, nodes))
+
+
+def total(equations: Equations, independent: Sequence[int], nodes: Sequence[Node]) -> tuple[Node, ...]:
+    """Return nodes with the rules of dependent parameters in the place of these."""
+    graph = equations.graph
+    places = {slot: n for n, slot in equations.layout.items()}
+    chosen = set(independent)
+    rules = {
+        places[Slot("p", r.index)]: r.value
+        for r in equations.parameter_rules
+        if r.index not in chosen and Slot("p", r.index) in places
+    }
+    return tuple(substitute(graph, list(nodes), _closed(graph, rules))) if rules else tuple(nodes)
+
+
+def _closed(graph: Graph, rules: Mapping[Node, Node]) -> dict[Node, Node]:
+    """Put the rules into each other until they hold independent parameters only."""
+    closed = dict(rules)
+    for _ in rules:
+        values = substitute(graph, list(closed.values()), closed)
+        if values == list(closed.values()):
+            break
+        closed = dict(zip(closed, values, strict=True))
+    return closed
+
+
+def _unknowns(equations: Equations) -> tuple[Node, ...]:
+    functions = {f.name: f for f in equations.functions}
+    return (*functions["rhs"].outputs, *functions["outputs"].outputs)

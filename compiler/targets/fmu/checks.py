@@ -1,0 +1,95 @@
+"""Checks of a finished FMU: validation by fmpy, simulation by fmpy, and comparison with the run of this compiler."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+
+import fmpy
+import numpy as np
+from fmpy.simulation import simulate_fmu
+
+from mechc.runtime import native
+from mechc.runtime.functions import load_functions
+from mechc.runtime.problem import Array
+from mechc.runtime.solver import Solver
+
+from .driver import co_simulation
+from .export import ExportError, Package
+from .rules import check_file
+from .variables import Start
+
+POINTS = 50
+ME_TOLERANCE = 1e-6
+ME_BOUND = 1e-3
+"""Largest difference of a Model Exchange run by another integrator, over nominal value and size."""
+
+
+def check_package(
+    package: Package, start: Start, method: str, kinds: Sequence[str], *, run: bool = True
+) -> None:
+    """Raise ExportError if an FMU is not valid or does not move as the native run does.
+
+    Co-Simulation must give the bits of the native solver that stops at the same times.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "model.fmu"
+        path.write_bytes(package.data)
+        problems = check_file(path)
+        if problems:
+            raise ExportError("the FMU is not valid: " + "; ".join(problems))
+        if not run or start.case.stop <= start.case.begin:
+            return
+        times, step, reference = native_points(start, method, POINTS)
+        if "cs" in kinds:
+            found = co_simulation(path, times, step)
+            if not np.array_equal(found, reference):
+                raise ExportError("Co-Simulation does not give the same motion as the native run")
+        if "me" in kinds:
+            found = exchanged(path, times)
+            size = start.nominal + np.max(np.abs(reference), axis=0)
+            early = slice(0, max(2, POINTS // 10))
+            worst = np.max(np.abs(found - reference)[early] / size)
+            if not worst < ME_BOUND:
+                raise ExportError(
+                    f"Model Exchange differs from the native run by {worst:.2g} of the nominal values"
+                )
+
+
+def native_points(start: Start, method: str, count: int) -> tuple[Array, float, Array]:
+    """Return times, their spacing, and the states of the native run, made to stop at each of the times."""
+    case = start.case
+    step = (case.stop - case.begin) / count
+    times = [case.begin]
+    for _ in range(count):
+        times.append(times[-1] + step)
+    kernel, functions = native.load_kernel(True), load_functions(start.problem)
+    rows = [case.y0.copy()]
+    with Solver(
+        kernel, functions, case, method, case.tolerance, case.tolerance * start.nominal, case.step or 0.0
+    ) as solver:
+        for t in times[1:]:
+            status = native.RUNNING
+            while status == native.RUNNING:
+                status = solver.advance(t, 10000)
+            if status != native.REACHED:
+                raise ExportError(f"the native run fails at time {solver.report()[0].t:g}")
+            rows.append(solver.report()[1].copy())
+    return np.array(times), step, np.array(rows)
+
+
+def exchanged(path: Path, times: Array) -> Array:
+    """Return the states at the given times as fmpy integrates the FMU with CVode."""
+    description = fmpy.read_model_description(str(path))
+    shown = [unknown.variable.derivative.name for unknown in description.derivatives]
+    result = simulate_fmu(
+        str(path),
+        fmi_type="ModelExchange",
+        start_time=float(times[0]),
+        stop_time=float(times[-1]),
+        output_interval=float(times[1] - times[0]),
+        relative_tolerance=ME_TOLERANCE,
+        output=shown,
+    )
+    return np.array([np.interp(times, result["time"], result[name]) for name in shown]).T

@@ -1,0 +1,75 @@
+"""An FMU driven call by call through fmpy: what ``simulate_fmu`` hides."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi3 import FMU3Model, FMU3Slave
+
+from mechc.runtime.problem import Array
+
+
+@contextmanager
+def instance(path: Path, kind: str) -> Iterator[Any]:
+    """Load an FMU, instantiate it and clear all away at the end. ``kind``: me or cs."""
+    description = fmpy.read_model_description(str(path))
+    folder = fmpy.extract(str(path))
+    two = description.fmiVersion.startswith("2")
+    classes = {
+        (True, "me"): FMU2Model,
+        (True, "cs"): FMU2Slave,
+        (False, "me"): FMU3Model,
+        (False, "cs"): FMU3Slave,
+    }
+    part = description.modelExchange if kind == "me" else description.coSimulation
+    fmu = classes[two, kind](
+        guid=description.guid,
+        unzipDirectory=folder,
+        modelIdentifier=part.modelIdentifier,
+        instanceName="checked",
+    )
+    try:
+        fmu.instantiate()
+        try:
+            yield fmu
+        finally:
+            fmu.freeInstance()
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def initialise(fmu: Any, start: float, stop: float | None = None, tolerance: float | None = None) -> None:
+    """Take an instance through initialisation."""
+    if isinstance(fmu, FMU2Model | FMU2Slave):
+        fmu.setupExperiment(startTime=start, stopTime=stop, tolerance=tolerance)
+        fmu.enterInitializationMode()
+    else:
+        fmu.enterInitializationMode(startTime=start, stopTime=stop, tolerance=tolerance)
+    fmu.exitInitializationMode()
+
+
+def numbers(fmu: Any, references: list[int]) -> list[float]:
+    """Get the values of variables."""
+    found = fmu.getReal(references) if isinstance(fmu, FMU2Model | FMU2Slave) else fmu.getFloat64(references)
+    return [float(v) for v in found]
+
+
+def co_simulation(path: Path, times: Array, step: float) -> Array:
+    """Return the states at the given times, with a step of size ``step`` from each to the next."""
+    description = fmpy.read_model_description(str(path))
+    states = [unknown.variable.derivative.valueReference for unknown in description.derivatives]
+    with instance(path, "cs") as fmu:
+        initialise(fmu, float(times[0]))
+        rows = [numbers(fmu, states)]
+        for begin in times[:-1]:
+            fmu.doStep(currentCommunicationPoint=float(begin), communicationStepSize=step)
+            rows.append(numbers(fmu, states))
+        fmu.terminate()
+    return np.array(rows)

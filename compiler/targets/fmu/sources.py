@@ -1,0 +1,151 @@
+"""The C sources of an FMU: the model, its description, the interface, and of the kernel what the method needs."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from ...program.model import Program
+from ..c import emit_c
+from .variables import Start, Table
+
+METHOD_PARTS = {"auto": ("auto", "dop853", "radau5")}
+"""Methods that consist of others."""
+
+_DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|fmu_\w+)\s*(?:\(|=|\[)", re.M)
+_USE = re.compile(r"\b(?:mech|fmu)_\w+\b")
+_TABLE = re.compile(r"(const mech_method \*const mech_methods\[\] = \{)[^}]*(\};)")
+_EXPORTS = ('__attribute__((visibility("default")))', "__declspec(dllexport)")
+_COMMENT = re.compile(r"/\*.*?\*/", re.S)
+
+
+def sources(
+    program: Program, start: Start, table: Table, token: str, method: str, fmi: int
+) -> dict[str, str]:
+    """Return the text of each C file and header by name, without the headers of the standard."""
+    import mechc.runtime
+
+    folder = Path(mechc.runtime.__file__).parent / "kernel"
+    kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
+    glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
+    del glue[f"fmi{5 - fmi}.c"]
+    kernel["methods.c"] = _methods(kernel["methods.c"], METHOD_PARTS.get(method, (method,)))
+    own = {
+        "model.c": emit_c(program),
+        "description.c": _description(program, start, table, token, method),
+    }
+    chosen = _closure(kernel, {**glue, **own})
+    # only the functions of the standard are exported
+    return {name: _hidden(text) for name, text in sorted((chosen | glue | own).items())}
+
+
+def _methods(text: str, names: Sequence[str]) -> str:
+    entries = ", ".join(f"&mech_{name}" for name in names)
+    changed, count = _TABLE.subn(rf"\1 {entries} \2", text)
+    if count != 1:
+        raise RuntimeError("methods.c does not list the methods in one table")
+    return changed
+
+
+def _hidden(text: str) -> str:
+    for attribute in _EXPORTS:
+        text = text.replace(attribute, "")
+    return text
+
+
+def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, str]:
+    """Return the files of the kernel that the roots need, directly or not."""
+    plain = {name: _COMMENT.sub("", text) for name, text in kernel.items()}
+    where: dict[str, str] = {}
+    for name, text in plain.items():
+        if name.endswith(".c"):
+            for found in _DEFINITION.finditer(text):
+                if not _declares(text, found.end()):
+                    where[found[1]] = name
+    needed: set[str] = set()
+    pending = [_COMMENT.sub("", text) for text in roots.values()]
+    while pending:
+        text = pending.pop()
+        used = {where[s] for s in _USE.findall(text) if s in where}
+        used |= {h for h in re.findall(r'#include "([^"]+)"', text) if h in kernel}
+        for name in used - needed:
+            needed.add(name)
+            # a header offers more than a file uses: only its own includes count
+            pending.append(
+                "\n".join(re.findall(r"#include.*", plain[name])) if name.endswith(".h") else plain[name]
+            )
+    return {name: kernel[name] for name in needed}
+
+
+def _declares(text: str, position: int) -> bool:
+    """Whether a semicolon comes before any brace: a prototype, or an object without a value."""
+    return min(text.find(";", position) % (1 << 60), 1 << 59) < min(
+        text.find("{", position) % (1 << 60), 1 << 59
+    )
+
+
+def _description(program: Program, start: Start, table: Table, token: str, method: str) -> str:
+    case = start.case
+    ny, nu = program.nq + program.nv + program.nx, len(program.arrays["u"])
+    n_seeds = sum(e.kind == "seed" for e in program.arrays["z"])
+    n_p = len(program.arrays["p"])
+    settable = set(table.settable_parameters)
+    # an initial value that depends on nothing is its start value
+    exact = {v.reference - 1 for v in table.variables if v.initial == "exact"}
+    given_y = [int(i in start.given_states or i in exact) for i in range(ny)]
+    signature = "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z, const mech_real *p"
+    lines = [
+        f"/* Defaults of {program.name}: the exported experiment. */",
+        '#include "instance.h"',
+        "",
+        f"void tangent({signature}, mech_real *out);",
+        f"void adjoint({signature}, mech_real *out);",
+        "",
+        _numbers("mech_real", "nominal", start.nominal),
+        _numbers("mech_real", "y0", case.y0),
+        _numbers("mech_real", "u0", start.inputs),
+        _numbers("mech_real", "p0", case.p[:n_p]),
+        _numbers("unsigned char", "y_given", given_y),
+        _numbers("unsigned char", "u_given", [int(i in start.given_inputs) for i in range(nu)]),
+        _numbers("unsigned char", "p_given", [int(i in start.given_parameters) for i in range(n_p)]),
+        _numbers("unsigned char", "p_settable", [int(i in settable) for i in range(n_p)]),
+        _numbers("unsigned char", "y_settable", [1] * ny),
+        "static const char *const assertions[] = {",
+        *(f"    {_string(a.message)}," for a in program.assertions),
+        "    NULL};",
+        "",
+        "const fmu_description mech_fmu_description = {",
+        f"    .token = {_string(token)},",
+        f"    .method = {_string(method)},",
+        f"    .t0 = {case.begin!r},",
+        f"    .stop = {case.stop!r},",
+        f"    .tolerance = {case.tolerance!r},",
+        f"    .dt = {case.step or 0.0!r},",
+        f"    .nz = {len(program.arrays['z']) - n_seeds},",
+        f"    .n_seeds = {n_seeds},",
+        "    .nominal = nominal, .y = y0, .u = u0, .p = p0,",
+        "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",
+        "    .p_settable = p_settable, .y_settable = y_settable,",
+        f"    .initial_is_free = {int(table.free_initial)},",
+        "    .assertions = assertions,",
+        "    .tangent = tangent, .adjoint = adjoint,",
+        "};",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(kind: str, name: str, values: Iterable[float]) -> str:
+    written = [repr(float(v)) if kind == "mech_real" else str(int(v)) for v in values] or ["0"]
+    return f"static const {kind} {name}[] = {{{', '.join(written)}}};"
+
+
+def _string(text: str) -> str:
+    """Write a C string: bytes beyond ASCII in octal."""
+    return '"' + "".join(_character(b) for b in text.encode()) + '"'
+
+
+def _character(byte: int) -> str:
+    if byte in b'"\\?':
+        return "\\" + chr(byte)
+    return chr(byte) if 32 <= byte < 127 else f"\\{byte:03o}"

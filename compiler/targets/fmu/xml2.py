@@ -1,0 +1,128 @@
+"""The model description of FMI 2.0."""
+
+from __future__ import annotations
+
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from .identity import CATEGORIES, DATE, Identity, tool
+from .units import number, shown_unit, unit_definitions
+from .variables import Table, Variable
+
+
+def write(identity: Identity, table: Table) -> str:
+    """Return the text of ``modelDescription.xml``."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=identity.name,
+        guid=identity.token,
+        generationTool=tool(),
+        generationDateAndTime=DATE,
+        variableNamingConvention="structured",
+        numberOfEventIndicators="0",
+    )
+    if identity.doc.strip():
+        root.set("description", first_line(identity.doc))
+    common = {
+        "modelIdentifier": identity.model_identifier,
+        "canNotUseMemoryManagementFunctions": "true",
+        "canGetAndSetFMUstate": "true",
+        "canSerializeFMUstate": "true",
+        "providesDirectionalDerivative": "true",
+    }
+    if "me" in identity.kinds:
+        # the inverse of the attribute of FMI 3
+        element = SubElement(
+            root,
+            "ModelExchange",
+            {**common, "completedIntegratorStepNotNeeded": _truth(not identity.needs_completed_step)},
+        )
+        _sources(element, identity)
+    if "cs" in identity.kinds:
+        element = SubElement(
+            root, "CoSimulation", {**common, "canHandleVariableCommunicationStepSize": "true"}
+        )
+        _sources(element, identity)
+    unit_definitions(root, [v.entry for v in table.variables])
+    categories = SubElement(root, "LogCategories")
+    for name, doc in CATEGORIES.items():
+        SubElement(categories, "Category", name=name, description=doc)
+    SubElement(
+        root,
+        "DefaultExperiment",
+        startTime=number(identity.start),
+        stopTime=number(identity.stop),
+        tolerance=number(identity.tolerance),
+        stepSize=number(identity.step),
+    )
+    variables = SubElement(root, "ModelVariables")
+    for variable in table.variables:
+        _variable(variables, variable)
+    _structure(root, table)
+    indent(root)
+    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+
+
+def first_line(doc: str) -> str:
+    """Return a description on one line."""
+    return " ".join(doc.split())
+
+
+def _truth(value: bool) -> str:
+    return "true" if value else "false"
+
+
+def _sources(element: Element, identity: Identity) -> None:
+    files = SubElement(element, "SourceFiles")
+    for name in identity.sources:
+        SubElement(files, "File", name=name)
+
+
+def _variable(parent: Element, variable: Variable) -> None:
+    entry = variable.entry
+    attributes = {"name": variable.name, "valueReference": str(variable.reference)}
+    if entry.doc.strip():
+        attributes["description"] = first_line(entry.doc)
+    attributes["causality"] = variable.causality
+    attributes["variability"] = variable.variability
+    if variable.initial:
+        attributes["initial"] = variable.initial
+    element = SubElement(parent, "ScalarVariable", attributes)
+    real: dict[str, str] = {}
+    if entry.unit:
+        real["unit"] = entry.unit
+        if shown_unit(entry):
+            real["displayUnit"] = shown_unit(entry)
+    for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", variable.nominal)):
+        if value is not None:
+            real[name] = number(value)
+    if variable.start is not None:
+        real["start"] = number(variable.start)
+    if variable.derivative:
+        real["derivative"] = str(variable.derivative)
+    SubElement(element, "Real", real)
+
+
+def _structure(root: Element, table: Table) -> None:
+    structure = SubElement(root, "ModelStructure")
+    for title, indices in (("Outputs", table.outputs), ("Derivatives", table.derivatives)):
+        if indices:
+            group = SubElement(structure, title)
+            for k in indices:
+                _unknown(group, table, k, table.at(k).depends)
+    if table.initial_unknowns:
+        group = SubElement(structure, "InitialUnknowns")
+        for k in table.initial_unknowns:
+            variable = table.at(k)
+            _unknown(group, table, k, variable.initially, at_start=True)
+
+
+def _unknown(
+    parent: Element, table: Table, index: int, depends: frozenset[int] | None, *, at_start: bool = False
+) -> None:
+    """Write an unknown; FMI 2 counts parameters among the knowns of the initial values only."""
+    attributes = {"index": str(index)}
+    if depends is not None:
+        listed = [k for k in sorted(depends) if at_start or table.at(k).causality != "parameter"]
+        attributes["dependencies"] = " ".join(map(str, listed))
+    SubElement(parent, "Unknown", attributes)

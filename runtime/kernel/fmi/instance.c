@@ -1,0 +1,334 @@
+/* Creation, logging, reset, and saved states of an instance. */
+#include "instance.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+const char *const fmu_categories[FMU_N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard", "logStatusError",
+                                                      "logStatusFatal"};
+
+int fmu_fail(fmu *f, int status, const char *format, ...)
+{
+    char text[1024];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    /* errors are told even where logging is off */
+    if (f->log && (status >= FMU_ERROR || (f->logging && (f->categories >> (status - 1) & 1u))))
+        f->log(f, status, fmu_categories[status - 1], text);
+    return status;
+}
+
+int fmu_allowed(fmu *f, int modes, const char *function)
+{
+    if (f->st->mode & modes) return FMU_OK;
+    return fmu_fail(f, FMU_ERROR, "%s is not allowed in the present state of the FMU", function);
+}
+
+int fmu_set_categories(fmu *f, int on, size_t n, const char *const *names)
+{
+    unsigned chosen = n ? 0 : ~0u;
+    for (size_t i = 0; i < n; i++) {
+        int known = 0;
+        for (int k = 0; k < FMU_N_CATEGORIES; k++)
+            if (names && names[i] && !strcmp(names[i], fmu_categories[k])) {
+                chosen |= 1u << k;
+                known = 1;
+            }
+        if (!known) return fmu_fail(f, FMU_ERROR, "there is no such category of log messages");
+    }
+    f->logging = on;
+    f->categories = chosen;
+    return FMU_OK;
+}
+
+static uint64_t layout_hash(const char *token)
+{
+    uint64_t h = 1469598103934665603u; /* FNV-1a */
+    for (; *token; token++) h = (h ^ (unsigned char)*token) * 1099511628211u;
+    return h;
+}
+
+static int make_solver(fmu *f)
+{
+    mech_options o;
+    memset(&o, 0, sizeof o);
+    o.method = mech_method_index(f->d->method);
+    o.n_tables = f->m->nu;
+    o.t0 = f->d->t0;
+    o.dt_max = f->d->stop > f->d->t0 ? (f->d->stop - f->d->t0) / 10 : 1;
+    o.dt = f->d->dt;
+    o.rtol = f->d->tolerance;
+    o.atol = f->atol;
+    o.y0 = f->y;
+    o.z = f->z;
+    o.p = f->p;
+    o.tables = f->tables;
+    f->s = mech_create(f->m, &o);
+    if (!f->s) return 0;
+    f->saved = calloc(1, mech_save_size(f->s));
+    return f->saved != NULL;
+}
+
+/* Inputs that the importer has set are tables of one row, first in the list; all others follow the model. */
+static void list_tables(fmu *f)
+{
+    int n = 0;
+    for (int i = 0; i < f->m->nu; i++)
+        if (f->u_set[i]) {
+            f->tables[n].input = i;
+            f->tables[n].interpolation = MECH_STEP;
+            f->tables[n].n = 1;
+            f->tables[n].t = &f->d->t0;
+            f->tables[n].value = &f->u[i];
+            n++;
+        }
+    f->s->o.n_tables = n;
+    f->st->n_driven = n;
+}
+
+void fmu_touch(fmu *f)
+{
+    f->st->stale_rates = f->st->stale_outputs = 1;
+}
+
+void fmu_reset(fmu *f)
+{
+    const mech_model *m = f->m;
+    const fmu_description *d = f->d;
+    memset(f->st, 0, f->size);
+    f->st->layout = layout_hash(d->token);
+    f->st->mode = FMU_INSTANTIATED;
+    f->st->t = f->st->start = f->st->last_step_end = d->t0;
+    f->st->stop = d->stop;
+    f->st->tolerance = d->tolerance;
+    f->st->stale_parameters = f->st->stale_initial = f->st->stale_inputs = 1;
+    fmu_touch(f);
+    for (int i = 0; i < m->np; i++) {
+        f->p_set[i] = d->p_given[i];
+        f->p[i] = d->p[i];
+    }
+    for (int i = 0; i < f->ny; i++) {
+        f->y_set[i] = d->y_given[i];
+        f->y[i] = d->y[i];
+        f->atol[i] = d->tolerance * d->nominal[i];
+    }
+    for (int i = 0; i < m->nu; i++) {
+        f->u_set[i] = d->u_given[i];
+        f->u[i] = d->u[i];
+    }
+    if (f->s) {
+        /* the block of a new solver, whose pointers are none of its business */
+        memset(f->s->run, 0, f->s->size);
+        f->s->method = f->s->chosen->explicit_part ? f->s->chosen->explicit_part : f->s->chosen;
+        f->s->run->report.method = mech_method_index(f->s->method->name);
+        f->s->run->report.failed_index = -1;
+        f->s->run->report.stiff_time = f->s->run->report.switch_time = (mech_real)NAN;
+        f->s->o.rtol = d->tolerance;
+        list_tables(f);
+    }
+    f->st->solver_stale = 1;
+}
+
+static size_t numbers(const mech_model *m, int ny)
+{
+    return (size_t)(3 * ny + m->nu + m->np + m->nh + m->nz + m->n_outputs);
+}
+
+fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_logger *log, void *environment,
+                void *callback, int logging)
+{
+    fmu *f = calloc(1, sizeof *f);
+    if (!f) return NULL;
+    const fmu_description *d = f->d = &mech_fmu_description;
+    const mech_model *m = f->m = mech_model_get();
+    const int ny = f->ny = m->nq + m->nv + m->nx;
+    f->is_co_simulation = is_co_simulation;
+    f->log = log;
+    f->environment = environment;
+    f->callback = callback;
+    f->logging = logging;
+    f->categories = ~0u;
+    if (!name || !*name) name = "instance";
+    f->name = calloc(strlen(name) + 1, 1);
+    if (f->name) memcpy(f->name, name, strlen(name));
+    if (!token || strcmp(token, d->token)) {
+        fmu_fail(f, FMU_ERROR, "the model description does not belong to this binary: its token is %s, not %s",
+                 token ? token : "missing", d->token);
+        fmu_destroy(f);
+        return NULL;
+    }
+    f->size = sizeof(fmu_state) + numbers(m, ny) * sizeof(mech_real) + (size_t)(m->np + ny + m->nu);
+    f->size = (f->size + 7) / 8 * 8;
+    f->st = calloc(1, f->size);
+    f->tables = calloc((size_t)m->nu + 1, sizeof *f->tables);
+    const int widest = ny + m->nu + 1 + m->np + m->n_outputs;
+    f->scratch = calloc((size_t)(widest + m->n_assertions + m->nz), sizeof *f->scratch);
+    if (!f->name || !f->st || !f->tables || !f->scratch) {
+        fmu_destroy(f);
+        return NULL;
+    }
+    f->y = (mech_real *)(f->st + 1);
+    f->dy = f->y + ny;
+    f->atol = f->dy + ny;
+    f->u = f->atol + ny;
+    f->p = f->u + m->nu;
+    f->z = f->p + m->np + m->nh;
+    f->out = f->z + m->nz;
+    f->p_set = (unsigned char *)(f->out + m->n_outputs);
+    f->y_set = f->p_set + m->np;
+    f->u_set = f->y_set + ny;
+    fmu_reset(f);
+    if (!make_solver(f)) {
+        fmu_destroy(f);
+        return NULL;
+    }
+    fmu_reset(f);
+    return f;
+}
+
+void fmu_destroy(fmu *f)
+{
+    if (!f) return;
+    mech_free(f->s);
+    free(f->saved);
+    free(f->scratch);
+    free(f->tables);
+    free(f->st);
+    free(f->name);
+    free(f);
+}
+
+size_t fmu_state_size(const fmu *f) { return f->size + mech_save_size(f->s); }
+
+int fmu_save(fmu *f, void **state)
+{
+    if (!state) return fmu_fail(f, FMU_ERROR, "no place for the state is given");
+    if (!*state) *state = malloc(fmu_state_size(f));
+    if (!*state) return fmu_fail(f, FMU_ERROR, "no memory for a state of the FMU");
+    memcpy(*state, f->st, f->size);
+    mech_save(f->s, (char *)*state + f->size);
+    return FMU_OK;
+}
+
+int fmu_check_state(fmu *f, const void *bytes, size_t size)
+{
+    fmu_state head;
+    if (!bytes || size != fmu_state_size(f))
+        return fmu_fail(f, FMU_ERROR, "a state of this FMU has %lu bytes, not %lu",
+                        (unsigned long)fmu_state_size(f), (unsigned long)size);
+    memcpy(&head, bytes, sizeof head);
+    if (head.layout != f->st->layout)
+        return fmu_fail(f, FMU_ERROR, "the state was saved by another FMU or on another machine");
+    return FMU_OK;
+}
+
+int fmu_load(fmu *f, const void *state)
+{
+    if (!state) return fmu_fail(f, FMU_ERROR, "no state is given");
+    memcpy(f->st, state, f->size);
+    mech_load(f->s, (const char *)state + f->size);
+    f->s->o.rtol = f->st->tolerance;
+    f->s->o.dt_max = f->st->stop > f->st->start ? (f->st->stop - f->st->start) / 10 : 1;
+    list_tables(f);
+    return FMU_OK;
+}
+
+int fmu_enter_initialisation(fmu *f)
+{
+    fmu_state *st = f->st;
+    st->t = st->last_step_end = st->start;
+    st->mode = FMU_INITIALISATION;
+    st->stale_inputs = st->stale_initial = 1;
+    fmu_touch(f);
+    if (st->tolerance_defined && st->tolerance > 0)
+        for (int i = 0; i < f->ny; i++) f->atol[i] = st->tolerance * f->d->nominal[i];
+    else
+        st->tolerance = f->d->tolerance;
+    f->s->o.rtol = st->tolerance;
+    f->s->o.dt_max = st->stop > st->start ? (st->stop - st->start) / 10 : 1;
+    return FMU_OK;
+}
+
+int fmu_exit_initialisation(fmu *f)
+{
+    int status = fmu_refresh_initial(f);
+    if (!status) status = fmu_refresh_rates(f);
+    if (!status) status = fmu_refresh_outputs(f);
+    if (status) return status;
+    for (int i = 0; i < f->m->n_assertions && i == 0; i++) {
+        mech_real *holds = f->scratch;
+        f->m->assertions(f->st->t, f->y, f->u, f->z, f->p, holds);
+        for (int k = 0; k < f->m->n_assertions; k++)
+            if (!(holds[k] > 0.5)) return fmu_fail(f, FMU_ERROR, "%s", f->d->assertions[k]);
+    }
+    list_tables(f);
+    f->st->solver_stale = 1;
+    f->st->mode = f->is_co_simulation ? FMU_STEP : FMU_EVENT;
+    return FMU_OK;
+}
+
+int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_real t, mech_real *until),
+             mech_real *reached)
+{
+    fmu_state *st = f->st;
+    mech_solver *s = f->s;
+    *reached = st->t;
+    const mech_real size = mech_max(1, mech_abs(t));
+    if (!(mech_abs(t - st->t) <= 1e-9 * size))
+        return fmu_fail(f, FMU_ERROR, "the step begins at %.17g, the FMU stands at %.17g", t, st->t);
+    if (!(h > 0) || !mech_finite(h)) return fmu_fail(f, FMU_ERROR, "the step size %g is not positive", h);
+    const mech_real given_end = t + h;
+    mech_real end = given_end;
+    if (st->stop_defined && end > st->stop + 1e-9 * mech_max(1, mech_abs(st->stop)))
+        return fmu_fail(f, FMU_ERROR, "the step to %.17g goes beyond the stop time %.17g", end, st->stop);
+    int status = fmu_refresh_parameters(f);
+    if (status) return status;
+    const mech_real old_t = st->t;
+    mech_save(s, f->saved);
+    if (st->solver_stale) {
+        list_tables(f);
+        s->run->report.t = s->run->origin = st->t;
+        if (f->m->n_velocity && mech_project(s, st->t, f->y))
+            return fmu_fail(f, FMU_DISCARD, "at time %g the constraints cannot be met", st->t);
+        mech_write(s, f->y);
+    }
+    int outcome;
+    do {
+        outcome = mech_advance(s, end, stop_asked ? 1 : 1000);
+        if (stop_asked && (outcome == MECH_RUNNING || outcome == MECH_REACHED)) {
+            memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
+            st->t = s->run->report.t;
+            st->stale_inputs = 1;
+            fmu_touch(f);
+            mech_real until = end;
+            if (stop_asked(f, st->t, &until)) {
+                if (until <= st->t) break;
+                end = mech_min(end, until);
+            }
+        }
+    } while (outcome == MECH_RUNNING);
+    if (outcome < 0) {
+        const int i = s->run->report.failed_index;
+        const mech_real at = s->run->report.t;
+        mech_load(s, f->saved);
+        st->t = old_t;
+        if (stop_asked) memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
+        if (outcome == MECH_ASSERTION) return fmu_fail(f, FMU_ERROR, "at time %g: %s", at, f->d->assertions[i]);
+        return fmu_fail(f, FMU_DISCARD, "the step cannot be made: at time %g %s", at,
+                        outcome == MECH_NOT_FINITE         ? "a derivative is not finite"
+                        : outcome == MECH_OFF_CONSTRAINTS  ? "the constraints cannot be met"
+                        : outcome == MECH_NOT_CONVERGED    ? "an implicit step did not converge"
+                        : outcome == MECH_STEP_TOO_SMALL   ? "the error bound cannot be met with any step size"
+                                                           : "the method does not fit the model");
+    }
+    memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
+    st->t = st->last_step_end = *reached = s->run->report.t;
+    st->solver_stale = 0;
+    st->stale_inputs = 1;
+    fmu_touch(f);
+    return FMU_OK;
+}
