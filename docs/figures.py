@@ -180,6 +180,7 @@ ROWS = (
     row("reference", "n_four_bar", MECHANISMS, T, "B[1] B[2]"),
     row("engineering", "slider_crank", MECHANISMS, T, "stroke"),
     row("engineering", "four_bar", MECHANISMS, "curve[1]", "curve[2]"),
+    row("engineering", "stewart_platform", MECHANISMS, T, "height"),
     row("engineering", "peaucellier", MECHANISMS, "tip[1]", "tip[2]"),
     row("engineering", "differential", CONSTRAINTS, T, "der(left) der(right)"),
 )

@@ -21,9 +21,20 @@ if TYPE_CHECKING:
 @model_option
 @set_option
 @click.option("--json", "as_json", is_flag=True, help="Print the diagnostics as JSON, for editors.")
+@click.option(
+    "--structure",
+    "with_structure",
+    is_flag=True,
+    help="Also print bodies, joints, loops and degrees of freedom.",
+)
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing about models that are right.")
 def command(
-    files: tuple[str, ...], model: str | None, settings: dict[str, str], as_json: bool, quiet: bool
+    files: tuple[str, ...],
+    model: str | None,
+    settings: dict[str, str],
+    as_json: bool,
+    with_structure: bool,
+    quiet: bool,
 ) -> int:
     """Check each FILE: syntax, names, units, mechanics. Exit with 1 if a model is wrong."""
     from ..api import load
@@ -50,6 +61,10 @@ def command(
             click.echo(render(checked.diagnostics, style_for(sys.stderr)), err=True, color=True)
         if not quiet:
             click.echo(f"{name}: {summary(checked)}")
+        if with_structure:
+            from ..structure import structure
+
+            click.echo(structure(checked, style_for(sys.stdout)))
     if as_json:
         click.echo(json.dumps([as_data(d) for d in found], indent=1, ensure_ascii=False))
     return FAILED if wrong else COMPLETED

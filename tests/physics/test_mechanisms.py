@@ -91,3 +91,14 @@ def test_n_four_bar_passes_its_singular_positions() -> None:
 def test_nothing_is_softened_without_need(name: str) -> None:
     topics = {choice.topic for choice in load(name).compilation.equations.choices}
     assert "singular positions" not in topics
+
+
+def test_stewart_platform_closes() -> None:
+    """Eighteen equations of six ball joints: each leg spans the distance of its ends, all alike by symmetry."""
+    solution = run("stewart_platform")
+    for i in range(1, 7):
+        assert solution[f"leg[{i}].length"] == pytest.approx(solution[f"span[{i}]"], abs=1e-9)
+        assert solution[f"span[{i}]"] == pytest.approx(solution["span[1]"], abs=1e-7)
+    assert np.ptp(solution["height"]) > 0.01
+    balance = solution.accuracy.energy
+    assert balance is not None and balance.relative is not None and balance.relative < 1e-9

@@ -1,0 +1,84 @@
+"""The text of ``mechc check --structure``: bodies, joints, loops and degrees of freedom in mechanical words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .style import PLAIN, Style, pad, width
+
+if TYPE_CHECKING:
+    from .api import Model
+    from .compiler.flat.model import Joint
+    from .compiler.mechanics.system import MechanicalSystem
+
+
+def structure(model: Model, style: Style = PLAIN) -> str:
+    """Return what moves, what holds it, and how many freedoms are left, for the default parameters.
+
+    The number of freedoms is that of the velocities less the independent equations, so it is right where a count of
+    joints is not. A nonholonomic constraint takes a freedom of the velocities, but no position.
+    """
+    system, equations = model.compilation.system, model.compilation.equations
+    rows = [(label, text) for label, text in _rows(model, system)]
+    column = max(width(label) for label, _ in rows)
+    free = equations.nv - len(equations.constraints)
+    positions = equations.nv - sum(c.level == "position" for c in equations.constraints)
+    rows.append(
+        ("degrees of freedom", str(free) + (f", {positions} of positions" if positions != free else ""))
+    )
+    column = max(column, width("degrees of freedom"))
+    lines = [f"  {style.cyan(pad(label, column))}  {text}" for label, text in rows]
+    return "\n".join([style.bold(model.name), *lines])
+
+
+def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
+    equations = model.compilation.equations
+    origins = [*(m.origin for m in system.masses), *(i.origin for i in system.inertias)]
+    bodies = dict.fromkeys(origin.instance for origin in origins)
+    own = sum(x.origin.instance == "" for x in system.masses)
+    named = [name for name in bodies if name]
+    if bodies:
+        parts = [*named, *([_plural(own, "mass", "masses") + " of the model itself"] if own else [])]
+        yield "bodies", f"{len(named) + own}: {', '.join(parts)}"
+    for edge in system.topology.tree:
+        count = _freedoms(system, edge.joint)
+        driven = _driven(system, edge.joint)
+        words = _plural(count, "freedom") + (f", {driven} prescribed" if driven else "")
+        yield f"joint {edge.joint.name}", words
+    others = [s for s in system.v if not any(s.variable.name in j.coordinates for j in system.model.joints)]
+    if others:
+        names = dict.fromkeys(s.variable.name for s in others)
+        yield "other coordinates", f"{_plural(len(others), 'freedom')}: {', '.join(names)}"
+    prescribed = sum(len(row.v) for row in system.drives)
+    if prescribed:
+        yield "prescribed", _plural(prescribed, "motion")
+    stated: dict[str, int] = {}
+    for row in system.constraints:
+        stated[row.name] = stated.get(row.name, 0) + len(row.residuals)
+    closing = {joint.name for joint in system.topology.closures}
+    levels = {row.name: row.level for row in system.constraints}
+    for name, count in stated.items():
+        titles = {name, *(f"{name}[{k}]" for k in range(1, count + 1))}
+        rank = sum(entry.name in titles for entry in equations.constraints)
+        what = "loop closed by" if name in closing else "constraint"
+        words = _plural(count, "equation")
+        if rank < count:
+            words += f", {rank} independent"
+        if levels[name] == "velocity":
+            words += " between velocities"
+        yield f"{what} {name}", words
+    if stated:
+        yield "equations", f"{sum(stated.values())}, rank {len(equations.constraints)}"
+
+
+def _freedoms(system: MechanicalSystem, joint: Joint) -> int:
+    return sum(s.variable.name in joint.coordinates for s in system.v)
+
+
+def _driven(system: MechanicalSystem, joint: Joint) -> int:
+    return sum(system.v[i].variable.name in joint.coordinates for row in system.drives for i in row.v)
+
+
+def _plural(n: int, word: str, words: str = "") -> str:
+    return f"{n} {word if n == 1 else words or word + 's'}"
