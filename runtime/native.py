@@ -65,7 +65,7 @@ class ModelStruct(Structure):
             (name, c_void_p)
             for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
         ),
-        *((name, c_int) for name in ("n_position", "n_velocity", "separable")),
+        *((name, c_int) for name in ("n_position", "n_velocity", "separable", "n_accounts")),
         *((name, c_void_p) for name in ("project_position", "project_velocity", "displace")),
         *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
         ("hybrid", c_void_p),
@@ -85,6 +85,7 @@ class ModelStruct(Structure):
     n_position: int
     n_velocity: int
     separable: int
+    n_accounts: int
     hybrid: int | None
 
 

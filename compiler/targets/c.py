@@ -216,6 +216,7 @@ class _File:
             "n_position": sum(row.level == "position" for row in program.constraints),
             "n_velocity": len(program.constraints),
             "separable": int(program.separable),
+            "n_accounts": sum(entry.kind == "account" for entry in program.arrays["y"]),
         }
         for name in STRUCT_FUNCTIONS:
             function = program.function(name)

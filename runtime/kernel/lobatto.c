@@ -5,7 +5,7 @@
  *     F_j = dL/dq + Q + K^T lam_j    q1 = Q_s    p1 = p + h sum b_j F_j      K v1 + b = 0
  *
  * The stages are found by simplified Newton iterations with M and K at the beginning of the step. The momenta are
- * kept from step to step, sums are compensated. Dense output by cubic Hermite interpolation.
+ * kept from step to step, sums are compensated. Accounts are summed up at the nodes of the dense output.
  *
  * L. Jay, Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM J. Numer. Anal. 33,
  * 1996; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, section VII.1.
@@ -25,19 +25,20 @@ typedef struct arrays {
     mech_real *p_new;              /* [nv]                                                              */
     mech_real *mass, *k, *mk, *s;  /* LU of M [nv][nv], K [nc][nv], M^-1 K^T [nc][nv], LU of K M^-1 K^T */
     mech_real *k_at, *at, *out;    /* K of a stage, a state, results of a function                      */
+    mech_real *x_rest, *rates;     /* [nx] of accounts: as p_rest; [ny] derivatives                      */
     int *mass_pivot, *s_pivot;
 } arrays;
 
 static size_t integers(int n) { return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real); }
 
-static size_t n_numbers(int s, int nv, int nc)
+static size_t n_numbers(int s, int nv, int nc, int nx)
 {
-    return (size_t)(4 * s * nv + 2 * s * nc + 7 * nv + nv * nv + 3 * nc * nv + nc * nc + 2 * nc) + integers(nv) +
-           integers(nc);
+    const int vectors = 4 * s * nv + 2 * s * nc + 9 * nv + 4 * nx + 2 * nc;
+    return (size_t)(vectors + nv * nv + 3 * nc * nv + nc * nc) + integers(nv) + integers(nc);
 }
 
 /* Lays the n_numbers out from `next`. */
-static arrays lay_out(mech_real *next, int s, int nv, int nc)
+static arrays lay_out(mech_real *next, int s, int nv, int nc, int nx)
 {
     arrays lying, *k = &lying;
     mech_real **vectors[] = {&k->q, &k->v, &k->d, &k->f};
@@ -50,8 +51,10 @@ static arrays lay_out(mech_real *next, int s, int nv, int nc)
     mech_real **rows[] = {&k->k, &k->mk, &k->k_at};
     for (int i = 0; i < 3; i++) *rows[i] = next, next += nc * nv;
     k->s = next, next += nc * nc;
-    k->at = next, next += 2 * nv;
-    k->out = next, next += nv + 2 * nc;
+    k->at = next, next += 2 * nv + nx;
+    k->x_rest = next, next += nx;
+    k->rates = next, next += 2 * nv + nx;
+    k->out = next, next += nv + 2 * nc + nx;
     k->mass_pivot = (int *)next, next += integers(nv);
     k->s_pivot = (int *)next;
     return lying;
@@ -59,12 +62,12 @@ static arrays lay_out(mech_real *next, int s, int nv, int nc)
 
 static arrays arrays_of(const mech_solver *s, const lobatto *c)
 {
-    return lay_out(s->work, c->stages, s->model->nv, s->model->n_velocity);
+    return lay_out(s->work, c->stages, s->model->nv, s->model->n_velocity, s->model->nx);
 }
 
 static int lacks(const mech_model *m)
 {
-    const int plain = m->nq == m->nv && !m->nx && !m->n_rotations && m->n_position == m->n_velocity;
+    const int plain = m->nq == m->nv && m->nx == m->n_accounts && !m->n_rotations && m->n_position == m->n_velocity;
     const int enough = m->momentum && m->force && m->mass;
     const int constrained = !m->n_velocity || (m->constraints && m->constraint_jacobian);
     return plain && enough && constrained ? MECH_RUNNING : MECH_NEEDS_MOMENTA;
@@ -103,6 +106,7 @@ static void begin(mech_solver *s, int fresh, const lobatto *c)
     for (int i = 0; i < c->stages * s->model->n_velocity; i++) k.lam[i] = 0;
     if (fresh) {
         for (int i = 0; i < nv; i++) k.p_rest[i] = k.q_rest[i] = 0;
+        for (int i = 0; i < s->model->nx; i++) k.x_rest[i] = 0;
         call(s, s->model->momentum, s->run->report.t, s->y, k.p);
     }
     /* A singular matrix has a zero or a not-a-number in its factors: the first step fails. */
@@ -133,6 +137,7 @@ static const mech_real *stage(const mech_solver *s, const arrays *k, int j)
     const int n = s->model->nv;
     memcpy(k->at, k->q + j * n, (size_t)n * sizeof(mech_real));
     memcpy(k->at + n, k->v + j * n, (size_t)n * sizeof(mech_real));
+    memcpy(k->at + 2 * n, s->y + 2 * n, (size_t)s->model->nx * sizeof(mech_real));
     return k->at;
 }
 
@@ -261,6 +266,29 @@ static int finish(mech_solver *s, const lobatto *c, const arrays *k, mech_real h
     return 0;
 }
 
+/* Derivatives at the end of the step, and accounts there: from the rates at the nodes. */
+static void close_accounts(mech_solver *s, const lobatto *c, const arrays *k, mech_real h)
+{
+    const int first = 2 * s->model->nv, last = c->stages - 1;
+    const mech_real t = s->run->report.t;
+    for (int i = first; i < s->ny; i++) s->y_new[i] = s->y[i];
+    mech_rhs(s, t + h, s->y_new, s->dy_new);
+    if (!s->model->nx) return;
+    mech_quintic(s, h);
+    for (int i = first; i < s->ny; i++)
+        k->out[i - first] = (c->b[0] + c->b_rest[0]) * s->dy[i] + (c->b[last] + c->b_rest[last]) * s->dy_new[i];
+    for (int j = 1; j < last; j++) {
+        mech_dense_at(s->dense, 6, s->ny, c->c[j], k->at);
+        mech_rhs(s, t + c->c[j] * h, k->at, k->rates);
+        for (int i = first; i < s->ny; i++) k->out[i - first] += (c->b[j] + c->b_rest[j]) * k->rates[i];
+    }
+    for (int i = first; i < s->ny; i++) {
+        const mech_real change = k->x_rest[i - first] + h * k->out[i - first];
+        s->y_new[i] = s->y[i] + change;
+        k->x_rest[i - first] = (s->y[i] - s->y_new[i]) + change;
+    }
+}
+
 static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
 {
     const arrays k = arrays_of(s, c);
@@ -284,13 +312,14 @@ static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
         k.p[i] = k.p_new[i];
         check += s->y_new[i] + s->y_new[nv + i];
     }
+    close_accounts(s, c, &k, h);
     return mech_finite(check) ? 0 : check;
 }
 
 #define LOBATTO(NAME, TABLEAU, ORDER, DOC)                                                                  \
     static size_t n_extra_##NAME(const mech_model *m)                                                       \
     {                                                                                                       \
-        return n_numbers(TABLEAU.stages, m->nv, m->n_velocity);                                             \
+        return n_numbers(TABLEAU.stages, m->nv, m->n_velocity, m->nx);                                      \
     }                                                                                                       \
     static void begin_##NAME(mech_solver *s, int fresh) { begin(s, fresh, &TABLEAU); }                      \
     static mech_real attempt_##NAME(mech_solver *s, mech_real h) { return attempt(s, h, &TABLEAU); }        \
@@ -298,13 +327,14 @@ static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
         .name = #NAME,                                                                                      \
         .doc = DOC,                                                                                         \
         .order = ORDER,                                                                                     \
-        .n_dense = 4,                                                                                       \
+        .n_dense = 6,                                                                                       \
         .lacks = lacks,                                                                                     \
         .n_extra = n_extra_##NAME,                                                                          \
         .begin = begin_##NAME,                                                                              \
+        .gives_derivative = 1,                                                                              \
         .keeps_constraints = 1,                                                                             \
         .attempt = attempt_##NAME,                                                                          \
-        .dense = mech_hermite,                                                                              \
+        .dense = mech_quintic,                                                                              \
     };
 
 LOBATTO(rattle, RATTLE, 2, "RATTLE, of order 2, fixed step: symplectic, symmetric, keeps constraints")

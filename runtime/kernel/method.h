@@ -103,6 +103,9 @@ static inline mech_real mech_nominal(const mech_solver *s, int i)
 /* Moves y onto the constraints at time t: 0, or MECH_OFF_CONSTRAINTS. */
 int mech_project(mech_solver *s, mech_real t, mech_real *y);
 
+/* Six coefficients of the dense output where q' = v, from the ends of the step. */
+void mech_quintic(mech_solver *s, mech_real h);
+
 /* Dense output of a step from its ends alone, of order 3: the first four coefficients of every method. */
 static inline void mech_hermite(mech_solver *s, mech_real h)
 {

@@ -24,9 +24,10 @@
  *     `project_position`: out[nv + n_position], a correction d in the space of velocities, then phi;
  *     `project_velocity`: out[nv + n_velocity], a correction of v, then K v + b;
  *     `displace`: out[nq] = N(q) d, with d in the place of v in y. NULL where there is nothing to project.
- * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and nx = 0.
- * 16. For the methods on momenta, which need q' = v and nx = 0, and all constraints from positions, in one
- *     order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
+ * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and x holds accounts
+ *     alone: the last n_accounts of x, integrals that no derivative reads.
+ * 16. For the methods on momenta, which need q' = v, no x but accounts, and all constraints from positions, in
+ *     one order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
  *     `mass`: out[nv][nv] = d(momentum)/dv; `constraints`: out[n_position + n_velocity], phi, then K v + b;
  *     `constraint_jacobian`: out[n_velocity][nv] = K; the last two NULL where there are no constraints.
  * 17. `hybrid` is NULL where nothing switches. The kernel then owns z during a run: behind the user's
@@ -110,7 +111,7 @@ typedef struct mech_model {
     void (*parameters)(mech_real *p, const unsigned char *set);
     mech_function *rhs, *initial, *inputs, *discretes, *outputs, *assertions, *jacobian;
     int n_position, n_velocity;    /* rows of constraints                                 */
-    int separable;
+    int separable, n_accounts;
     mech_function *project_position, *project_velocity, *displace;
     mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
     const mech_hybrid *hybrid;

@@ -1,5 +1,5 @@
 /* Stoermer's and Verlet's method for q'' = a(q, t), in its velocity form: fixed step, symplectic, symmetric, one
- * evaluation a step, added with compensation; dense output by cubic Hermite interpolation.
+ * evaluation a step, added with compensation. Accounts, which read velocities, cost another one.
  *
  * E. Hairer, C. Lubich, G. Wanner, Geometric numerical integration illustrated by the Stoermer-Verlet method,
  * Acta Numerica 12, 2003.
@@ -22,18 +22,24 @@ static inline void add(mech_solver *s, int i, mech_real step)
 
 static mech_real attempt(mech_solver *s, mech_real h)
 {
-    const int n = s->model->nq;
+    const int n = s->model->nq, nx = s->model->nx;
     const mech_real half = h / 2, *v = s->y + n, *a = s->dy + n, *a_new = s->dy_new + n;
     for (int i = 0; i < n; i++) {
         add(s, i, h * (v[i] + half * a[i]));
         s->y_new[n + i] = v[i]; /* the accelerations do not read it */
     }
+    for (int i = 2 * n; i < s->ny; i++) s->y_new[i] = s->y[i];
     mech_rhs(s, s->run->report.t + h, s->y_new, s->dy_new);
     mech_real check = 0;
     for (int i = 0; i < n; i++) {
         add(s, n + i, half * (a[i] + a_new[i]));
         s->dy_new[i] = s->y_new[n + i];
         check += s->y_new[i] + s->y_new[n + i];
+    }
+    if (nx) mech_rhs(s, s->run->report.t + h, s->y_new, s->dy_new);
+    for (int i = 2 * n; i < s->ny; i++) {
+        add(s, i, half * (s->dy[i] + s->dy_new[i]));
+        check += s->y_new[i];
     }
     return mech_finite(check) ? 0 : check;
 }
@@ -43,10 +49,10 @@ const mech_method mech_verlet = {
     .doc = "Stoermer-Verlet of order 2, fixed step: symplectic and symmetric, for separable models",
     .order = 2,
     .n_work = 1,
-    .n_dense = 4,
+    .n_dense = 6,
     .lacks = lacks,
     .begin = begin,
     .gives_derivative = 1,
     .attempt = attempt,
-    .dense = mech_hermite,
+    .dense = mech_quintic,
 };

@@ -14,6 +14,7 @@ from kernel_models import (
     COUPLED_PENDULUM,
     KEPLER,
     PENDULUM,
+    PUSHED_PENDULUM,
     SPHERICAL_PENDULUM,
     VAN_DER_POL,
 )
@@ -54,6 +55,7 @@ def slopes(steps: tuple[float, ...], errors: list[float]) -> Numbers:
     return np.diff(np.log(errors)) / np.diff(np.log(steps))
 
 
+NAMES = {2: "pendulum", 3: "pushed", 4: "cart"}
 UNCONSTRAINED = [
     ("verlet", 2, PENDULUM, (1.0, 0.0), (0.1, 0.05, 0.025), False),
     ("gauss2", 2, PENDULUM, (1.0, 0.0), (0.1, 0.05, 0.025), False),
@@ -65,6 +67,10 @@ UNCONSTRAINED = [
     ("rattle", 2, COUPLED_PENDULUM, CART_START, (0.05, 0.025, 0.0125), False),
     ("lobatto4", 4, COUPLED_PENDULUM, CART_START, (0.1, 0.05, 0.025), False),
     ("lobatto6", 6, COUPLED_PENDULUM, CART_START, (0.1, 0.05, 0.025), True),
+    ("verlet", 2, PUSHED_PENDULUM, (1.0, 0.0, 0.0), (0.05, 0.025, 0.0125), False),
+    ("rattle", 2, PUSHED_PENDULUM, (1.0, 0.0, 0.0), (0.05, 0.025, 0.0125), False),
+    ("lobatto4", 4, PUSHED_PENDULUM, (1.0, 0.0, 0.0), (0.1, 0.05, 0.025), False),
+    ("lobatto6", 6, PUSHED_PENDULUM, (1.0, 0.0, 0.0), (0.1, 0.05, 0.025), True),
     ("rk4", 4, COUPLED_PENDULUM, CART_START, (0.05, 0.025, 0.0125), False),
     ("dop853", 8, PENDULUM, (1.0, 0.0), (0.1, 0.05, 0.025), True),
 ]
@@ -73,7 +79,7 @@ UNCONSTRAINED = [
 @pytest.mark.parametrize(
     ("method", "order", "model", "start", "steps", "quad"),
     UNCONSTRAINED,
-    ids=[f"{case[0]}-{'cart' if case[2] is COUPLED_PENDULUM else 'pendulum'}" for case in UNCONSTRAINED],
+    ids=[f"{case[0]}-{NAMES[case[2].ny]}" for case in UNCONSTRAINED],
 )
 def test_order(
     method: str, order: int, model: Model, start: tuple[float, ...], steps: tuple[float, ...], quad: bool
@@ -135,7 +141,8 @@ DENSE = [
     ("gauss4", 4, False),
     ("gauss6", 5, True),
     ("gauss8", 6, True),
-    ("lobatto6", 4, False),
+    ("lobatto4", 4, True),
+    ("lobatto6", 5, True),
     ("rattle", 3, False),
 ]
 

@@ -19,6 +19,20 @@ PENDULUM = Model(
     sizes={"separable": 1},
 )
 
+PUSHED_PENDULUM = Model(
+    {
+        "rhs": "out[0] = y[1]; out[1] = -sin(y[0]) + cos(t); out[2] = y[1] * cos(t);",
+        "momentum": "out[0] = y[1];",
+        "force": "out[0] = -sin(y[0]) + cos(t);",
+        "mass": "out[0] = 1;",
+    },
+    nq=1,
+    nv=1,
+    nx=1,
+    sizes={"separable": 1, "n_accounts": 1},
+)
+"""With an account of the energy that the push supplies."""
+
 KEPLER = Model(
     {
         "rhs": "mech_real s = y[0]*y[0] + y[1]*y[1], k = -1 / (s * sqrt(s));"
