@@ -16,6 +16,7 @@ from .runtime.functions import Functions, load_functions
 from .runtime.native import kernel_methods, load_kernel
 from .runtime.nominal import nominal_values
 from .runtime.outcome import SimulationError
+from .runtime.pilot import largest_values
 from .runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
 from .runtime.scipy_methods import METHODS
 from .runtime.work_precision import TOLERANCES, Point, measure
@@ -135,7 +136,16 @@ def _nominal(problem: Problem, functions: Functions, case: Case) -> Any:
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else ()
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
-    return nominal_values(problem, case.y0, rates, case.p, energies, case.stop - case.begin)
+    duration = case.stop - case.begin
+    return nominal_values(
+        problem,
+        case.y0,
+        rates,
+        case.p,
+        energies,
+        duration,
+        lambda provisional: largest_values(problem, functions, case, provisional),
+    )
 
 
 def _first(truth: Reference, count: int) -> Reference:

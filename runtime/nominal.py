@@ -9,17 +9,19 @@ in metres runs alike. The rules, in this order:
 3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
 4. where this is zero, the smallest one of the states of the same kind and unit;
 5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
-6. what the state reaches in the duration of the run by its rate at the start;
+6. what the state reaches in a pilot run at a tolerance of 1e-6 (pilot.py), which measures it against what the
+   rate at the start would lead to in the duration of the run;
 7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
 
 No nominal is below 1e-6 times the largest one of its kind and unit: smaller ones would be below rounding.
-An account of energy has the size of the energies at the start.
+An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
+pilot run, which does not control its error.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -30,9 +32,37 @@ FLOOR = 1e-6
 
 
 def nominal_values(
-    problem: Problem, y0: Array, rates: Array, p: Array, energies: Sequence[float], duration: float
+    problem: Problem,
+    y0: Array,
+    rates: Array,
+    p: Array,
+    energies: Sequence[float],
+    duration: float,
+    pilot: Callable[[Array], Array] | None = None,
 ) -> Array:
-    """Give the nominal value [ny] of each state; ``rates``: dy/dt at the start, [ny]."""
+    """Give the nominal value [ny] of each state; ``rates``: dy/dt at the start, [ny].
+
+    ``pilot`` gives the largest sizes of all states from provisional nominal values; it is called only where rule 6
+    is needed.
+    """
+    nominal, unsized = _by_rules(problem, y0, rates, p, energies, duration, None)
+    if not unsized:
+        return nominal
+    if pilot is None:
+        return np.where(np.isfinite(nominal), nominal, 1.0)
+    return _by_rules(problem, y0, rates, p, energies, duration, pilot(nominal))[0]
+
+
+def _by_rules(
+    problem: Problem,
+    y0: Array,
+    rates: Array,
+    p: Array,
+    energies: Sequence[float],
+    duration: float,
+    reached: Array | None,
+) -> tuple[Array, list[int]]:
+    """Give nominal values, and the states that rule 6 was needed for."""
     rates = np.where(np.isfinite(rates), rates, 0.0)
     coordinates = range(problem.nq)
     velocities = range(problem.nq, problem.nq + problem.nv)
@@ -46,11 +76,14 @@ def nominal_values(
     for i in positions:
         nominal[i] = _own_size(problem.states[i], y0[i])
     _share(problem, nominal, positions)
+    unsized: list[int] = []
     for i in positions:
         if nominal[i] == 0:
             nominal[i] = _parameter_size(problem, p, problem.states[i].unit)
         if nominal[i] == 0:
-            nominal[i] = _reach(problem, i, rates, duration) or 1.0
+            unsized.append(i)
+            far = _reach(problem, i, rates, duration)
+            nominal[i] = (far if reached is None or reached[i] == 0 else float(reached[i])) or 1.0
 
     partner = _coordinate_of_velocity(problem)
     for i in velocities:
@@ -67,8 +100,11 @@ def nominal_values(
 
     energy = max((abs(e) for e in energies if math.isfinite(e)), default=0.0)
     for i in accounts:
-        nominal[i] = problem.states[i].nominal or energy or abs(rates[i]) * duration or 1.0
-    return nominal
+        nominal[i] = problem.states[i].nominal or energy or abs(rates[i]) * duration
+        if nominal[i] == 0:
+            unsized.append(i)
+            nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
+    return nominal, unsized
 
 
 def _own_size(quantity: Quantity, initial: float) -> float:

@@ -24,6 +24,7 @@ from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .nominal import nominal_values
 from .outcome import Outcome, SimulationError, time_text
+from .pilot import largest_values
 from .problem import Array, Problem
 from .scipy_methods import run_scipy
 from .solution import Solution
@@ -110,7 +111,16 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
-    nominal = nominal_values(problem, case.y0, rates, case.p, energies, case.stop - case.begin)
+    duration = case.stop - case.begin
+    nominal = nominal_values(
+        problem,
+        case.y0,
+        rates,
+        case.p,
+        energies,
+        duration,
+        lambda provisional: largest_values(problem, functions, case, provisional),
+    )
     return Plan(problem, functions, options, case, method, nominal)
 
 

@@ -28,6 +28,8 @@ STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
 REPEATS = 9
 PATIENCE = 0.3
 """Seconds for which a measurement is repeated; longer runs are made once."""
+LONGEST = 5.0
+"""Seconds of a run after which the rest of the ladder is left out, and said to be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,8 +69,12 @@ def measure(
     except SimulationError:
         chosen = choose_method(functions, replace(asked, step=1.0))
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
-    points = []
+    points: list[Point] = []
     for setting in settings:
+        if points and points[-1].seconds > LONGEST:
+            why = f"left out, as the run before took {points[-1].seconds:.1f} s"
+            points.append(Point(chosen.name, setting, None, None, 0.0, 0.0, 0, 0, why))
+            break
         points.append(_point(problem, functions, asked, chosen, setting, nominal, reference))
         if progress is not None:
             progress()
