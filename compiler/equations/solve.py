@@ -101,6 +101,10 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
         from .singular import soften
 
         rows = soften(system, r, rows, free, values)
+    if any(row.position is None for row in rows):
+        from .integrable import note_integrable
+
+        note_integrable(system, rows, values, reporter)
     if absent and switched:
         laws = substitute(graph, [row.equation for row in switched], absent)
         switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
