@@ -65,7 +65,7 @@ typedef struct search {
 static mech_real value(const search *q, mech_real part)
 {
     mech_real w = at(q->s, q->h, part, q->k, q->s->modes->w + (MECH_SAMPLES - 1) * q->s->modes->n);
-    if (q->leaves) return part > 0 ? w / part : q->slope;
+    if (q->leaves) return part > 0 ? (w + q->shift) / part : q->slope;
     return w + q->shift;
 }
 
@@ -154,7 +154,8 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
         const mech_real tol = tolerance(s, k);
         const int zero = mech_at_zero(s, k, e->w[k]);
         search q = {s, h, 0, h * e->rate[k], k, zero && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k]};
-        if (zero && !q.leaves) q.shift = tol + mech_max(0, -e->w[k]);
+        /* Rounding may leave w below zero: the way back to that level is the event. */
+        if (zero) q.shift = mech_max(0, -e->w[k]) + (q.leaves ? 0 : tol);
         for (int j = 0; j < last; j++) {
             const mech_real a = (mech_real)j / last, b = (mech_real)(j + 1) / last;
             if (a >= room) break;
