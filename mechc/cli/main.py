@@ -25,7 +25,8 @@ COMMANDS = {
     "equations": "Print the equations of motion, the Lagrangian and the momenta.",
     "explain": "Explain an error code, or what the compiler chose for a model.",
     "show": "Print a model as one stage of the compiler sees it.",
-    "compile": "Write a model as Python or C code.",
+    "compile": "Write a model as Python code, C code or an FMU.",
+    "fmu": "Check or run a Functional Mock-up Unit.",
     "doctor": "Say what this installation can use, and what is missing.",
     "cache": "Show or clear the compiled code that is kept.",
 }
