@@ -50,6 +50,8 @@ def explain_failure(error: BaseException) -> int:
         case OSError():
             say("error", reason(error))
             return FAILED
+        case _ if "mechc.settings" in sys.modules and show_usage_mistake(error):
+            return USAGE
         case _ if "mechc.runtime.outcome" in sys.modules and show_runtime_error(error):
             return FAILED
         case _:
@@ -61,6 +63,16 @@ def reason(error: OSError) -> str:
     """Return what the system refused, without its error number."""
     what = error.strerror or str(error)
     return f"{error.filename}: {what}" if error.filename else what
+
+
+def show_usage_mistake(error: BaseException) -> bool:
+    """Write what was asked for and does not fit the model; say whether the exception tells of that."""
+    from ..settings import UsageMistake
+
+    if not isinstance(error, UsageMistake):
+        return False
+    say("error", f"{error}; {error.help}" if error.help else str(error))
+    return True
 
 
 def show_runtime_error(error: BaseException) -> bool:

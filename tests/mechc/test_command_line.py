@@ -193,3 +193,24 @@ def test_check_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     (found,) = json.loads(out)
     assert found["place"] == {"file": "wrong.mech", "line": 2, "column": 3, "end_line": 2, "end_column": 11}
     assert found["severity"] == "error" and found["code"].startswith("E01")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["compile", "--set", "m=heavy"], "'heavy' is not a number"),
+        (["compile", "--set", "mass=2"], "no parameter or initial value 'mass'"),
+        (["compile", "--target", "c", "-o", "model.c"], "the C target writes a folder"),
+        (["check", "--set", "mass=2"], "no parameter or initial value 'mass'"),
+        (["equations", "--set", "m=2 s"], "it has the unit kg"),
+        (["show", "flat", "--set", "m=heavy"], "'heavy' is not a number"),
+    ],
+)
+def test_mistakes_in_the_use_of_a_command_are_told(
+    capsys: pytest.CaptureFixture[str], own_folder: Path, arguments: list[str], said: str
+) -> None:
+    text = "parameter m = 1 kg;\ncoordinate Length x = 1 m;\nkinetic 1/2*m*der(x)^2;\n"
+    (own_folder / "model.mech").write_text(text, encoding="utf-8")
+    code, _, err = call(capsys, *arguments, "model.mech")
+    assert (code, "bug" in err) == (2, False)
+    assert said in err
