@@ -150,6 +150,12 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         if setting.array == "y":
             y0[setting.index] = value
             known[setting.index] = setting not in guessed
+    if functions.initial_of_others is not None:
+        u = input_values(functions, tables, begin, p, len(problem.inputs))
+        free = [k for k, i in enumerate(problem.dependent) if Setting("y", i) not in chosen]
+        places = [problem.dependent[k] for k in free]
+        for _ in places:  # one of them may be stated with another
+            y0[places] = functions.initial_of_others(begin, y0, u, z, p)[free]
     _check_state(problem, y0)
     wanted_state, assembled = y0, None
     if problem.assembly:

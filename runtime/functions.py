@@ -29,6 +29,7 @@ class Functions:
     assertions: ModelFunction | None
     experiments: Mapping[str, ModelFunction]
     parameters: Callable[[Array, NDArray[np.uint8]], None]
+    initial_of_others: ModelFunction | None = None
     assembly: ModelFunction | None = None
     assembly_jacobian: ModelFunction | None = None
     struct: native.ModelStruct | None = None
@@ -66,6 +67,7 @@ def _from_python(problem: Problem) -> Functions:
         assertions=needed("assertions", len(problem.assertions)),
         experiments={e.function: _as_array(given[e.function]) for e in problem.experiments},
         parameters=problem.parameters_function or _no_parameters,
+        initial_of_others=needed("initial_of_others", len(problem.dependent)),
         assembly=needed("assembly", len(problem.assembly)),
         assembly_jacobian=needed("assembly_jacobian", len(problem.assembly) * problem.nv),
     )
@@ -129,6 +131,7 @@ def _from_library(problem: Problem) -> Functions:
         assertions=needed("assertions", len(problem.assertions)),
         experiments=experiments,
         parameters=parameters,
+        initial_of_others=exported("initial_of_others", len(problem.dependent)),
         assembly=exported("assembly", len(problem.assembly)),
         assembly_jacobian=exported("assembly_jacobian", len(problem.assembly) * problem.nv),
         struct=model,

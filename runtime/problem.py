@@ -154,6 +154,9 @@ class Problem:
     rotations: tuple[int, ...]
     assertions: tuple[Assertion, ...]
     experiments: tuple[Experiment, ...]
+    dependent: tuple[int, ...] = ()
+    """Indices of initial values that are stated with those of other states: the function ``initial_of_others`` gives
+    them from y, so that they follow settings."""
     constraints: tuple[Constraint, ...] = ()
     """Independent rows, those of positions first."""
     starts: tuple[Origin | None, ...] = ()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -90,6 +90,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
+        dependent=tuple(
+            k for k, b in enumerate(_beginnings(system, solved, layout)) if b.by_others is not None
+        ),
         constraints=_constraint_entries(solved),
         assembly=assembled,
         separable=_separable(system, layout, functions),
@@ -129,6 +132,7 @@ def _functions(
             "initial state, as far as it is known or guessed",
             resolve([b.value for b in _beginnings(system, solved, layout)]),
         ),
+        *_initial_of_others(system, solved, layout, resolve),
         Function(
             "outputs",
             "everything reported beside the state",
@@ -252,6 +256,21 @@ def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) 
     """Return a Jacobian with its zeros, row by row."""
     zero = system.graph.zero
     return [row.get(j, zero) for row in jacobian(system.graph, rows, wrt) for j in range(len(wrt))]
+
+
+def _initial_of_others(
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    resolve: Callable[[Sequence[Node]], tuple[Node, ...]],
+) -> list[Function]:
+    """Return the function of the initial values that are stated with those of others, if there are any."""
+    nodes = [b.by_others for b in _beginnings(system, solved, layout) if b.by_others is not None]
+    if not nodes:
+        return []
+    return [
+        Function("initial_of_others", "initial values that are stated with those of others", resolve(nodes))
+    ]
 
 
 def _beginnings(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Beginning]:

@@ -225,6 +225,8 @@ class Equations:
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
     """(row, column) of each output of the function ``jacobian``."""
+    dependent: tuple[int, ...] = ()
+    """Indices in y of initial values that are stated with those of others; ``initial_of_others`` gives them."""
     constraints: tuple[ConstraintEntry, ...] = ()
     """Independent rows, those of positions first."""
     start_spans: tuple[Span | None, ...] = ()

@@ -74,6 +74,9 @@ def _conditions(lowering: Lowering, model: FlatModel) -> tuple[InitialRow, ...]:
 
 def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) -> tuple[Beginning, ...]:
     """Replace initial values of others in initial values, until none is left."""
+    for s, b in starts.items():
+        if starts.keys() & set(graph.support(b.value)):
+            starts[s] = replace(b, by_others=b.value)
     for _ in range(len(starts)):
         values = {s: b.value for s, b in starts.items()}
         open_ones = [s for s, n in values.items() if values.keys() & set(graph.support(n))]

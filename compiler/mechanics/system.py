@@ -86,11 +86,15 @@ class DriveRow:
 
 @dataclass(frozen=True, slots=True)
 class Beginning:
-    """Initial value of one number: ``value`` of parameters; ``known`` for ``=``; ``start`` says where it is written."""
+    """Initial value of one number: ``value`` of parameters; ``known`` for ``=``; ``start`` says where it is written.
+
+    ``by_others``: the same in terms of the coordinates, velocities and states that it is stated with; None if none.
+    """
 
     value: Node
     known: bool
     start: StartValue | None
+    by_others: Node | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from .hoist import hoistable, rule_order
 from .model import Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
 from .schedule import schedule
 
-RUN_ONCE = ("initial", "discretes")
+RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
 
 
@@ -52,6 +52,7 @@ def lower(equations: Equations) -> Program:
         energy_balance=equations.energy_balance,
         assertions=equations.assertions,
         jacobian_pattern=equations.jacobian_pattern,
+        dependent=equations.dependent,
         constraints=equations.constraints,
         assembly=equations.assembly,
         hybrid=equations.hybrid,

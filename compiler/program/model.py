@@ -122,6 +122,7 @@ class Program:
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
     hybrid: HybridPlan | None = None
+    dependent: tuple[int, ...] = ()
     constraints: tuple[ConstraintEntry, ...] = ()
     start_spans: tuple[Span | None, ...] = ()
     assembly: tuple[AssemblyEntry, ...] = ()

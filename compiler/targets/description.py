@@ -55,6 +55,7 @@ def make_problem(
         starts=tuple(origin(span) for span in program.start_spans),
         rotations=program.rotations,
         assertions=tuple(Assertion(a.message, origin(a.span)) for a in program.assertions),
+        dependent=program.dependent,
         constraints=tuple(Constraint(c.name, c.level, c.unit, origin(c.span)) for c in program.constraints),
         assembly=tuple(
             AssemblyRow(a.name, a.stage, a.kind, a.known, a.unit, origin(a.span)) for a in program.assembly
