@@ -1,0 +1,45 @@
+"""A model without constraints holds nothing of what constraints need: not in its text, not in its library."""
+
+from __future__ import annotations
+
+import ctypes
+
+import mechc
+from mechc.compiler.targets.c import emit_c
+from mechc.explanation import explanation
+from mechc.runtime.functions import load_functions
+
+TREE = "import mech.planar.*;gravity {0, -9.81 m/s^2};Bar bar;Revolute pin(world -> bar.a, angle = 1 rad);"
+LOOP = f"{TREE}Bar other;Revolute hinge(bar.b -> other.a);cut Revolute last(other.b -> world * trans({{1, 0}} m));"
+FUNCTIONS = ("project_position", "project_velocity", "displace", "constraints", "constraint_jacobian")
+WORDS = ("assembly", "multiplier", *FUNCTIONS)
+
+
+def test_text() -> None:
+    tree, loop = (emit_c(mechc.loads(text).compilation.program) for text in (TREE, LOOP))
+    head = tree.split("static const mech_model")[0]
+    assert [word for word in WORDS if word in head] == []
+    assert all(f"{word}(" in loop for word in ("assembly", "assembly_jacobian", *FUNCTIONS))
+    assert 3 * len(tree) < len(loop)
+
+
+def test_library() -> None:
+    tree, loop = (mechc.loads(text).problem("c") for text in (TREE, LOOP))
+    for problem, present in ((tree, False), (loop, True)):
+        assert hasattr(ctypes.CDLL(str(problem.library)), "assembly") is present
+        functions = load_functions(problem)
+        assert functions.struct is not None
+        assert [getattr(functions.struct, name) is not None for name in FUNCTIONS] == [present] * 5
+        assert (functions.struct.n_velocity > 0, functions.assembly is not None) == (present, present)
+        assert (len(problem.constraints) > 0, len(problem.assembly) > 0) == (present, present)
+    assert tree.library is not None and loop.library is not None
+    assert tree.library.stat().st_size < loop.library.stat().st_size
+
+
+def test_it_is_said() -> None:
+    decisions = [
+        next(c.decision for c in mechc.loads(text).compilation.equations.choices if "projection" in c.topic)
+        for text in (TREE, LOOP)
+    ]
+    assert decisions == ["left out", "needed"]
+    assert "multipliers, projection and assembly" in " ".join(explanation(mechc.loads(TREE)).split())
