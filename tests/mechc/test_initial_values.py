@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import mechc
 import pytest
+
+import mechc
 
 TEXT = """
 coordinate Length x = 1 m;

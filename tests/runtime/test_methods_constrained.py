@@ -18,7 +18,8 @@ START = {2: (0.6, -0.8, 0.0, 0.0), 3: (0.6, 0.0, -0.8, 0.0, 0.7, 0.0)}
 
 def energy(rows: Numbers) -> Numbers:
     n = rows.shape[1] // 2
-    return (rows[:, n:] ** 2).sum(axis=1) / 2 + rows[:, n - 1]
+    kinetic: Numbers = (rows[:, n:] ** 2).sum(axis=1) / 2
+    return kinetic + rows[:, n - 1]
 
 
 def off_the_rod(rows: Numbers) -> tuple[float, float]:
@@ -29,7 +30,7 @@ def off_the_rod(rows: Numbers) -> tuple[float, float]:
 
 @pytest.mark.parametrize("method", ["dop853", "auto", "rk4", "gauss4"])
 def test_projection_keeps_the_constraints_to_rounding(method: str) -> None:
-    grid = 0.05 * np.arange(1, 2001)
+    grid: Numbers = 0.05 * np.arange(1, 2001, dtype=np.float64)
     step = 0.05 if method in ("rk4", "gauss4") else 0.0
     one = run(CARTESIAN_PENDULUM, method, START[2], 100.0, step=step, tolerance=1e-8, grid=grid)
     assert one.status == REACHED
@@ -111,7 +112,7 @@ def test_energy_and_momentum_of_hanging_points_over_long_times(method: str, step
     """About 1000 periods: energy error bounded, angular momentum and constraints to rounding."""
     model = CARTESIAN_PENDULUM if n == 2 else SPHERICAL_PENDULUM
     stop = 7e3
-    grid = (step * np.arange(int(stop / step)))[:: max(1, int(0.1 / step))]
+    grid: Numbers = (step * np.arange(int(stop / step), dtype=np.float64))[:: max(1, int(0.1 / step))]
     one = run(model, method, START[n], stop, step=step, grid=grid)
     assert one.status == REACHED
     error = energy(one.rows) - energy(one.rows[:1])
