@@ -46,6 +46,8 @@ def evaluate_all(
     numbers = numbers or FLOATS
     functions = numbers.functions
     values: dict[Node, Any] = dict(environment)
+    if numbers is FLOATS:  # NumPy's scalars would warn, and know no difference of truth values
+        values = {n: float(value) for n, value in environment.items()}
     for n in graph.reach(outputs, environment):
         code = graph.op(n)
         if code == ops.CONST:

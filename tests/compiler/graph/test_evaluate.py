@@ -61,3 +61,11 @@ def test_inner_values_may_be_given() -> None:
     s = g.sin(g.symbol("x"))
     assert evaluate(g, [g.add(s, g.one)], {s: 5.0}) == [6.0]
     assert set(evaluate_all(g, [g.add(s, g.one)], {s: 5.0, g.symbol("x"): 0.0})) >= {s, g.one}
+
+
+def test_scalars_of_numpy_are_taken_as_floats() -> None:
+    g = Graph()
+    x = g.symbol("x")
+    values = evaluate(g, [g.sign(x), g.div(g.log(x), g.log(x))], {x: np.float64(0.0)})
+    assert values[0] == 0
+    assert math.isnan(values[1])
