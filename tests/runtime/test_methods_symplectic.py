@@ -16,8 +16,8 @@ METHODS = ("verlet", "gauss2", "gauss4", "gauss6", "gauss8", "rattle", "lobatto4
 
 
 def at_steps(step: float, stop: float, count: int) -> Numbers:
-    whole: Numbers = np.unique(np.round(np.linspace(0, stop, count) / step))
-    return step * whole[:-1]
+    times: Numbers = step * np.unique(np.round(np.linspace(0, stop, count) / step))[:-1]
+    return times
 
 
 def pendulum_energy(rows: Numbers) -> Numbers:
