@@ -49,7 +49,7 @@ def packed(source: str | Path, fmi: int, method: str = "dop853") -> tuple[Packag
     return make_package(model.compilation.equations, start, fmi=fmi, method=method), start
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[pytest.param(2, marks=pytest.mark.slow), 3])
 def driven(request: Any, tmp_path_factory: Any) -> Iterator[tuple[Path, Package, Start, int]]:
     package, start = packed(DRIVEN, request.param)
     path = tmp_path_factory.mktemp("fmu") / "driven.fmu"
