@@ -123,7 +123,7 @@ def main(quick: bool = False) -> None:
         "Nanoseconds of one evaluation of all accelerations at random states, best of many batches. mechc: `rhs` of "
         "the default build, parameters at run time; Pinocchio: `aba`, the better of its two conventions, called from "
         "C++; MuJoCo: `mj_forward` without contacts, called through its Python package (about 0.3 us of which are the "
-        "call); CasADi: its generated C of M and h with LDL; SymPy: `LagrangesMethod`, lambdified with common "
+        "call); CasADi: its generated C of M and h with LDL, at one state again and again (the easiest for the processor); SymPy: `LagrangesMethod`, lambdified with common "
         "subexpressions, and numpy's solve. Pinocchio and MuJoCo are general engines that read their model at run "
         "time: the ratio is the worth of specialisation. Goals: n = 7 and 100 at least 6 times faster than "
         "Pinocchio, the spatial arm of 7 joints at least 4 times."

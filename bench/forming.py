@@ -105,7 +105,9 @@ def main(quick: bool = False) -> None:
         "accelerations, Jacobian, energies, outputs. The exponent is that of the growth since the row above."
     ]
     for system in SYSTEMS:
-        goal = f" (goal: at most {system.bound:g} operations per freedom at n = {system.bound_size})"
+        goal = ""
+        if math.isfinite(system.bound):
+            goal = f" (goal: at most {system.bound:g} operations per freedom at n = {system.bound_size})"
         parts.append(f"## {system.name}{goal}\n\n{table(head, measure(system, quick))}")
     write("forming", "Forming and compiling over size", parts)
 
