@@ -22,7 +22,8 @@ def at_steps(step: float, stop: float, count: int) -> Numbers:
 
 def pendulum_energy(rows: Numbers) -> Numbers:
     """Without the cancellation of 1 - cos."""
-    return rows[:, 1] ** 2 / 2 + 2 * np.sin(rows[:, 0] / 2) ** 2
+    energies: Numbers = rows[:, 1] ** 2 / 2 + 2 * np.sin(rows[:, 0] / 2) ** 2
+    return energies
 
 
 def parts(values: Numbers) -> list[Numbers]:
