@@ -1,23 +1,23 @@
 /* Gauss collocation with 1 to 4 stages and a fixed step: symplectic, symmetric, of order 2, 4, 6, 8.
  *
- * The stages are found by fixed-point iteration from the continued derivatives of the last step; where q' = v, with
- * the positions of the stages from their velocities at once, which squares the rate. It goes on until rounding
- * stops it, the step is added with compensation, and the coefficients are exact to twice the digits: so the error
- * by rounding grows as the square root of time. Where the iteration does not contract, Newton's method takes over
- * for the rest of the run, if the model has a Jacobian.
+ * The stages are found by fixed-point iteration from the continued derivatives of the last step; where q' =
+ * v, with the positions of the stages from their velocities at once, which squares the rate. It goes on
+ * until rounding stops it, the step is added with compensation, and the coefficients are exact to twice the
+ * digits: so the error by rounding grows as the square root of time. Where the iteration does not contract,
+ * Newton's method takes over for the rest of the run, if the model has a Jacobian.
  *
- * E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, sections II.1, VIII.6;
- * E. Hairer, R. McLachlan, A. Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods,
- * BIT 48, 2008.
+ * E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, sections II.1,
+ * VIII.6; E. Hairer, R. McLachlan, A. Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta
+ * methods, BIT 48, 2008.
  */
 #include "gauss_tableau.h"
 
 enum { MAX_FIXED_POINT = 60, MAX_NEWTON = 20 };
 
 typedef struct memory {
-    mech_real h_old; /* of the step whose derivatives are in f; 0: there is none */
-    int newton;      /* Newton's method is in use                                */
-    int second_order; /* q' = v                                                  */
+    mech_real h_old;  /* of the step whose derivatives are in f; 0: there is none */
+    int newton;       /* Newton's method is in use */
+    int second_order; /* q' = v */
     mech_newton system;
 } memory;
 
@@ -30,8 +30,13 @@ static inline arrays arrays_of(const mech_solver *s, int stages)
 {
     const int n = s->ny, block = stages * n;
     mech_real *k = s->work;
-    return (arrays){.f = k, .z = k + block, .d = k + 2 * block, .w = k + 3 * block, .rest = k + 4 * block,
-                    .weight = k + 4 * block + n, .at = k + 4 * block + 2 * n};
+    return (arrays){.f = k,
+                    .z = k + block,
+                    .d = k + 2 * block,
+                    .w = k + 3 * block,
+                    .rest = k + 4 * block,
+                    .weight = k + 4 * block + n,
+                    .at = k + 4 * block + 2 * n};
 }
 
 static size_t header(void) { return (sizeof(memory) + sizeof(mech_real) - 1) / sizeof(mech_real); }
@@ -59,8 +64,8 @@ static void begin(mech_solver *s, int fresh, const gauss *g)
 }
 
 /* Stages from derivatives, z = h A f; with second_order the positions from the velocities in z. */
-static inline void stages_of(const mech_solver *s, const gauss *g, int stages, mech_real h, const mech_real *f,
-                             int second_order, mech_real *z)
+static inline void stages_of(const mech_solver *s, const gauss *g, int stages, mech_real h,
+                             const mech_real *f, int second_order, mech_real *z)
 {
     const int n = s->ny, nq = second_order ? s->model->nq : 0;
     for (int j = 0; j < stages; j++)
@@ -131,7 +136,8 @@ static mech_real rounding_level(int n) { return 64 * n * MECH_EPSILON; }
 
 enum outcome { FOUND, NO_CONTRACTION, UNDEFINED };
 
-static inline enum outcome fixed_point(mech_solver *s, memory *m, const gauss *g, int stages, mech_real h, const arrays *k)
+static inline enum outcome fixed_point(mech_solver *s, memory *m, const gauss *g, int stages, mech_real h,
+                                       const arrays *k)
 {
     mech_real before = 0;
     int slow = 0;
@@ -255,25 +261,25 @@ static inline void dense(mech_solver *s, mech_real h, const gauss *g, int stages
     }
 }
 
-#define GAUSS(ORDER, STAGES, DENSE)                                                                         \
-    static size_t n_extra_##ORDER(const mech_model *model) { return n_extra(model, &GAUSS##ORDER); }        \
-    static void begin_##ORDER(mech_solver *s, int fresh) { begin(s, fresh, &GAUSS##ORDER); }                \
-    static mech_real attempt_##ORDER(mech_solver *s, mech_real h)                                           \
-    {                                                                                                       \
-        return attempt(s, h, &GAUSS##ORDER, STAGES);                                                        \
-    }                                                                                                       \
-    static void dense_##ORDER(mech_solver *s, mech_real h) { dense(s, h, &GAUSS##ORDER, STAGES); }          \
-    const mech_method mech_gauss##ORDER = {                                                                 \
-        .name = "gauss" #ORDER,                                                                             \
-        .doc = "Gauss collocation of order " #ORDER ", fixed step: symplectic and symmetric",               \
-        .order = ORDER,                                                                                     \
-        .n_stages = STAGES,                                                                                 \
-        .n_work = 4 * STAGES + 3,                                                                           \
-        .n_dense = DENSE,                                                                                   \
-        .n_extra = n_extra_##ORDER,                                                                         \
-        .begin = begin_##ORDER,                                                                             \
-        .attempt = attempt_##ORDER,                                                                         \
-        .dense = dense_##ORDER,                                                                             \
+#define GAUSS(ORDER, STAGES, DENSE)                                                                          \
+    static size_t n_extra_##ORDER(const mech_model *model) { return n_extra(model, &GAUSS##ORDER); }         \
+    static void begin_##ORDER(mech_solver *s, int fresh) { begin(s, fresh, &GAUSS##ORDER); }                 \
+    static mech_real attempt_##ORDER(mech_solver *s, mech_real h)                                            \
+    {                                                                                                        \
+        return attempt(s, h, &GAUSS##ORDER, STAGES);                                                         \
+    }                                                                                                        \
+    static void dense_##ORDER(mech_solver *s, mech_real h) { dense(s, h, &GAUSS##ORDER, STAGES); }           \
+    const mech_method mech_gauss##ORDER = {                                                                  \
+        .name = "gauss" #ORDER,                                                                              \
+        .doc = "Gauss collocation of order " #ORDER ", fixed step: symplectic and symmetric",                \
+        .order = ORDER,                                                                                      \
+        .n_stages = STAGES,                                                                                  \
+        .n_work = 4 * STAGES + 3,                                                                            \
+        .n_dense = DENSE,                                                                                    \
+        .n_extra = n_extra_##ORDER,                                                                          \
+        .begin = begin_##ORDER,                                                                              \
+        .attempt = attempt_##ORDER,                                                                          \
+        .dense = dense_##ORDER,                                                                              \
     };
 
 GAUSS(2, 1, 4)

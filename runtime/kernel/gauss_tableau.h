@@ -1,12 +1,12 @@
-/* Coefficients of the Gauss methods with 1 to 4 stages, of order 2, 4, 6, 8, computed from the nodes, which are
- * the zeros of the shifted Legendre polynomials, with 60 digits.
+/* Coefficients of the Gauss methods with 1 to 4 stages, of order 2, 4, 6, 8, computed from the nodes, which
+ * are the zeros of the shifted Legendre polynomials, with 60 digits.
  *
- * c: nodes; a, b: weights, each as a multiple of 1/1024, which is exact, and the small rest (E. Hairer,
- * R. McLachlan, A. Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008).
+ * c: nodes; a, b: weights, each as a multiple of 1/1024, which is exact, and the small rest (E. Hairer, R.
+ * McLachlan, A. Razakarivony, Achieving Brouwer's law with implicit Runge-Kutta methods, BIT 48, 2008).
  * next: the derivatives of the stages and of the end of a step continued to the stages of the next step.
  * by_stages: b A^-1, which gives the step from its stages. smooth: coefficients of the dense output
- * (solver.h, point 6; from the third on) over h by the derivatives at the beginning, at the stages, at the end.
- * plain: the same by the derivatives at the stages alone, the collocation polynomial.
+ * (solver.h, point 6; from the third on) over h by the derivatives at the beginning, at the stages, at the
+ * end. plain: the same by the derivatives at the stages alone, the collocation polynomial.
  */
 #ifndef MECH_GAUSS_TABLEAU_H
 #define MECH_GAUSS_TABLEAU_H

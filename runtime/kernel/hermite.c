@@ -1,7 +1,7 @@
 /* Dense output of a step of a model with q' = v from its ends alone: positions by the polynomial of degree 5
- * through q, v, a at both ends, velocities by that of degree 3 through v, a, accounts likewise. Where the positions
- * are good to more than order 4, velocities get the slope of their polynomial in the middle, too; else that would
- * magnify their error.
+ * through q, v, a at both ends, velocities by that of degree 3 through v, a, accounts likewise. Where the
+ * positions are good to more than order 4, velocities get the slope of their polynomial in the middle, too;
+ * else that would magnify their error.
  */
 #include "method.h"
 

@@ -1,14 +1,17 @@
-/* The pairs Lobatto IIIA - IIIB on positions and momenta with a fixed step, for models with or without position
- * constraints: symplectic, symmetric; positions and velocities fulfil the constraints. Order 2 (RATTLE), 4 and 6.
+/* The pairs Lobatto IIIA - IIIB on positions and momenta with a fixed step, for models with or without
+ * position constraints: symplectic, symmetric; positions and velocities fulfil the constraints. Order 2
+ * (RATTLE), 4 and 6.
  *
  *     Q_i = q + h sum a_ij V_j       p(Q_i, V_i) = p + h sum a^_ij F_j       phi(Q_i) = 0
  *     F_j = dL/dq + Q + K^T lam_j    q1 = Q_s    p1 = p + h sum b_j F_j      K v1 + b = 0
  *
- * The stages are found by simplified Newton iterations with M and K at the beginning of the step. The momenta are
- * kept from step to step, sums are compensated. Accounts are summed up at the nodes of the dense output.
+ * The stages are found by simplified Newton iterations with M and K at the beginning of the step. The
+ * momenta are kept from step to step, sums are compensated. Accounts are summed up at the nodes of the dense
+ * output.
  *
- * L. Jay, Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM J. Numer. Anal. 33,
- * 1996; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006, section VII.1.
+ * L. Jay, Symplectic partitioned Runge-Kutta methods for constrained Hamiltonian systems, SIAM J. Numer.
+ * Anal. 33, 1996; E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd ed., Springer 2006,
+ * section VII.1.
  */
 #include <string.h>
 
@@ -19,17 +22,20 @@ enum { MAX_ITERATIONS = 100 };
 
 /* nv velocities, nc constraints, s stages. */
 typedef struct arrays {
-    mech_real *q, *v, *d, *f;      /* [s][nv] stages: positions, velocities, their changes; forces      */
-    mech_real *lam, *phi;          /* [s][nc] multipliers, residuals                                    */
-    mech_real *p, *p_rest, *q_rest; /* [nv] momenta; what rounding kept from them and from q            */
-    mech_real *p_new;              /* [nv]                                                              */
-    mech_real *mass, *k, *mk, *s;  /* LU of M [nv][nv], K [nc][nv], M^-1 K^T [nc][nv], LU of K M^-1 K^T */
-    mech_real *k_at, *at, *out;    /* K of a stage, a state, results of a function                      */
-    mech_real *x_rest, *rates;     /* [nx] of accounts: as p_rest; [ny] derivatives                      */
+    mech_real *q, *v, *d, *f;       /* [s][nv] stages: positions, velocities, their changes; forces */
+    mech_real *lam, *phi;           /* [s][nc] multipliers, residuals */
+    mech_real *p, *p_rest, *q_rest; /* [nv] momenta; what rounding kept from them and from q */
+    mech_real *p_new;               /* [nv] */
+    mech_real *mass, *k, *mk, *s;   /* LU of M [nv][nv], K [nc][nv], M^-1 K^T [nc][nv], LU of K M^-1 K^T */
+    mech_real *k_at, *at, *out;     /* K of a stage, a state, results of a function */
+    mech_real *x_rest, *rates;      /* [nx] of accounts: as p_rest; [ny] derivatives */
     int *mass_pivot, *s_pivot;
 } arrays;
 
-static size_t integers(int n) { return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real); }
+static size_t integers(int n)
+{
+    return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
+}
 
 static size_t n_numbers(int s, int nv, int nc, int nx)
 {
@@ -67,7 +73,8 @@ static arrays arrays_of(const mech_solver *s, const lobatto *c)
 
 static int lacks(const mech_model *m)
 {
-    const int plain = m->nq == m->nv && m->nx == m->n_accounts && !m->n_rotations && m->n_position == m->n_velocity;
+    const int plain =
+        m->nq == m->nv && m->nx == m->n_accounts && !m->n_rotations && m->n_position == m->n_velocity;
     const int enough = m->momentum && m->force && m->mass;
     const int constrained = !m->n_velocity || (m->constraints && m->constraint_jacobian);
     return plain && enough && constrained ? MECH_RUNNING : MECH_NEEDS_MOMENTA;
@@ -114,8 +121,8 @@ static void begin(mech_solver *s, int fresh, const lobatto *c)
 }
 
 /* sum_j (high_j + rest_j) x[j][i] over `count` stages. */
-static inline mech_real combine(const mech_real *high, const mech_real *rest, const mech_real *x, int n, int i,
-                                int count)
+static inline mech_real combine(const mech_real *high, const mech_real *rest, const mech_real *x, int n,
+                                int i, int count)
 {
     mech_real small = 0, sum = 0;
     for (int j = 0; j < count; j++) small += rest[j] * x[j * n + i];
@@ -201,15 +208,15 @@ static mech_real iterate(mech_solver *s, const lobatto *c, const arrays *k, mech
     return largest;
 }
 
-/* What an iteration may still change where rounding keeps it from going on: positions by their last digits, and
-   velocities by that over h. */
+/* What an iteration may still change where rounding keeps it from going on: positions by their last digits,
+   and velocities by that over h. */
 static mech_real rounding_level(const mech_solver *s, mech_real h)
 {
     const int n = s->model->nv;
     mech_real largest = 1;
     for (int i = 0; i < n && s->model->n_velocity; i++) {
-        const mech_real ratio = (mech_nominal(s, i) + mech_abs(s->y[i])) /
-                                (h * (mech_nominal(s, n + i) + mech_abs(s->y[n + i])));
+        const mech_real ratio =
+            (mech_nominal(s, i) + mech_abs(s->y[i])) / (h * (mech_nominal(s, n + i) + mech_abs(s->y[n + i])));
         largest = mech_max(largest, ratio);
     }
     return 64 * n * MECH_EPSILON * largest;
@@ -276,7 +283,8 @@ static void close_accounts(mech_solver *s, const lobatto *c, const arrays *k, me
     if (!s->model->nx) return;
     mech_quintic(s, h);
     for (int i = first; i < s->ny; i++)
-        k->out[i - first] = (c->b[0] + c->b_rest[0]) * s->dy[i] + (c->b[last] + c->b_rest[last]) * s->dy_new[i];
+        k->out[i - first] =
+            (c->b[0] + c->b_rest[0]) * s->dy[i] + (c->b[last] + c->b_rest[last]) * s->dy_new[i];
     for (int j = 1; j < last; j++) {
         mech_dense_at(s->dense, 6, s->ny, c->c[j], k->at);
         mech_rhs(s, t + c->c[j] * h, k->at, k->rates);
@@ -297,7 +305,8 @@ static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
         for (int i = 0; i < nv; i++) k.v[j * nv + i] = s->y[nv + i] + c->c[j] * h * s->dy[nv + i];
     for (int i = 0; i < nv; i++) k.q[i] = s->y[i];
     /* The multipliers go on as they ended. */
-    for (int j = 0; j < last - 1; j++) memcpy(k.lam + j * nc, k.lam + (last - 1) * nc, (size_t)nc * sizeof(mech_real));
+    for (int j = 0; j < last - 1; j++)
+        memcpy(k.lam + j * nc, k.lam + (last - 1) * nc, (size_t)nc * sizeof(mech_real));
     memcpy(k.lam + last * nc, k.lam, (size_t)nc * sizeof(mech_real));
     positions(s, c, &k, h);
     if (!converge(s, c, &k, h) || finish(s, c, &k, h)) {
@@ -316,27 +325,29 @@ static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
     return mech_finite(check) ? 0 : check;
 }
 
-#define LOBATTO(NAME, TABLEAU, ORDER, DOC)                                                                  \
-    static size_t n_extra_##NAME(const mech_model *m)                                                       \
-    {                                                                                                       \
-        return n_numbers(TABLEAU.stages, m->nv, m->n_velocity, m->nx);                                      \
-    }                                                                                                       \
-    static void begin_##NAME(mech_solver *s, int fresh) { begin(s, fresh, &TABLEAU); }                      \
-    static mech_real attempt_##NAME(mech_solver *s, mech_real h) { return attempt(s, h, &TABLEAU); }        \
-    const mech_method mech_##NAME = {                                                                       \
-        .name = #NAME,                                                                                      \
-        .doc = DOC,                                                                                         \
-        .order = ORDER,                                                                                     \
-        .n_dense = 6,                                                                                       \
-        .lacks = lacks,                                                                                     \
-        .n_extra = n_extra_##NAME,                                                                          \
-        .begin = begin_##NAME,                                                                              \
-        .gives_derivative = 1,                                                                              \
-        .keeps_constraints = 1,                                                                             \
-        .attempt = attempt_##NAME,                                                                          \
-        .dense = mech_quintic,                                                                              \
+#define LOBATTO(NAME, TABLEAU, ORDER, DOC)                                                                   \
+    static size_t n_extra_##NAME(const mech_model *m)                                                        \
+    {                                                                                                        \
+        return n_numbers(TABLEAU.stages, m->nv, m->n_velocity, m->nx);                                       \
+    }                                                                                                        \
+    static void begin_##NAME(mech_solver *s, int fresh) { begin(s, fresh, &TABLEAU); }                       \
+    static mech_real attempt_##NAME(mech_solver *s, mech_real h) { return attempt(s, h, &TABLEAU); }         \
+    const mech_method mech_##NAME = {                                                                        \
+        .name = #NAME,                                                                                       \
+        .doc = DOC,                                                                                          \
+        .order = ORDER,                                                                                      \
+        .n_dense = 6,                                                                                        \
+        .lacks = lacks,                                                                                      \
+        .n_extra = n_extra_##NAME,                                                                           \
+        .begin = begin_##NAME,                                                                               \
+        .gives_derivative = 1,                                                                               \
+        .keeps_constraints = 1,                                                                              \
+        .attempt = attempt_##NAME,                                                                           \
+        .dense = mech_quintic,                                                                               \
     };
 
 LOBATTO(rattle, RATTLE, 2, "RATTLE, of order 2, fixed step: symplectic, symmetric, keeps constraints")
-LOBATTO(lobatto4, LOBATTO4, 4, "Lobatto IIIA - IIIB of order 4, fixed step: symplectic, symmetric, keeps constraints")
-LOBATTO(lobatto6, LOBATTO6, 6, "Lobatto IIIA - IIIB of order 6, fixed step: symplectic, symmetric, keeps constraints")
+LOBATTO(lobatto4, LOBATTO4, 4,
+        "Lobatto IIIA - IIIB of order 4, fixed step: symplectic, symmetric, keeps constraints")
+LOBATTO(lobatto6, LOBATTO6, 6,
+        "Lobatto IIIA - IIIB of order 6, fixed step: symplectic, symmetric, keeps constraints")

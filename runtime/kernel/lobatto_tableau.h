@@ -1,9 +1,10 @@
-/* Coefficients of the pairs Lobatto IIIA - IIIB with 2, 3, 4 stages, of order 2, 4, 6, computed from the nodes with
- * 60 digits.
+/* Coefficients of the pairs Lobatto IIIA - IIIB with 2, 3, 4 stages, of order 2, 4, 6, computed from the
+ * nodes with 60 digits.
  *
- * c: nodes; b: weights; a: IIIA, for positions; a_hat: IIIB, for momenta, its last column is zero. The last three
- * are multiples of 1/1024, which is exact, and a small rest, as those of the Gauss methods. inverse: of the product
- * of a and a_hat without its first row and last column, which are zero; it gives multipliers from residuals.
+ * c: nodes; b: weights; a: IIIA, for positions; a_hat: IIIB, for momenta, its last column is zero. The last
+ * three are multiples of 1/1024, which is exact, and a small rest, as those of the Gauss methods. inverse:
+ * of the product of a and a_hat without its first row and last column, which are zero; it gives multipliers
+ * from residuals.
  */
 #ifndef MECH_LOBATTO_TABLEAU_H
 #define MECH_LOBATTO_TABLEAU_H

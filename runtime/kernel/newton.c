@@ -1,6 +1,9 @@
 #include "newton.h"
 
-static size_t integers(int n) { return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real); }
+static size_t integers(int n)
+{
+    return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
+}
 
 size_t mech_newton_size(const mech_model *model, const mech_spectrum *spectrum)
 {
@@ -33,10 +36,11 @@ int mech_newton_factorise(mech_newton *k, mech_real h)
 {
     const mech_spectrum *c = k->spectrum;
     k->h = 0;
-    if (c->has_real && mech_factorise_shifted(&k->structure, k->jacobian, c->real / h, k->real, k->pivot)) return 1;
+    if (c->has_real && mech_factorise_shifted(&k->structure, k->jacobian, c->real / h, k->real, k->pivot))
+        return 1;
     for (int l = 0; l < c->pairs; l++)
-        if (mech_factorise_shifted_complex(&k->structure, k->jacobian, c->alpha[l] / h, c->beta[l] / h, k->re[l],
-                                           k->im[l], k->pivots[l]))
+        if (mech_factorise_shifted_complex(&k->structure, k->jacobian, c->alpha[l] / h, c->beta[l] / h,
+                                           k->re[l], k->im[l], k->pivots[l]))
             return 1;
     k->h = h;
     return 0;

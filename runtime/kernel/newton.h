@@ -1,8 +1,9 @@
 /* Simplified Newton iterations of implicit Runge-Kutta methods. Internal to the kernel.
  *
- * The stages Z_i = h sum a_ij f(y + Z_j) are uncoupled by A^-1 = T L T^-1, where L holds one real number or none
- * and pairs of conjugate ones, as blocks [alpha -beta; beta alpha]. With Z = (T x 1) W the corrections solve
- * (lambda / h - J) dW = (T^-1 f)  - (L / h) W: one real system and complex ones of the size of a single stage.
+ * The stages Z_i = h sum a_ij f(y + Z_j) are uncoupled by A^-1 = T L T^-1, where L holds one real number or
+ * none and pairs of conjugate ones, as blocks [alpha -beta; beta alpha]. With Z = (T x 1) W the corrections
+ * solve (lambda / h - J) dW = (T^-1 f)  - (L / h) W: one real system and complex ones of the size of a
+ * single stage.
  *
  * J. C. Butcher 1976; E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, section IV.8.
  */

@@ -19,7 +19,8 @@ static void keep_largest(mech_real *largest, const mech_real *residual, int n)
 }
 
 /* The largest of n changes over the nominal size of what they change, which begins at y[first]. */
-static mech_real relative_size(const mech_solver *s, const mech_real *change, const mech_real *y, int first, int n)
+static mech_real relative_size(const mech_solver *s, const mech_real *change, const mech_real *y, int first,
+                               int n)
 {
     mech_real largest = 0;
     for (int i = 0; i < n; i++) {

@@ -1,13 +1,13 @@
-/* Radau IIA of order 5: implicit, three stages, stiffly accurate; simplified Newton iterations with the model's
- * own Jacobian, an embedded error estimate of order 3, predictive step control.
+/* Radau IIA of order 5: implicit, three stages, stiffly accurate; simplified Newton iterations with the
+ * model's own Jacobian, an embedded error estimate of order 3, predictive step control.
  *
- * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8, and the
- * authors' program RADAU5. Coefficients computed from the nodes with 60 digits.
+ * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8,
+ * and the authors' program RADAU5. Coefficients computed from the nodes with 60 digits.
  *
  * The estimate of a step falls as h^4, the error of the solution as h^5; so the bound for the estimate is
- * 0.4 tol^(4/5), and the error is proportional to tol. The dense output has the derivatives of the stages and, at the beginning, that of
- * the collocation polynomial p plus (I - h gamma J)^-1 (f(y) - p'): f(y) itself, for order 4 in place of 3, but
- * bounded where h J is not.
+ * 0.4 tol^(4/5), and the error is proportional to tol. The dense output has the derivatives of the stages
+ * and, at the beginning, that of the collocation polynomial p plus (I - h gamma J)^-1 (f(y) - p'): f(y)
+ * itself, for order 4 in place of 3, but bounded where h J is not.
  */
 #include "newton.h"
 
@@ -30,8 +30,7 @@ static const mech_spectrum SPECTRUM = {
           MECH_C(-0.03002919410514742449186111708905386666838),
           MECH_C(0.2502131229653333113765090675125016843586),
           MECH_C(0.2041293522937999319959908102983381740865),
-          MECH_C(0.3829421127572619377954382335998732103578),
-          1, 1, 0},
+          MECH_C(0.3829421127572619377954382335998732103578), 1, 1, 0},
     .t_inverse = {MECH_C(4.17871859155190472734646265851205623),
                   MECH_C(0.3276828207610623870825332724296162342458),
                   MECH_C(0.5233764454994495480399309159089875020601),
@@ -55,11 +54,11 @@ static const mech_real SAME_STEP = MECH_C(1.2);
 /* What is remembered from step to step. */
 typedef struct radau {
     mech_newton newton;
-    mech_real theta, eta;            /* convergence: ratio of corrections, theta / (1 - theta) */
-    mech_real h_old, error_old;      /* of the last accepted step; h_old = 0: there is none    */
-    mech_real tolerance;             /* of the error estimate                                  */
+    mech_real theta, eta;       /* convergence: ratio of corrections, theta / (1 - theta) */
+    mech_real h_old, error_old; /* of the last accepted step; h_old = 0: there is none */
+    mech_real tolerance;        /* of the error estimate */
     int has_jacobian, jacobian_is_here, iterations;
-    long long steps;                 /* accepted when the Jacobian was last looked at          */
+    long long steps; /* accepted when the Jacobian was last looked at */
 } radau;
 
 typedef struct arrays {
@@ -70,8 +69,15 @@ static arrays arrays_of(const mech_solver *s)
 {
     const int n = s->ny;
     mech_real *k = s->work;
-    return (arrays){.f = k, .z = k + 3 * n, .w = k + 6 * n, .d = k + 9 * n, .poly = k + 12 * n, .scale = k + 15 * n,
-                    .error = k + 16 * n, .at = k + 17 * n, .dominant = k + 18 * n};
+    return (arrays){.f = k,
+                    .z = k + 3 * n,
+                    .w = k + 6 * n,
+                    .d = k + 9 * n,
+                    .poly = k + 12 * n,
+                    .scale = k + 15 * n,
+                    .error = k + 16 * n,
+                    .at = k + 17 * n,
+                    .dominant = k + 18 * n};
 }
 
 static size_t header(void) { return (sizeof(radau) + sizeof(mech_real) - 1) / sizeof(mech_real); }
@@ -141,7 +147,8 @@ static void remember(const mech_solver *s, const arrays *k)
     const int n = s->ny;
     const mech_real *z1 = k->z, *z2 = z1 + n, *z3 = z2 + n;
     for (int i = 0; i < n; i++) {
-        const mech_real end = (z2[i] - z3[i]) / (C2 - 1), middle = (z1[i] - z2[i]) / (C1 - C2), first = z1[i] / C1;
+        const mech_real end = (z2[i] - z3[i]) / (C2 - 1), middle = (z1[i] - z2[i]) / (C1 - C2),
+                        first = z1[i] / C1;
         const mech_real second = (middle - end) / (C1 - 1);
         k->poly[i] = end;
         k->poly[n + i] = second;
@@ -208,13 +215,14 @@ static mech_real iterate(mech_solver *s, radau *r, const arrays *k, mech_real h)
 }
 
 /* k->error = (real / h - J)^-1 (f + sum e_i z_i / h), f the derivative at the beginning; its norm. */
-static mech_real estimate(const mech_solver *s, const radau *r, const arrays *k, const mech_real *f, mech_real h)
+static mech_real estimate(const mech_solver *s, const radau *r, const arrays *k, const mech_real *f,
+                          mech_real h)
 {
     const int n = s->ny;
     const mech_real *z1 = k->z, *z2 = z1 + n, *z3 = z2 + n;
     for (int i = 0; i < n; i++) k->error[i] = f[i] + (E1 * z1[i] + E2 * z2[i] + E3 * z3[i]) / h;
-    mech_solve_shifted(&r->newton.structure, r->newton.jacobian, SPECTRUM.real / h, r->newton.real, r->newton.pivot,
-                       k->error, r->newton.room);
+    mech_solve_shifted(&r->newton.structure, r->newton.jacobian, SPECTRUM.real / h, r->newton.real,
+                       r->newton.pivot, k->error, r->newton.room);
     mech_real sum = 0;
     for (int i = 0; i < n; i++) {
         const mech_real x = k->error[i] * k->scale[i];
@@ -265,8 +273,8 @@ static mech_real control(mech_solver *s, mech_real h, mech_real error)
     return r->theta <= FAST && factor >= 1 && factor <= SAME_STEP ? 1 : factor;
 }
 
-/* |h lambda| of the largest eigenvalue, by two steps of the power method each time: two, as it may be one of a
-   pair of complex ones. */
+/* |h lambda| of the largest eigenvalue, by two steps of the power method each time: two, as it may be one of
+   a pair of complex ones. */
 static mech_real stiffness(mech_solver *s, mech_real h)
 {
     const radau *r = (const radau *)mech_extra(s);
@@ -277,7 +285,8 @@ static mech_real stiffness(mech_solver *s, mech_real h)
     for (int i = 0; i < n; i++) before += x[i] * k.scale[i] * x[i] * k.scale[i];
     for (int l = 0; l < 2; l++) {
         for (int i = 0; i < n; i++) image[i] = 0;
-        for (int e = 0; e < m->n_jacobian; e++) image[m->jac_row[e]] += r->newton.jacobian[e] * x[m->jac_col[e]];
+        for (int e = 0; e < m->n_jacobian; e++)
+            image[m->jac_row[e]] += r->newton.jacobian[e] * x[m->jac_col[e]];
         for (int i = 0; i < n; i++) x[i] = image[i];
     }
     for (int i = 0; i < n; i++) after += x[i] * k.scale[i] * x[i] * k.scale[i];
@@ -298,7 +307,8 @@ static void dense(mech_solver *s, mech_real h)
     const mech_real *z1 = k.z, *z2 = z1 + n, *z3 = z2 + n;
     mech_real *c = s->dense;
     for (int i = 0; i < n; i++) {
-        const mech_real a1 = (z1[i] - C1 * z3[i]) / (C1 * (1 - C1)), a2 = (z2[i] - C2 * z3[i]) / (C2 * (1 - C2));
+        const mech_real a1 = (z1[i] - C1 * z3[i]) / (C1 * (1 - C1)),
+                        a2 = (z2[i] - C2 * z3[i]) / (C2 * (1 - C2));
         const mech_real slope = (a2 - a1) / (C2 - C1), e = SPECTRUM.real * k.error[i];
         c[i] = s->y[i];
         c[n + i] = s->y_new[i] - s->y[i];

@@ -13,7 +13,8 @@ size_t mech_structure_size(const mech_model *model)
     return (integers * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
 }
 
-/* The row of y whose only entry is number e, in a column that stays: such rows of (q, v, x) are eliminated. */
+/* The row of y whose only entry is number e, in a column that stays: such rows of (q, v, x) are eliminated.
+ */
 static int is_simple(const mech_model *model, int e, const int *count, const int *place)
 {
     const int i = model->jac_row[e], j = model->jac_col[e];
@@ -111,8 +112,8 @@ int mech_factorise_shifted_complex(const mech_structure *k, const mech_real *jac
     return mech_factorise_complex(m, re, im, pivot);
 }
 
-void mech_solve_shifted(const mech_structure *k, const mech_real *jacobian, mech_real sigma, const mech_real *a,
-                        const int *pivot, mech_real *r, mech_real *b)
+void mech_solve_shifted(const mech_structure *k, const mech_real *jacobian, mech_real sigma,
+                        const mech_real *a, const int *pivot, mech_real *r, mech_real *b)
 {
     const int m = k->m;
     const mech_real inverse = 1 / sigma;
@@ -130,8 +131,8 @@ void mech_solve_shifted(const mech_structure *k, const mech_real *jacobian, mech
 }
 
 void mech_solve_shifted_complex(const mech_structure *k, const mech_real *jacobian, mech_real sigma_re,
-                                mech_real sigma_im, const mech_real *re, const mech_real *im, const int *pivot,
-                                mech_real *r_re, mech_real *r_im, mech_real *b)
+                                mech_real sigma_im, const mech_real *re, const mech_real *im,
+                                const int *pivot, mech_real *r_re, mech_real *r_im, mech_real *b)
 {
     const int m = k->m;
     const mech_real square = sigma_re * sigma_re + sigma_im * sigma_im;

@@ -1,8 +1,8 @@
-/* Stoermer's and Verlet's method for q'' = a(q, t), in its velocity form: fixed step, symplectic, symmetric, one
- * evaluation a step, added with compensation. Accounts, which read velocities, cost another one.
+/* Stoermer's and Verlet's method for q'' = a(q, t), in its velocity form: fixed step, symplectic, symmetric,
+ * one evaluation a step, added with compensation. Accounts, which read velocities, cost another one.
  *
- * E. Hairer, C. Lubich, G. Wanner, Geometric numerical integration illustrated by the Stoermer-Verlet method,
- * Acta Numerica 12, 2003.
+ * E. Hairer, C. Lubich, G. Wanner, Geometric numerical integration illustrated by the Stoermer-Verlet
+ * method, Acta Numerica 12, 2003.
  */
 #include "method.h"
 
