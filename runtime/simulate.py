@@ -198,7 +198,9 @@ def _estimate(
     else:
         tolerance, factor = companion_tolerance(plan.case.tolerance)
         step, tightened = None, tolerance
-    unbounded = replace(plan, options=replace(plan.options, max_steps=None))
+    # half the longest step: where that bounds the steps of both runs, they would make the same error
+    case = replace(plan.case, max_step=plan.case.max_step / 2)
+    unbounded = replace(plan, options=replace(plan.options, max_steps=None), case=case)
     companion = _run(unbounded, tolerance, step, False, progress)
     if companion.interrupted:
         return None, "the companion run was interrupted", True

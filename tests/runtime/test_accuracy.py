@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -196,3 +197,18 @@ def test_nominal_values_of_falls_rotations_and_accounts() -> None:
     account = problem("Account", x=[("E", "J")], functions={})
     account = replace(account, states=(Quantity("E", "account", "J"),))
     assert nominal_values(account, np.zeros(1), np.zeros(1), np.zeros(0), [-40.0, 3.0], 1.0) == 40
+
+
+def test_the_estimate_sees_errors_of_steps_that_only_their_bound_limits() -> None:
+    import mechc
+
+    example = Path(__file__).parents[2] / "examples" / "shuttlecock.mech"
+    loose = mechc.load(example).simulate(tolerance=1e-4, method="dop853")
+    tight = mechc.load(example).simulate(tolerance=1e-12, method="dop853")
+    assert loose.accuracy.error is not None
+    names = [name for name in loose.accuracy.error.nominal if not name.startswith("energy")]
+    true = max(
+        abs(loose[n][-1] - tight[n][-1]) / (loose.accuracy.error.nominal[n] + abs(tight[n][-1]))
+        for n in names
+    )
+    assert true / 100 <= loose.accuracy.error.at_end <= 1000 * true
