@@ -131,8 +131,10 @@ static inline mech_real replace(const mech_solver *s, int stages, const arrays *
     return largest;
 }
 
-/* What an iteration may still change when rounding keeps it from going on. */
+/* What an iteration may still change when rounding keeps it from going on: as a rule, and where forces magnify
+   the rounding of positions, if it has got no further in several iterations. */
 static mech_real rounding_level(int n) { return 64 * n * MECH_EPSILON; }
+static mech_real highest_level(void) { return mech_sqrt(MECH_EPSILON) / 64; }
 
 enum outcome { FOUND, NO_CONTRACTION, UNDEFINED };
 
@@ -153,13 +155,13 @@ static inline enum outcome fixed_point(mech_solver *s, memory *m, const gauss *g
         if (size == 0) return FOUND;
         if (l > 0 && size >= before) {
             if (size <= rounding_level(s->ny)) return FOUND;
-            if (++slow > 4) return NO_CONTRACTION;
-        } else if (l > 0 && size > MECH_C(0.7) * before && ++slow > 12 && size > rounding_level(s->ny)) {
-            return NO_CONTRACTION;
+            if (++slow > 4) return size <= highest_level() ? FOUND : NO_CONTRACTION;
+        } else if (l > 0 && size > MECH_C(0.7) * before && ++slow > 12) {
+            return size <= highest_level() ? FOUND : NO_CONTRACTION;
         }
         before = size;
     }
-    return NO_CONTRACTION;
+    return before <= highest_level() ? FOUND : NO_CONTRACTION;
 }
 
 /* The same by simplified Newton iterations with the Jacobian at the beginning of the step. */
@@ -181,10 +183,10 @@ static int newton(mech_solver *s, memory *m, const gauss *g, int stages, mech_re
         const mech_real size = replace(s, stages, k);
         if (!mech_finite(size)) return 0;
         if (size == 0 || (l > 0 && size >= before && size <= 16 * rounding_level(n))) return 1;
-        if (l > 3 && size >= 2 * before) return 0;
+        if (l > 3 && size >= 2 * before && size > highest_level()) return 0;
         before = size;
     }
-    return before <= 16 * rounding_level(n);
+    return before <= highest_level();
 }
 
 /* y_new = y + step with what rounding cut off so far, and keeps what it cuts off now. */
@@ -230,6 +232,8 @@ static inline mech_real attempt(mech_solver *s, mech_real h, const gauss *g, int
         }
         add(s, &k, i, m->newton ? sum : h * (sum + rest));
         check += s->y_new[i];
+        if (mech_abs(s->y_new[i]) * k.weight[i] > 2) /* it has grown */
+            k.weight[i] = 1 / (mech_nominal(s, i) + mech_abs(s->y_new[i]));
     }
     m->h_old = m->newton ? 0 : h;
     return mech_finite(check) ? 0 : check;

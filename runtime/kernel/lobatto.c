@@ -208,9 +208,9 @@ static mech_real iterate(mech_solver *s, const lobatto *c, const arrays *k, mech
     return largest;
 }
 
-/* What an iteration may still change where rounding keeps it from going on: positions by their last digits,
-   and velocities by that over h. */
-static mech_real rounding_level(const mech_solver *s, mech_real h)
+/* Iterations end where rounding keeps them from going on: positions change by their last digits, velocities
+   by that over h, which is this many of their own last digits. */
+static mech_real share_of_velocities(const mech_solver *s, mech_real h)
 {
     const int n = s->model->nv;
     mech_real largest = 1;
@@ -219,12 +219,13 @@ static mech_real rounding_level(const mech_solver *s, mech_real h)
             (mech_nominal(s, i) + mech_abs(s->y[i])) / (h * (mech_nominal(s, n + i) + mech_abs(s->y[n + i])));
         largest = mech_max(largest, ratio);
     }
-    return 64 * n * MECH_EPSILON * largest;
+    return largest;
 }
 
 static int converge(mech_solver *s, const lobatto *c, const arrays *k, mech_real h)
 {
-    const mech_real level = rounding_level(s, h);
+    const mech_real share = share_of_velocities(s, h), level = 64 * s->model->nv * MECH_EPSILON * share;
+    const mech_real highest = mech_sqrt(MECH_EPSILON) / 64 * share; /* where forces magnify rounding */
     mech_real before = 0;
     int slow = 0;
     for (int l = 0; l < MAX_ITERATIONS; l++) {
@@ -232,7 +233,7 @@ static int converge(mech_solver *s, const lobatto *c, const arrays *k, mech_real
         if (!mech_finite(size)) return 0;
         if (l > 1 && size >= before) {
             if (size <= level) return 1;
-            if (++slow > 6) return 0;
+            if (++slow > 6) return size <= highest;
         }
         if (size == 0 && l > 0) return 1;
         before = size;

@@ -204,3 +204,28 @@ def test_stages_are_predicted_from_the_last_step() -> None:
     """Iterations per step to the last digit: 3.2, without the prediction 4.5, were measured."""
     one = run(KEPLER, "gauss8", (0.4, 0.0, 0.0, 2.0), 100.0, step=0.02)
     assert one.report["iterations"] < 3.8 * one.report["steps"]
+
+
+SPRING = Model(
+    {
+        "rhs": "out[0] = y[1]; out[1] = -p[0] * y[0];",
+        "momentum": "out[0] = y[1];",
+        "force": "out[0] = -p[0] * y[0];",
+        "mass": "out[0] = 1;",
+    },
+    nq=1,
+    nv=1,
+    sizes={"np": 1},
+)
+
+
+@pytest.mark.parametrize("method", ["gauss2", "gauss4", "gauss6", "gauss8", "rattle", "lobatto4", "lobatto6"])
+def test_iterations_end_in_any_unit_of_time(method: str) -> None:
+    """From rest to velocities a million times what counts as 1, and the reverse: the same errors."""
+    errors = []
+    for omega in (1e-6, 1.0, 1e6):
+        stop = 100 / omega
+        one = run(SPRING, method, (1.0, 0.0), stop, step=0.1 / omega, p=(omega**2,))
+        assert one.status == REACHED
+        errors.append(one.y[0] - np.cos(100.0))
+    assert errors == pytest.approx([errors[1]] * 3, rel=1e-4, abs=1e-12)
