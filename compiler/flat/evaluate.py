@@ -28,7 +28,7 @@ from .model import (
 )
 from .scope import Constant, Poisoned, Scope
 
-LARGEST = 100_000
+LARGEST = 50_000
 """Most elements of an array, and most turns of a loop."""
 
 _MOST_TURNS = 300_000
