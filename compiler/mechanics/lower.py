@@ -104,6 +104,7 @@ class Lowering:
                     result = result[i]
                 return result
             case Derivative(operand=operand, order=order):
+                self._check_rate(expression, operand)
                 return self._derivative(operand, order)
             case Array(elements=items):
                 return tuple(self._numbers(self.value(x)) for x in items)
@@ -148,6 +149,22 @@ class Lowering:
                 return self._quadrature(expression)
             case _:
                 assert_never(expression)
+
+    def _check_rate(self, expression: Expression, operand: Expression) -> None:
+        """Report the derivative of an answer about the motion, whose formula is found only afterwards."""
+        value = self.value(operand)
+        if isinstance(value, Placement):
+            return
+        for symbol in self.graph.support(*elements(self._numbers(value))):
+            if self.graph.name(symbol).startswith("?"):
+                asked = self.graph.name(symbol)[1:].partition("#")[0]
+                raise self._reporter.fail(
+                    "E0528",
+                    f"the derivative of '{asked}' is not supported",
+                    expression.span,
+                    caption="an answer about the motion cannot be differentiated",
+                    help="write the formula itself, in terms of coordinates and their rates",
+                )
 
     def scalar(self, expression: Expression) -> Node:
         """Return the value of a scalar expression."""
