@@ -235,7 +235,7 @@ def _time_axis(axes: Any, view: View) -> None:
         axes.set_xlim(solution.time[0], solution.time[-1])
     if len(solution.events) <= MOST_EVENTS:
         for event in solution.events:
-            axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=0)
+            axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=1.5)
 
 
 def _legend(axes: Any) -> None:

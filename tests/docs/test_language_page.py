@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from mechc.api import loads
 from mechc.compiler.pipeline import check_source
 from mechc.lang.builtins import BUILTINS, Category
 from mechc.lang.keywords import DEFINITIONS, STATEMENTS
@@ -21,6 +22,11 @@ LATER = {Category.EVENT}
 @pytest.mark.parametrize("number", range(len(BLOCKS)))
 def test_examples_compile_without_a_warning(number: int) -> None:
     assert check_source(SourceFile(f"example {number}", BLOCKS[number])) == ()
+
+
+@pytest.mark.parametrize("number", [i for i, block in enumerate(BLOCKS) if "experiment(" in block])
+def test_examples_with_an_experiment_run(number: int) -> None:
+    assert loads(BLOCKS[number]).simulate().outcome.value in ("completed", "terminated")
 
 
 def test_every_function_is_described() -> None:
