@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Structural = Mapping[str, Fraction | bool | str]
 Target = Literal["auto", "c", "python"]
 
-WITH_JACOBIAN = {"radau5", "auto"}
+WITH_JACOBIAN = {"radau5", "auto", "gauss2", "gauss4", "gauss6", "gauss8"}
 WITH_MOMENTA = {"rattle", "lobatto4", "lobatto6"}
 """Methods that need more than the right-hand side; it is left out where none of them is asked for."""
 
@@ -267,7 +267,7 @@ class Model:
         """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
 
         ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
-        Jacobian (radau5, auto), momenta (rattle, lobatto). Raises CompilerMissing, BuildError.
+        Jacobian (radau5, auto, gauss), momenta (rattle, lobatto). Raises CompilerMissing, BuildError.
         """
         implicit, momenta = method in WITH_JACOBIAN, method in WITH_MOMENTA
         problems, key = self._code.problems, (target, reproducible, implicit, momenta)
