@@ -139,6 +139,30 @@ static int accept_row(mech_solver *s, mech_real t_new, mech_real h)
     return status;
 }
 
+/* A branch that is undefined beyond its surface stops every step short of it, however small. Finds the switch that is
+ * about to be reached, and moves along the tangent just beyond: an error of second order in a rounding. */
+static int cross_tangentially(mech_solver *s)
+{
+    mech_modes *e = s->modes;
+    mech_report *r = &s->run->report;
+    const mech_real rounding = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
+    mech_real soonest = MECH_C(1e-9) * s->o.dt_max;
+    int hit = -1;
+    mech_indicate(s, r->t, s->y, e->w, e->rate);
+    for (int k = 0; k < s->model->hybrid->n_switches; k++) {
+        const mech_real wait = e->rate[k] < 0 ? e->w[k] / -e->rate[k] : -1;
+        if (wait < 0 || wait > soonest) continue;
+        soonest = wait;
+        hit = k;
+    }
+    if (hit < 0) return hit;
+    const mech_real h = 2 * soonest + rounding;
+    for (int i = 0; i < s->ny; i++) s->y[i] += h * s->dy[i];
+    mech_normalise(s->model, s->y);
+    r->t += h;
+    return hit;
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -147,6 +171,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const mech_real next = next_time(s);
     mech_real t_new, h, part;
     int hit = -1, status = mech_try_step(s, mech_min(limit, next), &t_new, &h);
+    if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return mech_instant(s, hit);
     if (status) return status;
     if (e->n) {
         s->method->dense(s, h);

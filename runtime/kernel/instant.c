@@ -298,6 +298,23 @@ static int happen(mech_solver *s, int hit, int ticks)
     return status;
 }
 
+/* Begins the piece behind an event. At the surface itself, within rounding, its branch may be undefined yet: then the
+ * coordinates move on along their velocities, by roundings at first, until it is defined. */
+static int enter_behind(mech_solver *s)
+{
+    mech_report *r = &s->run->report;
+    int status = mech_enter_pieces(s);
+    mech_real h = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
+    for (; status == MECH_NOT_FINITE && h < MECH_C(1e-9) * s->o.dt_max; h *= 4) {
+        for (int i = 0; i < s->ny; i++)
+            if (mech_finite(s->dy[i])) s->y[i] += h * s->dy[i];
+        mech_normalise(s->model, s->y);
+        r->t += h;
+        status = mech_enter_pieces(s);
+    }
+    return status;
+}
+
 int mech_instant(mech_solver *s, int hit)
 {
     mech_run *run = s->run;
@@ -315,7 +332,7 @@ int mech_instant(mech_solver *s, int hit)
     if (status) return status;
     run->error_old = 0;
     run->started = 0; /* a jump: methods with a memory forget it */
-    status = mech_enter_pieces(s);
+    status = enter_behind(s);
     run->started = 1;
     return status ? status : mech_check_assertions(s);
 }

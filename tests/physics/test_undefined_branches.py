@@ -1,0 +1,31 @@
+"""A branch that is not defined beyond its surface (Hertz's law) ends at the surface, not in a failure."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import mechc
+
+TOLERANCE = 1e-10
+
+
+@pytest.mark.parametrize(("law", "power"), [("(x/1 m)^1.5", 1.5), ("sqrt(x/1 m)", 0.5)])
+def test_a_mass_meets_an_elastic_contact_and_leaves_it(law: str, power: float) -> None:
+    """It comes with 1 m/s, is pushed back, and leaves with 1 m/s; the time inside is by quadrature (beta function)."""
+    stiffness = 200.0
+    text = f"""
+    coordinate Length x = -0.5 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    force (if x > 0 m then -{stiffness} N*{law} else 0 N) on x;
+    experiment(stop = 2 s, tolerance = {TOLERANCE});
+    """
+    solution = mechc.loads(text).simulate(estimate_error=False)
+    n = power + 1
+    depth = (n / (2 * stiffness)) ** (1 / n)  # v^2/2 = k d^n/n with v = 1
+    inside = 2 * depth * math.gamma(1 + 1 / n) * math.gamma(1 / 2) / math.gamma(1 / n + 1 / 2)
+    assert solution.outcome.value == "completed"
+    assert solution["der(x)"][-1] == pytest.approx(-1, abs=1000 * TOLERANCE)
+    assert solution["x"][-1] == pytest.approx(-(2 - 0.5 - inside), abs=1000 * TOLERANCE)
