@@ -34,10 +34,6 @@ class Rank:
     ranks: tuple[int, ...]
     supports: tuple[frozenset[int], ...]
 
-    @property
-    def varies(self) -> bool:
-        return len(set(self.ranks)) > 1
-
 
 def rank(
     system: MechanicalSystem,

@@ -94,11 +94,8 @@ class Kinematics(Protocol):
     def from_natural(self, frame: Frame, vector: Vector) -> Vector:
         """Turn natural components at ``frame`` into world components."""
 
-    def spin_to_natural(self, frame: Frame, vector: Vector) -> Vector:
-        """As ``to_natural`` for angular quantities (a scalar in the plane)."""
-
     def spin_from_natural(self, frame: Frame, vector: Vector) -> Vector:
-        """As ``from_natural`` for angular quantities."""
+        """As ``from_natural`` for angular quantities (a scalar in the plane)."""
 
 
 def displaced(graph: Graph, frame: Frame, pose: Pose) -> Frame:

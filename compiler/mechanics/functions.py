@@ -8,7 +8,7 @@ from fractions import Fraction
 from ..graph import Graph, Node
 from ..graph import vector as v3
 from .frames import Frame, Kinematics, Point
-from .pose import Pose, Rotate, Translate, Turn
+from .pose import Rotate, Translate, Turn
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
 Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
@@ -314,9 +314,3 @@ FUNCTIONS: dict[str, Rule] = {
     "components": _components,
     "direction": _direction,
 }
-
-
-def pose_of(value: Value) -> Pose:
-    """Return the steps of a pose value."""
-    assert isinstance(value, Placement)
-    return value.pose

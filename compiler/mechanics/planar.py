@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ..graph import Graph, Node
-from ..graph.vector import Vector, add, dot, scale, subtract
+from ..graph.vector import Vector, add, dot, subtract
 from .frames import Frame, Point, along
 from .pose import Rotate, Translate
 
@@ -97,12 +97,5 @@ class Planar:
     def from_natural(self, frame: Frame, vector: Vector) -> Vector:
         return vector
 
-    def spin_to_natural(self, frame: Frame, vector: Vector) -> Vector:
-        return vector
-
     def spin_from_natural(self, frame: Frame, vector: Vector) -> Vector:
         return vector
-
-    def spin_momentum(self, inertia: Node, spin: Vector) -> Vector:
-        """Return J w."""
-        return scale(self.graph, inertia, spin)

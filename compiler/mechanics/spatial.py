@@ -192,8 +192,5 @@ class Spatial:
     def from_natural(self, frame: Frame, vector: Vector) -> Vector:
         return self.to_world(frame, vector)
 
-    def spin_to_natural(self, frame: Frame, vector: Vector) -> Vector:
-        return self.to_frame(frame, vector)
-
     def spin_from_natural(self, frame: Frame, vector: Vector) -> Vector:
         return self.to_world(frame, vector)

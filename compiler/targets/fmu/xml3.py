@@ -40,10 +40,6 @@ def write(identity: Identity, table: Table) -> str:
             {
                 **common,
                 "canHandleVariableCommunicationStepSize": "true",
-                "providesIntermediateUpdate": "true",
-                "mightReturnEarlyFromDoStep": "true",
-                "canReturnEarlyAfterIntermediateUpdate": "true",
-                "hasEventMode": "true",
             },
         )
     unit_definitions(root, [v.entry for v in table.variables])
