@@ -12,11 +12,11 @@ from mechc.lang.read import read_source
 
 HERE = Path(__file__).resolve().parent
 LIBRARY = HERE.parent / "stdlib"
-PACKAGES = ("planar", "spatial", "fields", "constants")
+PACKAGES = ("planar", "spatial", "couplings", "fields", "constants")
 
 HEAD = """# The standard library
 
-Four packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
+Five packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Made from the doc strings by `python docs/library.py`.
 """

@@ -14,6 +14,10 @@ PLANAR = [
     ("Translation", "", 2, ["position[1]", "position[2]"]),
     ("Planar", "", 3, ["x", "y", "angle"]),
     ("Weld", "", 0, []),
+    ("PinSlot", "axis = {3, 4}", 2, ["position", "angle"]),
+    ("Rolling", "r = 0.4 m", 1, ["position"]),
+    ("RollingOnCircle", "track = 0.5 m, r = 0.2 m", 1, ["angle"]),
+    ("RollingOnCircle", "track = 0.5 m, r = -0.2 m", 1, ["angle"]),
 ]
 SPATIAL = [
     ("Revolute", "", 1, ["angle"]),
