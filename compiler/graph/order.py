@@ -13,16 +13,18 @@ def elimination_order(
 ) -> list[int]:
     """Return the unknowns by height, the longest path from their row; multipliers after their coordinates.
 
+    Of unknowns of equal height the one that is in fewer rows comes first: the outer one of a tree.
     ``rows[i]`` is the residual for unknown i. ``after[k]`` are the unknowns that must precede k; where it
     says nothing, an unknown that its own row does not contain comes after all unknowns in that row.
     Raises ValueError if ``after`` is cyclic.
     """
     count = len(system.unknowns)
-    heights = _heights(system)
+    heights, reached = _heights(system)
     waiting = dict(after) if after is not None else {}
     for k, found in _absent(system, rows).items():
         waiting.setdefault(k, found)
-    ranked = sorted(range(count), key=lambda i: (heights.get(system.unknowns[i], 0), -i))
+    keys = [(heights.get(v, 0), reached.get(v, 0).bit_count(), -i) for i, v in enumerate(system.unknowns)]
+    ranked = sorted(range(count), key=keys.__getitem__)
     blocked = {k: set(s) for k, s in waiting.items() if s}
     order: list[int] = []
     ready = [i for i in ranked if i not in blocked]
@@ -43,17 +45,20 @@ def elimination_order(
     return order
 
 
-def _heights(system: LinearSystem) -> dict[Node, int]:
-    """Return the longest path from each variable to a residual."""
+def _heights(system: LinearSystem) -> tuple[dict[Node, int], dict[Node, int]]:
+    """Return the longest path from each variable to a residual, and the residuals that it reaches, as bits."""
     heights: dict[Node, int] = {}
+    reached: dict[Node, int] = {}
     keys = sorted(system.rows, reverse=True)
     definitions = [k for k in keys if k >= 0]
     for k in (*(k for k in keys if k < 0), *definitions):
         above = heights.get(Node(k), 1) if k >= 0 else 0
+        residuals = reached.get(Node(k), 0) if k >= 0 else 1 << ~k
         for v in system.rows[k]:
+            reached[v] = reached.get(v, 0) | residuals
             if heights.get(v, 0) <= above:
                 heights[v] = above + 1
-    return heights
+    return heights, reached
 
 
 def _absent(system: LinearSystem, rows: Sequence[int]) -> dict[int, set[int]]:
