@@ -310,7 +310,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
 int mech_advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     const double begun = mech_clock();
-    const int status = s->modes ? mech_advance_hybrid(s, t_end, max_steps) : advance(s, t_end, max_steps);
+    const int status = s->modes ? mech_events->advance(s, t_end, max_steps) : advance(s, t_end, max_steps);
     s->run->report.seconds += mech_clock() - begun;
     return s->run->report.status = status;
 }

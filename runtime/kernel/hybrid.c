@@ -74,8 +74,7 @@ void mech_modes_attach(mech_modes *e, const mech_model *model, mech_real *memory
     arrange(e, model, memory);
 }
 
-/* The first crossing time after the present one. */
-static mech_real next_time(mech_solver *s)
+mech_real mech_next_time(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
     const int n = h->n_times + h->n_clocks;
@@ -163,33 +162,42 @@ static int cross_tangentially(mech_solver *s)
     return hit;
 }
 
+/* Lets happen what was reached; where the caller wants to know before, only tells it. */
+static int reach(mech_solver *s, int hit)
+{
+    if (!s->waits) return mech_instant(s, hit);
+    s->run->pending = 1;
+    s->run->pending_hit = hit;
+    return MECH_AT_EVENT;
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
     mech_run *run = s->run;
     mech_modes *e = s->modes;
-    const mech_real next = next_time(s);
+    const mech_real next = mech_next_time(s);
     mech_real t_new, h, part;
     int hit = -1, status = mech_try_step(s, mech_min(limit, next), &t_new, &h);
-    if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return mech_instant(s, hit);
+    if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (e->n) {
         s->method->dense(s, h);
         mech_locate(s, h, &hit, &part);
     }
-    if (hit >= 0 && part * h <= 0) return mech_instant(s, hit);
+    if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
         status = step_to_event(s, hit, part, &h);
         if (status) return status;
         t_new = run->report.t + h;
-        if (!(t_new > run->report.t)) return mech_instant(s, hit);
+        if (!(t_new > run->report.t)) return reach(s, hit);
         run->origin = t_new; /* fixed steps go on from here */
         run->n_fixed = 0;
     }
     status = accept_row(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
-    if (hit >= 0 || t_new == next) return mech_instant(s, hit);
+    if (hit >= 0 || t_new == next) return reach(s, hit);
     mech_hold_rows(s);
     return MECH_RUNNING;
 }
@@ -205,6 +213,11 @@ int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)
         int status = mech_begin_hybrid(s);
         if (status) return status;
         write_discretes(s, first);
+    }
+    if (run->pending) {
+        run->pending = 0;
+        const int status = mech_instant(s, run->pending_hit);
+        if (status) return status;
     }
     for (long taken = 0; r->t < t_end; taken++) {
         if (taken == max_steps) return MECH_RUNNING;

@@ -42,16 +42,42 @@ void mech_modes_attach(mech_modes *e, const mech_model *model, mech_real *memory
 
 int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps);
 
+/* What the solver needs of all this, so that models without events do without (events.c). */
+typedef struct mech_event_support {
+    size_t (*numbers)(const mech_model *model);
+    void (*attach)(mech_modes *e, const mech_model *model, mech_real *memory);
+    int (*advance)(mech_solver *s, mech_real t_end, long max_steps);
+} mech_event_support;
+
+/* NULL where models with events are left out. */
+extern const mech_event_support *const mech_events;
+
 /* w and, where asked for, dw/dt at a state. */
 void mech_indicate(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate);
 /* 1 where w vanishes up to rounding. */
 int mech_at_zero(const mech_solver *s, int k, mech_real w);
+/* The largest size so far of what indicator k measures in its present mode. */
+mech_real *mech_indicator_size(const mech_solver *s, int k);
 /* Seeks the first event on the attempted step: *hit its indicator or -1, *part where in 0..1. */
 void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
 
 /* What happens at the present time. `hit`: the indicator that was located, or -1. */
 int mech_instant(mech_solver *s, int hit);
+/* The same without a step before or behind it. `ticks`: pulses of the clocks that are due. */
+int mech_happen(mech_solver *s, int hit, int ticks);
+/* Switches, sizes and held conditions where nothing has happened yet. */
+int mech_look(mech_solver *s);
+/* Looks, the first time; then what happens at the present time. */
+int mech_begin_modes(mech_solver *s);
 int mech_begin_hybrid(mech_solver *s);
+/* Sets the switches that depend on time alone. */
+int mech_set_times(mech_solver *s, int ticks);
+void mech_read_conditions(mech_solver *s, mech_real *out);
+/* Tells the changes of modes over the instant. */
+void mech_note_modes(mech_solver *s, int quiet);
+void mech_write_instant(mech_solver *s);
+/* The first time after the present one at which something is known to happen, or infinity. */
+mech_real mech_next_time(mech_solver *s);
 void mech_note(mech_solver *s, int kind, int index, mech_real value);
 
 void mech_read_rows(mech_solver *s);
@@ -66,5 +92,7 @@ int mech_impacts(mech_solver *s, int *count);
 int mech_pass_step(mech_solver *s, int hit, int *passed);
 int mech_choose_modes(mech_solver *s, int hit);
 void mech_hold_rows(mech_solver *s);
+/* Puts back a state that has gone beyond the surface of an open contact, or the end of a slip. */
+void mech_catch_rows(mech_solver *s);
 
 #endif

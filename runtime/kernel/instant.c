@@ -20,7 +20,7 @@ static void read_inputs(mech_solver *s)
         mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
 }
 
-static void read_conditions(mech_solver *s, mech_real *out)
+void mech_read_conditions(mech_solver *s, mech_real *out)
 {
     read_inputs(s);
     s->model->hybrid->conditions(s->run->report.t, s->y, s->u, s->o.z, s->o.p, out);
@@ -46,8 +46,7 @@ static void book(mech_solver *s, mech_real gain)
         s->y[h->dissipated] -= gain;
 }
 
-/* Sets the switches that depend on time alone. `ticks`: pulses of the clocks that are due. */
-static int set_times(mech_solver *s, int ticks)
+int mech_set_times(mech_solver *s, int ticks)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_modes *e = s->modes;
@@ -83,7 +82,7 @@ static void end_ticks(mech_solver *s)
             ended = 1;
         }
     if (h->initial >= 0) z[h->initial] = 0;
-    if (ended && h->n_branches) read_conditions(s, s->modes->held);
+    if (ended && h->n_branches) mech_read_conditions(s, s->modes->held);
 }
 
 /* Turns one switch; where an energy jumps there, an impulse goes with it, and the motion may be thrown back. */
@@ -177,7 +176,7 @@ static int fire(mech_solver *s, int *changed)
     mech_modes *e = s->modes;
     int served = -1;
     if (!h->n_branches) return MECH_RUNNING;
-    read_conditions(s, e->held_new);
+    mech_read_conditions(s, e->held_new);
     for (int k = 0; k < h->n_branches; k++) {
         const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
         if (!rises || h->branches[k].event == served) continue;
@@ -209,7 +208,7 @@ static int rounds(mech_solver *s, int hit, int ticks)
     const mech_hybrid *h = s->model->hybrid;
     int row = hit - h->n_switches, status, turns = 0;
     for (int round = 0;; round++) {
-        int changed = set_times(s, ticks && round == 0), turned = 0, fired = 0;
+        int changed = mech_set_times(s, ticks && round == 0), turned = 0, fired = 0;
         status = settle(s, row >= 0 ? row : -1, &changed);
         row = -1;
         if (!status) status = turn_switches(s, &turned);
@@ -225,8 +224,7 @@ static int rounds(mech_solver *s, int hit, int ticks)
     }
 }
 
-/* Tells the changes of modes over the instant. */
-static void note_modes(mech_solver *s, int quiet)
+void mech_note_modes(mech_solver *s, int quiet)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_modes *e = s->modes;
@@ -248,7 +246,7 @@ static void note_modes(mech_solver *s, int quiet)
     }
 }
 
-static void write_instant(mech_solver *s)
+void mech_write_instant(mech_solver *s)
 {
     if (!s->o.instants) return;
     mech_report *r = &s->run->report;
@@ -281,7 +279,7 @@ static int check_progress(mech_solver *s, int hit)
     return MECH_RUNNING;
 }
 
-static int happen(mech_solver *s, int hit, int ticks)
+int mech_happen(mech_solver *s, int hit, int ticks)
 {
     mech_modes *e = s->modes;
     int status = MECH_RUNNING;
@@ -322,75 +320,17 @@ int mech_instant(mech_solver *s, int hit)
     int status = check_progress(s, hit);
     if (status) return status;
     const long events = run->report.n_events;
-    status = happen(s, hit, 1);
+    status = mech_happen(s, hit, 1);
     if (status < 0) return status;
-    note_modes(s, 0);
+    mech_note_modes(s, 0);
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, 0);
     if (run->report.n_events > events || memcmp(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real)) ||
         memcmp(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real)))
-        write_instant(s);
+        mech_write_instant(s);
     if (status) return status;
     run->error_old = 0;
     run->started = 0; /* a jump: methods with a memory forget it */
     status = enter_behind(s);
     run->started = 1;
     return status ? status : mech_check_assertions(s);
-}
-
-/* Modes, switches and clocks at the start, then what happens there. */
-int mech_begin_hybrid(mech_solver *s)
-{
-    const mech_model *m = s->model;
-    const mech_hybrid *h = m->hybrid;
-    mech_modes *e = s->modes;
-    const int resumed = s->run->report.steps > 0;
-    int status = mech_method_lacks(s->o.method, m);
-    if (status) return mech_fail(s, status, -1);
-    for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
-    mech_real length = 0, speed = 0;
-    for (int i = 0; i < m->nq; i++) length = mech_max(length, mech_nominal(s, i));
-    for (int i = m->nq; i < m->nq + m->nv; i++) speed = mech_max(speed, mech_nominal(s, i));
-    for (int i = 0; !resumed && i < h->n_rows; i++) {
-        e->gap_scale[i] = MECH_C(1e-3) * length;
-        e->speed[i] = MECH_C(1e-3) * speed;
-    }
-    if (!resumed) {
-        e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
-        for (int k = 0; k < h->n_clocks; k++) /* ticks before the start are over */
-            for (long ticks = 0; ticks < 1000000000; ticks++) {
-                h->crossing_times(s->run->report.t, s->y, s->u, e->z, s->o.p, e->times);
-                if (!(e->times[h->n_times + k] < s->run->report.t)) break;
-                e->z[h->clocks[2 * k + 1]] += 1;
-            }
-        for (int round = 0; round < 2; round++) {
-            set_times(s, 0);
-            for (int k = 0; k < h->n_switches; k++) e->z[h->switches[k]] = 0;
-            if (e->n) mech_indicate(s, s->run->report.t, s->y, e->w, NULL);
-            for (int k = 0; k < h->n_switches; k++) {
-                e->z[h->switches[k]] = e->w[k] < 0;
-                e->scale[k] = mech_abs(e->w[k]);
-            }
-        }
-        if (h->n_rows) {
-            mech_read_rows(s);
-            mech_find_response(s);
-        }
-        for (int i = 0; i < h->n_rows; i++) {
-            const mech_real w = e->response[i * (m->nv + h->n_rows) + m->nv + i];
-            if (w > 0 && length > 0) e->force[i] = mech_max(e->force[i], MECH_C(1e-4) * speed * speed / (w * length));
-        }
-        for (int i = 0; i < h->n_rows; i++)
-            if (h->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_touches(s, i))
-                return mech_fail(s, MECH_PENETRATION, i);
-        if (h->initial >= 0) e->z[h->initial] = 0;
-        if (h->n_branches) read_conditions(s, e->held);
-        if (h->initial >= 0) e->z[h->initial] = 1;
-    }
-    const long events = s->run->report.n_events;
-    status = happen(s, -1, !resumed);
-    if (status < 0) return status;
-    note_modes(s, !resumed);
-    if (s->run->report.n_events > events) write_instant(s);
-    if (status) return status;
-    return mech_start(s);
 }

@@ -16,8 +16,8 @@ void mech_indicate(mech_solver *s, mech_real t, const mech_real *y, mech_real *w
         }
 }
 
-/* Where the largest size so far of what indicator k measures is kept: of a row the mode decides what that is. */
-static mech_real *scale(const mech_solver *s, int k)
+/* Of a row the mode decides what is measured. */
+mech_real *mech_indicator_size(const mech_solver *s, int k)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_modes *e = s->modes;
@@ -30,14 +30,14 @@ static mech_real *scale(const mech_solver *s, int k)
 /* Forces are differences of larger ones. */
 static mech_real tolerance(const mech_solver *s, int k)
 {
-    const mech_real *largest = scale(s, k);
+    const mech_real *largest = mech_indicator_size(s, k);
     const int of_force = largest >= s->modes->force && largest < s->modes->force + s->modes->n_rows;
     return (of_force ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
 }
 
 static void widen(mech_solver *s, int k, mech_real w)
 {
-    mech_real *largest = scale(s, k);
+    mech_real *largest = mech_indicator_size(s, k);
     *largest = mech_max(*largest, mech_abs(w));
 }
 

@@ -57,6 +57,9 @@ typedef struct mech_run {
     long long n_fixed;
     mech_real cut;          /* factor of the step after a failed attempt; 0: the usual one   */
     int next_stop, after_rejection, started, stiff_hits, calm_hits;
+    int begun;              /* what happens at the start has happened                        */
+    int pending;            /* 1: an event is reached, and waits; pending_hit as of mech_instant */
+    int pending_hit;
     int trouble;            /* status to give if the present step cannot be taken            */
 } mech_run;
 
@@ -72,6 +75,7 @@ struct mech_solver {
     mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
     int *segments;          /* the row of each table that holds during the present step      */
     struct mech_modes *modes; /* hybrid models only                                          */
+    int waits;              /* 1: events are told (MECH_AT_EVENT) before they happen         */
 };
 
 static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)

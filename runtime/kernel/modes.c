@@ -138,41 +138,84 @@ int mech_choose_modes(mech_solver *s, int hit)
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
 }
 
+/* Moves the coordinates so that the gaps of n rows vanish. */
+static void close_gaps(mech_solver *s, int n, const int *rows)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    mech_real target[64], x[64];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_GAP);
+    mech_solve_rows(s, n, rows, target, x);
+    memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
+    for (int i = 0; i < m->nv; i++) {
+        e->y_at[m->nq + i] = 0;
+        for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    }
+    /* q' = N(q) v, with the correction in the place of v */
+    mech_rhs(s, s->run->report.t, e->y_at, s->dy_new);
+    for (int i = 0; i < m->nq; i++) s->y[i] += s->dy_new[i];
+    mech_normalise(m, s->y);
+    mech_read_rows(s);
+    mech_find_response(s);
+}
+
+/* Changes the velocities so that the rates of n rows vanish. */
+static void stop_rates(mech_solver *s, int n, const int *rows)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    mech_real target[64], x[64];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_RATE);
+    mech_solve_rows(s, n, rows, target, x);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+}
+
+static int held_rows(mech_solver *s, int *held)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int n = 0;
+    for (int i = 0; i < h->n_rows && n < 64; i++)
+        if (h->rows[i].flag >= 0 && on(s, i)) held[n++] = i;
+    return n;
+}
+
 /* Moves the state onto the rows that hold: positions, then velocities. Rounding errors only, as a rule. */
 void mech_hold_rows(mech_solver *s)
 {
-    const mech_model *m = s->model;
-    const mech_hybrid *h = m->hybrid;
-    mech_modes *e = s->modes;
-    int held[64], n = 0, located = 0;
-    mech_real target[64], x[64];
-    for (int i = 0; i < h->n_rows && n < 64; i++)
-        if (h->rows[i].flag >= 0 && on(s, i)) held[n++] = i;
+    int held[64], located = 0;
+    const int n = held_rows(s, held);
     if (!n) return;
-    const int width = m->nv + e->n_rows;
     mech_read_rows(s);
     mech_find_response(s);
-    for (int k = 0; k < n; k++) {
-        target[k] = -value(s, held[k], MECH_GAP);
-        located |= target[k] != 0;
+    for (int k = 0; k < n; k++) located |= value(s, held[k], MECH_GAP) != 0;
+    if (located) close_gaps(s, n, held);
+    stop_rates(s, n, held);
+}
+
+void mech_catch_rows(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int rows[64];
+    const int held = held_rows(s, rows);
+    int n = held;
+    if (!h->n_rows) return;
+    mech_read_rows(s);
+    mech_find_response(s);
+    for (int i = 0; i < h->n_rows && n < 64; i++) {
+        const mech_row *row = &h->rows[i];
+        const int enabled = row->enabled < 0 || s->modes->z[row->enabled] > MECH_C(0.5);
+        if (row->kind == MECH_CONTACT && enabled && !on(s, i) && value(s, i, MECH_GAP) < 0) rows[n++] = i;
     }
-    if (located) {
-        mech_solve_rows(s, n, held, target, x);
-        memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
-        for (int i = 0; i < m->nv; i++) {
-            e->y_at[m->nq + i] = 0;
-            for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[held[k] * width + i];
-        }
-        /* q' = N(q) v, with the correction in the place of v */
-        mech_rhs(s, s->run->report.t, e->y_at, s->dy_new);
-        for (int i = 0; i < m->nq; i++) s->y[i] += s->dy_new[i];
-        mech_normalise(m, s->y);
-        mech_read_rows(s);
-        mech_find_response(s);
+    if (n > held) close_gaps(s, n, rows);
+    n = held;
+    for (int i = 0; i < h->n_rows && n < 64; i++) {
+        const mech_row *row = &h->rows[i];
+        if (row->kind != MECH_FRICTION || on(s, i) || (row->normal >= 0 && !on(s, row->normal))) continue;
+        if (s->modes->z[row->sign] * value(s, i, MECH_RATE) < 0) rows[n++] = i;
     }
-    for (int k = 0; k < n; k++) target[k] = -value(s, held[k], MECH_RATE);
-    mech_solve_rows(s, n, held, target, x);
-    for (int k = 0; k < n; k++)
-        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[held[k] * width + i];
-    mech_rhs(s, s->run->report.t, s->y, s->dy);
+    if (n > held) stop_rates(s, n, rows);
 }

@@ -31,7 +31,7 @@ static size_t work_numbers(const mech_model *model, const mech_method *method, i
 /* Residuals, then a correction with residuals, a change of the coordinates, and a state. */
 static size_t projection_numbers(const mech_model *model)
 {
-    if (!model->n_velocity) return 0;
+    if (!model->project_velocity) return 0;
     return (size_t)(model->n_position + 2 * model->n_velocity + 2 * (model->nq + model->nv) + model->nx);
 }
 
@@ -40,12 +40,12 @@ static size_t block_numbers(const mech_model *model, const mech_method *method, 
 {
     return (size_t)ny * (size_t)(4 + method->n_dense) + work_numbers(model, method, ny) + (size_t)model->nu +
            (size_t)model->n_assertions + projection_numbers(model) +
-           (model->hybrid ? mech_modes_numbers(model) : 0);
+           (model->hybrid ? mech_events->numbers(model) : 0);
 }
 
 mech_solver *mech_create(const mech_model *model, const mech_options *options)
 {
-    if (model->version != MECH_MODEL_VERSION) return NULL;
+    if (model->version != MECH_MODEL_VERSION || (model->hybrid && !mech_events)) return NULL;
     if (options->method < 0 || options->method >= mech_n_methods) return NULL;
     const mech_method *method = mech_methods[options->method];
     const int ny = model->nq + model->nv + model->nx;
@@ -77,12 +77,12 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     s->u = s->dense + (size_t)ny * (size_t)method->n_dense;
     s->checks = s->u + model->nu;
     s->drift = s->checks + model->n_assertions;
-    s->project = model->n_velocity ? s->drift + model->n_position + model->n_velocity : NULL;
+    s->project = model->project_velocity ? s->drift + model->n_position + model->n_velocity : NULL;
     mech_real *rest = s->drift + projection_numbers(model);
     s->modes = modes;
     if (modes) {
-        mech_modes_attach(modes, model, rest);
-        rest += mech_modes_numbers(model);
+        mech_events->attach(modes, model, rest);
+        rest += mech_events->numbers(model);
         memcpy(modes->z, options->z, (size_t)model->nz * sizeof(mech_real));
         s->o.z = modes->z;
     }

@@ -43,6 +43,7 @@ enum mech_status {
     MECH_NEEDS_MOMENTA = -8,  /* or momenta, forces and constraints (model.h, point 16)        */
     MECH_TERMINATED = 3,      /* a branch ended the run                                        */
     MECH_EVENTS_FULL = 4,     /* give new buffers of events, then call again                   */
+    MECH_AT_EVENT = 5,        /* an event is reached; it happens in the next call              */
     MECH_EVENT_LOOP = -20,    /* the events of one instant do not come to rest                 */
     MECH_ZENO = -21,          /* a branch fires in ever shorter intervals                      */
     MECH_PENETRATION = -22,   /* a contact is penetrated                                       */
