@@ -6,6 +6,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Experiment, Kind, Literal, Role, Setting, StartValue
 from ..graph import Node
+from ..graph.evaluate import evaluate
 from ..mechanics.initial import rotation_quaternion
 from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
@@ -52,7 +53,7 @@ def _plan(
         if not swept:
             reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
             continue
-        constants = tuple(float(system.graph.value(lowering.scalar(v))) for v in sweep.values)
+        constants = tuple(evaluate(system.graph, [lowering.scalar(v) for v in sweep.values], {}))
         sweeps.append((SettingTarget(*swept[0], False), constants))
     name = f"experiment_{number}"
     plan = ExperimentPlan(

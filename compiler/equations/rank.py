@@ -92,18 +92,32 @@ def _assembled(
     entries = jacobian(graph, [row.rate for row in located], velocities)
     flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
     shape = (len(located), len(velocities))
+    before = np.inf
     for _ in range(60):
         phi = np.array(evaluate(graph, residuals, values))
-        if not np.isfinite(phi).all() or np.abs(phi).max() < 1e-13:
-            break
-        step = -np.linalg.pinv(_matrix(graph, flat, shape, values), rcond=1e-10) @ phi
-        size = np.abs(step).max()
-        step *= min(1.0, 0.5 / size) if size > 0 else 1.0
+        size = float(np.abs(phi).max())
+        if not np.isfinite(size) or size < 1e-13 or (size < 1e-9 and size > 0.5 * before):
+            break  # on the constraints, or as close as rounding allows
+        before = size
+        step = -_least_change(_matrix(graph, flat, shape, values), phi)
+        length = float(np.abs(step).max())
+        step *= min(1.0, 0.5 / length) if length > 0 else 1.0
         moved = dict(values) | dict(zip(velocities, step, strict=True))
         rates = evaluate(graph, list(system.qdot), moved)
         values = values | {s.node: values[s.node] + r for s, r in zip(system.q, rates, strict=True)}
         values |= _normalised(system, values)
     return values
+
+
+def _least_change(matrix: Vector, phi: Vector) -> Vector:
+    """Return the smallest x with ``matrix @ x = phi``; rows may repeat each other.
+
+    The damping only stands in for the missing pivots of such rows: the iteration that calls this removes its effect.
+    """
+    gram = matrix @ matrix.T
+    damping = 1e-14 * (float(np.trace(gram)) or 1.0)
+    result: Vector = matrix.T @ np.linalg.solve(gram + damping * np.eye(len(phi)), phi)
+    return result
 
 
 def _normalised(system: MechanicalSystem, values: Mapping[Node, float]) -> dict[Node, float]:

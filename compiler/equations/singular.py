@@ -128,14 +128,16 @@ class _Walk:
         scaled = matrix * weights
         sizes = np.abs(scaled).max(initial=0.0)
         sizes = sizes if sizes > 0 else 1.0
-        _, singular, right = np.linalg.svd(scaled / sizes)
-        null = right[len(self.rows) :]
-        along = null[0] if direction is None else null.T @ (null @ direction)
-        along = along / (np.abs(along).max(initial=0.0) or 1.0)
-        step = -np.linalg.pinv(scaled, rcond=1e-3) @ residuals
+        scaled /= sizes
+        squares, basis = np.linalg.eigh(scaled @ scaled.T)  # of the singular values, in ascending order
+        if direction is None:
+            direction = np.cos(np.arange(1, count + 1))
+        along = direction - scaled.T @ _solve(squares, basis, 1e-12, scaled @ direction)
+        along /= np.abs(along).max(initial=0.0) or 1.0
+        step = -scaled.T @ _solve(squares, basis, 1e-6, residuals / sizes)
         step *= min(1.0, 0.5 / max(float(np.abs(step).max(initial=0.0)), 1e-300))
         self._move((step + length * along) * weights)
-        ratio = float(singular[-1] / singular[0]) if singular.size and singular[0] > 0 else 1.0
+        ratio = float(np.sqrt(max(squares[0], 0.0) / squares[-1])) if squares[-1] > 0 else 1.0
         return ratio, along
 
     def _move(self, d: Array) -> None:
@@ -151,6 +153,14 @@ class _Walk:
             nodes = [s.node for s in system.q[first : first + 4]]
             size = float(np.sqrt(sum(self.values[n] ** 2 for n in nodes)))
             self.values |= {n: self.values[n] / size for n in nodes}
+
+
+def _solve(squares: Array, basis: Array, threshold: float, right: Array) -> Array:
+    """Solve with a matrix given by eigenvalues and eigenvectors, leaving out values below a share of the largest."""
+    kept = squares > threshold * squares[-1]
+    inverse = np.divide(1.0, squares, out=np.zeros_like(squares), where=kept)
+    result: Array = basis @ (inverse * (basis.T @ right))
+    return result
 
 
 def _inverse_inertias(

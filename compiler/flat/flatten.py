@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -209,7 +209,8 @@ def _name_independent(instance: Instance) -> None:
         flattening.independent = statement.name
         scope = Scope(flattening, instance, placed.namespace)
         if statement.type:
-            flattening.time_type = declared_type(scope, statement.type, statement.span)
+            with suppress(Poisoned):  # reported; the model goes on with seconds
+                flattening.time_type = declared_type(scope, statement.type, statement.span)
 
 
 def _add_integrals(flattening: Flattening, record: Record) -> None:

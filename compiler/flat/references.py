@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import prod
+
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
@@ -212,13 +214,14 @@ def _dimension_words(count: int) -> str:
 
 def _stack(values: list[Expression], sizes: tuple[int, ...], span: Span) -> Expression:
     """Return an array of shape ``sizes`` from values of one type in row-major order."""
-    for count in reversed(sizes):
+    for depth in reversed(range(len(sizes))):
+        count = sizes[depth]
         inner = values[0].type if values else types.NUMBER
         type = types.make(inner.kind, (count, *inner.shape), inner.dimension, inner.angle)
         values = [
-            Array(type=type, span=span, elements=tuple(values[k : k + count]))
-            for k in range(0, len(values), count)
-        ] or [Array(type=type, span=span, elements=())]
+            Array(type=type, span=span, elements=tuple(values[k * count : (k + 1) * count]))
+            for k in range(prod(sizes[:depth]))
+        ]
     return values[0]
 
 

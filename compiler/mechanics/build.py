@@ -16,6 +16,7 @@ from ..flat.model import (
     Query,
 )
 from ..graph import Graph, Node
+from .beforehand import check_known_beforehand
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .drives import drive_rows
@@ -32,6 +33,7 @@ from .symbols import Scalar, Symbols, declare, element_name, subscripts
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
 from .topology import Topology, TreeEdge, classify
 from .unsupported import refuse
+from .values import Value, filled
 from .virtual import VirtualDisplacement, displace, reactions_asked
 
 
@@ -108,6 +110,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         virtual=virtual,
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
     )
+    check_known_beforehand(system, reporter)
     reporter.stop_on_errors()
     return system
 
@@ -152,20 +155,18 @@ def _rotations(symbols: Symbols) -> tuple[tuple[int, int], ...]:
     return tuple(result)
 
 
-def _ask(graph: Graph, queries: dict[Node, Query], query: Query) -> object:
+def _ask(graph: Graph, queries: dict[Node, Query], query: Query) -> Value:
     """Return symbols that stand for the answer to a query."""
     text = f"{query.function}({query.target})" if query.target else f"{query.function}()"
     if query.arguments:
         text += f"#{len(queries)}"
-    if not query.type.shape:
-        symbol = graph.symbol(f"?{text}")
+
+    def answer(indices: tuple[int, ...]) -> Node:
+        symbol = graph.symbol(f"?{element_name(text, indices)}")
         queries[symbol] = query
         return symbol
-    names = [f"?{element_name(text, i)}" for i in subscripts(query.type.shape)]
-    nodes = tuple(graph.symbol(name) for name in names)
-    for n in nodes:
-        queries[n] = query
-    return nodes
+
+    return filled(query.type.shape, answer)
 
 
 # ---------------------------------------------------------------- frames

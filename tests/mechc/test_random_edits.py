@@ -58,6 +58,46 @@ def run(seeds: range) -> tuple[int, int]:
     return accepted, len(seeds) - accepted
 
 
+FOUND = {
+    "sweep over a power": ("experiment s(x in {0, 0.7^0.9}, stop = 1);", None),
+    "empty slice": ("constraint c: y[2:1] = y[1:2];", "E0305"),
+    "unknown unit of the independent variable": ("independent s s;", "E0203"),
+    "element of an answer about an array": ("output P = sum(momentum(z[i]) for i in 1:2);", None),
+    "parameter from a reaction": ("constraint c: x = y[1]; parameter p = multiplier(c);", "E0810"),
+    "parameter from a frame that moves": (
+        "frame f = world * rotz(x); parameter p[3] = components(f, {1, 0, 0});",
+        "E0810",
+    ),
+    "start from a reaction": (
+        "constraint c: x = y[1]; state s = multiplier(c); equation der(s) = 0;",
+        "E0607",
+    ),
+    "setting from a reaction": ("constraint c: x = y[1]; experiment(x = multiplier(c), stop = 1);", "E0812"),
+}
+"""Statements on which random edits once found a defect, and the message that they lead to."""
+
+
+@pytest.mark.parametrize("name", FOUND)
+def test_found_by_edits(name: str) -> None:
+    statement, code = FOUND[name]
+    text = f"""model Found
+  dimensionless;
+  coordinate x = 1;
+  coordinate y[2] = {{1, 0}};
+  coordinate z[2,2] = {{{{1, 0}}, {{0, 1}}}};
+  kinetic 1/2*der(x)^2 + 1/2*dot(der(y), der(y)) + 1/2*sum(dot(der(z[i]), der(z[i])) for i in 1:2);
+  {statement}
+end Found;
+"""
+    source = SourceFile("found.mech", text)
+    if code is None:
+        check_source(source, search=())
+        return
+    with pytest.raises(CompileError) as caught:
+        check_source(source, search=())
+    assert caught.value.diagnostics[0].code == code
+
+
 def test_some_edits() -> None:
     accepted, refused = run(range(60))
     assert accepted > 3 and refused > 10

@@ -1,0 +1,93 @@
+"""What must be known before a run begins: parameters, defaults of inputs, initial values, settings.
+
+Names that change are refused where they are written (flat/variables.py); here the formulas are known, and with them
+what changes without being named: a frame that is carried along, a reaction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Expression, Literal, Variable
+from ..graph import Graph, Node
+from .symbols import Scalar
+from .system import MechanicalSystem
+from .values import Placement, elements
+
+
+def check_known_beforehand(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report parameters, defaults of inputs and settings of experiments that depend on the motion."""
+    symbols = system.symbols
+    fixed = {s.node for s in symbols.parameters}
+    for variable in _declared(symbols.parameters):
+        if (culprit := _culprit(system, variable.value, fixed)) is not None:
+            reporter.error(
+                "E0810",
+                f"parameter '{variable.name}' must not depend on '{culprit}', which changes",
+                variable.origin.span if variable.value is None else variable.value.span,
+                caption=f"this depends on '{culprit}'",
+                help="a parameter is fixed during a run; write 'let' for what changes, or 'input' in a component",
+            )
+    for variable in _declared(symbols.inputs):
+        if (culprit := _culprit(system, variable.value, fixed | {symbols.time})) is not None:
+            reporter.error(
+                "E0811",
+                f"the default of the input '{variable.name}' must not depend on '{culprit}'",
+                variable.origin.span if variable.value is None else variable.value.span,
+                caption=f"this depends on '{culprit}'",
+                help="a default may use parameters and time; write 'let' for what follows from the motion",
+            )
+    for experiment in system.model.experiments:
+        values = [*experiment.options.values(), *(s.value for s in experiment.settings)]
+        for value in values:
+            if (culprit := _culprit(system, value, fixed)) is not None:
+                reporter.error(
+                    "E0812",
+                    f"what an experiment sets must not depend on '{culprit}', which changes",
+                    value.span,
+                    caption=f"this depends on '{culprit}'",
+                    help="an experiment sets fixed values, which may use parameters",
+                )
+    _check_starts(system, fixed | {s.node for s in (*symbols.inputs, *symbols.discretes)}, reporter)
+
+
+def _check_starts(system: MechanicalSystem, fixed: set[Node], reporter: Reporter) -> None:
+    """Report initial values that ask for an answer about the motion, as a reaction."""
+    known = fixed | {system.symbols.time}
+    known |= {s.node for s in (*system.q, *system.v, *system.symbols.states)}
+    seen = set()
+    for beginning in (*system.start_q, *system.start_v, *system.start_x):
+        start = beginning.start
+        culprit = _unknown(system.graph, (beginning.value,), known)
+        if culprit is None or start is None or start.origin.span in seen:
+            continue
+        seen.add(start.origin.span)
+        reporter.error(
+            "E0607",
+            f"an initial value must not depend on '{culprit}'",
+            start.value.span,
+            caption="this is known only once the motion is",
+            help="write 'initial EXPRESSION = VALUE' for a condition that coordinates and rates are to meet",
+        )
+
+
+def _declared(scalars: Sequence[Scalar]) -> list[Variable]:
+    return list({s.variable.name: s.variable for s in scalars}.values())
+
+
+def _culprit(system: MechanicalSystem, value: Expression | None, known: set[Node]) -> str | None:
+    if value is None or (isinstance(value, Literal) and isinstance(value.value, str)):
+        return None
+    found = system.lowering.value(value)
+    nodes = () if isinstance(found, Placement) else elements(found)
+    return _unknown(system.graph, nodes, known)
+
+
+def _unknown(graph: Graph, nodes: Sequence[Node], known: set[Node]) -> str | None:
+    """Return the name of the first symbol in formulas that is not known, as the user would write it."""
+    for n in graph.support(*nodes):
+        if n not in known:
+            return graph.name(n).removeprefix("?").partition("#")[0]
+    return None
