@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
@@ -38,6 +38,7 @@ class Compilation:
     equations: Equations
     program: Program
     diagnostics: tuple[Diagnostic, ...]
+    parts: frozenset[str] = frozenset()
 
 
 def compile_source(
@@ -47,16 +48,20 @@ def compile_source(
     structural: Structural | None = None,
     search: Sequence[Path] = (),
     by_value: bool = True,
+    parts: Collection[str] = (),
 ) -> Compilation:
-    """Compile one model of a source text. Raises CompileError with every diagnostic found so far."""
+    """Compile one model of a source text. Raises CompileError with every diagnostic found so far.
+
+    ``parts`` are built whether the equations need them or not (equations/needs.py).
+    """
     reporter = Reporter()
     with _uncollected():
         tree = parse(source, reporter)
         flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
         system = build(flat, reporter, by_value=by_value)
-        equations = assemble(system, reporter)
-        program = lower(equations)
-    return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics)
+        equations = assemble(system, reporter, parts)
+        program = lower(equations, hoist="constants" not in parts)
+    return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
 
 
 @contextmanager
@@ -76,9 +81,18 @@ def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bo
 
     ``implicit``: the Jacobian; ``momenta``: momenta and their rates, for constrained structure-preserving methods.
     """
-    if not implicit and not momenta:
+    wanted = {"jacobian"} if implicit else set()
+    wanted |= {"momenta"} if momenta else set()
+    return program_with(compilation, wanted)
+
+
+def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
+    """Return the program with further parts (equations/needs.py)."""
+    wanted = compilation.parts.union(parts)
+    if wanted == compilation.parts:
         return compilation.program
-    return lower(assemble(compilation.system, Reporter(), implicit=implicit, momenta=momenta))
+    equations = assemble(compilation.system, Reporter(), wanted)
+    return lower(equations, hoist="constants" not in wanted)
 
 
 def check_source(

@@ -7,7 +7,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
@@ -59,20 +59,28 @@ class Options(TypedDict, total=False):
     progress: Callable[[float], None] | None
 
 
-def load(path: str | Path, *, model: str | None = None, set: Mapping[str, Given] | None = None) -> Model:
+def load(
+    path: str | Path,
+    *,
+    model: str | None = None,
+    set: Mapping[str, Given] | None = None,
+    keep: Collection[str] = (),
+) -> Model:
     """Compile a model file.
 
     ``model`` names one of several models of the file (the last that can be run, if not given). ``set``
-    changes parameters, structural ones too, and initial values for every run of this model.
-    Raises CompileError with all diagnostics.
+    changes parameters, structural ones too, and initial values for every run of this model. ``keep`` names parts
+    that are built whether they are needed or not (``PARTS`` of the compiler). Raises CompileError with all diagnostics.
     """
     source = read_source(path)
-    return _compile(source, Path(path).parent, model, dict(set or {}))
+    return _compile(source, Path(path).parent, model, dict(set or {}), keep)
 
 
-def loads(text: str, *, name: str = "model.mech", model: str | None = None) -> Model:
-    """Compile a model given as text; ``name`` stands for the file in messages."""
-    return _compile(SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {})
+def loads(
+    text: str, *, name: str = "model.mech", model: str | None = None, keep: Collection[str] = ()
+) -> Model:
+    """Compile a model given as text; ``name`` stands for the file in messages. ``keep``: see ``load``."""
+    return _compile(SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {}, keep)
 
 
 @dataclass(slots=True, eq=False)
@@ -84,22 +92,27 @@ class _Code:
     model: str | None
     structural: dict[str, Fraction | bool | str]
     compilation: Compilation
+    keep: frozenset[str] = frozenset()
     problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], _Code] = field(default_factory=dict)
 
     @staticmethod
     def make(
-        source: SourceFile, folder: Path, model: str | None, structural: dict[str, Fraction | bool | str]
+        source: SourceFile,
+        folder: Path,
+        model: str | None,
+        structural: dict[str, Fraction | bool | str],
+        keep: frozenset[str],
     ) -> _Code:
-        compilation = compile_source(source, model=model, structural=structural, search=(folder,))
-        return _Code(source, folder, model, structural, compilation)
+        compilation = compile_source(source, model=model, structural=structural, search=(folder,), parts=keep)
+        return _Code(source, folder, model, structural, compilation, keep)
 
     def variant(self, structural: dict[str, Fraction | bool | str]) -> _Code:
         if structural == self.structural:
             return self
         key = tuple(sorted(structural.items()))
         if key not in self.variants:
-            self.variants[key] = _Code.make(self.source, self.folder, self.model, structural)
+            self.variants[key] = _Code.make(self.source, self.folder, self.model, structural, self.keep)
         return self.variants[key]
 
 
@@ -284,6 +297,12 @@ class Model:
         said = plan.options.get("method") if plan else None
         return str(said.value) if isinstance(said, LiteralValue) else ""
 
+    def keeping(self, parts: Collection[str]) -> Model:
+        """Return this model with parts built whether they are needed or not."""
+        code = self._code
+        kept = _Code.make(code.source, code.folder, code.model, code.structural, frozenset(parts))
+        return Model(kept, self._settings)
+
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
         """Write the model as code and return the files: a Python module, or C with the kernel beside it.
 
@@ -294,10 +313,12 @@ class Model:
         return export(self, target, Path(output) if output is not None else None)
 
 
-def _compile(source: SourceFile, folder: Path, model: str | None, given: dict[str, Given]) -> Model:
+def _compile(
+    source: SourceFile, folder: Path, model: str | None, given: dict[str, Given], keep: Collection[str]
+) -> Model:
     declared = _structural_names(source) if given else ()
     early = {name: _fraction(name, given.pop(name)) for name in declared if name in given}
-    return Model(_Code.make(source, folder, model, early), {}).with_values(given)
+    return Model(_Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
 
 
 def _structural_names(source: SourceFile) -> Sequence[str]:

@@ -94,12 +94,10 @@ def _equations(model: Model, method: str) -> Equations:
     from .compiler.equations.assemble import assemble
     from .lang.diagnostics import Reporter
 
-    return assemble(
-        model.compilation.system,
-        Reporter(),
-        implicit=method in WITH_JACOBIAN,
-        momenta=method in WITH_MOMENTA,
-    )
+    parts = {"jacobian"} if method in WITH_JACOBIAN else set()
+    parts |= {"momenta"} if method in WITH_MOMENTA else set()
+    # a switch that never changes would be a discrete variable, of which there are none in an FMU without events
+    return assemble(model.compilation.system, Reporter(), model.compilation.parts - {"events"} | parts)
 
 
 def write_whole(path: Path, data: bytes) -> None:

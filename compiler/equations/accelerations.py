@@ -8,9 +8,12 @@ from dataclasses import dataclass
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
-from ..graph.eliminate import Elimination, ZeroPivot, solve
+from ..graph.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
+
+LARGEST_WHOLE = 40
+"""Unknowns above which the matrix as a whole makes code of more than 10 000 operations; it is not formed then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,20 +32,23 @@ def accelerations(
     rows: Sequence[Row],
     supports: Sequence[Collection[int]],
     reporter: Reporter,
+    *,
+    whole: bool = False,
 ) -> Accelerations:
     """Solve r - K^T lam = 0 with K a + gamma = 0, or with what the modes of a row say instead.
 
     ``supports``: for each of the first rows the free velocities on which it depends at consistent states. Its
     multiplier is eliminated right after them, so that the cost of many loops grows with their number and not with
     its square. The other rows are switched: where they are off, the multiplier is in its own row with a factor that
-    vanishes in other modes, so it comes last.
+    vanishes in other modes, so it comes last. ``whole`` factorises the matrix without looking at the structure.
     """
     unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
     equations = [residual[i] for i in free] + [row.equation for row in rows]
     after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
     after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
     try:
-        found = solve(system.graph, equations, unknowns, after=after)
+        variants = () if whole and len(unknowns) <= LARGEST_WHOLE else VARIANTS
+        found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
         raise _massless(system, free, rows, singular, reporter) from None
     count = len(free)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -11,6 +11,7 @@ from ..graph.differentiate import jacobian
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
 from .assembly import Resolve, assembly
+from .constraints import Projection
 from .dead_symbols import without_dead_symbols
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
@@ -21,16 +22,14 @@ from .outputs import OutputList, list_outputs
 from .solve import Solved, check_rates, solve_system
 
 
-def assemble(
-    system: MechanicalSystem, reporter: Reporter, *, implicit: bool = False, momenta: bool = False
-) -> Equations:
+def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Equations:
     """Return the equations of a model; report what makes them undetermined.
 
-    ``implicit`` adds the Jacobian of the right-hand side, which implicit methods need; ``momenta`` the functions
-    on which the structure-preserving methods for constrained models work.
+    ``parts`` are built whether the equations need them or not (needs.py): ``jacobian`` for implicit methods,
+    ``momenta`` for the structure-preserving methods of constrained models, others for comparison.
     """
     try:
-        return without_dead_symbols(_assemble(system, reporter, implicit, momenta))
+        return without_dead_symbols(_assemble(system, reporter, frozenset(parts)))
     except DivisionByZero:
         raise reporter.fail(
             "E0526",
@@ -41,28 +40,28 @@ def assemble(
         ) from None
 
 
-def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, momenta: bool) -> Equations:
-    solved = solve_system(system, reporter)
+def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
+    solved = solve_system(system, reporter, parts)
     reporter.stop_on_errors()
-    layout = layout_of(system, solved.driven, solved.energies)
-    listed = list_outputs(system, solved, layout)
-    functions = _functions(system, solved, layout, listed)
+    layout = layout_of(system, solved.driven, solved.energies, parts)
+    listed = list_outputs(system, solved, layout, parts)
+    functions = _functions(system, solved, layout, listed, parts)
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
     assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
     functions = (*functions, *assembly_functions)
-    hybrid = add_events(system, solved, layout, functions, listed.entries, reporter)
+    hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
     if hybrid is not None:
         layout, functions = hybrid.layout, hybrid.functions
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
-    if momenta:
+    if "momenta" in parts:
         functions = (*functions, *_momentum_functions(system, solved))
-    if implicit:
+    if "jacobian" in parts:
         derivatives, pattern = _jacobian(system, layout, functions)
         functions = (*functions, derivatives)
     everything = (*functions, *plan_functions)
-    facts = needs(system, layout, everything)
+    facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     starts = _beginnings(system, solved, layout)
     return Equations(
         name=system.model.name,
@@ -84,7 +83,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, implicit: bool, mome
         functions=everything,
         experiments=plans,
         needs=facts,
-        choices=choices(system, solved, facts),
+        choices=choices(system, solved, facts, parts),
         rotations=_rotations(system),
         assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
         conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
@@ -115,7 +114,7 @@ def _resolver(system: MechanicalSystem, solved: Solved) -> Resolve:
 
 
 def _functions(
-    system: MechanicalSystem, solved: Solved, layout: Layout, listed: OutputList
+    system: MechanicalSystem, solved: Solved, layout: Layout, listed: OutputList, parts: frozenset[str]
 ) -> tuple[Function, ...]:
     resolve = _resolver(system, solved)
     accounts = {"energy.supplied": solved.energies.supplied, "energy.dissipated": solved.energies.dissipated}
@@ -147,8 +146,12 @@ def _functions(
         functions.append(
             Function("discretes", "initial discrete variables", resolve(_defaults(system, "discretes")))
         )
-    if solved.projection is not None:
-        functions += _projections(system, solved, layout, resolve)
+    projected = solved.projection
+    if projected is None and "projection" in parts:
+        nothing = (system.graph.zero,) * len(solved.free)
+        projected = Projection(nothing, (), nothing, ())
+    if projected is not None:
+        functions += _projections(system, solved, projected, layout, resolve)
     if system.assertions:
         functions.append(
             Function(
@@ -202,12 +205,11 @@ def _jacobian(
 def _projections(
     system: MechanicalSystem,
     solved: Solved,
+    found: Projection,
     layout: Layout,
     resolve: Resolve,
 ) -> list[Function]:
     """Return the functions that move a state onto the constraints."""
-    found = solved.projection
-    assert found is not None
     return [
         Function(
             "project_position",

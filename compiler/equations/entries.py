@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit
@@ -56,14 +56,19 @@ def booked_by_events(system: MechanicalSystem) -> frozenset[str]:
     return frozenset(names | ({"energy.supplied"} if jumps else set()))
 
 
-def layout_of(system: MechanicalSystem, driven: Mapping[Node, Node], energies: Energies) -> Layout:
-    """Return where every symbol of a model lives at run time."""
+def layout_of(
+    system: MechanicalSystem,
+    driven: Mapping[Node, Node],
+    energies: Energies,
+    parts: Collection[str] = (),
+) -> Layout:
+    """Return where every symbol of a model lives at run time. ``parts``: see needs.py."""
     graph, symbols = system.graph, system.symbols
     pure = system.model.dimensionless
     q_indices = tuple(k for k, s in enumerate(system.q) if s.node not in driven)
     v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
     powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
-    booked = booked_by_events(system)
+    booked = frozenset(powers) if "accounts" in parts else booked_by_events(system)
     accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
     if not (q_indices or v_indices or symbols.states or accounts):
         accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state

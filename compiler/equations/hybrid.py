@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 from mechc.lang.diagnostics import Reporter
@@ -22,10 +22,11 @@ from .model import (
     SwitchText,
 )
 from .modes import limits
+from .needs import NEVER
 from .plans import branch_plans, impulse_of, one_line, row_plans, simultaneous
 from .solve import Solved
 from .steps import Step, energy_steps, step_values
-from .switches import Switches, find_switches
+from .switches import Switch, Switches, find_switches
 
 UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assembly_jacobian")
 """Functions in which relations are evaluated as they stand."""
@@ -49,8 +50,9 @@ def add_events(
     functions: Sequence[Function],
     outputs: Sequence[Entry],
     reporter: Reporter,
+    parts: Collection[str] = (),
 ) -> Hybrid | None:
-    """Return the model with its events, or None where nothing switches."""
+    """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
     rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
 
@@ -66,7 +68,10 @@ def add_events(
     formulas = (*rhs.outputs, *conditions, *values, *energies)
     switches = find_switches(system, solved.replace, formulas, fixed | set(modes))
     if not (system.branches or rows or switches.located or switches.timed):
-        return None
+        if "events" not in parts:
+            return None
+        never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
+        switches = replace(switches, located=(never,))
     steps = energy_steps(system, solved, switches, resolve, reporter)
     z = _z_symbols(system, switches, modes, steps)
     layout = _with_z(system, layout, z)

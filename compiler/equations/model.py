@@ -88,12 +88,16 @@ class ExperimentPlan:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """A decision and its reason, for ``mechc explain``: what was chosen or left out, why, and what it saved."""
+    """A decision and its reason, for ``mechc explain``: what was chosen or left out, and why.
+
+    ``fact`` and ``part``: what it is about, where that has a name in needs.py.
+    """
 
     topic: str
     decision: str
     reason: str
-    saved_operations: int = 0
+    fact: str = ""
+    part: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -5,18 +5,22 @@ Targets own the tables from a fact to files and functions (``targets/``); ``mech
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 
 from ..graph import Node
+from ..graph.operations import LOOKUP
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout
-from .model import Choice, Function
+from .model import Choice, Function, HybridPlan
 from .solve import Solved
 
 FACTS = {
     "space": "three dimensions",
     "rotations": "quaternions and their normalisation",
     "constraints": "multipliers, projection and assembly",
+    "events": "the search for events",
+    "modes": "contacts, friction and constraints that switch",
     "inputs": "inputs and their tables",
     "tables": "look-up tables",
     "discrete": "discrete variables",
@@ -31,7 +35,59 @@ FACTS = {
 """What may be needed, in words."""
 
 
-def needs(system: MechanicalSystem, layout: Layout, functions: Sequence[Function]) -> frozenset[str]:
+@dataclass(frozen=True, slots=True)
+class Part:
+    """Something that can be built whether it is needed or not: ``words``, the facts that need it, and what is said
+    where it is left out."""
+
+    words: str
+    needed_by: tuple[str, ...]
+    absence: str
+
+
+PARTS = {
+    "jacobian": Part(
+        "the Jacobian of implicit methods",
+        ("jacobian",),
+        "no implicit method is asked for; one that is brings it",
+    ),
+    "momenta": Part(
+        "momenta, forces and the mass matrix as functions",
+        ("momenta",),
+        "no structure-preserving method for constraints is asked for; one that is brings them",
+    ),
+    "projection": Part(
+        "projection onto constraints after each step", ("constraints",), "there are no constraints"
+    ),
+    "events": Part("the search for events in each step", ("events",), "nothing switches"),
+    "accounts": Part(
+        "accounts of supplied and dissipated energy",
+        ("supply", "dissipation"),
+        "nothing supplies energy, or nothing dissipates it",
+    ),
+    "reactions": Part("the multipliers as outputs", (), "what is not asked for is not reported"),
+    "positions": Part("the place of every mass as an output", (), "what is not asked for is not reported"),
+    "constants": Part(
+        "formulas of parameters in each evaluation", (), "they are computed once, before the run"
+    ),
+    "structure": Part(
+        "factorisation of the mass matrix as a whole",
+        (),
+        "the accelerations are eliminated along the structure",
+    ),
+}
+"""What the equations decide to leave out; ``--keep-all`` builds it all the same. Targets own the tables from a part to
+functions and files."""
+
+EVERYTHING = frozenset(PARTS)
+
+NEVER = "never"
+"""The text of the switch that stands for all where nothing switches (hybrid.py)."""
+
+
+def needs(
+    system: MechanicalSystem, layout: Layout, functions: Sequence[Function], plan: HybridPlan | None = None
+) -> frozenset[str]:
     """Return the facts that hold for a model."""
     graph = system.graph
     rhs = next(f for f in functions if f.name == "rhs")
@@ -40,6 +96,9 @@ def needs(system: MechanicalSystem, layout: Layout, functions: Sequence[Function
         "space": system.kinematics.size == 3 and _is_spatial(system),
         "rotations": bool(system.rotations),
         "constraints": bool(system.constraints),
+        "events": bool(system.branches)
+        or (plan is not None and any(s.text != NEVER for s in (*plan.switches, *plan.times))),
+        "modes": any(rows.mode is not None for rows in system.constraints),
         "inputs": bool(layout.inputs),
         "tables": _has_tables(system, functions),
         "discrete": bool(layout.discretes),
@@ -59,23 +118,54 @@ def _is_spatial(system: MechanicalSystem) -> bool:
 
 
 def _has_tables(system: MechanicalSystem, functions: Sequence[Function]) -> bool:
-    from ..graph.operations import LOOKUP
-
     graph = system.graph
     outputs: list[Node] = [n for f in functions for n in f.outputs]
     return any(graph.op(n) == LOOKUP for n in graph.reach(outputs))
 
 
-def choices(system: MechanicalSystem, solved: Solved, facts: frozenset[str]) -> tuple[Choice, ...]:
+def choices(
+    system: MechanicalSystem, solved: Solved, facts: frozenset[str], parts: Collection[str] = ()
+) -> tuple[Choice, ...]:
     """Return the decisions taken for a model, each with its reason."""
     result = [_form(system, solved)]
+    apart = independent(system, solved)
+    if len(apart) > 1:
+        sizes = ", ".join(str(n) for n in apart)
+        reason = f"parts of {sizes} accelerations do not act on each other's"
+        result.append(Choice("independent subsystems", "solved apart", reason))
     if any(row.give is not None for row in solved.rows):
         reason = "the mechanism meets positions in which constraints depend on each other"
         result.append(Choice("singular positions", "multipliers with a compliance of 1e-10", reason))
     for fact, words in FACTS.items():
         kept = fact in facts
-        result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept)))
+        result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))
+    for name, part in PARTS.items():
+        if not facts.intersection(part.needed_by):
+            kept = name in parts
+            why = "it was asked for" if kept else part.absence
+            result.append(Choice(part.words, "kept" if kept else "left out", why, part=name))
     return tuple(result)
+
+
+def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
+    """Return the sizes of the groups of accelerations that the equations of motion couple, the largest first."""
+    graph = system.graph
+    group = {system.a[i]: system.a[i] for i in solved.free}
+    group |= {row.multiplier: row.multiplier for row in solved.rows}
+
+    def root(n: Node) -> Node:
+        while group[n] != n:
+            n = group[n]
+        return n
+
+    own = [(system.a[i], solved.residual[i]) for i in solved.free]
+    own += [(row.multiplier, row.equation) for row in solved.rows]
+    for unknown, equation in own:
+        for other in graph.support(equation):
+            if other in group:
+                group[root(other)] = root(unknown)
+    roots = [root(system.a[i]) for i in solved.free]
+    return tuple(sorted((roots.count(n) for n in dict.fromkeys(roots)), reverse=True))
 
 
 def _form(system: MechanicalSystem, solved: Solved) -> Choice:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 
 from ..flat.model import Kind
@@ -23,9 +24,15 @@ class OutputList:
     energy_balance: tuple[int, ...]
 
 
-def list_outputs(system: MechanicalSystem, solved: Solved, layout: Layout) -> OutputList:
-    """Return the outputs of a model, prescribed coordinates first."""
+def list_outputs(
+    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str] = ()
+) -> OutputList:
+    """Return the outputs of a model, prescribed coordinates first. ``parts``: see needs.py."""
     rows = _rows(system, solved, layout)
+    if "reactions" in parts:
+        rows += _multipliers(system, solved)
+    if "positions" in parts:
+        rows += _positions(system, layout)
     names = {entry.name: k for k, (entry, _) in enumerate(rows)}
     balance = ("energy.total", "energy.dissipated", "energy.supplied")
     return OutputList(
@@ -89,3 +96,19 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
             rows.append((Entry(name, "momentum", unit), node))
     return rows
+
+
+def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:
+    """Return the force of every constraint, whether anything asks for it or not."""
+    rows = [row for row in solved.all_rows if row.multiplier in solved.replace]
+    return [(Entry(f"multiplier({row.title})", "output", ""), row.multiplier) for row in rows]
+
+
+def _positions(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+    """Return the place of every mass in the world."""
+    found: list[tuple[Entry, Node]] = []
+    for number, mass in enumerate(system.masses, start=1):
+        position = system.kinematics.position(mass.point)
+        names = [f"mass({number})[{k}]" for k in range(1, len(position) + 1)]
+        found += [(Entry(name, "output", layout.length), n) for name, n in zip(names, position, strict=True)]
+    return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from dataclasses import replace as replace_fields
 from itertools import groupby
@@ -56,8 +56,8 @@ class Solved:
     replace: Mapping[Node, Node]
 
 
-def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
-    """Solve the equations of motion of a system; report what makes them undetermined."""
+def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Solved:
+    """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py."""
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
     _check_starts(system, driven, reporter)
@@ -109,7 +109,8 @@ def solve_system(system: MechanicalSystem, reporter: Reporter) -> Solved:
         laws = substitute(graph, [row.equation for row in switched], absent)
         switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
     solved_rows = (*rows, *switched)
-    found = accelerations(system, r, free, solved_rows, supports, reporter)
+    whole = "structure" in parts
+    found = accelerations(system, r, free, solved_rows, supports, reporter, whole=whole)
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
     solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}

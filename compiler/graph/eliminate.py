@@ -66,7 +66,7 @@ def solve(
     another one is taken. ``after[k]`` are the unknowns to
     eliminate before k; by default an unknown that does not occur in its own row, such as a multiplier,
     follows all unknowns of that row. ``dense`` adds Gaussian elimination to the ``variants``
-    for small systems.
+    for small systems; it is all that is tried where there are no variants.
     Raises ZeroPivot, NotAffine (linear.py), and ValueError where sizes or ``after`` make no sense.
     """
     rows = _check(residuals, unknowns, rows)
@@ -125,7 +125,7 @@ def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
 def _attempts(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
     """Return what to try; None stands for dense elimination."""
     attempts: list[Variant | None] = list(variants)
-    if dense and len(system.unknowns) <= DENSE_LIMIT:
+    if dense and (len(system.unknowns) <= DENSE_LIMIT or not attempts):
         attempts.insert(1, None)
     return attempts
 

@@ -15,12 +15,15 @@ RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
 
 
-def lower(equations: Equations) -> Program:
-    """Return the program of all functions of the equations, each one in a single body."""
+def lower(equations: Equations, *, hoist: bool = True) -> Program:
+    """Return the program of all functions of the equations, each one in a single body.
+
+    ``hoist``: what depends on parameters alone is computed once for each run.
+    """
     graph, layout = equations.graph, equations.layout
     once = {*RUN_ONCE, *(e.function for e in equations.experiments)}
     repeated = [n for f in equations.functions if f.name not in once for n in f.outputs]
-    hoisted = hoistable(graph, layout, repeated)
+    hoisted = hoistable(graph, layout, repeated) if hoist else []
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
     functions = [

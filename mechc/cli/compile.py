@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .options import model_argument, model_option, set_option
+from .options import keep_all_option, kept, model_argument, model_option, set_option
 
 
 @click.command(name="compile", short_help="Write a model as Python code, C code or an FMU.")
@@ -34,6 +34,7 @@ from .options import model_argument, model_option, set_option
 )
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
+@keep_all_option
 def command(
     file: str,
     model: str | None,
@@ -45,6 +46,7 @@ def command(
     experiment: str | None,
     sources_only: bool,
     check: bool,
+    keep_all: bool,
 ) -> None:
     """Write MODEL.mech as code that stands alone.
 
@@ -55,7 +57,7 @@ def command(
     """
     from ..api import load
 
-    loaded = load(file, model=model, set=settings)
+    loaded = load(file, model=model, set=settings, keep=kept(keep_all))
     if target == "fmu":
         from pathlib import Path
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from importlib.resources import files
+from typing import TYPE_CHECKING
 
 import click
 
 from .options import model_option, set_option
+
+if TYPE_CHECKING:
+    from ..savings import Code
 
 CODE = re.compile(r"[EWN]\d{4}")
 
@@ -17,17 +22,33 @@ CODE = re.compile(r"[EWN]\d{4}")
 @click.argument("what", metavar="CODE|MODEL.mech")
 @model_option
 @set_option
-def command(what: str, model: str | None, settings: dict[str, str]) -> None:
+@click.option(
+    "--target",
+    type=click.Choice(["c", "python", "fmu"]),
+    help="Measure what is saved in this target; C where there is a compiler.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object, and nothing else.")
+def command(
+    what: str, model: str | None, settings: dict[str, str], target: Code | None, as_json: bool
+) -> None:
     """Explain CODE, such as E0301, with an example; or, for MODEL.mech, which form of the equations was
-    chosen, what is needed and what was left out, why, and what that saved."""
+    chosen, what is needed and what was left out, why, and what that saved against --keep-all."""
     if CODE.fullmatch(what.upper()):
         click.echo(page(what.upper()))
         return
     from ..api import load
-    from ..explanation import explanation
+    from ..explanation import explanation, summary
+    from ..runtime.build import find_compiler
+    from ..savings import savings
     from ..style import style_for
 
-    click.echo(explanation(load(what, model=model, set=settings), style_for(sys.stdout)))
+    loaded = load(what, model=model, set=settings).for_experiment(None)
+    measured = target is not None or find_compiler() is not None
+    saved = savings(loaded, target or "c", measured=measured)
+    if as_json:
+        click.echo(json.dumps(summary(loaded, saved), indent=1, ensure_ascii=False))
+    else:
+        click.echo(explanation(loaded, style_for(sys.stdout), saved))
 
 
 def page(code: str) -> str:

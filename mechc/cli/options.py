@@ -51,3 +51,18 @@ def input_option(function: F) -> F:
         callback=_assignments,
         help="Drive an input by a table whose first column is the time. May be repeated.",
     )(function)
+
+
+def keep_all_option(function: F) -> F:
+    return click.option(
+        "--keep-all", is_flag=True, help="Build what the equations do not need as well, for comparison."
+    )(function)
+
+
+def kept(keep_all: bool) -> frozenset[str]:
+    """Return the parts that ``--keep-all`` asks for."""
+    if not keep_all:
+        return frozenset()
+    from ..compiler.equations.needs import EVERYTHING
+
+    return EVERYTHING

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import input_option, model_argument, model_option, set_option
+from .options import input_option, keep_all_option, kept, model_argument, model_option, set_option
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -86,6 +86,7 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
     default="auto",
     help="Run as compiled C or on Python; auto takes C where there is a compiler.",
 )
+@keep_all_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the report as one JSON object, and nothing else."
@@ -104,7 +105,7 @@ def command(file: str, **given: Any) -> int:
 
     try:
         display = choose(given["display"]) if given["display"] else None
-        model = load(file, model=given["model"], set=given["settings"])
+        model = load(file, model=given["model"], set=given["settings"], keep=kept(given["keep_all"]))
         _show_warnings(model, quiet=given["quiet"] or given["as_json"])
         names = _chosen_outputs(model, given["outputs"])
         return _run_all(model, file, given, display, names)

@@ -1,0 +1,152 @@
+"""What leaving out saves: the same model built with a part that it does not need, compared with the lean one."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from .compiler.equations.needs import EVERYTHING
+from .runtime.case import SimulationOptions, prepare
+from .runtime.functions import Functions, load_functions
+from .runtime.object_code import code_bytes
+from .runtime.outcome import SimulationError
+
+if TYPE_CHECKING:
+    from .api import Model
+    from .runtime.case import Case
+    from .runtime.problem import Problem
+
+Code = Literal["c", "python", "fmu"]
+
+STEPS = 400
+REPEATS = 9
+SHARE = 1e-4
+"""Length of the measured steps over that of the experiment: short, so that no motion runs away in them."""
+LARGEST = 20_000
+"""Operations of a program above which it is not compiled to be measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """``operations`` of all functions together, ``evaluation`` those of one right-hand side; ``size`` in bytes of the
+    compiled code, or of the text or file that the target is; ``nanoseconds`` of one evaluation with its share of all
+    that a step does beside. None: not measured."""
+
+    operations: int
+    evaluation: int
+    size: int | None = None
+    nanoseconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Savings:
+    """``parts``: cost of the model with one part more, by name."""
+
+    target: Code
+    lean: Cost
+    everything: Cost
+    parts: Mapping[str, Cost]
+
+
+def savings(model: Model, target: Code = "c", *, measured: bool = True) -> Savings:
+    """Build a model lean, with each part that it does without, and with all of them.
+
+    ``measured``: sizes and times too, for which code is compiled. Raises CompilerMissing, BuildError.
+    """
+    absent = [choice.part for choice in model.compilation.equations.choices if choice.part]
+    lean = model.keeping(())
+    return Savings(
+        target,
+        cost(lean, target, measured),
+        cost(lean.keeping(EVERYTHING), target, measured),
+        {part: cost(lean.keeping((part,)), target, measured) for part in absent},
+    )
+
+
+def cost(model: Model, target: Code = "c", measured: bool = True) -> Cost:
+    """Return what one build of a model costs. Raises CompilerMissing, BuildError."""
+    program = model.compilation.program
+    operations = sum(function.operations for function in program.functions)
+    rhs = program.function("rhs")
+    plain = Cost(operations, rhs.operations if rhs else 0)
+    if not measured or operations > LARGEST:
+        return plain
+    match target:
+        case "c":
+            problem = model.problem("c")
+            assert problem.library is not None
+            return replace(
+                plain, size=code_bytes(problem.library), nanoseconds=nanoseconds(problem, _by_kernel)
+            )
+        case "python":
+            from .compiler.targets.python import emit_python
+
+            problem = model.problem("python")
+            size = len(emit_python(program).encode())
+            return replace(plain, size=size, nanoseconds=nanoseconds(problem, _by_python))
+        case "fmu":
+            return replace(plain, size=_fmu_size(model))
+
+
+def nanoseconds(
+    problem: Problem, measure: Callable[[Problem, Functions, Case, float], float]
+) -> float | None:
+    """Return the time of one evaluation at the start of the motion; None where the motion cannot begin."""
+    functions = load_functions(problem)
+    try:
+        case = prepare(problem, functions, SimulationOptions(points=2))
+    except SimulationError:
+        try:
+            case = prepare(problem, functions, SimulationOptions(points=2, stop=1.0))
+        except SimulationError:
+            return None
+    return measure(problem, functions, case, (case.stop - case.begin) * SHARE)
+
+
+def _by_kernel(problem: Problem, functions: Functions, case: Case, step: float) -> float:
+    """Steps of the classical Runge-Kutta method: the same ones in every build."""
+    from .runtime.kernel_run import run_kernel
+
+    short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
+    times = []
+    for _ in range(REPEATS):
+        done = run_kernel(
+            problem,
+            functions,
+            short,
+            method="rk4",
+            tolerance=case.tolerance,
+            nominal=np.ones(problem.ny),
+            step=step,
+            dense=False,
+            max_steps=STEPS,
+            progress=None,
+        )
+        times.append(done.statistics.run_time / max(done.statistics.evaluations, 1))
+    return min(times) * 1e9
+
+
+def _by_python(problem: Problem, functions: Functions, case: Case, step: float) -> float:
+    times = []
+    u = np.zeros(len(problem.inputs))
+    for _ in range(REPEATS):
+        begun = time.perf_counter()
+        for _ in range(STEPS // 10):
+            functions.rhs(case.begin, case.y0, u, case.z, case.p)
+        times.append((time.perf_counter() - begun) / (STEPS // 10))
+    return min(times) * 1e9
+
+
+def _fmu_size(model: Model) -> int:
+    from pathlib import Path
+    from tempfile import TemporaryDirectory
+
+    from .fmus import FmuOptions, export_fmu
+
+    with TemporaryDirectory() as folder:
+        (path,) = export_fmu(model, Path(folder, "model.fmu"), FmuOptions("3", "both", None, False, False))
+        return path.stat().st_size
