@@ -12,6 +12,7 @@ from .lang.units import UnitError, parse_unit
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.inputs import Table, read_tables
 from .runtime.outcome import Outcome, SimulationError
+from .runtime.simulate import Plan, plan_run
 from .runtime.simulate import simulate as run
 from .runtime.simulate import simulate_sweep as run_sweep
 from .runtime.solution import Solution as Run
@@ -71,6 +72,13 @@ def start(model: Model, request: Request) -> Stepper:
     method = request.method or model.method(request.experiment)
     problem = model.problem(request.target, method=method, reproducible=request.reproducible)
     return Stepper(problem, _options(model, request, problem))
+
+
+def plan(model: Model, request: Request) -> Plan:
+    """Make a run ready without beginning it. Raises SimulationError."""
+    method = request.method or model.method(request.experiment)
+    problem = model.problem(request.target, method=method, reproducible=request.reproducible)
+    return plan_run(problem, _options(model, request, problem))
 
 
 def sweep(model: Model, request: Request) -> Sweep:

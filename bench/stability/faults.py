@@ -1,0 +1,132 @@
+"""Faults that are planted to see an expectation fail: in the sources of the kernel or in its callers, never in the
+product itself. The reference in higher precision is compiled before, from the true sources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from mechc.runtime import accuracy, case, kernel_run, native, reference, simulate, solver
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    text: str
+    plant: Callable[[], None]
+
+
+def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
+    """Replace a piece of one source of the kernel, which must be there once."""
+
+    def plant() -> None:
+        reference._kernel(reference.best_precision())
+        sources = native.kernel_sources()
+        assert sources[file].count(there) == 1, f"{there!r} is {sources[file].count(there)} times in {file}"
+        changed = {**sources, file: sources[file].replace(there, instead)}
+        native.kernel_sources = lambda: dict(changed)
+
+    return plant
+
+
+def _loosened() -> None:
+    make = solver.Solver.__init__
+
+    def loose(self: Any, kernel: Any, functions: Any, c: Any, method: Any, tolerance: Any, atol: Any, step: Any = 0.0) -> None:
+        factor = min(1e5, 0.1 / tolerance)
+        make(self, kernel, functions, c, method, factor * tolerance, factor * atol, 10 * step)
+
+    solver.Solver.__init__ = loose  # type: ignore[method-assign]
+
+
+def _failures_swallowed() -> None:
+    kernel_run._failure = lambda *_: None
+
+
+def _not_assembled() -> None:
+    make = case.assemble
+
+    def as_wanted(problem: Any, functions: Any, t: float, wanted: Any, *rest: Any) -> Any:
+        return replace(make(problem, functions, t, wanted, *rest), y=wanted)
+
+    case.assemble = as_wanted
+
+
+def _estimate_understated() -> None:
+    make = accuracy.compare
+
+    def small(*given: Any) -> Any:
+        made = make(*given)
+        tiny = {name: 1e-16 for name in made.by_state}
+        return replace(made, largest=1e-16, at_end=1e-16, by_state=tiny, by_state_at_end=tiny)
+
+    simulate.compare = small
+
+
+def _nominal_one() -> None:
+    simulate.nominal_values = lambda problem, *_: np.ones(problem.ny)
+
+
+def _kinks_ignored() -> None:
+    from mechc.runtime.inputs import Table
+
+    Table.kinks = lambda self: np.empty(0)  # type: ignore[method-assign]
+
+
+def _checks_ignored() -> None:
+    case._check_parameters = lambda *_: None
+    case._check_state = lambda *_: None
+
+
+def _errors_ignored() -> None:
+    """Errors of the compiler become warnings."""
+    from mechc.lang import diagnostics
+
+    diagnostics.Reporter.stop_on_errors = lambda self: None  # type: ignore[method-assign]
+
+
+FAULTS = {
+    "sign": Fault(
+        "the first acceleration has the wrong sign",
+        _in_kernel(
+            "method.h",
+            "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
+            "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
+            "    out[s->model->nq % s->ny] = -out[s->model->nq % s->ny];\n",
+        ),
+    ),
+    "loose": Fault("tolerances are 1e5 times looser, fixed steps 10 times longer", _loosened),
+    "no projection": Fault(
+        "states are not projected onto their constraints",
+        _in_kernel(
+            "projection.c",
+            "int mech_project(mech_solver *s, mech_real t, mech_real *y)\n{\n",
+            "int mech_project(mech_solver *s, mech_real t, mech_real *y)\n{\n    if (s) return MECH_RUNNING;\n",
+        ),
+    ),
+    "missed events": Fault(
+        "events within a step are not seen",
+        _in_kernel(
+            "locate.c",
+            "    const int n = e->n, last = MECH_SAMPLES - 2;",
+            "    *hit = -1;\n    *part = 1;\n    if (s) return;\n    const int n = e->n, last = MECH_SAMPLES - 2;",
+        ),
+    ),
+    "not normalised": Fault(
+        "rotations are not normalised",
+        _in_kernel("solver.c", "k < model->n_rotations; k++) {", "k < 0 * model->n_rotations; k++) {"),
+    ),
+    "not switched": Fault(
+        "stiffness is not detected",
+        _in_kernel("advance.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
+    ),
+    "no refusal": Fault("failures of a run are swallowed", _failures_swallowed),
+    "not assembled": Fault("initial states stay as they are guessed", _not_assembled),
+    "understated": Fault("the estimated error is always 1e-16", _estimate_understated),
+    "no nominal": Fault("all nominal values are 1", _nominal_one),
+    "kinks ignored": Fault("steps go across the kinks of inputs", _kinks_ignored),
+    "checks ignored": Fault("values out of range begin a run", _checks_ignored),
+    "errors ignored": Fault("errors of the compiler do not stop it", _errors_ignored),
+}

@@ -1,0 +1,143 @@
+"""Run one case, in a process of its own, and judge what it came to."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+
+import mechc
+from mechc.api import Model
+from mechc.lang.diagnostics import CompileError
+from mechc.runtime.build import BuildError
+from mechc.runtime.outcome import Outcome, SimulationError
+from mechc.runtime.reference import ReferenceFailed
+from mechc.settings import UsageMistake
+from mechc.simulation import Request, plan
+from mechc.solution import Solution
+from mechc.truth import compile_for_reference, true_errors
+from mechc.watchdog import Crashed, Hung, Watchdog
+
+from .case import Case, Finding, Followed, Refusal, Row, claimed
+from .faults import FAULTS
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GROUPS = tuple(sorted(p.stem for p in Path(__file__).parent.glob("group_*.py")))
+"""Modules of cases: each has NUMBER, TITLE and CASES."""
+
+Question = tuple[str, int]
+"""Module and index of a case."""
+
+
+def titles() -> dict[int, str]:
+    """Return the title of every group by its number."""
+    return {m.NUMBER: m.TITLE for m in (_group(name) for name in GROUPS)}
+
+
+def questions(quick: bool, numbers: tuple[int, ...] = (), word: str = "") -> list[Question]:
+    """Return the cases of the suite, of some groups if ``numbers`` are given, whose name holds ``word``."""
+    return [
+        (name, i)
+        for name in GROUPS
+        for i, case in enumerate(_group(name).CASES)
+        if not (quick and case.full)
+        and (not numbers or _group(name).NUMBER in numbers)
+        and word in case.name
+    ]
+
+
+def case_of(question: Question) -> Case:
+    name, index = question
+    found: Case = _group(name).CASES[index]
+    return found
+
+
+def watched(dog: Watchdog[Question, Row], question: Question) -> Row:
+    """Run a case under the watchdog."""
+    case = case_of(question)
+    reply = dog.ask(question, case.seconds)
+    number = _group(question[0]).NUMBER
+    match reply:
+        case Crashed(how):
+            return Row(number, case.name, case.extreme, case.expects.text, "crashed", reason=how)
+        case Hung(seconds):
+            why = f"no answer within {seconds:g} s"
+            return Row(number, case.name, case.extreme, case.expects.text, "hung", reason=why)
+        case row:
+            return row
+
+
+def maker(fault: str) -> Callable[[Question], Row]:
+    """Return what runs cases in this process, with a fault planted (none if empty)."""
+    if fault:
+        FAULTS[fault].plant()
+    return _perform
+
+
+def _perform(question: Question) -> Row:
+    case, number = case_of(question), _group(question[0]).NUMBER
+    expects = case.expects
+    try:
+        solution = _model(case.model, case.variant).simulate(**case.options)
+    except (CompileError, SimulationError, BuildError, UsageMistake) as error:
+        message = str(error)
+        if isinstance(error, CompileError):
+            message = "; ".join(f"{d.code}: {d.message}" for d in error.diagnostics)
+        if isinstance(expects, Refusal):
+            found = expects.judge_error(message)
+        else:
+            found = Finding(problems=(message,))
+        return _row(number, case, found, outcome=f"refused: {message}")
+    except Exception as error:
+        where = traceback.extract_tb(error.__traceback__)[-1]
+        why = f"{type(error).__name__}: {error} ({Path(where.filename).name}, line {where.lineno})"
+        return Row(number, case.name, case.extreme, expects.text, "crashed", reason=why)
+    match expects:
+        case Followed():
+            found = _followed(expects, case, solution)
+        case _:
+            found = expects.judge(solution)
+    made, estimate = solution.statistics, solution.accuracy.error
+    names = list(getattr(expects, "values", ()))
+    claims = [c for n in names if (c := claimed(solution, n, at_end=False)) is not None]
+    claim = max(claims) if claims else estimate.largest if estimate else None
+    row = _row(number, case, found, outcome=solution.message)
+    return Row(
+        number, case.name, case.extreme, expects.text, row.kind, made.method, row.outcome, found.error, claim,
+        made.run_time, made.steps, row.reason,
+    )  # fmt: skip
+
+
+def _followed(expects: Followed, case: Case, solution: Solution) -> Finding:
+    if solution.outcome is not Outcome.COMPLETED:
+        return Finding(problems=(f"{solution.outcome.value}: {solution.message}",))
+    model = _model(case.model, case.variant).with_values(case.options.get("set", {}))
+    model = model.for_experiment(case.options.get("experiment"))
+    try:
+        asked = plan(model, Request(**{k: v for k, v in case.options.items() if k != "set"}))
+        truth = true_errors(compile_for_reference(model), asked, solution, expects.seconds)
+        return expects.judge(solution, truth)
+    except ReferenceFailed as error:
+        return Finding(problems=(f"no reference: {error}",))
+
+
+def _row(number: int, case: Case, found: Finding, outcome: str) -> Row:
+    kind = "silent" if found.silent else "not met" if found.problems else "met"
+    return Row(
+        number, case.name, case.extreme, case.expects.text, kind,
+        outcome=outcome, error=found.error, reason="; ".join(found.problems),
+    )  # fmt: skip
+
+
+@cache
+def _model(text: str, variant: str | None) -> Model:
+    if text.startswith("examples/"):
+        return mechc.load(EXAMPLES / text.removeprefix("examples/"), model=variant)
+    return mechc.loads(text, model=variant)
+
+
+@cache
+def _group(name: str):  # type: ignore[no-untyped-def]
+    return import_module(f".{name}", __package__)

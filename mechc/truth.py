@@ -1,0 +1,86 @@
+"""The true error of a run: the same model solved again in higher precision."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .compiler.pipeline import program_for
+from .compiler.problem import header
+from .compiler.targets.c import emit_c
+from .runtime.build import build_shared
+from .runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
+from .runtime.simulate import Plan
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .api import Model
+    from .runtime.problem import Array
+    from .runtime.solution import Solution
+
+CLEAR = 0.1
+"""The reference is right where its own doubt is below this share of the error that it tells."""
+ROUNDING = 1e3 * float(np.finfo(float).eps)
+"""Errors below are not told apart."""
+POINTS = 9
+"""Times at which a run is compared, the last one among them."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrueErrors:
+    """``by_state``: largest |error| / (nominal + |value|) at the compared times up to ``horizon``, beyond which the
+    reference itself is in doubt. ``largest`` of all states."""
+
+    largest: float
+    by_state: dict[str, float]
+    horizon: float
+    doubt: float
+    precision: str
+
+
+def compile_for_reference(model: Model) -> Path:
+    """Compile the functions of a model with the numbers of a reference. Raises ReferenceFailed, BuildError."""
+    sources = {"model.c": emit_c(program_for(model.compilation, implicit=True)), "model.h": header()}
+    return build_shared(sources, reference_flags(best_precision()), name="reference-model")
+
+
+def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -> TrueErrors:
+    """Compare a run with its reference at some of its output times.
+
+    ``seconds``: how long the reference may take. Raises ReferenceFailed, also where it is not clear enough to judge
+    the run at any time.
+    """
+    if plan.problem.hybrid is not None:
+        raise ReferenceFailed("runs with events are not solved in higher precision")
+    rows = np.unique(np.linspace(0, solution.time.size - 1, POINTS).round().astype(int))[1:]
+    times: Array = solution.time[rows]
+    if not times.size:
+        raise ReferenceFailed("the run has no length")
+    method = "radau5" if solution.statistics.method == "radau5" else "dop853"
+    made = reference(
+        library, plan.case, plan.nominal, times, precision=best_precision(), method=method, seconds=seconds
+    )
+    names = [quantity.name for quantity in plan.problem.states]
+    got = np.array([solution[name][rows] for name in names]).T
+    scaled = np.abs((got - made.high) - made.low) / (made.nominal + np.abs(made.high))
+    count = _clear(made, scaled)
+    if not count:
+        raise ReferenceFailed(f"the two best references differ by {made.doubt[0]:.0e} at t = {times[0]:g}")
+    largest = scaled[:count].max(axis=0)
+    return TrueErrors(
+        float(largest.max()),
+        dict(zip(names, largest.tolist(), strict=True)),
+        float(times[count - 1]),
+        float(made.doubt[:count].max()),
+        made.precision,
+    )
+
+
+def _clear(made: Reference, scaled: Array) -> int:
+    """Count the leading times at which the reference is clearly nearer to the truth than the run."""
+    allowed = CLEAR * np.maximum(scaled.max(axis=1), ROUNDING)
+    unclear = np.flatnonzero(~(made.doubt <= allowed))
+    return int(unclear[0]) if unclear.size else made.t.size

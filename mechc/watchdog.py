@@ -1,0 +1,128 @@
+"""Work in a process of its own, so that what crashes or hangs takes nothing else with it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import signal
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from types import TracebackType
+from typing import Generic, TypeVar
+
+Question = TypeVar("Question")
+Reply = TypeVar("Reply")
+
+PATIENCE = 5.0
+"""Seconds that a process is given to end by itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Crashed:
+    """The process died; ``how`` names the signal or the exit code."""
+
+    how: str
+
+
+@dataclass(frozen=True, slots=True)
+class Hung:
+    """No answer came within ``seconds``; the process was ended."""
+
+    seconds: float
+
+
+class Watchdog(Generic[Question, Reply]):
+    """Asks ``make(*settings)``, which returns a function, in a process that is begun anew where it dies.
+
+    ``make`` is a function of a module, so that it can be found there. Use as a context.
+    """
+
+    def __init__(self, make: Callable[..., Callable[[Question], Reply]], *settings: object) -> None:
+        self._make = make
+        self._settings = settings
+        self._process: multiprocessing.process.BaseProcess | None = None
+        self._pipe: Connection | None = None
+
+    def __enter__(self) -> Watchdog[Question, Reply]:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end()
+
+    def ask(self, question: Question, seconds: float) -> Reply | Crashed | Hung:
+        """Return the answer, or how the process failed to give it. An exception in it is raised here."""
+        if self._process is None or self._pipe is None:
+            self._begin()
+        assert self._process is not None and self._pipe is not None
+        try:
+            self._pipe.send(question)
+            if not self._pipe.poll(seconds):
+                self._end()
+                return Hung(seconds)
+            reply = self._pipe.recv()
+        except (EOFError, BrokenPipeError, ConnectionResetError):
+            self._process.join(PATIENCE)
+            code = self._process.exitcode
+            self._end()
+            return Crashed(_how(code))
+        except BaseException:
+            self._end()
+            raise
+        if isinstance(reply, _Raised):
+            raise reply.error
+        answer: Reply = reply
+        return answer
+
+    def _begin(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        self._pipe, other = context.Pipe()
+        self._process = context.Process(target=_serve, args=(other, self._make, self._settings), daemon=True)
+        self._process.start()
+        other.close()
+
+    def _end(self) -> None:
+        if self._pipe is not None:
+            self._pipe.close()
+        if self._process is not None:
+            self._process.join(0.2)
+            if self._process.is_alive():
+                self._process.kill()
+                self._process.join(PATIENCE)
+        self._pipe = self._process = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Raised:
+    error: BaseException
+
+
+def _serve(pipe: Connection, make: Callable[..., Callable[[object], object]], settings: tuple[object, ...]) -> None:
+    """Answer until the pipe is closed. Ctrl-C is left to the process that asks."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answer: Callable[[object], object] | None = None
+    while True:
+        try:
+            question = pipe.recv()
+        except EOFError:
+            return
+        try:
+            if answer is None:
+                answer = make(*settings)
+            reply = answer(question)
+        except Exception as error:
+            reply = _Raised(error)
+        try:
+            pipe.send(reply)
+        except BrokenPipeError:
+            return
+
+
+def _how(code: int | None) -> str:
+    if code is None:
+        return "without an exit code"
+    if code < 0:
+        return f"by signal {signal.Signals(-code).name}" if sys.platform != "win32" else f"by signal {-code}"
+    return f"with exit code {code}"
