@@ -26,7 +26,7 @@ from .frames import Frame, displaced, pose_between
 from .initial import beginnings
 from .lower import Lowering
 from .planar import Planar
-from .pose import inverse
+from .pose import Pose, inverse
 from .rates import TotalDerivative
 from .spatial import Spatial
 from .symbols import Scalar, Symbols, declare, element_name, subscripts
@@ -187,36 +187,37 @@ def _place_frames(
 ) -> dict[str, VirtualDisplacement]:
     """Give every free frame of the tree its frame, from the root outwards; return the virtual displacements."""
     virtual: dict[str, VirtualDisplacement] = {}
+    graph = lowering.graph
     for edge in topology.tree:
-        if edge.backwards or edge.joint.target != edge.root:
-            _place_indirectly(lowering, edge)
-            continue
-        frame = lowering.frame(edge.joint.value)
+        frame, rest = _end_of_joint(lowering, edge)
         name = edge.joint.name
         if name in asked:
-            virtual[name] = displace(lowering.graph, lowering.rate, frame, lowering.kinematics.size, name)
+            virtual[name] = displace(
+                graph, lowering.rate, frame, lowering.kinematics.size, name, opposite=edge.backwards
+            )
             frame = virtual[name].frame
-        lowering.assign(edge.root, frame)
+        lowering.assign(edge.root, displaced(graph, frame, rest))
     return virtual
 
 
-def _place_indirectly(lowering: Lowering, edge: TreeEdge) -> None:
-    """Place ``root`` where the joint reaches it through a derived frame or from its ``to`` side.
+def _end_of_joint(lowering: Lowering, edge: TreeEdge) -> tuple[Frame, Pose]:
+    """Return where the joint ends, and the pose from there to the free frame that it places.
 
-    The joint's equation to = from * T is evaluated with a provisional root; the pose from root to the far end
-    is then undone from where that end is.
+    That pose is nothing where the free frame is the ``to`` side. Where the joint reaches it through a derived frame
+    or from its ``to`` side, the equation to = from * T is evaluated with a provisional root.
     """
-    graph, joint = lowering.graph, edge.joint
+    joint = edge.joint
+    if not edge.backwards and joint.target == edge.root:
+        return lowering.frame(joint.value), ()
     provisional = Frame(None, None, 0)
     with lowering.trial():
         lowering.assign(edge.root, provisional)
-        ends = lowering.named(joint.target), lowering.frame(joint.value)
-    target, value = ends
+        target, value = lowering.named(joint.target), lowering.frame(joint.value)
     assert isinstance(target, Frame)
     loose, fixed = (value, target) if edge.backwards else (target, value)
     pose = pose_between(loose, provisional)
     assert pose is not None
-    lowering.assign(edge.root, displaced(graph, fixed, inverse(graph, pose)))
+    return fixed, inverse(lowering.graph, pose)
 
 
 def _lower_frames(lowering: Lowering, model: FlatModel) -> None:

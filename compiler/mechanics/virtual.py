@@ -64,8 +64,13 @@ def _branches(kind: Hashable) -> tuple[str, ...]:
     return tuple(f.name for f in fields(kind) if f.name not in ("type", "span", "origin", "name", "doc"))
 
 
-def displace(graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str) -> VirtualDisplacement:
-    """Return ``frame`` with a virtual displacement: a translation, then rotations about its axes."""
+def displace(
+    graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str, *, opposite: bool = False
+) -> VirtualDisplacement:
+    """Return ``frame`` with a virtual displacement: a translation, then rotations about its axes.
+
+    ``opposite``: what hangs on the frame is the ``from`` side of the joint, on which minus the reaction acts.
+    """
     count = 3 if size == 2 else 6
     values = tuple(graph.symbol(f"#virtual {name} {k}") for k in range(count))
     rates = tuple(graph.symbol(f"#virtual rate {name} {k}") for k in range(count))
@@ -73,6 +78,7 @@ def displace(graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name:
         rate.define(value, speed)
         rate.define(speed, graph.zero)
     axes = (2,) if size == 2 else (0, 1, 2)
-    turns = tuple(Rotate(axis, angle) for axis, angle in zip(axes, values[size:], strict=True))
-    moved = displaced(graph, frame, (Translate(values[:size]), *turns))
+    steps = tuple(graph.neg(value) for value in values) if opposite else values
+    turns = tuple(Rotate(axis, angle) for axis, angle in zip(axes, steps[size:], strict=True))
+    moved = displaced(graph, frame, (Translate(steps[:size]), *turns))
     return VirtualDisplacement(moved, (*values, *rates), rates[:size], rates[size:])

@@ -1,0 +1,48 @@
+"""Reactions of tree joints, however the joint reaches what it carries."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import mechc
+
+PLANE = "import mech.planar.*;\ngravity {1, -9} m/s^2;\nBody body(m = 2 kg, J = 0.3 kg.m^2, com = {0.4, -0.1} m);\n"
+SPACE = (
+    "import mech.spatial.*;\ngravity {1, -9, 4} m/s^2;\n"
+    "Body body(m = 2 kg, J = diag({0.3, 0.4, 0.5} kg.m^2), com = {0.4, -0.1, 0.2} m);\n"
+)
+ASKED = "output F = reaction(hinge);\noutput M = moment(hinge);\n"
+
+
+def outputs(text: str) -> np.ndarray:
+    """The last values of force, moment and angle, after half a second from rest."""
+    solution = mechc.loads(text).simulate(stop=0.5, tolerance=1e-11, target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    names = [n for n in solution if n.split("[")[0] in ("F", "M")]
+    return np.array([solution[n][-1] for n in sorted(names)])
+
+
+@pytest.mark.parametrize(
+    ("bodies", "pose", "inverse"),
+    [
+        (PLANE, "trans({0.1, 0.2} m) * rot(30 deg)", "rot(-30 deg) * trans({-0.1, -0.2} m)"),
+        (SPACE, "trans({0.1, 0.2, 0.3} m) * rotx(30 deg)", "rotx(-30 deg) * trans({-0.1, -0.2, -0.3} m)"),
+    ],
+)
+def test_reaction_at_a_derived_frame(bodies: str, pose: str, inverse: str) -> None:
+    """The hinge sits at a place of the body, or the body's frame is given from the place of the hinge."""
+    derived = outputs(f"{bodies}Revolute hinge(world -> body.a * {pose});\n{ASKED}")
+    seat = f"frame seat;\nRevolute hinge(world -> seat);\n{ASKED}"
+    plain = outputs(bodies.replace("Body body(", f"Body body(a = seat * {inverse}, ") + seat)
+    assert np.max(np.abs(plain)) > 1
+    assert derived == pytest.approx(plain, abs=1e-9)
+
+
+@pytest.mark.parametrize("bodies", [PLANE, SPACE])
+def test_reaction_of_a_joint_declared_the_other_way_round(bodies: str) -> None:
+    """From the body to the world: the force on the world is minus the one on the body."""
+    forwards = outputs(f"{bodies}Revolute hinge(world -> body.a);\n{ASKED}")
+    backwards = outputs(f"{bodies}Revolute hinge(body.a -> world);\n{ASKED}")
+    assert np.max(np.abs(forwards)) > 1
+    assert backwards == pytest.approx(-forwards, abs=1e-9)
