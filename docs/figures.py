@@ -62,6 +62,7 @@ LINEAR, NONLINEAR, CENTRAL = "test_oscillators.py", "test_nonlinear_oscillators.
 SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py"
 FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
+FRICTION = "test_friction.py"
 T = "time"
 
 ROWS = (
@@ -183,6 +184,14 @@ ROWS = (
     row("engineering", "stewart_platform", MECHANISMS, T, "height"),
     row("engineering", "peaucellier", MECHANISMS, "tip[1]", "tip[2]"),
     row("engineering", "differential", CONSTRAINTS, T, "der(left) der(right)"),
+    row("U18, U22, U23", "block_on_incline", FRICTION, T, "s", "- stops"),
+    row("U21", "tilted_plane", FRICTION, T, "s"),
+    row("U30 (a)", "sliding_block", FRICTION, T, "x der(x)"),
+    row("U19, reference", "stick_slip_belt", FRICTION, "y", "s", "- slow"),
+    row("U20", "belt_with_rosin", FRICTION, "x", "der(x)", "- damped"),
+    row("reference", "coulomb_block", FRICTION, T, "x"),
+    row("textbook", "coulomb_pendulum", FRICTION, "theta", "der(theta)"),
+    row("textbook", "bead_on_rough_hoop", FRICTION, "theta", "der(theta)"),
 )
 
 HEAD = """# Gallery

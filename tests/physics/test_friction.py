@@ -1,0 +1,221 @@
+"""Dry friction: blocks on inclines, belts and springs, pendulums and hoops (U18-U23, U30 a, closed forms)."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from gallery import Array, values
+from happenings import follow, integrate, times, travel_time, turning_point
+from mpmath import cos
+from scipy.optimize import brentq
+
+g = 9.81
+
+
+def pull(slope: float, mu: float) -> float:
+    """Acceleration up a slope of a block that slides down."""
+    return -g * (math.sin(slope) - mu * math.cos(slope))
+
+
+# ---------------------------------------------------------------- inclines
+
+
+def test_thrown_up_an_incline() -> None:
+    """U23: 10 m/s, 45 degrees, mu = 0.1: the printed numbers, and the closed forms."""
+    solution = follow("block_on_incline")
+    up, down = g * math.sin(math.pi / 4) * 1.1, g * math.sin(math.pi / 4) * 0.9
+    top = 100 / (2 * up)
+    assert top == pytest.approx(6.552746, abs=5e-7)
+    turned, back = times(solution, "when")
+    assert turned == pytest.approx(10 / up, rel=1e-10)
+    assert back - turned == pytest.approx(math.sqrt(2 * top / down), rel=1e-10)
+    assert solution["top"][-1] == pytest.approx(top, rel=1e-10)
+    assert -solution["der(s)"][-1] == pytest.approx(10 * math.sqrt(0.9 / 1.1), rel=1e-10)
+    assert solution["energy.dissipated"][-1] == pytest.approx(2 * 0.1 * g * math.cos(math.pi / 4) * top)
+    assert solution.message.startswith("back at the start")
+
+
+def test_block_between_the_two_angles_of_friction() -> None:
+    """U18: between atan(mu_k) and atan(mu_s) a block that rests stays, one that slides goes on."""
+    assert math.atan(0.3) < math.radians(20) < math.atan(0.4) < math.radians(25)
+    stays = follow("block_on_incline", "stays")
+    assert not stays.events
+    assert np.all(stays["s"] == 0)
+    slides = follow("block_on_incline", "slides")
+    assert slides["s"][-1] == pytest.approx(3 - 1 + pull(math.radians(20), 0.3) / 2, rel=1e-10)
+    slips = follow("block_on_incline", "slips")
+    assert slips["s"][-1] == pytest.approx(1 + pull(math.radians(25), 0.3) / 2, rel=1e-10)
+
+
+def test_coefficient_from_the_stopping_distance() -> None:
+    """U22: down 30 degrees, 1 m/s, stops after 1 m: mu_k = 0.636204, and then it stays."""
+    slope = math.pi / 6
+    mu = math.tan(slope) + 1 / (2 * g * math.cos(slope))
+    assert mu == pytest.approx(0.636204, abs=5e-7)
+    assert math.degrees(math.atan(mu)) == pytest.approx(32.4647, abs=5e-5)
+    solution = follow("block_on_incline", "stops", set={"mu_k": mu, "mu_s": mu})
+    assert times(solution, "stick") == pytest.approx([2], rel=1e-10)
+    assert solution["s"][-1] == pytest.approx(1, rel=1e-10)
+
+
+def test_plane_tilted_until_the_block_slides() -> None:
+    """U21: a = g (mu_s - mu_k)/sqrt(1 + mu_s^2); the plane is held 1e-9 rad beyond, which changes a by 2e-8."""
+    solution = follow("tilted_plane")
+    (slip,) = times(solution, "slip")
+    assert slip == pytest.approx(math.atan(0.5) / 0.1, rel=1e-10)
+    a = g * (0.5 - 0.4) / math.sqrt(1 + 0.5**2)
+    assert solution["s"][-1] == pytest.approx(a * (10 - slip) ** 2 / 2, rel=3e-8)
+
+
+def test_sliding_block_stops() -> None:
+    """U30 a: v^2/(2 mu g), by the friction of a contact."""
+    solution = follow("sliding_block")
+    assert times(solution, "stick") == pytest.approx([3 / (0.3 * g)], rel=1e-10)
+    assert solution["x"][-1] == pytest.approx(9 / (2 * 0.3 * g), rel=1e-10)
+    assert solution["energy.dissipated"][-1] == pytest.approx(9, rel=1e-10)
+    assert np.all(np.abs(solution["support"] - 2 * g) < 1e-10)
+
+
+# ---------------------------------------------------------------- belts
+
+
+@pytest.mark.parametrize(
+    ("experiment", "fk", "fs", "u", "period"),
+    [
+        (None, 1.962, 2.943, 1.962, 6.3558901),
+        ("slow", 1.962, 3.924, 0.981, 8.0688879),
+        ("textbook", 0.5, 1.0, 0.2, 8.90260540781450),
+    ],
+)
+def test_stick_slip_on_a_belt(experiment: str | None, fk: float, fs: float, u: float, period: float) -> None:
+    """U19: slips at y0 = fs/fk, sticks at 2 - y0; period 2 (y0 - 1)/s0 + 2 pi - 2 atan((y0 - 1)/s0)."""
+    solution = follow("stick_slip_belt", experiment)
+    slips, sticks = times(solution, "slip"), times(solution, "stick")
+    assert len(sticks) > 2 and len(slips) > 2
+    assert slips[0] == pytest.approx(fs / u, rel=1e-10)
+    y0, s0 = fs / fk, u / fk
+    found = 2 * (y0 - 1) / s0 + 2 * math.pi - 2 * math.atan((y0 - 1) / s0)
+    assert found == pytest.approx(period, abs=5e-8)
+    assert np.diff(slips) == pytest.approx(found, rel=1e-10)
+    assert np.diff(sticks) == pytest.approx(found, rel=1e-10)
+    for t in sticks:
+        assert solution(t)["y"] == pytest.approx(2 - y0, abs=1e-9)
+
+
+def test_belt_of_the_reference() -> None:
+    known = values("classical_closed_form_set", "escape/slip")
+    solution = follow("stick_slip_belt", "textbook")
+    slips, sticks = times(solution, "slip"), times(solution, "stick")
+    assert sticks[0] - slips[0] == pytest.approx(known["slip_duration"], rel=1e-10)
+    assert slips[1] - sticks[0] == pytest.approx(known["stick_duration"], rel=1e-10)
+    assert solution(sticks[0])["x"] == pytest.approx(known["x_at_restick"], abs=1e-10)
+
+
+def spiral(x0: float, v0: float, damping: float) -> Any:
+    """Displacement and rate about f0/k of x'' + damping x' + x = 0."""
+    w = math.sqrt(1 - damping**2 / 4)
+
+    def at(t: float) -> tuple[float, float]:
+        b = (v0 + damping / 2 * x0) / w
+        c, s, decay = math.cos(w * t), math.sin(w * t), math.exp(-damping / 2 * t)
+        x = decay * (x0 * c + b * s)
+        return x, -damping / 2 * x + decay * w * (b * c - x0 * s)
+
+    return at
+
+
+def test_friction_that_falls_with_the_speed() -> None:
+    """U20: mu' < 0 makes the rest on the belt a growing spiral, which ends in sticking and slipping."""
+    solution = follow("belt_with_rosin")
+    first = spiral(0.1, 0, -0.2)
+    t = brentq(lambda t: first(t)[1] - 1, 22, 23.6, xtol=1e-14)
+    sticks, slips = times(solution, "stick"), times(solution, "slip")
+    assert sticks[0] == pytest.approx(t, rel=1e-10)
+    # it is carried to k x = f0 + 0.2 N, and goes round from there
+    slip = t + (2.2 - 2 - first(t)[0])
+    assert slips[0] == pytest.approx(slip, rel=1e-10)
+    cycle = spiral(0.2, 1, -0.2)
+    slipping = brentq(lambda t: cycle(t)[1] - 1, 3, 6.2, xtol=1e-14)
+    period = slipping + 0.2 - cycle(slipping)[0]
+    assert len(slips) > 4
+    assert np.diff(slips) == pytest.approx(period, rel=1e-10)
+
+
+def test_a_little_damping_makes_the_rest_stable() -> None:
+    solution = follow("belt_with_rosin", "damped")
+    assert not solution.events
+    at = spiral(0.1, 0, 0.1)
+    assert solution["x"] - 2 == pytest.approx(np.array([at(t)[0] for t in solution.time]), abs=1e-10)
+
+
+# ---------------------------------------------------------------- springs and pendulums
+
+
+def test_coulomb_block() -> None:
+    """Half periods of pi; the amplitude falls by 2 f/k in each, until it sticks at 5 pi."""
+    known = values("classical_closed_form_set", "stick-slip / Coulomb block")
+    solution = follow("coulomb_block")
+    turns = times(solution, "slip")
+    assert turns == pytest.approx([k * math.pi for k in range(1, 5)], rel=1e-10)
+    names = ["x_after_1_half_cycle", "x_after_2", "x_after_3", "x_after_4"]
+    assert [solution(t)["x"] for t in turns] == pytest.approx([known[n] for n in names], rel=1e-10)
+    assert times(solution, "stick") == pytest.approx([known["t_rest"]], rel=1e-10)
+    assert solution["x"][-1] == pytest.approx(known["x_rest"], abs=1e-10)
+    assert solution["energy.dissipated"][-1] == pytest.approx(0.5, rel=1e-10)
+
+
+def test_pendulum_with_dry_friction() -> None:
+    """Turns where the potential has fallen by friction times way; sticks where f > m g l sin(theta)."""
+    f, t = 0.7, 0.0
+    at, turned = [2.0], []
+    while g * abs(math.sin(at[-1])) > f:
+        start = at[-1]
+        side = math.copysign(1, start)
+
+        def squared(x: Any, start: float = start, side: float = side) -> Any:
+            return 2 * (g * (cos(x) - cos(start)) - f * side * (start - x))
+
+        at.append(
+            turning_point(squared, side * math.asin(f / g), -start)
+        )  # fastest where gravity equals friction
+        t += travel_time(squared, start, at[-1])
+        turned.append(float(t))
+    solution = follow("coulomb_pendulum")
+    found = times(solution, "slip") + times(solution, "stick")
+    assert len(found) > 5
+    assert found == pytest.approx(turned, rel=1e-10)
+    assert [solution(t)["theta"] for t in found] == pytest.approx([float(x) for x in at[1:]], rel=1e-9)
+    assert solution["theta"][-1] == pytest.approx(float(at[-1]), rel=1e-9)
+
+
+def test_bead_on_a_rough_hoop() -> None:
+    """Against the equation written by hand: m R theta'' = gravity and turning - mu |N| sign(theta')."""
+    w, mu = 4.5, 0.1
+
+    def forces(y: Array) -> tuple[float, float]:
+        s, c = math.sin(y[0]), math.cos(y[0])
+        normal = math.hypot(y[1] ** 2 + w**2 * s**2 + g * c, 2 * w * c * y[1])
+        return w**2 * s * c - g * s, mu * normal
+
+    side = -1.0 if forces(np.array([2.5, 0.0]))[0] < 0 else 1.0
+    t, y, found, stuck = 0.0, np.array([2.5, 0.0]), [], False
+    while not stuck:
+
+        def rhs(t: float, y: Array, side: float = side) -> list[float]:
+            drive, friction = forces(y)
+            return [y[1], drive - side * friction]
+
+        t, y, _ = integrate(rhs, y, t, 20, lambda t, y, side=side: side * y[1])
+        found.append(t)
+        y[1] = 0.0
+        drive, friction = forces(y)
+        stuck = abs(drive) <= friction
+        side = math.copysign(1, drive)
+    solution = follow("bead_on_rough_hoop")
+    assert times(solution, "slip") + times(solution, "stick") == pytest.approx(found, rel=1e-9)
+    assert solution["theta"][-1] == pytest.approx(y[0], rel=1e-9)
+    assert all(a < b for a, b in pairwise(found))
