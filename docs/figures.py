@@ -63,6 +63,7 @@ SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py
 FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
 FRICTION = "test_friction.py"
+IMPACTS = "test_impacts.py"
 T = "time"
 
 ROWS = (
@@ -192,6 +193,16 @@ ROWS = (
     row("reference", "coulomb_block", FRICTION, T, "x"),
     row("textbook", "coulomb_pendulum", FRICTION, "theta", "der(theta)"),
     row("textbook", "bead_on_rough_hoop", FRICTION, "theta", "der(theta)"),
+    row("reference", "bouncing_ball", IMPACTS, T, "h"),
+    row("textbook", "touching_balls", IMPACTS, T, "x[1] x[2] x[3] x[4] x[5]", "at_once"),
+    row("engineering", "newtons_cradle", IMPACTS, T, "theta[1] theta[2] theta[5]"),
+    row("textbook", "ball_on_plate", IMPACTS, T, "z level", "", 0.3),
+    row("textbook", "rocking_block", IMPACTS, T, "theta"),
+    row("engineering", "double_pendulum_stops", IMPACTS, T, "shoulder.angle elbow.angle"),
+    row("engineering", "slider_crank_stop", IMPACTS, T, "guide.position", "", 1),
+    row("U133", "car_door", IMPACTS, T, "hinge.angle"),
+    row("textbook", "billiard_circle", IMPACTS, "x", "y"),
+    row("textbook", "billiard_stadium", IMPACTS, "x", "y"),
 )
 
 HEAD = """# Gallery

@@ -1,0 +1,260 @@
+"""Impacts: bouncing balls, rows of balls, rocking, joint stops, billiards, a slamming door (U133)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gallery import Array, load, run, values
+from happenings import TIGHT, follow, integrate, times, travel_time
+from mpmath import mp
+from scipy.special import ellipk
+
+import mechc
+
+g = 9.81
+
+
+# ---------------------------------------------------------------- balls
+
+
+def test_bouncing_ball_comes_to_rest() -> None:
+    """The bounces of the reference, and the end of the infinite sequence."""
+    known = values("classical_closed_form_set", "bouncing ball")
+    solution = follow("bouncing_ball")
+    hits = times(solution, "impact")
+    assert hits[0] == pytest.approx(known["t_first"], rel=1e-10)
+    assert hits[4] == pytest.approx(known["t_5th"], rel=1e-10)
+    assert hits[9] == pytest.approx(known["t_10th"], rel=1e-10)
+    assert times(solution, "rest") == pytest.approx([known["t_stop"]], rel=1e-10)
+    top = (hits[4] + hits[5]) / 2
+    assert solution(top)["h"] == pytest.approx(known["apex_after_5_bounces"], rel=1e-9)
+    assert solution["energy.dissipated"][-1] == pytest.approx(0.981, rel=1e-10)
+    assert solution["force"][-1] == pytest.approx(0.981, rel=1e-10)
+    assert np.min(solution["h"]) > -1e-12
+
+
+def test_bounces_written_by_hand_are_the_same() -> None:
+    by_hand, contact = follow("bouncing_ball", "by_hand"), follow("bouncing_ball")
+    hits = times(by_hand, "when")
+    assert hits == pytest.approx(times(contact, "impact")[: len(hits)], rel=1e-12)
+    assert by_hand["bounces"][-1] == len(hits) == 6
+    for event in by_hand.events:  # both sides
+        assert event.after["der(h)"] == pytest.approx(-0.8 * event.before["der(h)"], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("n", "together", "speeds"),
+    [
+        (3, False, [0, 0, 1]),
+        (5, False, [0, 0, 0, 0, 1]),
+        (3, True, [-1 / 3, 2 / 3, 2 / 3]),
+        (5, True, [-3 / 5, 2 / 5, 2 / 5, 2 / 5, 2 / 5]),
+    ],
+)
+def test_balls_that_touch(n: int, together: bool, speeds: list[float]) -> None:
+    """Momentum and energy are kept by both laws."""
+    solution = follow("touching_balls", set={"n": n, "together": together})
+    assert times(solution, "impact")[0] == pytest.approx(1, rel=1e-12)
+    found = [float(solution[f"der(x[{i + 1}])"][-1]) for i in range(n)]
+    assert found == pytest.approx(speeds, abs=1e-12)
+
+
+@pytest.mark.parametrize(("experiment", "lifted"), [(None, 1), ("two", 2)])
+def test_newtons_cradle(experiment: str | None, lifted: int) -> None:
+    """As many balls leave as come, every half period 2 sqrt(l/g) K(sin(a/2)), and rise to the same height."""
+    solution = follow("newtons_cradle", experiment)
+    half = 2 * math.sqrt(0.5 / g) * ellipk(math.sin(math.radians(15)) ** 2)
+    instants = sorted({round(t, 9) for t in times(solution, "impact")})
+    assert len(instants) == 7
+    assert instants == pytest.approx([half * (k + 0.5) for k in range(7)], rel=1e-9)
+    assert times(solution, "impact")[0] == pytest.approx(half / 2, rel=1e-10)
+    for k in range(1, 7):
+        angles = [solution(half * k)[f"theta[{i}]"] for i in range(1, 6)]
+        high = math.radians(30 if k % 2 else -30)
+        expected = [0.0] * (5 - lifted) + [high] * lifted if k % 2 else [high] * lifted + [0.0] * (5 - lifted)
+        assert angles == pytest.approx(expected, abs=1e-9)
+
+
+def test_ball_on_a_vibrating_plate() -> None:
+    """One hit in each period, at the plate's speed (g T/2)(1 - e)/(1 + e); stable, so it goes on for ever."""
+    solution = follow("ball_on_plate", stop=20)
+    hits = times(solution, "impact")
+    assert hits == pytest.approx([k / 20 for k in range(1, 400 + (hits[-1] > 19.99))], rel=1e-10)
+    # the approach speed relative to the plate is g T/(1 + e), all of it at the same phase
+    assert np.array([e.value for e in solution.events]) == pytest.approx(g / 20 / 1.5, rel=1e-10)
+
+
+# ---------------------------------------------------------------- bodies and mechanisms
+
+
+def test_rocking_block() -> None:
+    """G. W. Housner (1963): each hit keeps 1 - 3/2 sin(alpha)^2 of the turning rate; quarters by quadrature."""
+    b, h, theta = mp.mpf("0.2"), mp.mpf("0.8"), mp.mpf("0.15")
+    R, alpha = mpmath.hypot(b, h), mpmath.atan2(b, h)
+    kept = 1 - mp.mpf(3) / 2 * mpmath.sin(alpha) ** 2
+    rate = 3 * mp.mpf("9.81") / (2 * R)  # 2 m g R over the moment of inertia about a corner
+
+    def squared(top: Any) -> Any:
+        return lambda x: rate * (mpmath.cos(alpha - top) - mpmath.cos(alpha - x))
+
+    t, exact, speeds = mp.mpf(0), [], []
+    while len(exact) < 6:
+        t += travel_time(squared(theta), theta, 0)
+        exact.append(float(t))
+        speeds.append(float(mpmath.sqrt(squared(theta)(0))))
+        theta = alpha - mpmath.acos(mpmath.cos(alpha) + kept**2 * squared(theta)(0) / rate)
+        t += travel_time(squared(theta), 0, theta)
+    solution = follow("rocking_block")
+    hits = times(solution, "impact")
+    assert hits[:6] == pytest.approx(exact, rel=1e-10)
+    events = [e for e in solution.events if e.kind == "impact"][:6]
+    assert [abs(e.before["der(theta)"]) for e in events] == pytest.approx(speeds, rel=1e-9)
+    ratios = np.array([e.after["der(theta)"] / e.before["der(theta)"] for e in events])
+    assert ratios == pytest.approx(float(kept), rel=1e-10)
+    names = [e.name for e in events]
+    assert names == ["on_right", "on_left"] * 3
+
+
+def test_double_pendulum_with_stops() -> None:
+    """Against the equations of two bars; at a stop the impulse acts on the elbow, through the inverse of M."""
+    m1, m2, l1, l2, limit, e = 1.0, 0.7, 0.5, 0.4, math.radians(40), 0.4
+
+    def inertia(y: Array) -> Array:
+        c = math.cos(y[1])
+        m22 = m2 * l2**2 / 3
+        m12 = m22 + m2 * l1 * l2 / 2 * c
+        return np.array([[m1 * l1**2 / 3 + m2 * l1**2 + m2 * l1 * l2 * c + m22, m12], [m12, m22]])
+
+    def rhs(t: float, y: Array) -> Array:
+        a, b, u, v = y
+        k = m2 * l1 * l2 / 2 * math.sin(b)
+        gb = m2 * g * l2 / 2 * math.cos(a + b)
+        ga = (m1 / 2 + m2) * g * l1 * math.cos(a) + gb
+        force = np.array([k * v * (2 * u + v) - ga, -k * u**2 - gb])
+        return np.concatenate([y[2:], np.linalg.solve(inertia(y), force)])
+
+    t, y, hits = 0.0, np.zeros(4), []
+    while True:
+        t, y, met = integrate(rhs, y, t, 4, lambda t, y: limit - abs(y[1]))
+        if not met:
+            break
+        hits.append(t)
+        column = np.linalg.inv(inertia(y))[:, 1]
+        y[2:] -= (1 + e) * y[3] * column / column[1]
+        y[1] = math.copysign(limit, y[1]) * (1 - 1e-15)
+    solution = follow("double_pendulum_stops")
+    assert len(hits) == 5
+    assert times(solution, "impact") == pytest.approx(hits, rel=1e-9)
+    names = ["shoulder.angle", "elbow.angle", "der(shoulder.angle)", "der(elbow.angle)"]
+    assert [solution[n][-1] for n in names] == pytest.approx(list(y), abs=1e-8)
+
+
+def test_slider_crank_with_a_stop() -> None:
+    """One degree of freedom, constant torque: between hits J(a) a'^2/2 + M a is kept; bounces end in rest."""
+    r, l, e, M = mp.mpf("0.1"), mp.mpf("0.3"), mp.mpf("0.6"), mp.mpf(1)
+    mc, mr, m = mp.mpf("0.5"), mp.mpf("0.4"), mp.mpf("0.8")
+    stop = mp.mpf("0.38")
+
+    def inertia(a: Any) -> Any:
+        s, c = mpmath.sin(a), mpmath.cos(a)
+        root = mpmath.sqrt(l**2 - r**2 * s**2)
+        slide = -r * s * (1 + r * c / root)  # of the piston
+        turn = -r * c / root  # of the rod
+        middle = ((-r * s + slide) / 2) ** 2 + (r * c / 2) ** 2
+        return mc * r**2 / 3 + mr * (middle + l**2 / 12 * turn**2) + m * slide**2
+
+    with mpmath.workdps(30):
+        # cosine rule: the crank angle where the piston is at the stop
+        hit = mpmath.acos((r**2 + stop**2 - l**2) / (2 * r * stop))
+        top, t, exact = mpmath.pi / 2, mp.mpf(0), []
+        for _ in range(8):
+            quarter = travel_time(lambda a, top=top: 2 * M * (top - a) / inertia(a), top, hit)
+            t += quarter if not exact else 2 * quarter
+            exact.append(float(t))
+            top = hit + e**2 * (top - hit)  # the work of M gives all the energy there is
+    solution = follow("slider_crank_stop")
+    assert times(solution, "impact")[:8] == pytest.approx(exact, rel=1e-10)
+    assert solution["guide.position"][-1] == pytest.approx(0.38, abs=1e-12)
+    assert np.max(solution["guide.position"]) < 0.38 + 1e-12
+    assert solution["energy.dissipated"][-1] == pytest.approx(float(mpmath.pi / 2 - hit), rel=1e-9)
+
+
+def test_car_door_slams() -> None:
+    """U133: 2.6220576 sqrt(w/(3 a)), the integral of 1/sqrt(sin); all the energy m a w/2 is lost."""
+    lemniscate = math.gamma(0.25) ** 2 / math.sqrt(8 * math.pi)
+    assert lemniscate == pytest.approx(2.6220576, abs=5e-8)
+    solution = follow("car_door")
+    assert times(solution, "impact") == pytest.approx([lemniscate / math.sqrt(3)], rel=1e-10)
+    assert lemniscate / math.sqrt(3) == pytest.approx(1.5138456, abs=5e-8)
+    assert times(solution, "rest", "shut") == times(solution, "impact")
+    assert solution["hinge.angle"][-1] == pytest.approx(math.pi, rel=1e-12)
+    assert solution["energy.dissipated"][-1] == pytest.approx(10, rel=1e-9)
+
+
+# ---------------------------------------------------------------- billiards
+
+
+def test_billiard_in_a_circle() -> None:
+    """All chords are 2 R cos(a) long; each turns the place by pi - 2 a; the caustic is at R sin(a)."""
+    aim = math.radians(40)
+    solution = follow("billiard_circle")
+    hits = times(solution, "impact")
+    assert len(hits) == 19
+    assert hits == pytest.approx([2 * math.cos(aim) * k for k in range(1, 20)], rel=1e-10)
+    for k, t in enumerate(hits, start=1):
+        place = k * (math.pi - 2 * aim)
+        assert solution(t)["x"] == pytest.approx(math.cos(place), abs=1e-10)
+        assert solution(t)["y"] == pytest.approx(math.sin(place), abs=1e-10)
+    spin = solution["x"] * solution["der(y)"] - solution["y"] * solution["der(x)"]
+    assert spin == pytest.approx(math.sin(aim), rel=1e-10)
+
+
+def trace_stadium(end: float) -> list[float]:
+    """Times of the hits by geometry, with 40 digits; R = 1, straight length 2."""
+    hits = []
+    with mpmath.workdps(40):
+        x, y = mp.mpf("0.1"), mp.mpf("0.2")
+        angle = 35 * mp.pi / 180
+        u, v, t = mpmath.cos(angle), mpmath.sin(angle), mp.mpf(0)
+        while True:
+            ways = []
+            if v != 0:  # to a straight part
+                way = ((1 if v > 0 else -1) - y) / v
+                if abs(x + way * u) <= 1:
+                    ways.append((way, mp.mpf(0), mp.mpf(1 if v > 0 else -1)))
+            for centre in (-1, 1):  # to a half circle
+                along, square = (x - centre) * u + y * v, (x - centre) ** 2 + y**2 - 1
+                root = mpmath.sqrt(max(0, along**2 - square))
+                for way in (-along - root, -along + root):
+                    nx, ny = x + way * u - centre, y + way * v
+                    if way > mp.mpf(10) ** -20 and nx * centre > 0 and abs(nx**2 + ny**2 - 1) < 1e-20:
+                        ways.append((way, nx, ny))
+            way, nx, ny = min(w for w in ways if w[0] > mp.mpf(10) ** -20)
+            t += way
+            if t > end:
+                return hits
+            hits.append(float(t))
+            x, y = x + way * u, y + way * v
+            along = u * nx + v * ny
+            u, v = u - 2 * along * nx, v - 2 * along * ny
+
+
+def test_billiard_in_a_stadium() -> None:
+    """Against ray tracing; half circles spread the rays, so that errors grow some fivefold at each hit."""
+    exact = trace_stadium(30)
+    hits = times(follow("billiard_stadium", stop=30), "impact")
+    assert len(hits) == len(exact) > 10
+    for k, (found, known) in enumerate(zip(hits, exact, strict=True)):
+        assert found == pytest.approx(known, abs=1e-15 * 5 ** (k + 1)), k
+
+
+def test_two_runs_are_alike() -> None:
+    """The event times do not depend on the tolerance where the motion between hits is straight."""
+    loose = load("billiard_circle").simulate(tolerance=1e-4, estimate_error=False)
+    assert isinstance(loose, mechc.Solution)
+    tight = run("billiard_circle", tolerance=TIGHT)
+    assert times(loose, "impact") == pytest.approx(times(tight, "impact"), rel=1e-12)
