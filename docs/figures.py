@@ -64,6 +64,7 @@ FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
 FRICTION = "test_friction.py"
 IMPACTS = "test_impacts.py"
+LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
 T = "time"
 
 ROWS = (
@@ -203,6 +204,19 @@ ROWS = (
     row("U133", "car_door", IMPACTS, T, "hinge.angle"),
     row("textbook", "billiard_circle", IMPACTS, "x", "y"),
     row("textbook", "billiard_stadium", IMPACTS, "x", "y"),
+    row("U51", "shaken_incline", LEAVING, T, "h", "rattling"),
+    row("U77", "string_pendulum", LEAVING, "x", "y", "- swings turns"),
+    row("reference", "particle_on_dome", LEAVING, "path[1]", "path[2]"),
+    row("U127, reference", "sphere_on_sphere", LEAVING, "path[1]", "path[2]"),
+    row("U135", "cylinder_on_cylinder", LEAVING, "path[1]", "path[2]"),
+    row("P7, leaving; reference", "ladder_leaves_wall", LEAVING, T, "by_wall by_floor"),
+    row("engineering", "catapult", LEAVING, "flight.position[1]", "flight.position[2]"),
+    row("U69", "potential_step", THRESHOLDS, "x", "y", "- reflected"),
+    row("U73", "drag_in_region", THRESHOLDS, "x", "y"),
+    row("U111", "collapse", THRESHOLDS, T, "r"),
+    row("U27", "drop_with_drag", THRESHOLDS, T, "h der(h)"),
+    row("U29", "half_speed", THRESHOLDS, T, "der(y)"),
+    row("reference", "chain_off_table", THRESHOLDS, T, "x"),
 )
 
 HEAD = """# Gallery

@@ -1,0 +1,118 @@
+"""Steps of the potential, laws that hold in a region, times to a threshold (U27, U29, U69, U73, U111)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from gallery import run, values
+from happenings import follow, times
+from mpmath import mp
+
+g = 9.81
+
+
+def test_refraction_at_a_step() -> None:
+    """U69: v2^2 = v1^2 + 2 (U1 - U2)/m, sin(a2) = v1/v2 sin(a1)."""
+    solution = follow("potential_step")
+    assert times(solution, "crossing") == pytest.approx([math.sqrt(2)], rel=1e-10)
+    v2 = math.sqrt(1 + 2)
+    assert math.sin(solution["direction"][-1]) == pytest.approx(math.sqrt(0.5) / v2, rel=1e-12)
+    assert math.hypot(solution["der(x)"][-1], solution["der(y)"][-1]) == pytest.approx(v2, rel=1e-12)
+
+
+def test_reflection_at_a_step() -> None:
+    """The motion across the step has m/2 v^2 cos(a)^2 = 1/4 J, less than the step: it is thrown back."""
+    solution = follow("potential_step", "reflected")
+    assert times(solution, "reflection") == pytest.approx([math.sqrt(2)], rel=1e-10)
+    assert solution["der(y)"][-1] == pytest.approx(math.sqrt(0.5), rel=1e-12)
+    assert np.min(solution["y"]) > -1e-12
+
+
+@pytest.mark.parametrize(("U2", "kind"), [(0.2499, "crossing"), (0.2501, "reflection")])
+def test_limit_of_reflection(U2: float, kind: str) -> None:
+    assert times(follow("potential_step", set={"U2": U2}), kind) == pytest.approx([math.sqrt(2)], rel=1e-10)
+
+
+def test_drag_below_a_step() -> None:
+    """U73: refracted to tan(a) = 1/sqrt(5); the momentum carries it m v/gamma = (0.70710678, -1.5811388) far."""
+    solution = follow("drag_in_region")
+    (crossing,) = times(solution, "crossing")
+    assert crossing == pytest.approx(math.sqrt(2), rel=1e-10)
+    after = next(e for e in solution.events).after
+    assert math.atan2(solution["der(x)"][-1], -solution["der(y)"][-1]) == pytest.approx(
+        math.atan(1 / math.sqrt(5)), abs=1e-3
+    )
+    assert after["der(y)"] == pytest.approx(-math.sqrt(2.5), rel=1e-12)
+    left = math.exp(-(30 - crossing))
+    place = 1 / math.sqrt(2) - 1 + crossing / math.sqrt(2)
+    assert solution["x"][-1] == pytest.approx(place - left / math.sqrt(2), abs=1e-10)
+    assert solution["y"][-1] == pytest.approx(-math.sqrt(2.5) * (1 - left), abs=1e-10)
+
+
+def test_two_masses_fall_together() -> None:
+    """U111: r = r0 (1 + cos(n))/2 at t = sqrt(r0^3/(8 G M)) (n + sin(n)); the whole fall takes n = pi."""
+    solution = follow("collapse")
+    M, r0 = 6.674e-11 * (2e30 + 6e24), 1.5e11
+    with mpmath.workdps(30):
+        n = mpmath.acos(2 * mp.mpf(10) ** -6 - 1)
+        t = float(mpmath.sqrt(mp.mpf(r0) ** 3 / (8 * mp.mpf(M))) * (n + mpmath.sin(n)))
+    assert solution.time[-1] == pytest.approx(t, rel=1e-10)
+    whole = math.pi / (2 * math.sqrt(2)) * math.sqrt(r0**3 / M)
+    assert math.pi / (2 * math.sqrt(2)) == pytest.approx(1.1107207, abs=5e-8)
+    assert whole - solution.time[-1] == pytest.approx(2 / 3 * 1e-9 * math.sqrt(r0**3 / (2 * M)), rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "gravity", "printed"), [(None, 9.81, 28.16744), ("ten", 10.0, 27.89857)]
+)
+def test_drop_from_a_kilometre(experiment: str | None, gravity: float, printed: float) -> None:
+    """U27: t = vT/g acosh(exp(g h/vT^2)), v = vT sqrt(1 - exp(-2 g h/vT^2))."""
+    solution = follow("drop_with_drag", experiment)
+    square = gravity / (1.29 * 0.07**2)
+    t = math.sqrt(square) / gravity * math.acosh(math.exp(1000 * gravity / square))
+    assert t == pytest.approx(printed, abs=5e-6)
+    assert solution.time[-1] == pytest.approx(t, rel=1e-10)
+    v = math.sqrt(square * (1 - math.exp(-2000 * gravity / square)))
+    assert -solution["der(h)"][-1] == pytest.approx(v, rel=1e-10)
+    assert solution["terminal"][-1] == pytest.approx(math.sqrt(square), rel=1e-12)
+    assert solution.message.startswith("on the ground")
+
+
+@pytest.mark.parametrize(
+    ("experiment", "m", "d", "printed_time", "printed_way"),
+    [
+        ("bubble", 1e-7, 1e-2, 0.010627624, 5.0621991e-4),
+        ("drop", 0.5e-9, 1e-4, 0.021196811, 1.7867791e-3),
+        (None, 0.6, 0.25, 1.1603213, 6.2960899),
+    ],
+)
+def test_half_of_the_terminal_speed(
+    experiment: str | None, m: float, d: float, printed_time: float, printed_way: float
+) -> None:
+    """U29: m v' = m g - A v - B v^2 by partial fractions, and the way by m v dv/(m g - A v - B v^2)."""
+    A, B = 7.75 * 2e-5 * d, 0.17 * 1.29 * d * d
+    root = math.sqrt(A * A + 4 * B * m * g)
+    low, high = (-A - root) / (2 * B), (-A + root) / (2 * B)
+    t = m / root * math.log((high / 2 - low) / -low * 2)
+
+    def way(v: Any) -> Any:
+        return m * v / (m * g - A * v - B * v * v)
+
+    s = float(mpmath.quad(way, [0, high / 2]))
+    assert t == pytest.approx(printed_time, rel=5e-8)
+    assert s == pytest.approx(printed_way, rel=5e-8)
+    solution = follow("half_speed", experiment)
+    assert solution.time[-1] == pytest.approx(t, rel=1e-10)
+    assert solution["y"][-1] == pytest.approx(s, rel=1e-9)
+
+
+def test_chain_slides_off_a_table() -> None:
+    known = values("classical_closed_form_set", "uniform chain L=1")
+    solution = follow("chain_off_table")
+    assert solution.time[-1] == pytest.approx(known["t_slide_off"], rel=1e-10)
+    assert solution["der(x)"][-1] == pytest.approx(known["v_end"], rel=1e-10)
+    assert run("chain_off_table").message.startswith("off the table")
