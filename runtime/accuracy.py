@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ EPSILON = float(np.finfo(float).eps)
 @dataclass(frozen=True, slots=True)
 class Drift:
     """Largest change of a quantity that ought to stay constant. ``relative`` to the largest size of the
-    quantity (of all energies, for the energy balance); None where that is zero."""
+    quantity (of all energies, for the energy balance); None where the quantity is zero but for its drift."""
 
     name: str
     unit: str
@@ -104,9 +104,13 @@ def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
 
 
 def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
-    return tuple(
+    drifts = [
         _drift(problem, index, outputs[:, index], float(np.abs(outputs[:, index]).max(initial=0.0)))
         for index in problem.conserved
+    ]
+    # What is nothing but its own drift is zero: a share of it says nothing.
+    return tuple(
+        replace(d, relative=None) if d.relative is not None and d.relative > 0.5 else d for d in drifts
     )
 
 

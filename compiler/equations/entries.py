@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
-from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit
+from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
 
 from ..flat.model import Kind
 from ..graph import Node
@@ -111,11 +111,16 @@ def layout_of(
     )
 
 
-def unit_of(dimension: Dimension, angle: bool = False) -> str:
-    """Return the SI unit of a dimension as text: empty for a pure number, ``rad`` for an angle."""
+def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str:
+    """Return the SI unit of a dimension as text: empty for a pure number, ``rad`` for an angle.
+
+    ``written``: the unit that the user chose; it is kept where it is one of SI, as N.m for a torque.
+    """
     if dimension == DIMENSIONLESS:
         return "rad" if angle else ""
-    return dimension.symbol(angle) if hasattr(dimension, "symbol") else str(dimension)
+    if written and parse_unit(written).factor == 1:
+        return written
+    return preferred_unit(dimension, angle)
 
 
 def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entry:
@@ -129,7 +134,7 @@ def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entr
         unit = f"{unit_of(DIMENSIONLESS, angle) or '1'}/s" if variable.type.dimension == DIMENSIONLESS else ""
     else:
         unit = ""
-    unit = unit or unit_of(dimension, angle)
+    unit = unit or unit_of(dimension, angle, "" if rate else attributes.display)
     return Entry(
         scalar.name,
         kind,

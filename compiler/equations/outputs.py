@@ -50,8 +50,8 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         rows += [(layout.entry(system.v[i], "rate", rate=True), system.v[i].node) for i in drive.v]
     for row in system.outputs:
         kind = row.definition.type
-        unit = unit_of(kind.dimension, kind.angle)
         attributes = row.definition.attributes
+        unit = unit_of(kind.dimension, kind.angle, attributes.display)
         if kind.kind is Kind.POINT:
             unit = layout.length
         rows.append(

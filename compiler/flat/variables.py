@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from mechc.lang import ast
 from mechc.lang.suggest import closest
-from mechc.lang.units import UnitError, parse_unit
+from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
 
 from . import types
 from .coordinates import definition_of
@@ -122,7 +122,7 @@ def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attrib
             texts[name] = value
         else:
             numbers[name] = value
-    display = texts.pop("display", "") or _written_unit(declaration, type)
+    display = texts.pop("display", "") or _written_unit(declaration, type) or _unit_of_type(declaration, type)
     if not numbers and not texts and not display:
         return _NONE
     return Attributes(numbers.get("nominal"), numbers.get("min"), numbers.get("max"), display, texts)
@@ -196,6 +196,14 @@ def _written_unit(declaration: ast.Declaration, type: Type) -> str:
         else:
             node = node.elements[0] if isinstance(node, ast.Vector) else node.inner
     return _if_fits(node.unit, type) if isinstance(node, ast.Quantity) else ""
+
+
+def _unit_of_type(declaration: ast.Declaration, type: Type) -> str:
+    """Return the unit of a declared type where the dimension alone would be shown in another: N.m for a torque."""
+    named = NAMED_TYPES.get(declaration.type)
+    if named is None or named.dimension != type.dimension or named.dimension.is_none:
+        return ""
+    return "" if named.unit == preferred_unit(type.dimension, type.angle) else named.unit
 
 
 def _if_fits(unit: str, type: Type) -> str:

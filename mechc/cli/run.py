@@ -31,6 +31,8 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
             )
         if value and Path(value).suffix.lower() not in endings:
             raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
+        if value and not (folder := Path(value).parent).is_dir():
+            raise click.BadParameter(f"there is no folder '{folder}'", ctx, parameter)
         return value
 
     return check
