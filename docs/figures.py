@@ -62,6 +62,7 @@ LINEAR, NONLINEAR, CENTRAL = "test_oscillators.py", "test_nonlinear_oscillators.
 SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py"
 FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
+ROLLING = "test_rolling.py"
 FRICTION = "test_friction.py"
 IMPACTS = "test_impacts.py"
 LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
@@ -170,11 +171,29 @@ ROWS = (
     row("K1, free bars", "double_pendulum_cartesian", MECHANISMS, "B[1]", "B[2]"),
     row("U44", "bead_on_hyperbola", CONSTRAINTS, "x", "y"),
     row("U50", "rope_over_edge", CONSTRAINTS, T, "y"),
+    row(
+        "U42",
+        "jointed_chain",
+        CONSTRAINTS,
+        "free[1].position[2] free[5].position[2]",
+        "free[1].position[3] free[5].position[3]",
+    ),
+    row("U95", "rolling_cylinder", ROLLING, "path[1]", "path[2]"),
+    row("U122", "cylinder_and_shell", ROLLING, T, "left.position right.position"),
+    row("U125", "cavity_pendulum", BODIES, T, "pin.angle"),
+    row("U126", "rolling_down_incline", ROLLING, T, "guide.position"),
     row("U128", "rod_in_circle", CONSTRAINTS, "x", "y"),
     row("U130", "rolling_ball_with_cavity", CONSTRAINTS, T, "s"),
+    row("U132", "ball_in_bowl", ROLLING, T, "bowl.angle"),
     row("U134", "hinge_reaction", CONSTRAINTS, T, "F[1] F[2]"),
     row("U136", "tilted_rod", CONSTRAINTS, T, "N[1] N[2] N[3]"),
     row("U140", "block_about_diagonal", CONSTRAINTS, T, "N[1] N[2] N[3]"),
+    row("U141", "edge_runner", ROLLING, T, "shaft.angle bearing.angle"),
+    row("U142", "cylinder_about_diagonal", CONSTRAINTS, T, "N[1] N[2] N[3]", "- balanced"),
+    row("U143", "spun_lamina", CONSTRAINTS, T, "N[1] N[2] N[3]"),
+    row("U144", "free_lamina", BODIES, T, "w[1] w[2] w[3]"),
+    row("reference", "pendulum_from_horizontal", CONSTRAINTS, T, "tension"),
+    row("reference", "fekete", CONSTRAINTS, T, "p[1,1] p[2,1] p[3,1] p[4,1]", "", 20),
     row("reference", "pendulum_cartesian", CONSTRAINTS, T, "x y lambda"),
     row("reference", "chaplygin_sleigh", CONSTRAINTS, "x", "y"),
     row("reference", "ball_on_turntable", CONSTRAINTS, "p[1]", "p[2]"),
@@ -185,6 +204,12 @@ ROWS = (
     row("engineering", "four_bar", MECHANISMS, "curve[1]", "curve[2]"),
     row("engineering", "stewart_platform", MECHANISMS, T, "height"),
     row("engineering", "peaucellier", MECHANISMS, "tip[1]", "tip[2]"),
+    row("engineering", "watt_linkage", MECHANISMS, "middle[1]", "middle[2]"),
+    row("engineering", "five_bar", MECHANISMS, "path[1]", "path[2]"),
+    row("engineering", "universal_joint_shaft", MECHANISMS, T, "speed"),
+    row("engineering", "rolling_coin", ROLLING, "pose.position[1]", "pose.position[2]"),
+    row("engineering", "bicycle_wheel", ROLLING, T, "path[3]", "- dropped"),
+    row("engineering", "wheel_on_curve", ROLLING, "pose.x", "pose.y"),
     row("engineering", "differential", CONSTRAINTS, T, "der(left) der(right)"),
     row("U18, U22, U23", "block_on_incline", FRICTION, T, "s", "- stops"),
     row("U21", "tilted_plane", FRICTION, T, "s"),

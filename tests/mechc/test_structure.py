@@ -31,6 +31,12 @@ def rows(text: str) -> dict[str, str]:
         ("double_pendulum", "2"),
         ("chaplygin_sleigh", "2, 3 of positions"),
         ("ball_on_turntable", "3, 5 of positions"),
+        ("jointed_chain", "11"),
+        ("watt_linkage", "1"),
+        ("five_bar", "0"),
+        ("universal_joint_shaft", "0"),
+        ("fekete", "40"),
+        ("rolling_coin", "3, 5 of positions"),
     ],
 )
 def test_degrees_of_freedom(example: str, freedoms: str) -> None:
@@ -58,3 +64,16 @@ def test_rigid_bodies_in_space() -> None:
     found = rows(structure(loads(text)))
     assert found["degrees of freedom"] == "6"
     assert found["constraint rod[1]"] == "1 equation"
+
+
+@pytest.mark.parametrize(("library", "size"), [("planar", 2), ("spatial", 3)])
+@pytest.mark.parametrize("n", [2, 5])
+def test_freely_jointed_chain(library: str, size: int, n: int) -> None:
+    """n points joined by n - 1 rods: n + 1 freedoms in the plane, 2 n + 1 in space (U42)."""
+    text = (
+        f"import mech.{library}.*; import mech.couplings.*; structural parameter Integer n = {n};"
+        "Particle bead[n](m = 1 kg); Translation at[i in 1:n](world -> bead[i].a, position ~ "
+        + ("{i, 0.2*i*i} m" if size == 2 else "{i, 0.2*i*i, 0.1*i} m")
+        + "); Distance rod[i in 1:n - 1](bead[i].a -> bead[i + 1].a);"
+    )
+    assert rows(structure(loads(text)))["degrees of freedom"] == str(n + 1 if size == 2 else 2 * n + 1)

@@ -78,6 +78,21 @@ def test_reactions_of_prescribed_rotations() -> None:
     assert largest(rod["N[1]"]) < 1e-12 and largest(rod["N[3]"]) < 1e-12
 
 
+def test_cylinder_turned_about_its_diagonal() -> None:
+    """U142: m w^2 r h |3 r^2 - h^2|/(6 (4 r^2 + h^2)), nothing for h = sqrt(3) r."""
+    solution = run("cylinder_about_diagonal")
+    assert largest(np.abs(solution["N[2]"]) - 3 * 400 * 0.05 * 0.22 / (6 * 0.29)) < 1e-12
+    assert largest(solution["N[1]"]) < 1e-12 and largest(solution["N[3]"]) < 1e-12
+    assert largest(run("cylinder_about_diagonal", "balanced")["N[2]"]) < 1e-12
+
+
+def test_lamina_turned_about_its_side() -> None:
+    """U143: -m a^2 w^2/2 along its normal at the corner."""
+    solution = run("spun_lamina")
+    for k, value in enumerate((0, 0, -0.5), start=1):
+        assert largest(solution[f"N[{k}]"] - value) < 1e-12
+
+
 def test_rod_in_circle_is_a_pendulum() -> None:
     """Its ends on a circle of radius r, a rod of length r sqrt(3) swings like a pendulum of length r."""
     solution = closed("rod_in_circle")
@@ -124,3 +139,44 @@ def test_differential_shares_the_torque() -> None:
     assert solution["der(right)"][-1] == pytest.approx(2, abs=1e-3)
     assert solution["each_side"][-1] == pytest.approx(10, abs=1e-3)
     assert largest(2 * solution["carrier"] - solution["left"] - solution["right"]) < 1e-11
+
+
+def test_pendulum_from_the_horizontal() -> None:
+    """Positions and velocities of the closed form to 1e-8 over four periods; the tension m (v^2/l - g y/l)."""
+    solution = closed("pendulum_from_horizontal")
+    names = {"x": "guide.position[1]", "y": "guide.position[2]"}
+    names |= {f"v{k}": f"der({name})" for k, name in names.items()}
+    for point in references("iftomm_a01_simple_pendulum"):
+        expected = [point["values"][k] for k in names]
+        assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=1e-8)
+        tension = point["values"]["thetadot"] ** 2 - g * point["values"]["y"]
+        assert float(solution(point["t"])["tension"]) == pytest.approx(tension, abs=1e-6)
+    check_estimate(solution, {names[k]: v for k, v in point["values"].items() if k in names})
+
+
+def test_fekete_points() -> None:
+    """Twenty particles on a sphere at rest after 1000: the published positions have ten digits, multipliers -19/4."""
+    solution = closed("fekete")
+    (point,) = references("fekete")
+    for i in range(20):
+        for k in range(3):
+            published = point["values"][f"y{3 * i + k + 1}"]
+            assert solution[f"p[{i + 1},{k + 1}]"][-1] == pytest.approx(published, abs=1e-10)
+            assert abs(solution[f"der(p[{i + 1},{k + 1}])"][-1]) < 1e-10
+        assert solution[f"lambda[{i + 1}]"][-1] == pytest.approx(-4.75, abs=1e-9)
+    assert solution["energy.potential"][-1] == pytest.approx(-54.011129974584, abs=1e-11)
+
+
+def test_chain_that_is_thrown() -> None:
+    """The middle of the beads falls freely; the angular momentum about it is constant."""
+    solution = closed("jointed_chain")
+    t = solution.time
+    assert largest(solution["centre[3]"] - (0.078 + 3 * t - g / 2 * t**2)) < 1e-8
+    assert largest(solution["centre[2]"] - (0.3 + 1.5 * t)) < 1e-8
+    spin = np.zeros((3, t.size))
+    for i in range(1, 6):
+        r = [solution[f"free[{i}].position[{k}]"] - solution[f"centre[{k}]"] for k in (1, 2, 3)]
+        v = [solution[f"der(free[{i}].position[{k}])"] for k in (1, 2, 3)]
+        spin += 0.1 * np.cross(np.array(r), np.array(v), axis=0)
+    assert largest(spin - spin[:, :1]) < 1e-9
+    assert np.ptp(solution["span"]) > 0.1

@@ -102,3 +102,48 @@ def test_stewart_platform_closes() -> None:
     assert np.ptp(solution["height"]) > 0.01
     balance = solution.accuracy.energy
     assert balance is not None and balance.relative is not None and balance.relative < 1e-9
+
+
+def test_watt_linkage_draws_his_curve() -> None:
+    """b^2 - r^2 = (a sin +- sqrt(c^2 - a^2 cos^2))^2 in polar coordinates about the middle, squared once more."""
+    solution = run("watt_linkage")
+    a, b, c = 1.2, 1.0, 0.4
+    x, y = solution["middle[1]"], solution["middle[2]"]
+    r2 = x**2 + y**2
+    across, inside = (a * y) ** 2 / r2, c**2 - (a * x) ** 2 / r2
+    assert (b**2 - r2 - across - inside) ** 2 == pytest.approx(4 * across * inside, abs=1e-7)
+    assert np.ptp(y) > 0.5
+
+
+def test_five_bar_tip_from_two_circles() -> None:
+    """Both cranks prescribed: the tip is where the circles about their ends meet; the work of the motors balances."""
+    solution = run("five_bar")
+    t = solution.time
+    first = np.radians(120) + np.radians(20) * np.sin(3 * t)
+    second = np.radians(60) + np.radians(30) * np.sin(5 * t)
+    left = 0.3 * np.array([np.cos(first), np.sin(first)])
+    right = 0.3 * np.array([np.cos(second), np.sin(second)]) + np.array([[0.4], [0]])
+    apart = right - left
+    distance = np.hypot(*apart)
+    height = np.sqrt(0.5**2 - distance**2 / 4)
+    tip = (left + right) / 2 + height / distance * np.array([-apart[1], apart[0]])
+    assert solution["path[1]"] == pytest.approx(tip[0], abs=1e-8)
+    assert solution["path[2]"] == pytest.approx(tip[1], abs=1e-8)
+    energy = solution["energy.kinetic"] + solution["energy.potential"]
+    work = np.sum((solution["given"][1:] + solution["given"][:-1]) / 2 * np.diff(t))
+    assert np.ptp(solution["given"]) > 1
+    assert work == pytest.approx(
+        energy[-1] - energy[0], abs=1e-3
+    )  # the trapezium rule; periodic: it converges fast
+
+
+def test_universal_joint_makes_the_shaft_uneven() -> None:
+    """W cos(b)/(1 - sin(b)^2 cos(W t)^2), twice a turn; tan(turned) = tan(W t)/cos(b)."""
+    solution = run("universal_joint_shaft")
+    t, bend = solution.time, np.radians(30)
+    assert solution["speed"] == pytest.approx(
+        10 * np.cos(bend) / (1 - np.sin(bend) ** 2 * np.cos(10 * t) ** 2), rel=1e-9
+    )
+    assert np.sin(solution["turned"]) * np.cos(10 * t) * np.cos(bend) == pytest.approx(
+        np.cos(solution["turned"]) * np.sin(10 * t), abs=1e-9
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from closed_forms import integrate
+from closed_forms import integrate, swing
 from gallery import Array, Case, Formula, at, check, check_estimate, references, run, upward_crossings
 from numpy import cos, pi, sin, sqrt
 
@@ -189,3 +189,29 @@ def test_euler_equations_with_torque() -> None:
     )
     got = np.array([solution[f"w{i}"] for i in (1, 2, 3)])
     assert np.max(np.abs(got - expected)) < 1000e-10
+
+
+def test_ball_with_an_eccentric_cavity() -> None:
+    """U125: centre at -a/14, moments 57/140 - 1/196 and 31/70 of M a^2 about it; hung at its middle, w^2 = 10 g/(57 a)."""
+    solution = run("cavity_pendulum")
+    assert solution["centre[3]"] == pytest.approx(-0.2 / 14, rel=1e-12)
+    assert solution["I[1]"] == pytest.approx(57 / 140 - 1 / 196, rel=1e-12)
+    assert solution["I[3]"] == pytest.approx(31 / 70, rel=1e-12)
+    w0 = sqrt(10 * 9.81 / (57 * 0.2))
+    check(Case("cavity_pendulum", {"pin.angle": lambda t: swing(t, np.radians(40), w0)}, bound=100))
+
+
+def test_free_lamina() -> None:
+    """U144: w1^2 + w2^2 is constant, w3 is not; the angle of the pair obeys a pendulum's equation."""
+    solution = run("free_lamina")
+    assert solution["in_plane"] == pytest.approx(sqrt(5), abs=1e-7)
+    assert np.ptp(solution["w[3]"]) > 0.1
+    I1, I2 = 0.3**2, 0.2**2
+    ratio = (I2 - I1) / (I1 + I2)
+
+    def euler(t: float, w: Array) -> list[float]:
+        return [-w[1] * w[2], w[0] * w[2], -ratio * w[0] * w[1]]
+
+    w = integrate(euler, [1.0, 2.0, 3.0], solution.time)
+    for k in range(3):
+        assert solution[f"w[{k + 1}]"] == pytest.approx(w[k], abs=1e-7)
