@@ -66,6 +66,7 @@ ROLLING = "test_rolling.py"
 FRICTION = "test_friction.py"
 IMPACTS = "test_impacts.py"
 LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
+CONTROLLERS = "test_controllers.py"
 T = "time"
 
 ROWS = (
@@ -242,6 +243,9 @@ ROWS = (
     row("U27", "drop_with_drag", THRESHOLDS, T, "h der(h)"),
     row("U29", "half_speed", THRESHOLDS, T, "der(y)"),
     row("reference", "chain_off_table", THRESHOLDS, T, "x"),
+    row("engineering", "relay_attitude", CONTROLLERS, "a", "der(a)"),
+    row("engineering", "cart_pendulum", CONTROLLERS, T, "u", "", 3),
+    row("engineering", "sampled_controller", CONTROLLERS, T, "x", "", 3),
 )
 
 HEAD = """# Gallery

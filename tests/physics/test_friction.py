@@ -209,7 +209,10 @@ def test_bead_on_a_rough_hoop() -> None:
             drive, friction = forces(y)
             return [y[1], drive - side * friction]
 
-        t, y, _ = integrate(rhs, y, t, 20, lambda t, y, side=side: side * y[1])
+        def forwards(t: float, y: Array, side: float = side) -> float:
+            return float(side * y[1])
+
+        t, y, _ = integrate(rhs, y, t, 20, forwards)
         found.append(t)
         y[1] = 0.0
         drive, friction = forces(y)

@@ -101,7 +101,9 @@ def test_rocking_block() -> None:
     def squared(top: Any) -> Any:
         return lambda x: rate * (mpmath.cos(alpha - top) - mpmath.cos(alpha - x))
 
-    t, exact, speeds = mp.mpf(0), [], []
+    t = mp.mpf(0)
+    exact: list[float] = []
+    speeds: list[float] = []
     while len(exact) < 6:
         t += travel_time(squared(theta), theta, 0)
         exact.append(float(t))
@@ -170,9 +172,14 @@ def test_slider_crank_with_a_stop() -> None:
     with mpmath.workdps(30):
         # cosine rule: the crank angle where the piston is at the stop
         hit = mpmath.acos((r**2 + stop**2 - l**2) / (2 * r * stop))
-        top, t, exact = mpmath.pi / 2, mp.mpf(0), []
+        top, t = mpmath.pi / 2, mp.mpf(0)
+        exact: list[float] = []
         for _ in range(8):
-            quarter = travel_time(lambda a, top=top: 2 * M * (top - a) / inertia(a), top, hit)
+
+            def squared(a: Any, top: Any = top) -> Any:
+                return 2 * M * (top - a) / inertia(a)
+
+            quarter = travel_time(squared, top, hit)
             t += quarter if not exact else 2 * quarter
             exact.append(float(t))
             top = hit + e**2 * (top - hit)  # the work of M gives all the energy there is
@@ -215,7 +222,7 @@ def test_billiard_in_a_circle() -> None:
 
 def trace_stadium(end: float) -> list[float]:
     """Times of the hits by geometry, with 40 digits; R = 1, straight length 2."""
-    hits = []
+    hits: list[float] = []
     with mpmath.workdps(40):
         x, y = mp.mpf("0.1"), mp.mpf("0.2")
         angle = 35 * mp.pi / 180
