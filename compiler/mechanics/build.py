@@ -65,6 +65,8 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         rate.define(rate(state), rate(value))
     closures = closure_rows(lowering, topology, asked, virtual)
     masses, inertias = _bodies(lowering, model, symbols, reporter)
+    if isinstance(kinematics, Spatial):
+        kinematics.field = next((m.field for m in masses if m.field is not None), None)
     kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols, reporter)
     constraints = (
         *switchable(lowering, model, (*closures, *constraint_rows(lowering, model, symbols, reporter))),

@@ -5,7 +5,7 @@ Positions of a chain share all but their last term; remembering makes the veloci
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 from ..graph import Graph, Node
 from ..graph.operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SUB, SYMBOL
@@ -17,13 +17,19 @@ class TotalDerivative:
     def __init__(self, graph: Graph, rates: Mapping[Node, Node]) -> None:
         self._graph = graph
         self._known: dict[Node, Node] = dict(rates)
+        self._later: dict[Node, Callable[[], Node]] = {}
 
     def define(self, symbol: Node, rate: Node) -> None:
         """State the derivative of a further symbol, before anything that depends on it is differentiated."""
         self._known[symbol] = rate
 
+    def offer(self, node: Node, rate: Callable[[], Node]) -> None:
+        """Say how the derivative of a formula is found more cheaply than term by term; asked for when needed."""
+        if self._graph.op(node) > SYMBOL and node not in self._known:
+            self._later.setdefault(node, rate)
+
     def __call__(self, node: Node) -> Node:
-        known, graph = self._known, self._graph
+        known, graph, later = self._known, self._graph, self._later
         if node in known:
             return known[node]
         pending = [node]
@@ -31,6 +37,9 @@ class TotalDerivative:
             at = pending[-1]
             if at in known:
                 pending.pop()
+                continue
+            if at in later:
+                known[at] = later.pop(at)()
                 continue
             missing = [x for x in graph.args(at) if x not in known]
             if missing:

@@ -7,11 +7,12 @@ With w the angular velocity, v the velocity of the origin, both in body axes, an
 
 (Featherstone 2008, ch. 3, with classical instead of spatial accelerations.) A uniform field is carried as an
 acceleration -g of the root, so gravity costs nothing further. World components are formed only where asked for.
+
+Their rates are offered to the total derivative: those of a rotation R are R (w x .), those of positions that hang on
+the world by rotations are R v_B and R a_B. Term by term, the derivatives of n links would cost n^2.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 from ..graph import Graph, Node
 from ..graph.vector import (
@@ -29,16 +30,18 @@ from ..graph.vector import (
 )
 from .frames import Frame, Point, along
 from .pose import Rotate, Step, Translate, Turn, rotation_of
+from .rates import TotalDerivative
 
 
 class Spatial:
-    """``rate`` is the total time derivative of a node."""
+    """``rate`` is the total time derivative of a node; ``field`` the one that accelerations most often carry."""
 
     size = 3
 
-    def __init__(self, graph: Graph, rate: Callable[[Node], Node]) -> None:
+    def __init__(self, graph: Graph, rate: TotalDerivative) -> None:
         self.graph = graph
         self.world = Frame(None, None, 0)
+        self.field: Vector | None = None
         self._rate = rate
         zero = graph.constant(0)
         self._none: Vector = (zero, zero, zero)
@@ -166,9 +169,23 @@ class Spatial:
             assert child.step is not None
             if isinstance(child.step, Translate):
                 return parent
-            return matmul(self.graph, parent, rotation_of(self.graph, child.step))
+            return self._turned(child, matmul(self.graph, parent, rotation_of(self.graph, child.step)))
 
         return along(frame, "rotation", identity(self.graph), advance)
+
+    def _turned(self, frame: Frame, matrix: Matrix) -> Matrix:
+        """Offer the rates of a rotation matrix."""
+        graph = self.graph
+        for row in matrix:
+            for k in range(3):
+                i, j = (k + 1) % 3, (k + 2) % 3
+
+                def rate(x: Node = row[i], y: Node = row[j], i: int = i, j: int = j) -> Node:
+                    spin = self.angular_velocity(frame)
+                    return graph.sub(graph.mul(x, spin[j]), graph.mul(y, spin[i]))
+
+                self._rate.offer(row[k], rate)
+        return matrix
 
     def position(self, point: Point) -> Vector:
         def advance(child: Frame, parent: Vector) -> Vector:
@@ -178,7 +195,37 @@ class Spatial:
             return add(self.graph, parent, self.to_world(child.parent, child.step.offset))
 
         origin = along(point.frame, "origin", self._none, advance)
-        return add(self.graph, origin, self.to_world(point.frame, point.offset))
+        position = add(self.graph, origin, self.to_world(point.frame, point.offset))
+        if self._hangs_by_rotations(point.frame):
+            for k, node in enumerate(position):
+                self._rate.offer(node, lambda k=k: self._world_velocity(point)[k])  # type: ignore[misc]
+        return position
+
+    def _hangs_by_rotations(self, frame: Frame) -> bool:
+        """Whether nothing on the way from the world moves before it can turn.
+
+        Velocities of what does are known in world axes; turned to and fro they would be less simple.
+        """
+
+        def advance(child: Frame, parent: bool | None) -> bool | None:
+            if parent is not None:
+                return parent
+            if isinstance(child.step, Translate):
+                moves = any(not self.graph.is_zero(x) for x in self._rates(child.step.offset))
+                return False if moves else None
+            return True
+
+        return along(frame, "hangs", None, advance) is True
+
+    def _world_velocity(self, point: Point) -> Vector:
+        velocity = self.to_world(point.frame, self.velocity(point))
+        for k, node in enumerate(velocity):
+            self._rate.offer(node, lambda k=k: self._world_acceleration(point)[k])  # type: ignore[misc]
+        return velocity
+
+    def _world_acceleration(self, point: Point) -> Vector:
+        acceleration = self.to_world(point.frame, self.acceleration(point, self.field))
+        return acceleration if self.field is None else add(self.graph, acceleration, self.field)
 
     def to_world(self, frame: Frame, vector: Vector) -> Vector:
         return matvec(self.graph, self.rotation(frame), vector)
