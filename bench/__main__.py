@@ -5,7 +5,15 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 
-PAGES = ("forming", "evaluation", "kernel", "startup", "work_precision", "calibration")
+PAGES = (
+    "forming",
+    "constraints",
+    "evaluation",
+    "kernel",
+    "startup",
+    "work_precision",
+    "calibration",
+)
 
 
 def main(arguments: list[str]) -> int:
