@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import os
 import tempfile
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .lang.diagnostics import CompileError, Reporter
+from .runtime.build import CompilerMissing
 from .settings import UsageMistake
 
 if TYPE_CHECKING:
     from .api import Model
     from .compiler.equations.model import Equations
-    from .compiler.targets.fmu.export import Package
-    from .compiler.targets.fmu.variables import Start
+    from .compiler.targets.fmu.checks import Made
+    from .solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
 VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
@@ -22,77 +25,125 @@ VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
 
 @dataclass(frozen=True, slots=True)
 class FmuOptions:
-    """``fmi``: 2, 3 or both; ``kind``: me, cs or both; ``check``: simulate and compare before writing."""
+    """``fmi``: 2, 3 or both; ``kind``: me, cs or both; ``check``: simulate and compare before writing.
+
+    ``platforms``: host, names of FMI 3 such as aarch64-linux, or all.
+    """
 
     fmi: str = "3"
     kind: str = "both"
     experiment: str | None = None
     sources_only: bool = False
     check: bool = True
+    platforms: tuple[str, ...] = ("host",)
 
 
 def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[Path, ...]:
     """Write an FMU, or ``fmi2/M.fmu`` and ``fmi3/M.fmu`` in the folder of ``output`` for both versions.
 
-    Nothing is written unless everything succeeded. Raises UsageMistake, SimulationError, BuildError,
-    CompilerMissing, OSError.
+    Nothing is written unless everything succeeded. Raises CompileError (E09), UsageMistake, SimulationError,
+    BuildError.
     """
     from .compiler.targets.fmu.checks import check_package
-    from .compiler.targets.fmu.export import ExportError, make_package, start_of
-    from .exporting import file_stem
 
     chosen = model.for_experiment(options.experiment)
+    places = _places(chosen, output, options)
+    packages = fmu_packages(chosen, options)
+    if options.check:
+        for package in packages:
+            check_package(package)
+    _write_all([(place, p.package.data) for place, p in zip(places, packages, strict=True)])
+    return tuple(places)
+
+
+def _places(model: Model, output: Path | None, options: FmuOptions) -> list[Path]:
+    """Return the files to be written. Raises CompileError (E0901) for those that cannot be, UsageMistake."""
+    from .exporting import file_stem
+
     target = output or Path(f"{file_stem(model.name)}.fmu")
     if target.suffix != ".fmu":
         raise UsageMistake("the file of an FMU ends in .fmu", f"as in -o {target.with_suffix('.fmu').name}")
     versions = VERSIONS[options.fmi]
     places = [target.parent / f"fmi{v}" / target.name if len(versions) > 1 else target for v in versions]
-    finished: list[tuple[Path, Package]] = []
+    for place in places:
+        folder = next(p for p in (place.parent, *place.parent.parents) if p.exists())
+        if place.is_dir():
+            raise _unwritable(place, "it is a folder")
+        if not folder.is_dir():
+            raise _unwritable(place, f"{folder} is no folder")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise _unwritable(place, f"the folder {folder} may not be written")
+    return places
+
+
+def _unwritable(place: Path, reason: str) -> CompileError:
+    return Reporter().fail(
+        "E0901", f"{place} cannot be written: {reason}", None, help="choose another place with -o FILE.fmu"
+    )
+
+
+def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
+    """Return the FMU of each version that is asked for. Raises CompileError, SimulationError, BuildError."""
+    from .compiler.targets.fmu.checks import Made
+    from .compiler.targets.fmu.export import make_package, start_of
+    from .compiler.targets.fmu.identity import checked_identifier
+    from .compiler.targets.fmu.platforms import chosen_platforms
+    from .fmu_documents import documents, native_run, placed
+    from .runtime.build import find_compiler
+
+    checked_identifier(model.name)
+    platforms = () if options.sources_only else chosen_platforms(options.platforms)
     try:
-        problem = chosen.problem("python" if options.sources_only else "c", reproducible=True)
-        start = start_of(problem, options.experiment, chosen.settings)
-        method = _method(chosen, options, start)
-        equations = _equations(chosen, method)
-        for version, place in zip(versions, places, strict=True):
-            package = make_package(
+        compiler = find_compiler()
+    except CompilerMissing:
+        if not options.sources_only:
+            raise
+        compiler = None
+    if compiler is None and platforms:
+        raise Reporter().fail(
+            "E0902",
+            "the binary of an FMU needs a C compiler, and none was found",
+            None,
+            help="install gcc or clang, or: pip install ziglang; --sources-only writes an FMU without binaries",
+        )
+    start = start_of(
+        model.problem("c" if compiler else "python", reproducible=True), options.experiment, model.settings
+    )
+    run = native_run(model, options.experiment, start.case.stop)
+    method = _method(model, options, run)
+    equations = _equations(model, method)
+    files = documents(model, options.experiment, run)
+    return [
+        Made(
+            make_package(
                 equations,
                 start,
                 fmi=version,
                 kinds=KINDS[options.kind],
                 method=method,
-                with_binary=not options.sources_only,
-            )
-            if options.check:
-                check_package(package, start, method, KINDS[options.kind], run=not options.sources_only)
-            finished.append((place, package))
-    except ExportError as error:
-        raise UsageMistake(str(error)) from error
-    for place, package in finished:
-        write_whole(place, package.data)
-    return tuple(places)
+                platforms=platforms,
+                documents=placed(files, version),
+                keep_all=bool(model.compilation.parts),
+            ),
+            start,
+            method,
+            KINDS[options.kind],
+        )
+        for version in VERSIONS[options.fmi]
+    ]
 
 
-def _method(model: Model, options: FmuOptions, start: Start) -> str:
-    """Return the method of the experiment; a model that turns out to be stiff gets the implicit one at hand."""
+def _method(model: Model, options: FmuOptions, run: Solution) -> str:
+    """Return the method of the experiment; a model that turned out to be stiff gets the implicit one at hand."""
     said = model.method(options.experiment)
     if said and said != "auto":
         return said
-    if options.sources_only:
-        return "dop853"
-    run = model.simulate(
-        experiment=options.experiment,
-        stop=start.case.stop,
-        reproducible=True,
-        estimate_error=False,
-        target="c",
-    )
     return "auto" if run.statistics.stiff_time is not None else "dop853"
 
 
 def _equations(model: Model, method: str) -> Equations:
     from .api import WITH_JACOBIAN, WITH_MOMENTA
     from .compiler.equations.assemble import assemble
-    from .lang.diagnostics import Reporter
 
     parts = {"jacobian"} if method in WITH_JACOBIAN else set()
     parts |= {"momenta"} if method in WITH_MOMENTA else set()
@@ -100,15 +151,24 @@ def _equations(model: Model, method: str) -> Equations:
     return assemble(model.compilation.system, Reporter(), model.compilation.parts - {"events"} | parts)
 
 
-def write_whole(path: Path, data: bytes) -> None:
-    """Write a file under its name only when it is complete. Raises OSError."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=path.name, dir=path.parent)
+def _write_all(files: Sequence[tuple[Path, bytes]]) -> None:
+    """Write all files, each under its name only when all are complete. Raises CompileError (E0901)."""
+    finished: list[tuple[str, Path]] = []
+    place = files[0][0]
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-        os.chmod(name, 0o644)
-        os.replace(name, path)
-    except OSError:
-        Path(name).unlink(missing_ok=True)
-        raise
+        for place, data in files:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            handle, name = tempfile.mkstemp(prefix=place.name, dir=place.parent)
+            finished.append((name, place))
+            with os.fdopen(handle, "wb") as file:
+                file.write(data)
+            os.chmod(name, 0o644)
+        while finished:
+            name, place = finished[0]
+            os.replace(name, place)
+            finished.pop(0)
+    except OSError as error:
+        raise _unwritable(place, error.strerror or str(error)) from error
+    finally:
+        for name, _ in finished:
+            Path(name).unlink(missing_ok=True)

@@ -32,6 +32,7 @@ _SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
+LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,24 +107,27 @@ def build_shared(
     *,
     name: str = "model",
     compiler: Compiler | None = None,
+    file: str = f"built{LIBRARY_SUFFIX}",
+    link: Sequence[str] = LINK,
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
-    ``key`` is further text on which the result depends. Raises ``BuildError`` and ``CompilerMissing``.
+    ``key`` is further text on which the result depends. ``file`` is the name that the linker gives the
+    library (some formats hold it), ``link`` what it is told. Raises ``BuildError`` and ``CompilerMissing``.
     """
     compiler = compiler or find_compiler()
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
-    digest = _digest(sources, flags, key, compiler)
+    digest = _digest(sources, (*flags, file, *link), key, compiler)
     library = cache_folder() / f"{name}-{digest}{LIBRARY_SUFFIX}"
     if library.is_file():
         mark_used(library)
         return library
     folder = Path(tempfile.mkdtemp(prefix=BUILD_PREFIX, dir=cache_folder()))
-    for file, text in sources.items():
-        (folder / file).write_text(text, encoding="utf-8", newline="\n")
-    built = _compile(compiler, [file for file in sources if file.endswith(".c")], flags, folder)
-    os.replace(built, library)
+    for source, text in sources.items():
+        (folder / source).write_text(text, encoding="utf-8", newline="\n")
+    _compile(compiler, [s for s in sources if s.endswith(".c")], flags, folder, ("-o", file, *link))
+    os.replace(folder / file, library)
     shutil.rmtree(folder)
     prune_cache()
     return library
@@ -153,14 +157,14 @@ def _processor() -> str:
     return "\n".join(dict.fromkeys(line for line in lines if line.startswith(wanted)))
 
 
-def _compile(compiler: Compiler, files: Sequence[str], flags: Sequence[str], folder: Path) -> Path:
-    built = folder / f"built{LIBRARY_SUFFIX}"
+def _compile(
+    compiler: Compiler, files: Sequence[str], flags: Sequence[str], folder: Path, link: Sequence[str]
+) -> None:
     extra = ("-fno-sanitize=all",) if "ziglang" in compiler.command else ()
     quad = ("-lquadmath",) if "-DMECH_QUAD" in flags else ()
-    link = ("-shared", *quad, *(() if sys.platform == "win32" else ("-lm",)))
     if len(files) == 1:
-        _run((*compiler.command, *flags, *extra, files[0], "-o", built.name, *link), folder)
-        return built
+        _run((*compiler.command, *flags, *extra, files[0], *link, *quad), folder)
+        return
     objects = [f"{file}.o" for file in files]
     commands = [
         (*compiler.command, *flags, *extra, "-c", file, "-o", made)
@@ -168,8 +172,7 @@ def _compile(compiler: Compiler, files: Sequence[str], flags: Sequence[str], fol
     ]
     with ThreadPoolExecutor(max_workers=2) as pool:
         list(pool.map(lambda command: _run(command, folder), commands))
-    _run((*compiler.command, *extra, *objects, "-o", built.name, *link), folder)
-    return built
+    _run((*compiler.command, *extra, *objects, *link, *quad), folder)
 
 
 def _run(command: Sequence[str], folder: Path) -> None:

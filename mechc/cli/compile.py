@@ -32,6 +32,14 @@ from .options import keep_all_option, kept, model_argument, model_option, set_op
 @click.option(
     "--experiment", metavar="NAME", help="fmu: whose settings are the defaults (default: the first)."
 )
+@click.option(
+    "--platform",
+    "platforms",
+    metavar="NAME",
+    multiple=True,
+    help="fmu: host (default), x86_64-linux, aarch64-linux, x86_64-windows, aarch64-windows, x86_64-darwin, "
+    "aarch64-darwin or all; may be repeated. Others than host are built by zig (pip install ziglang).",
+)
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
 @keep_all_option
@@ -44,6 +52,7 @@ def command(
     fmi: str,
     kind: str,
     experiment: str | None,
+    platforms: tuple[str, ...],
     sources_only: bool,
     check: bool,
     keep_all: bool,
@@ -64,7 +73,7 @@ def command(
         from ..fmus import FmuOptions, export_fmu
         from ..settings import UsageMistake
 
-        options = FmuOptions(fmi, kind, experiment, sources_only, check)
+        options = FmuOptions(fmi, kind, experiment, sources_only, check, platforms or ("host",))
         try:
             paths = export_fmu(loaded, Path(output) if output else None, options)
         except UsageMistake as mistake:

@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
+import platform
+import sys
 from pathlib import Path
 
 import pytest
-from error_pages import CODE, INDEX, codes_in_the_sources, codes_with_a_page, index, read_page, write_expected
+from error_pages import (
+    CODE,
+    INDEX,
+    Page,
+    codes_in_the_sources,
+    codes_with_a_page,
+    index,
+    read_page,
+    write_expected,
+)
 
 from mechc.api import load
 from mechc.cli.main import run
@@ -13,17 +24,31 @@ from mechc.lang.diagnostics import CompileError
 from mechc.render import render
 
 
-def words_for(files: dict[str, str], options: list[str] | None, capsys: pytest.CaptureFixture[str]) -> str:
-    """Compile (or run) ``model.mech`` of the current folder and return all that is said about it."""
-    for name, text in files.items():
+def words_for(page: Page, capsys: pytest.CaptureFixture[str]) -> str:
+    """Compile (or run, or export) ``model.mech`` of the current folder and return all that is said about it."""
+    for name, text in page.files.items():
         Path(name).write_text(text, encoding="utf-8")
-    if options is not None:
-        run(["run", "model.mech", "--quiet", *options])
+    if page.command:
+        run([*page.command, *(["--quiet"] if page.command[0] == "run" else [])])
         return capsys.readouterr().err.rstrip("\n")
     try:
         return render(load("model.mech").diagnostics)
     except CompileError as error:
         return render(error.diagnostics)
+
+
+def arrange(page: Page, patch: pytest.MonkeyPatch, folder: Path) -> None:
+    """Give the process the circumstances that a page speaks of."""
+    for what, name in page.circumstances:
+        match what, name:
+            case "without", "compiler":
+                patch.delenv("CC", raising=False)
+                patch.setenv("PATH", str(folder))
+                patch.setitem(sys.modules, "ziglang", None)
+            case "without", module:
+                patch.setitem(sys.modules, module, None)
+            case "machine", machine:
+                patch.setattr(platform, "machine", lambda machine=machine: machine)
 
 
 @pytest.mark.parametrize("code", codes_with_a_page())
@@ -38,8 +63,9 @@ def test_page(
     assert page.title.startswith(f"# {code}: "), "a page begins with '# CODE: short title'"
     assert "model.mech" in page.files, "a page has a ```mech block"
     monkeypatch.chdir(tmp_path)
-    shown = words_for(page.files, page.run, capsys)
-    assert page.run is not None or f"[{code}]" in shown, (
+    arrange(page, monkeypatch, tmp_path)
+    shown = words_for(page, capsys)
+    assert page.command[:1] == ("run",) or f"[{code}]" in shown, (
         f"the model of this page does not lead to {code} but to:\n{shown}"
     )
     if update_golden:

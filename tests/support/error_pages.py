@@ -11,18 +11,23 @@ FOLDER = ROOT / "mechc" / "errors"
 CODE = re.compile(r"[EWN]\d{4}")
 
 _BLOCK = re.compile(r"^```(?P<info>[^\n]*)\n(?P<text>.*?)^```$", re.MULTILINE | re.DOTALL)
-_RUN = re.compile(r"^run:(?P<options>.*)$", re.MULTILINE)
+_COMMAND = re.compile(r"^(?P<command>run|compile):(?P<options>.*)$", re.MULTILINE)
+_CIRCUMSTANCE = re.compile(r"^(?P<what>without|machine): (?P<name>\S+)$", re.MULTILINE)
 
 
 @dataclass(frozen=True, slots=True)
 class Page:
-    """``files`` by name, ``model.mech`` first; ``run`` the options of a run, None where compiling fails."""
+    """``files`` by name, ``model.mech`` first; ``command`` with its options, empty where compiling fails.
+
+    ``circumstances``: (without, compiler), (without, ziglang) or (machine, name): what the message depends on.
+    """
 
     path: Path
     title: str
     files: dict[str, str]
     expected: str | None
-    run: list[str] | None
+    command: tuple[str, ...]
+    circumstances: tuple[tuple[str, str], ...]
 
     @property
     def code(self) -> str:
@@ -46,9 +51,10 @@ def read_page(code: str) -> Page:
             files.setdefault(name, block["text"])
         elif language == "text" and expected is None:
             expected = block["text"].removesuffix("\n")
-    run = _RUN.search(text)
-    title = text.split("\n", 1)[0]
-    return Page(path, title, files, expected, run["options"].split() if run else None)
+    found = _COMMAND.search(text)
+    command = (found["command"], "model.mech", *found["options"].split()) if found else ()
+    circumstances = tuple((c["what"], c["name"]) for c in _CIRCUMSTANCE.finditer(text))
+    return Page(path, text.split("\n", 1)[0], files, expected, command, circumstances)
 
 
 def write_expected(page: Page, shown: str) -> None:

@@ -1,19 +1,16 @@
-"""From equations to an FMU file: one file for one version, for the platform of this machine or as sources."""
+"""From equations to an FMU file: one file for one version, with binaries for platforms or as sources alone."""
 
 from __future__ import annotations
 
 import hashlib
 import io
-import platform
-import sys
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from mechc.runtime.build import LIBRARY_SUFFIX, build_shared, kernel_flags
 from mechc.runtime.case import SimulationOptions, find_experiment, input_values, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.nominal import nominal_values
@@ -23,13 +20,12 @@ from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
 from . import xml2, xml3
-from .identity import Identity, tool
+from .identity import Identity, checked_identifier, tool
+from .licences import licences
+from .platforms import HOST, binaries
 from .sources import sources
 from .variables import Start, settable_parameters, variable_table
 
-PLATFORMS = {2: "linux64", 3: "x86_64-linux"}
-_SYSTEMS = {"linux": "linux", "darwin": "darwin", "win32": "windows"}
-_MACHINES = {"x86_64": "x86_64", "amd64": "x86_64", "aarch64": "aarch64", "arm64": "aarch64"}
 DEFAULT_STOP = 10.0
 
 
@@ -44,17 +40,6 @@ class Package:
     data: bytes
     files: Mapping[str, bytes]
     token: str
-
-
-def host_platform(fmi: int) -> str:
-    """Return the name of the folder of this machine's binaries."""
-    machine = _MACHINES.get(platform.machine().lower())
-    system = _SYSTEMS.get(sys.platform)
-    if machine is None or system is None:
-        raise ExportError(f"FMI has no name for this platform ({platform.machine()}, {sys.platform})")
-    if fmi == 2 and machine == "x86_64":
-        return {"linux": "linux64", "darwin": "darwin64", "windows": "win64"}[system]
-    return f"{machine}-{system}"
 
 
 def start_of(
@@ -92,9 +77,13 @@ def make_package(
     fmi: int,
     kinds: tuple[str, ...] = ("me", "cs"),
     method: str,
-    with_binary: bool = True,
+    platforms: Sequence[str] = (HOST,),
+    documents: Mapping[str, bytes] | None = None,
+    keep_all: bool = False,
 ) -> Package:
-    """Return the FMU of a model. Raises ExportError, BuildError, CompilerMissing."""
+    """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
+    by path; ``keep_all`` packs the whole kernel. Raises CompileError, ExportError, BuildError, CompilerMissing."""
+    identifier = checked_identifier(equations.name)
     if any(e.kind != "seed" for e in equations.discretes):
         raise ExportError(
             "models with discrete variables cannot be exported as an FMU yet: "
@@ -105,13 +94,20 @@ def make_package(
     program = lower(extended)
     table = variable_table(extended, start)
     everything = repr(
-        (program.name, sources(program, start, table, "", method, fmi), table.variables, kinds, tool())
+        (
+            program.name,
+            sources(program, start, table, "", method, fmi, keep_all=keep_all),
+            table.variables,
+            kinds,
+            tool(),
+        )
     )
     token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
-    texts = sources(program, start, table, token, method, fmi)
+    texts = sources(program, start, table, token, method, fmi, keep_all=keep_all)
     case = start.case
     identity = Identity(
         name=equations.name,
+        model_identifier=identifier,
         doc=equations.doc,
         token=token,
         kinds=kinds,
@@ -131,11 +127,9 @@ def make_package(
         files["sources/buildDescription.xml"] = xml3.build_description(identity).encode()
     else:
         files.update({f"sources/{name}": text.encode() for name, text in headers.items()})
-    if with_binary:
-        library = build_shared({**texts, **headers}, kernel_flags(reproducible=True), name="fmu")
-        place = f"binaries/{host_platform(fmi)}/{identity.model_identifier}{LIBRARY_SUFFIX}"
-        files[place] = library.read_bytes()
-    files["documentation/index.html"] = _documentation(identity, equations).encode()
+    files |= binaries({**texts, **headers}, platforms, fmi, identifier)
+    files |= {f"documentation/licenses/{name}": text.encode() for name, text in licences(fmi).items()}
+    files |= documents or {}
     return Package(_zipped(files), files, token)
 
 
@@ -153,20 +147,6 @@ def standard_headers(fmi: int) -> dict[str, str]:
 
 def _uuid(digest: str) -> str:
     return "-".join((digest[:8], digest[8:12], digest[12:16], digest[16:20], digest[20:32]))
-
-
-def _documentation(identity: Identity, equations: Equations) -> str:
-    from html import escape
-
-    rows = "".join(
-        f"<tr><td>{escape(e.name)}</td><td>{escape(e.unit)}</td><td>{escape(e.doc)}</td></tr>\n"
-        for e in (*equations.states, *equations.inputs, *equations.parameters, *equations.outputs)
-    )
-    return (
-        f"<!DOCTYPE html>\n<html><head><meta charset='utf-8'><title>{escape(identity.name)}</title></head>\n"
-        f"<body><h1>{escape(identity.name)}</h1>\n<p>{escape(identity.doc.strip())}</p>\n"
-        f"<table>\n<tr><th>variable</th><th>unit</th><th></th></tr>\n{rows}</table>\n</body></html>\n"
-    )
 
 
 def _zipped(files: Mapping[str, bytes]) -> bytes:

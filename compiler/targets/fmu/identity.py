@@ -6,8 +6,13 @@ import re
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 
+from mechc.lang.diagnostics import Reporter
+
 DATE = "2026-01-01T00:00:00Z"
 """Fixed, so that the same model gives the same bytes."""
+
+LONGEST = 100
+"""Characters of a model's name: importers put it into names of files and functions."""
 
 CATEGORIES = {
     "logStatusWarning": "warnings",
@@ -22,6 +27,7 @@ class Identity:
     """``kinds``: me, cs or both. Times in s; ``tolerance`` of the default experiment."""
 
     name: str
+    model_identifier: str
     doc: str
     token: str
     kinds: tuple[str, ...]
@@ -32,9 +38,23 @@ class Identity:
     sources: tuple[str, ...]
     needs_completed_step: bool
 
-    @property
-    def model_identifier(self) -> str:
-        return re.sub(r"\W", "_", self.name, flags=re.ASCII)
+
+def checked_identifier(name: str) -> str:
+    """Return the name of a model as that of files and C functions. Raises CompileError: E0907."""
+    fault = ""
+    if re.fullmatch(r"con|prn|aux|nul|com\d|lpt\d", name, re.IGNORECASE):
+        fault = "Windows has no file of this name"
+    elif len(name) > LONGEST:
+        fault = f"it has {len(name)} characters, importers take {LONGEST}"
+    if fault:
+        raise Reporter().fail(
+            "E0907",
+            f"an FMU cannot be called '{name}': {fault}",
+            None,
+            help="rename the model, or export one that extends it: "
+            f"model Other extends {name[:40]}{'...' if len(name) > 40 else ''}; end Other;",
+        )
+    return name
 
 
 def tool() -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,16 +12,25 @@ import numpy as np
 from fmpy.simulation import simulate_fmu
 
 from . import driver
+from .described import Finding
+from .reference import Reference, deviation, read_reference
 from .rules import check_file
 
 KINDS = {"me": "ModelExchange", "cs": "CoSimulation"}
+TOLERANCE = 1e-8
+"""Of the integrator that runs a Model Exchange unit with a reference to be met."""
+BOUND = 1e-3
+"""Largest difference to the reference results, over the largest value of each variable."""
 
 
 @dataclass(frozen=True, slots=True)
 class Line:
+    """One row of the table; ``rule`` names the rule of a finding."""
+
     what: str
     passed: bool
     detail: str = ""
+    rule: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,38 +41,75 @@ class Report:
     def passed(self) -> bool:
         return all(line.passed for line in self.lines)
 
+    @property
+    def rules(self) -> frozenset[str]:
+        """The rules that are broken."""
+        return frozenset(line.rule for line in self.lines if line.rule)
+
 
 def inspect(path: Path, *, run: bool = True) -> Report:
     """Return the findings for one FMU; a description that is not valid is not run."""
     problems = check_file(path)
     if problems:
-        return Report(tuple(Line("model description", False, p) for p in problems))
-    lines = [Line("model description", True)]
+        return Report(tuple(_finding(p) for p in problems))
     description = fmpy.read_model_description(str(path), validate=False)
-    parts = {"me": description.modelExchange, "cs": description.coSimulation}
+    lines = [Line("model description", True, _described(description))]
+    lines.append(Line("platforms", True, ", ".join(_platforms(path)) or "sources only"))
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
         lines.append(Line("binary", True, f"none for {fmpy.platform}: not run"))
         return Report(tuple(lines))
-    for kind, part in parts.items():
-        if part is None:
-            continue
+    try:
+        reference = read_reference(path)
+    except (ValueError, OSError, UnicodeDecodeError) as error:
+        return Report((*lines, Line("reference results", False, str(error), "reference results")))
+    for kind in kinds_of(description):
         lines += binary_lines(path, kind, description)
         if run and lines[-1].passed:
-            lines.append(run_line(path, kind))
+            lines += run_lines(path, kind, reference)
     return Report(tuple(lines))
+
+
+def _finding(finding: Finding) -> Line:
+    return Line("model description", False, finding.text, finding.rule)
+
+
+def kinds_of(description: Any) -> list[str]:
+    """Return the kinds of an FMU among me and cs."""
+    parts = {"me": description.modelExchange, "cs": description.coSimulation}
+    return [kind for kind, part in parts.items() if part is not None]
+
+
+def _described(description: Any) -> str:
+    kinds = " and ".join(KINDS[kind] for kind in kinds_of(description))
+    tool = f", by {description.generationTool}" if description.generationTool else ""
+    return f"{description.modelName}, FMI {description.fmiVersion}, {kinds}{tool}"
+
+
+def _platforms(path: Path) -> list[str]:
+    with zipfile.ZipFile(path) as archive:
+        folders = {
+            n.split("/")[1] for n in archive.namelist() if n.startswith("binaries/") and n.count("/") > 1
+        }
+    return sorted(folders)
 
 
 def binary_lines(path: Path, kind: str, description: Any) -> list[Line]:
     """Compare what the description says with what the binary does: token, event indicators, states."""
     what = f"{KINDS[kind]} binary"
+    entered = False
     try:
         with driver.instance(path, kind) as fmu:
+            entered = True
             driver.initialise(fmu, 0.0)
-            if kind == "cs":
-                return [Line(what, True)]
-            return [Line(what, not problem, problem) for problem in [_sizes(fmu, description)]]
+            problem = _sizes(fmu, description) if kind == "me" else ""
+            rule = "event indicators" if "indicators" in problem else "states" if problem else ""
+            return [Line(what, not problem, problem or "it can be instantiated and initialised", rule)]
     except Exception as error:  # fmpy raises plain exceptions where a binary refuses
-        return [Line(what, False, f"it cannot be instantiated and initialised: {error}")]
+        if entered:
+            return [Line(what, False, f"it cannot be initialised: {error}", "initialisation")]
+        return [
+            Line(what, False, f"it cannot be instantiated, as with a token of another file: {error}", "token")
+        ]
 
 
 def _sizes(fmu: Any, description: Any) -> str:
@@ -86,16 +133,52 @@ def _sizes(fmu: Any, description: Any) -> str:
     return ""
 
 
-def run_line(path: Path, kind: str) -> Line:
-    """Simulate the default experiment: all results are finite."""
+def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
+    """Simulate the default experiment: all results are finite and, where there is a reference, near to it."""
+    what = f"{KINDS[kind]} run"
     try:
-        result = simulate(str(path), kind)
+        result = simulate(str(path), kind) if reference is None else _as_reference(path, kind, reference)
     except Exception as error:
-        return Line(f"{KINDS[kind]} run", False, str(error))
-    values = np.array([[float(v) for v in row] for row in result])
-    finite = bool(np.all(np.isfinite(values)))
-    end = float(result["time"][-1])
-    return Line(f"{KINDS[kind]} run", finite, f"to time {end:g}" if finite else "a result is not finite")
+        return [Line(what, False, str(error), "run")]
+    columns = {name: np.array([float(v) for v in result[name]]) for name in result.dtype.names}
+    time = columns.pop("time")
+    bad = [name for name, values in columns.items() if not np.all(np.isfinite(values))]
+    if bad:
+        return [Line(what, False, f"'{bad[0]}' is not finite", "run")]
+    lines = [Line(what, True, f"to time {time[-1]:g}")]
+    found = deviation(reference, time, columns) if reference is not None else None
+    if reference is not None and found is not None:
+        near = found.size <= BOUND
+        detail = (
+            f"largest difference {found.size:.1e} of '{found.name}' at time {found.time:g}, {reference.file}"
+        )
+        lines.append(Line(f"{KINDS[kind]} reference", near, detail, "" if near else "reference results"))
+    elif reference is not None:
+        lines.append(Line(f"{KINDS[kind]} reference", True, f"nothing in common with {reference.file}"))
+    return lines
+
+
+def _as_reference(path: Path, kind: str, reference: Reference) -> Any:
+    """Simulate with outputs at the times of the reference, where they are evenly spaced."""
+    if len(reference.time) < 2:
+        return simulate(str(path), kind)
+    steps = np.diff(reference.time)
+    return simulate_fmu(
+        str(path),
+        fmi_type=KINDS[kind],
+        start_time=float(reference.time[0]),
+        stop_time=float(reference.time[-1]),
+        output_interval=float(np.min(steps[steps > 0])),
+        relative_tolerance=TOLERANCE if kind == "me" else None,
+        output=_known(path, reference),
+    )
+
+
+def _known(path: Path, reference: Reference) -> list[str]:
+    """Return the variables of a reference that an FMU has."""
+    description = fmpy.read_model_description(str(path), validate=False)
+    names = {v.name for v in description.modelVariables}
+    return [name for name in reference.columns if name in names]
 
 
 def simulate(path: str, kind: str, stop: float | None = None) -> Any:

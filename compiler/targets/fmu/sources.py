@@ -17,25 +17,44 @@ _DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|f
 _USE = re.compile(r"\b(?:mech|fmu)_\w+\b")
 _TABLE = re.compile(r"(const mech_method \*const mech_methods\[\] = \{)[^}]*(\};)")
 _EXPORTS = ('__attribute__((visibility("default")))', "__declspec(dllexport)")
+_NO_EVENTS = """\
+/* Nothing switches in this model: the files that events take are left out. */
+#include "hybrid.h"
+
+const mech_event_support *const mech_events = NULL;
+"""
 _COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 
 def sources(
-    program: Program, start: Start, table: Table, token: str, method: str, fmi: int
+    program: Program,
+    start: Start,
+    table: Table,
+    token: str,
+    method: str,
+    fmi: int,
+    *,
+    keep_all: bool = False,
 ) -> dict[str, str]:
-    """Return the text of each C file and header by name, without the headers of the standard."""
+    """Return the text of each C file and header by name, without the headers of the standard.
+
+    ``keep_all``: the whole kernel, whatever the model and the method need of it.
+    """
     import mechc.runtime
 
     folder = Path(mechc.runtime.__file__).parent / "kernel"
     kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
     glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
     del glue[f"fmi{5 - fmi}.c"]
-    kernel["methods.c"] = _methods(kernel["methods.c"], METHOD_PARTS.get(method, (method,)))
+    if not keep_all:
+        kernel["methods.c"] = _methods(kernel["methods.c"], METHOD_PARTS.get(method, (method,)))
+        if program.hybrid is None:
+            kernel["events.c"] = _NO_EVENTS
     own = {
         "model.c": emit_c(program),
         "description.c": _description(program, start, table, token, method),
     }
-    chosen = _closure(kernel, {**glue, **own})
+    chosen = kernel if keep_all else _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
     return {name: _hidden(text) for name, text in sorted((chosen | glue | own).items())}
 
@@ -61,7 +80,7 @@ def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, s
     for name, text in plain.items():
         if name.endswith(".c"):
             for found in _DEFINITION.finditer(text):
-                if not _declares(text, found.end()):
+                if found[0].endswith("=") or not _declares(text, found.end()):
                     where[found[1]] = name
     needed: set[str] = set()
     pending = [_COMMENT.sub("", text) for text in roots.values()]
@@ -79,7 +98,7 @@ def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, s
 
 
 def _declares(text: str, position: int) -> bool:
-    """Whether a semicolon comes before any brace: a prototype, or an object without a value."""
+    """Whether a semicolon comes before any brace: a prototype."""
     return min(text.find(";", position) % (1 << 60), 1 << 59) < min(
         text.find("{", position) % (1 << 60), 1 << 59
     )
@@ -103,9 +122,9 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         f"void adjoint({signature}, mech_real *out);",
         "",
         _numbers("mech_real", "nominal", start.nominal),
-        _numbers("mech_real", "y0", case.y0),
-        _numbers("mech_real", "u0", start.inputs),
-        _numbers("mech_real", "p0", case.p[:n_p]),
+        _numbers("mech_real", "start_y", case.y0),
+        _numbers("mech_real", "start_u", start.inputs),
+        _numbers("mech_real", "start_p", case.p[:n_p]),
         _numbers("unsigned char", "y_given", given_y),
         _numbers("unsigned char", "u_given", [int(i in start.given_inputs) for i in range(nu)]),
         _numbers("unsigned char", "p_given", [int(i in start.given_parameters) for i in range(n_p)]),
@@ -124,7 +143,7 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         f"    .dt = {case.step or 0.0!r},",
         f"    .nz = {len(program.arrays['z']) - n_seeds},",
         f"    .n_seeds = {n_seeds},",
-        "    .nominal = nominal, .y = y0, .u = u0, .p = p0,",
+        "    .nominal = nominal, .y = start_y, .u = start_u, .p = start_p,",
         "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",
         "    .p_settable = p_settable, .y_settable = y_settable,",
         f"    .initial_is_free = {int(table.free_initial)},",

@@ -21,7 +21,7 @@ EXAMPLES = Path(__file__).parents[4] / "examples"
 def test_random_calls(name: str, tmp_path: Path) -> None:
     model = load(EXAMPLES / f"{name}.mech")
     start = start_of(model.problem("c", reproducible=True))
-    package = make_package(model.compilation.equations, start, fmi=3, method="dop853", with_binary=False)
+    package = make_package(model.compilation.equations, start, fmi=3, method="dop853", platforms=())
     for file, data in package.files.items():
         if file.startswith("sources/"):
             (tmp_path / file.removeprefix("sources/")).write_bytes(data)

@@ -11,10 +11,13 @@ from xml.etree.ElementTree import Element, SubElement
 import pytest
 
 from mechc.api import loads
+from mechc.cli.main import run as main
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
 from mechc.compiler.targets.fmu.rules import check_description
 from mechc.runtime.build import find_compiler
+
+Plant = Callable[[Element, int], None]
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -79,7 +82,7 @@ def key(root: Element, fmi: int, name: str) -> dict[str, str]:
     return {"valueReference": variable(root, name).get("valueReference", "")}
 
 
-def remove_unknown(group: str) -> Callable[[Element, int], None]:
+def remove_unknown(group: str) -> Plant:
     def plant(root: Element, fmi: int) -> None:
         parent, found = unknowns(root, fmi, group)
         parent.remove(found[0])
@@ -170,30 +173,30 @@ def wrong_token(root: Element, fmi: int) -> None:
     root.set("guid" if fmi == 2 else "instantiationToken", "{00000000-0000-0000-0000-000000000000}")
 
 
-DEFECTS = {
-    "parameter without start": parameter_without_start,
-    "start on a calculated variable": start_on_calculated,
-    "undeclared unit": undeclared_unit,
-    "display unit of another unit": foreign_display_unit,
-    "missing initial unknown": remove_unknown("InitialUnknowns"),
-    "superfluous initial unknown": superfluous_initial_unknown,
-    "duplicate initial unknown": duplicate_initial_unknown,
-    "missing output": remove_unknown("Outputs"),
-    "state instead of its derivative": state_for_derivative,
-    "wrong derivative reference": wrong_derivative,
-    "continuous integer": continuous_integer,
-    "illegal causality and variability": illegal_pair,
-    "duplicate name": duplicate_name,
-    "two settable variables with one reference": shared_reference,
-    "unstructured name": unstructured_name,
-    "elements in the wrong order": wrong_order,
-    "wrong number of event indicators": wrong_indicators,
-    "wrong token": wrong_token,
+DEFECTS: dict[str, tuple[Plant, str]] = {
+    "parameter without start": (parameter_without_start, "missing start"),
+    "start on a calculated variable": (start_on_calculated, "superfluous start"),
+    "undeclared unit": (undeclared_unit, "unit"),
+    "display unit of another unit": (foreign_display_unit, "display unit"),
+    "missing initial unknown": (remove_unknown("InitialUnknowns"), "missing in initial unknowns"),
+    "superfluous initial unknown": (superfluous_initial_unknown, "superfluous in initial unknowns"),
+    "duplicate initial unknown": (duplicate_initial_unknown, "duplicate in initial unknowns"),
+    "missing output": (remove_unknown("Outputs"), "missing in outputs"),
+    "state instead of its derivative": (state_for_derivative, "no derivative"),
+    "wrong derivative reference": (wrong_derivative, "derivative of"),
+    "continuous integer": (continuous_integer, "variability"),
+    "illegal causality and variability": (illegal_pair, "causality"),
+    "duplicate name": (duplicate_name, "duplicate name"),
+    "two settable variables with one reference": (shared_reference, "value reference"),
+    "unstructured name": (unstructured_name, "structured name"),
+    "elements in the wrong order": (wrong_order, "element order"),
+    "wrong number of event indicators": (wrong_indicators, "event indicators"),
+    "wrong token": (wrong_token, "token"),
 }
+"""What is planted, and the rule that must find it."""
 
-
-SEEN_IN_BINARY = ("wrong number of event indicators", "wrong token")
-"""What only the comparison with the binary finds."""
+IN_BINARY = ("event indicators", "token")
+"""Rules that compare the description with the binary."""
 
 
 def written(path: Path, files: dict[str, bytes]) -> Path:
@@ -203,12 +206,25 @@ def written(path: Path, files: dict[str, bytes]) -> Path:
     return path
 
 
+def planted(files: dict[str, bytes], fmi: int, name: str) -> Element:
+    root = ElementTree.fromstring(files["modelDescription.xml"])
+    DEFECTS[name][0](root, fmi)
+    return root
+
+
 @pytest.mark.slow
 def test_the_sound_file_passes(package: tuple[int, dict[str, bytes]], tmp_path: Path) -> None:
     _, files = package
     report = inspect(written(tmp_path / "sound.fmu", files))
     assert report.passed, report
-    assert len(report.lines) == 5
+    assert [line.what for line in report.lines] == [
+        "model description",
+        "platforms",
+        "ModelExchange binary",
+        "ModelExchange run",
+        "CoSimulation binary",
+        "CoSimulation run",
+    ]
 
 
 def test_the_rules_find_nothing_in_the_sound_file(package: tuple[int, dict[str, bytes]]) -> None:
@@ -216,23 +232,31 @@ def test_the_rules_find_nothing_in_the_sound_file(package: tuple[int, dict[str, 
     assert check_description(ElementTree.fromstring(files["modelDescription.xml"])) == []
 
 
-@pytest.mark.parametrize("name", [n for n in DEFECTS if n not in SEEN_IN_BINARY])
-def test_the_rules_find_a_planted_defect(package: tuple[int, dict[str, bytes]], name: str) -> None:
+@pytest.mark.parametrize("name", [n for n in DEFECTS if DEFECTS[n][1] not in IN_BINARY])
+def test_a_rule_finds_a_planted_defect(package: tuple[int, dict[str, bytes]], name: str) -> None:
     fmi, files = package
-    root = ElementTree.fromstring(files["modelDescription.xml"])
-    DEFECTS[name](root, fmi)
-    assert check_description(root)
+    assert DEFECTS[name][1] in {f.rule for f in check_description(planted(files, fmi, name))}
+
+
+@pytest.mark.parametrize("name", [n for n in DEFECTS if DEFECTS[n][1] in IN_BINARY])
+def test_the_check_finds_a_description_unlike_its_binary(
+    package: tuple[int, dict[str, bytes]], tmp_path: Path, name: str
+) -> None:
+    fmi, files = package
+    changed = {**files, "modelDescription.xml": ElementTree.tostring(planted(files, fmi, name))}
+    report = inspect(written(tmp_path / "planted.fmu", changed), run=False)
+    assert not report.passed
+    assert DEFECTS[name][1] in report.rules
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", list(DEFECTS))
-def test_a_planted_defect_is_found(package: tuple[int, dict[str, bytes]], tmp_path: Path, name: str) -> None:
+def test_the_check_finds_a_planted_defect(
+    package: tuple[int, dict[str, bytes]], tmp_path: Path, name: str
+) -> None:
     fmi, files = package
-    root = ElementTree.fromstring(files["modelDescription.xml"])
-    DEFECTS[name](root, fmi)
-    changed = {
-        **files,
-        "modelDescription.xml": ElementTree.tostring(root, encoding="utf-8", xml_declaration=True),
-    }
-    report = inspect(written(tmp_path / "planted.fmu", changed), run=False)
-    assert not report.passed
+    text = ElementTree.tostring(planted(files, fmi, name), encoding="utf-8", xml_declaration=True)
+    path = written(tmp_path / "planted.fmu", {**files, "modelDescription.xml": text})
+    assert main(["fmu", "check", "--no-run", str(path)]) == 1
+    report = inspect(path, run=False)
+    assert DEFECTS[name][1] in report.rules

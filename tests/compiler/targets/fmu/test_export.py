@@ -15,7 +15,7 @@ import pytest
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import check_package, native_points
+from mechc.compiler.targets.fmu.checks import Made, check_package, native_points
 from mechc.compiler.targets.fmu.export import Package, make_package, start_of
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmus import FmuOptions, export_fmu
@@ -81,7 +81,7 @@ def restore(fmu: Any, data: bytes) -> None:
 
 def test_is_valid_and_moves_as_the_native_run(driven: tuple[Path, Package, Start, int]) -> None:
     _, package, start, _ = driven
-    check_package(package, start, "dop853", ("me", "cs"))
+    check_package(Made(package, start, "dop853", ("me", "cs")))
 
 
 def test_same_bytes_again(driven: tuple[Path, Package, Start, int]) -> None:

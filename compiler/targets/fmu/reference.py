@@ -1,0 +1,114 @@
+"""Reference results: what a model does in its default experiment, as a table that comes with its FMU.
+
+``documentation/reference.csv``: names in the first row as in the model description, then one row for each time, SI
+units. Files of the drafted standard for references (``extra/org.fmi-standard.fmi-ls-ref/*.csv``) are read as well.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from mechc.runtime.problem import Array
+
+OWN = "documentation/reference.csv"
+ZERO = 1e-9
+"""Part of the largest value below which another variable counts as zero."""
+DRAFT = "extra/org.fmi-standard.fmi-ls-ref/"
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """``columns``: values over ``time``, by the name of the variable."""
+
+    file: str
+    time: Array
+    columns: Mapping[str, Array]
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """The largest difference to a reference, over the largest value of the variable."""
+
+    size: float
+    name: str
+    time: float
+
+
+def write_reference(time: Array, columns: Mapping[str, Array]) -> str:
+    """Return the text of a table, with twelve digits: more are not the same on another machine."""
+    lines = [",".join(["time", *(_cell(name) for name in columns)])]
+    for row in zip(time, *columns.values(), strict=True):
+        lines.append(",".join(f"{value:.12g}" for value in row))
+    return "\n".join(lines) + "\n"
+
+
+def _cell(name: str) -> str:
+    return '"' + name.replace('"', '""') + '"' if "," in name or '"' in name else name
+
+
+def read_reference(path: Path) -> Reference | None:
+    """Return the reference that an FMU holds; None if it holds none. Raises ValueError for a table that is wrong."""
+    with zipfile.ZipFile(path) as archive:
+        names = archive.namelist()
+        found = [n for n in names if n == OWN or (n.startswith(DRAFT) and n.endswith(".csv"))]
+        if not found:
+            return None
+        return parse_reference(found[0], archive.read(found[0]).decode("utf-8"))
+
+
+def parse_reference(file: str, text: str) -> Reference:
+    """Read a table. Raises ValueError."""
+    rows = [row for row in csv.reader(io.StringIO(text)) if row]
+    try:
+        values = np.array([[float(cell) for cell in row] for row in rows[1:]])
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+    if values.ndim != 2 or not rows or values.shape[1] != len(rows[0]):
+        raise ValueError(f"{file}: the rows are not as long as the head")
+    columns = {name.strip(): values[:, i] for i, name in enumerate(rows[0])}
+    time = columns.pop("time", None)
+    if time is None or np.any(np.diff(time) < 0):
+        raise ValueError(f"{file}: there is no column 'time' that rises")
+    return Reference(file, time, columns)
+
+
+def sizes(columns: Mapping[str, Array]) -> dict[str, float]:
+    """Return the largest value of each variable; what is zero but for rounding counts by the largest of all."""
+    largest = {name: float(np.max(np.abs(values), initial=0.0)) for name, values in columns.items()}
+    least = max(ZERO * max(largest.values(), default=0.0), 1e-300)
+    return {name: max(size, least) for name, size in largest.items()}
+
+
+def deviation(reference: Reference, time: Array, columns: Mapping[str, Array]) -> Deviation | None:
+    """Compare results with a reference at its times; None if they have nothing in common.
+
+    Rows of one time, which are both sides of an event, are left out: the other tool may be at either.
+    """
+    inside = (reference.time >= time[0]) & (reference.time <= time[-1]) & ~_jumps(reference.time)
+    scale = sizes(reference.columns)
+    worst = None
+    for name in reference.columns:
+        if name not in columns or not inside.any():
+            continue
+        found = np.interp(reference.time, time, columns[name])
+        error = np.where(inside, np.abs(found - reference.columns[name]) / scale[name], 0.0)
+        k = int(np.argmax(error))  # the first of those that are no numbers, if there are such
+        if worst is None or not error[k] <= worst.size:
+            worst = Deviation(float(error[k]), name, float(reference.time[k]))
+    return worst
+
+
+def _jumps(time: Array) -> npt.NDArray[np.bool_]:
+    """Mark rows whose time stands in several rows: both sides of an event."""
+    same = np.zeros(len(time), dtype=np.bool_)
+    same[1:] |= np.diff(time) == 0
+    same[:-1] |= np.diff(time) == 0
+    return same

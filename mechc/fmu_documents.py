@@ -1,0 +1,211 @@
+"""What an FMU tells people: a page with equations and variables, a picture, an icon, reference results."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import panels, plots
+from .lang.diagnostics import Reporter
+from .runtime.outcome import Outcome
+
+if TYPE_CHECKING:
+    from .api import Model
+    from .compiler.equations.model import Entry
+    from .runtime.problem import Array
+    from .solution import Solution
+
+ICON = "icon.png"
+ICON_SIZE = 128
+DOTS = 75
+"""Dots per inch of the pictures: legible, and no more bytes than the rest of the file."""
+ROWS = 201
+"""Rows of the reference results, evenly spaced."""
+LOOSE = 1e-6
+"""Tolerance that other tools may be expected to use."""
+TRUSTED = 1e-4
+"""The reference results end where a run at the loose tolerance differs by this, over the sizes of the variables."""
+NEAR = 1e-3
+"""Part of the run next to an event that the reference results leave out."""
+LARGEST_SYSTEM = 200
+"""Nodes of the equations beyond which they are not printed: SymPy takes seconds to tidy so many."""
+
+STYLE = (
+    "body{font-family:Georgia,serif;max-width:60em;margin:3em auto;padding:0 1em;color:#222}"
+    "h1,h2{font-weight:normal}h2{color:#555;border-bottom:1px solid #ddd}img{max-width:100%}"
+    "table{border-collapse:collapse}td,th{text-align:left;padding:.15em 1em .15em 0}"
+)
+
+
+def native_run(model: Model, experiment: str | None, stop: float, tolerance: float | None = None) -> Solution:
+    """Run the experiment that is exported. Raises CompileError (E0906) if it fails, SimulationError."""
+    from .runtime.build import find_compiler
+
+    solution = model.simulate(
+        experiment=experiment,
+        stop=stop,
+        tolerance=tolerance,
+        reproducible=True,
+        estimate_error=False,
+        target="c" if find_compiler() else "python",
+    )
+    if solution.outcome is Outcome.FAILED:
+        raise Reporter().fail(
+            "E0906",
+            f"the experiment to be exported fails: {solution.message}",
+            None,
+            help="an FMU holds the results of its default experiment; mend the model, or choose "
+            "another with --experiment NAME",
+        )
+    return solution
+
+
+def documents(model: Model, experiment: str | None, solution: Solution) -> dict[str, bytes]:
+    """Return the files by path in the FMU, and ``ICON``, whose place depends on the version."""
+    return {
+        "documentation/index.html": page(model, solution).encode(),
+        "documentation/diagram.png": _png(plots.figure(solution)),
+        "documentation/reference.csv": reference(model, experiment, solution).encode(),
+        ICON: _png(icon(solution)),
+    }
+
+
+def placed(files: Mapping[str, bytes], fmi: int) -> dict[str, bytes]:
+    """Return the files with the icon where the version of FMI wants it."""
+    place = "model.png" if fmi == 2 else "terminalsAndIcons/icon.png"
+    return {place if name == ICON else name: data for name, data in files.items()}
+
+
+def page(model: Model, solution: Solution) -> str:
+    """Return a page with the picture, the equations of motion and the variables."""
+    equations = model.compilation.equations
+    values = dict(solution.parameters)
+    parts = [
+        "<!DOCTYPE html>",
+        f'<html lang="en"><head><meta charset="utf-8"><title>{escape(model.name)}</title>',
+        f"<style>{STYLE}</style></head><body>",
+        f"<h1>{escape(model.name)}</h1>",
+        f"<p>{escape(' '.join(model.doc.split()))}</p>" if model.doc else "",
+        '<p><img src="diagram.png" alt="the motion of the default experiment"></p>',
+        *_equations(model),
+        *_table("Coordinates, velocities and other states", equations.states, {}),
+        *_table("Inputs", equations.inputs, {}),
+        *_table("Parameters", equations.parameters, values),
+        *_table("Outputs", equations.outputs, {}),
+        "<h2>Reference results</h2>",
+        f'<p><a href="reference.csv">reference.csv</a> holds the default experiment: {_extent(solution)}. Names are '
+        "those of the model description, numbers are in the units given there.</p>",
+        "</body></html>",
+    ]
+    return "\n".join(part for part in parts if part) + "\n"
+
+
+def _extent(solution: Solution) -> str:
+    return (
+        f"{ROWS} times from {solution.time[0]:g} to {solution.time[-1]:g}, as far as a run at the tolerance {LOOSE:g} "
+        f"stays within {TRUSTED:g} of it, without the rows next to events"
+    )
+
+
+def _equations(model: Model) -> list[str]:
+    """Return the sections on the equations, or how to get them if they are long."""
+    from .compiler.symbolic.equations import write_equations
+
+    equations = model.compilation.equations
+    rhs = next(f for f in equations.functions if f.name == "rhs")
+    size = len(equations.graph.reach(rhs.outputs))
+    if size > LARGEST_SYSTEM:
+        return [
+            "<h2>Equations of motion</h2>",
+            f"<p>They have {size} terms and are not printed here; <code>mechc equations --format html</code> "
+            "writes them.</p>",
+        ]
+    text = write_equations(model.compilation.system, "html")
+    return [text[text.index("<h2>") : text.index("</body>")]]
+
+
+def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) -> list[str]:
+    """Return a table of quantities, with values where there are some; nothing if there are no entries."""
+    if not entries:
+        return []
+    value = "<th>value</th>" if values else ""
+    rows = [f"<h2>{title}</h2>", f"<table><tr><th>name</th>{value}<th>unit</th><th></th></tr>"]
+    for e in entries:
+        cell = f"<td>{values[e.name]:.10g}</td>" if e.name in values else "<td></td>" if values else ""
+        doc = escape(" ".join(e.doc.split()))
+        rows.append(f"<tr><td>{escape(e.name)}</td>{cell}<td>{escape(e.unit or '1')}</td><td>{doc}</td></tr>")
+    return [*rows, "</table>"]
+
+
+def reference(model: Model, experiment: str | None, solution: Solution) -> str:
+    """Return the reference results: states and outputs at even times, as long as they can be trusted."""
+    from .compiler.targets.fmu.reference import write_reference
+
+    begin, stop = float(solution.time[0]), float(solution.time[-1])
+    time = np.linspace(begin, stop, ROWS) if stop > begin else solution.time[:1]
+    entries = (*solution.problem.states, *solution.problem.outputs)
+    found = solution(time)
+    columns = {q.name: found[q.name] for q in entries}
+    keep = _away_from_events(time, solution)
+    if stop > begin:
+        keep &= time <= _horizon(model, experiment, solution, time, columns)
+    return write_reference(time[keep], {name: values[keep] for name, values in columns.items()})
+
+
+def _away_from_events(time: Array, solution: Solution) -> Any:
+    """Mark the times that no event is near to, where one tool has it before and another one after the row."""
+    keep = np.ones(len(time), dtype=np.bool_)
+    for event in solution.events:
+        keep &= np.abs(time - event.time) > NEAR * (time[-1] - time[0])
+    return keep
+
+
+def _horizon(
+    model: Model, experiment: str | None, solution: Solution, time: Array, columns: Mapping[str, Array]
+) -> float:
+    """Return the time up to which a run at a loose tolerance follows."""
+    from .compiler.targets.fmu.reference import sizes
+
+    loose = native_run(model, experiment, float(time[-1]), tolerance=LOOSE)
+    early = time[time <= loose.time[-1]]
+    values = loose(early)
+    states = {q.name: columns[q.name] for q in solution.problem.states}
+    far = np.zeros(len(early), dtype=np.bool_)
+    for name, size in sizes(states).items():
+        far |= ~(np.abs(values[name] - states[name][: len(early)]) <= TRUSTED * size)
+    return float(early[max(int(np.argmax(far)) - 1, 0)] if far.any() else early[-1])
+
+
+def icon(solution: Solution) -> Any:
+    """Draw the first panel of the picture small and without words."""
+    from matplotlib.figure import Figure
+
+    drawn = Figure(figsize=(ICON_SIZE / DOTS, ICON_SIZE / DOTS))
+    axes = drawn.add_axes((0.06, 0.06, 0.88, 0.88))
+    axes.set_axis_off()
+    for k, (x, y) in enumerate(_strokes(solution)):
+        axes.plot(x, y, color=plots.COLOURS[k % len(plots.COLOURS)], linewidth=1.6)
+    return drawn
+
+
+def _strokes(solution: Solution) -> list[tuple[Array, Array]]:
+    """Return the paths of points in the plane if there are some, else coordinates over time."""
+    problem = solution.problem
+    names = panels.point_names([q for q in problem.outputs if q.kind == "output"])
+    paths = [(solution[f"{n}[1]"], solution[f"{n}[{size}]"]) for n, size in names.items()]
+    moving = [(x, y) for x, y in paths if np.ptp(x) + np.ptp(y) > 0]
+    if moving:
+        return moving[:4]
+    shown = [q.name for q in problem.states if q.kind in ("coordinate", "state")][:4]
+    return [(solution.time, solution[name] / (np.max(np.abs(solution[name])) or 1.0)) for name in shown]
+
+
+def _png(drawn: Any) -> bytes:
+    """Return the bytes of a picture, without the version of the program that drew it."""
+    memory = io.BytesIO()
+    drawn.savefig(memory, format="png", dpi=DOTS, metadata={"Software": None})
+    return memory.getvalue()
