@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..graph import Graph, Node
 from ..graph.differentiate import jacobian
-from ..graph.evaluate import evaluate
+from ..graph.evaluate import Tape, evaluate
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
 
@@ -92,19 +92,27 @@ def _assembled(
     entries = jacobian(graph, [row.rate for row in located], velocities)
     flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
     shape = (len(located), len(velocities))
+    constraints = Tape(graph, [*residuals, *(n for *_, n in flat)], values)
+    motion = Tape(graph, system.qdot, {**values, **dict.fromkeys(velocities, 0.0)})
     before = np.inf
     for _ in range(60):
-        phi = np.array(evaluate(graph, residuals, values))
+        found = constraints(values)
+        phi = np.array([found[n] for n in residuals])
         size = float(np.abs(phi).max())
         if not np.isfinite(size) or size < 1e-13 or (size < 1e-9 and size > 0.5 * before):
             break  # on the constraints, or as close as rounding allows
         before = size
-        step = -_least_change(_matrix(graph, flat, shape, values), phi)
+        matrix = np.zeros(shape)
+        for i, j, n in flat:
+            matrix[i, j] = found[n]
+        step = -_least_change(matrix, phi)
         length = float(np.abs(step).max())
         step *= min(1.0, 0.5 / length) if length > 0 else 1.0
         moved = dict(values) | dict(zip(velocities, step, strict=True))
-        rates = evaluate(graph, list(system.qdot), moved)
-        values = values | {s.node: values[s.node] + r for s, r in zip(system.q, rates, strict=True)}
+        rates = motion(moved)
+        values = values | {
+            s.node: values[s.node] + rates[r] for s, r in zip(system.q, system.qdot, strict=True)
+        }
         values |= _normalised(system, values)
     return values
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from ..flat.model import Kind
 from ..graph import Node
 from ..graph.differentiate import jacobian
-from ..graph.evaluate import evaluate
+from ..graph.evaluate import Tape, evaluate
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
 
@@ -78,6 +78,7 @@ class _Walk:
         self.outputs += [graph.zero if row.position is None else row.position for row in rows]
         kinds = [system.v[i].variable.type for i in free]
         self.turning = np.array([kind.angle or kind.kind is Kind.ROTATION for kind in kinds])
+        self.tape = Tape(graph, self.outputs, self.values)
         self.steps = min(STEPS, WORK // max(1, graph.count_operations(self.outputs)))
 
     def meets_singular_position(self) -> bool:
@@ -115,7 +116,8 @@ class _Walk:
 
     def _step(self, direction: Array | None, length: float) -> tuple[float, Array]:
         """Go on and return the ratio of singular values where the step began, and the direction taken."""
-        numbers = evaluate(self.system.graph, self.outputs, self.values)
+        found = self.tape(self.values)
+        numbers = [found[n] for n in self.outputs]
         count = len(self.velocities)
         matrix = np.zeros((len(self.rows), count))
         for (i, j), value in zip(self.places, numbers, strict=False):

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -43,23 +44,46 @@ def evaluate_all(
     graph: Graph, outputs: Iterable[Node], environment: Mapping[Node, Any], numbers: Numbers | None = None
 ) -> dict[Node, Any]:
     """Return the values of the outputs, of all that they depend on, and of the environment."""
-    numbers = numbers or FLOATS
-    functions = numbers.functions
-    values: dict[Node, Any] = dict(environment)
-    if numbers is FLOATS:  # NumPy's scalars would warn, and know no difference of truth values
-        values = {n: float(value) for n, value in environment.items()}
-    for n in graph.reach(outputs, environment):
-        code = graph.op(n)
-        if code == ops.CONST:
-            values[n] = numbers.constant(graph.value(n))
-        elif code == ops.SYMBOL:
-            raise KeyError(graph.name(n))
-        elif code == ops.LOOKUP:
-            index, order = graph.table_of(n)
-            values[n] = numbers.interpolate(graph.tables[index], values[graph.args(n)[0]], order)
-        else:
-            values[n] = functions[code](*[values[a] for a in graph.args(n)])
-    return values
+    return Tape(graph, outputs, environment, numbers)(environment)
+
+
+class Tape:
+    """The steps that lead from known nodes to outputs, found once and played for many values."""
+
+    def __init__(
+        self, graph: Graph, outputs: Iterable[Node], known: Iterable[Node], numbers: Numbers | None = None
+    ) -> None:
+        """Raises KeyError for a symbol that is not among the known nodes."""
+        numbers = numbers or FLOATS
+        self._exact = numbers is not FLOATS
+        self._constants: dict[Node, Any] = {}
+        self._steps: list[tuple[Node, Callable[..., Any], tuple[Node, ...]]] = []
+        for n in graph.reach(outputs, known):
+            code = graph.op(n)
+            if code == ops.CONST:
+                self._constants[n] = numbers.constant(graph.value(n))
+            elif code == ops.SYMBOL:
+                raise KeyError(graph.name(n))
+            elif code == ops.LOOKUP:
+                index, order = graph.table_of(n)
+                look_up = partial(_look_up, numbers.interpolate, graph.tables[index], order)
+                self._steps.append((n, look_up, graph.args(n)[:1]))
+            else:
+                self._steps.append((n, numbers.functions[code], graph.args(n)))
+
+    def __call__(self, environment: Mapping[Node, Any]) -> dict[Node, Any]:
+        """Return the values of the environment, of the outputs, and of all between them."""
+        values = dict(environment)
+        if not self._exact:  # NumPy's scalars would warn, and know no difference of truth values
+            values = {n: float(value) for n, value in environment.items()}
+        values |= self._constants
+        for n, function, arguments in self._steps:
+            values[n] = function(*[values[a] for a in arguments])
+        return values
+
+
+def _look_up(interpolate: Callable[[Table, Any, int], Any], table: Table, order: int, x: Any) -> Any:
+    return interpolate(table, x, order)
 
 
 def _or_nan(f: Callable[..., float]) -> Callable[..., float]:

@@ -81,7 +81,7 @@ def _culprit(system: MechanicalSystem, value: Expression | None, known: set[Node
     if value is None or (isinstance(value, Literal) and isinstance(value.value, str)):
         return None
     found = system.lowering.value(value)
-    nodes = () if isinstance(found, Placement) else elements(found)
+    nodes = () if isinstance(found, Placement) else tuple(elements(found))
     return _unknown(system.graph, nodes, known)
 
 
