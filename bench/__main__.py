@@ -8,6 +8,7 @@ from importlib import import_module
 PAGES = (
     "forming",
     "constraints",
+    "four_bar",
     "evaluation",
     "kernel",
     "startup",
