@@ -16,6 +16,9 @@ from .energies import Energies
 from .model import Entry, Slot
 
 
+_TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
+
+
 @dataclass(frozen=True, slots=True)
 class Layout:
     """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``accounts``:
@@ -146,6 +149,7 @@ def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entr
         variable.doc,
         variable.origin.span,
         attributes.options.get("interpolation", "linear"),
+        _TYPES.get(variable.type.kind, "real"),
     )
 
 

@@ -32,7 +32,7 @@ class Entry:
 
     ``unit`` is the SI unit as text (``""`` for a pure number), ``display`` the unit to show it in.
     ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
-    (the closed solution of what its name says), energy, momentum.
+    (the closed solution of what its name says), energy, momentum. ``type``: real, integer or boolean.
     """
 
     name: str
@@ -45,6 +45,7 @@ class Entry:
     doc: str = ""
     span: Span | None = None
     interpolation: str = "linear"
+    type: str = "real"
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
 from mechc.runtime.functions import load_functions
 from mechc.runtime.problem import Array
-from mechc.runtime.solver import Solver
+from mechc.runtime.solver import FIRST_EVENTS, Solver
 
 from .driver import co_simulation
 from .export import Package
@@ -81,7 +81,10 @@ def _check_motion(path: Path, made: Made) -> None:
 
 
 def native_points(start: Start, method: str, count: int) -> tuple[Array, float, Array]:
-    """Return times, their spacing, and the states of the native run, made to stop at each of the times."""
+    """Return times, their spacing, and the states of the native run, made to stop at each of the times.
+
+    Where the model ends the run, that is the last time.
+    """
     case = start.case
     step = (case.stop - case.begin) / count
     times = [case.begin]
@@ -94,11 +97,16 @@ def native_points(start: Start, method: str, count: int) -> tuple[Array, float, 
     ) as solver:
         for t in times[1:]:
             status = native.RUNNING
-            while status == native.RUNNING:
+            while status in (native.RUNNING, native.EVENTS_FULL):
+                if status == native.EVENTS_FULL:
+                    solver.start_events(FIRST_EVENTS)
                 status = solver.advance(t, 10000)
-            if status != native.REACHED:
+            if status not in (native.REACHED, native.TERMINATED):
                 raise _failed(f"the native run it is compared with fails at time {solver.report()[0].t:g}")
             rows.append(solver.report()[1].copy())
+            if status == native.TERMINATED:
+                times[len(rows) - 1 :] = [solver.report()[0].t]
+                break
     return np.array(times), step, np.array(rows)
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Model, FMU2Slave
+from fmpy.fmi1 import FMICallException
+from fmpy.fmi2 import FMU2Model, FMU2Slave, fmi2Discard, fmi2Terminated
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from mechc.runtime.problem import Array
@@ -61,6 +62,20 @@ def numbers(fmu: Any, references: list[int]) -> list[float]:
     return [float(v) for v in found]
 
 
+def do_step(fmu: Any, begin: float, step: float) -> bool:
+    """Make a step; return whether the model has ended the simulation."""
+    if isinstance(fmu, FMU3Slave):
+        _, ended, _, _ = fmu.doStep(currentCommunicationPoint=begin, communicationStepSize=step)
+        return bool(ended)
+    try:
+        fmu.doStep(currentCommunicationPoint=begin, communicationStepSize=step)
+    except FMICallException as failure:
+        if failure.status == fmi2Discard and fmu.getBooleanStatus(fmi2Terminated):
+            return True
+        raise
+    return False
+
+
 def co_simulation(path: Path, times: Array, step: float) -> Array:
     """Return the states at the given times, with a step of size ``step`` from each to the next."""
     description = fmpy.read_model_description(str(path))
@@ -69,7 +84,9 @@ def co_simulation(path: Path, times: Array, step: float) -> Array:
         initialise(fmu, float(times[0]))
         rows = [numbers(fmu, states)]
         for begin in times[:-1]:
-            fmu.doStep(currentCommunicationPoint=float(begin), communicationStepSize=step)
+            ended = do_step(fmu, float(begin), step)
             rows.append(numbers(fmu, states))
+            if ended:
+                break
         fmu.terminate()
     return np.array(rows)

@@ -84,11 +84,6 @@ def make_package(
     """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
     by path; ``keep_all`` packs the whole kernel. Raises CompileError, ExportError, BuildError, CompilerMissing."""
     identifier = checked_identifier(equations.name)
-    if any(e.kind != "seed" for e in equations.discretes):
-        raise ExportError(
-            "models with discrete variables cannot be exported as an FMU yet: "
-            f"'{equations.discretes[0].name}' is one"
-        )
     independent = settable_parameters(equations, start.given_parameters)
     extended = with_sensitivities(equations, independent)
     program = lower(extended)
@@ -116,7 +111,9 @@ def make_package(
         tolerance=case.tolerance,
         step=(case.stop - case.begin) / 500,
         sources=tuple(name for name in texts if name.endswith(".c")),
-        needs_completed_step=bool(program.constraints or program.rotations or program.assertions),
+        needs_completed_step=bool(
+            program.constraints or program.rotations or program.assertions or program.hybrid
+        ),
     )
     headers = standard_headers(fmi)
     description = xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table)

@@ -19,6 +19,7 @@ CATEGORIES = {
     "logStatusDiscard": "steps that must be repeated with a smaller step size",
     "logStatusError": "errors",
     "logStatusFatal": "fatal errors",
+    "logEvents": "messages of events, such as the one that ends a simulation",
 }
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ...program.model import Program
 from ..c import emit_c
 from .variables import Start, Table
+
+_TYPES = ("real", "integer", "boolean")
+"""In the order of ``fmu_type``."""
 
 METHOD_PARTS = {"auto": ("auto", "dop853", "radau5")}
 """Methods that consist of others."""
@@ -45,11 +48,12 @@ def sources(
     folder = Path(mechc.runtime.__file__).parent / "kernel"
     kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
     glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
-    del glue[f"fmi{5 - fmi}.c"]
+    glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
     if not keep_all:
         kernel["methods.c"] = _methods(kernel["methods.c"], METHOD_PARTS.get(method, (method,)))
         if program.hybrid is None:
             kernel["events.c"] = _NO_EVENTS
+            del glue["fmi_events.c"]
     own = {
         "model.c": emit_c(program),
         "description.c": _description(program, start, table, token, method),
@@ -112,6 +116,7 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
     settable = set(table.settable_parameters)
     # an initial value that depends on nothing is its start value
     exact = {v.reference - 1 for v in table.variables if v.initial == "exact"}
+    discretes = [e for e in program.arrays["z"] if e.kind == "discrete"]
     given_y = [int(i in start.given_states or i in exact) for i in range(ny)]
     signature = "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z, const mech_real *p"
     lines = [
@@ -130,9 +135,12 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         _numbers("unsigned char", "p_given", [int(i in start.given_parameters) for i in range(n_p)]),
         _numbers("unsigned char", "p_settable", [int(i in settable) for i in range(n_p)]),
         _numbers("unsigned char", "y_settable", [1] * ny),
+        _numbers("unsigned char", "z_type", [_TYPES.index(e.type) for e in discretes]),
+        _numbers("int", "indicators", table.zero_crossings),
         "static const char *const assertions[] = {",
         *(f"    {_string(a.message)}," for a in program.assertions),
         "    NULL};",
+        *_events(program),
         "",
         "const fmu_description mech_fmu_description = {",
         f"    .token = {_string(token)},",
@@ -143,15 +151,47 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         f"    .dt = {case.step or 0.0!r},",
         f"    .nz = {len(program.arrays['z']) - n_seeds},",
         f"    .n_seeds = {n_seeds},",
+<<<<<<< /tmp/tmpjbgngc8a/a
+        f"    .n_discrete = {len(discretes)}, .z_type = z_type,",
+        f"    .n_indicators = {len(table.zero_crossings)}, .indicators = indicators,",
+        "    .nominal = nominal, .y = y0, .u = u0, .p = p0,",
+=======
         "    .nominal = nominal, .y = start_y, .u = start_u, .p = start_p,",
+>>>>>>> /tmp/tmpjbgngc8a/c
         "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",
         "    .p_settable = p_settable, .y_settable = y_settable,",
         f"    .initial_is_free = {int(table.free_initial)},",
+        f"    .inputs_move = {int(table.inputs_move)},",
         "    .assertions = assertions,",
+        *(
+            ["    .branches = branches, .ends = ends, .rows = rows, .checks = checks,"]
+            if program.hybrid
+            else []
+        ),
+        f"    .events = {'&fmu_events_of_models' if program.hybrid else 'NULL'},",
         "    .tangent = tangent, .adjoint = adjoint,",
         "};",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _events(program: Program) -> Iterator[str]:
+    """Yield the names and messages of what happens at events."""
+    plan = program.hybrid
+    if plan is None:
+        return
+    for k, branch in enumerate(plan.branches):
+        yield _texts(f"checks_{k}", [c.message for c in branch.checks])
+    checks = ", ".join(f"checks_{k}" for k in range(len(plan.branches))) or "NULL"
+    yield f"static const char *const *const checks[] = {{{checks}}};"
+    yield _texts("branches", [b.text for b in plan.branches])
+    yield _texts("ends", [b.message for b in plan.branches])
+    yield _texts("rows", [r.name for r in plan.rows])
+
+
+def _texts(name: str, texts: Iterable[str | None]) -> str:
+    written = ", ".join("NULL" if t is None else _string(" ".join(t.split())) for t in texts) or "NULL"
+    return f"static const char *const {name}[] = {{{written}}};"
 
 
 def _numbers(kind: str, name: str, values: Iterable[float]) -> str:

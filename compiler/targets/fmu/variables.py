@@ -39,6 +39,8 @@ class Variable:
     derivative: int = 0
     depends: frozenset[int] | None = None
     initially: frozenset[int] | None = None
+    reinit: bool = False
+    """A state that events or projections change."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +52,12 @@ class Table:
     outputs: tuple[int, ...]
     initial_unknowns: tuple[int, ...]
     settable_parameters: tuple[int, ...]
+    indicators: tuple[int, ...]
+    """Positions of the event indicators in the list."""
+    zero_crossings: tuple[int, ...]
+    """For each of them, its place among the outputs of the function ``indicators``."""
+    inputs_move: bool
+    """An input that nobody sets depends on time."""
     free_initial: bool
     """Whether no initial value depends on other quantities."""
 
@@ -82,9 +90,14 @@ def settable_parameters(equations: Equations, given: Iterable[int]) -> tuple[int
 
 
 def variable_table(equations: Equations, start: Start) -> Table:
-    """Return the table; value references as in the C code: time, y, dy/dt, u, p, outputs."""
+    """Return the table; value references as in the C code: time, y, dy/dt, u, p, outputs, discrete variables,
+    event indicators."""
     ny, nu, n_p = len(equations.states), len(equations.inputs), len(equations.parameters)
+    discretes = shown_discretes(equations)
     base = {"t": 0, "y": 1, "dy": 1 + ny, "u": 1 + 2 * ny, "p": 1 + 2 * ny + nu, "out": 1 + 2 * ny + nu + n_p}
+    base["z"] = base["out"] + len(equations.outputs)
+    base["w"] = base["z"] + len(discretes)
+    jumps = bool(equations.hybrid or equations.rotations or equations.constraints)
     functions = {f.name: f for f in equations.functions}
     settable = settable_parameters(equations, start.given_parameters)
     symbols = {slot: n for n, slot in equations.layout.items()}
@@ -103,12 +116,23 @@ def variable_table(equations: Equations, start: Start) -> Table:
         start: float | None = None,
         nominal: float | None = None,
         derivative: int = 0,
+        reinit: bool = False,
     ) -> int:
         place[slot] = index = len(rows) + 1
         reference = base[slot.array] + slot.index
         rows.append(
             Variable(
-                index, reference, name, causality, variability, initial, entry, start, nominal, derivative
+                index,
+                reference,
+                name,
+                causality,
+                variability,
+                initial,
+                entry,
+                start,
+                nominal,
+                derivative,
+                reinit=reinit,
             )
         )
         return index
@@ -137,6 +161,7 @@ def variable_table(equations: Equations, start: Start) -> Table:
             initial="exact" if free[i] else "approx",
             start=float(start.case.y0[i]),
             nominal=float(start.nominal[i]),
+            reinit=jumps,
         )
     derivatives: list[int] = []
     for i, entry in enumerate(equations.states):
@@ -194,7 +219,36 @@ def variable_table(equations: Equations, start: Start) -> Table:
                 causality="output",
                 initial="calculated",
             )
-    return _finish(equations, rows, place, tuple(derivatives), settable, free, constrained)
+    for i, entry in enumerate(discretes):
+        add(
+            Slot("z", i),
+            entry,
+            names.new(entry.name),
+            causality="output",
+            variability="discrete",
+            initial="calculated",
+        )
+    crossings = moving_indicators(equations)
+    for i in range(len(crossings)):
+        name = names.new(f"event_indicator[{i + 1}]")
+        entry = Entry(name, "indicator", "", doc="an event is where it falls below zero")
+        add(Slot("w", i), entry, name, causality="local", initial="calculated")
+    table = _finish(equations, rows, place, tuple(derivatives), settable, free, constrained, start)
+    indicators = tuple(place[Slot("w", i)] for i in range(len(crossings)))
+    return replace(table, indicators=indicators, zero_crossings=crossings)
+
+
+def shown_discretes(equations: Equations) -> tuple[Entry, ...]:
+    """Return the discrete variables of the user, which stand first in z."""
+    return tuple(e for e in equations.discretes if e.kind == "discrete")
+
+
+def moving_indicators(equations: Equations) -> tuple[int, ...]:
+    """Return the places of the event indicators that are not constant."""
+    found = [f.outputs for f in equations.functions if f.name == "indicators"]
+    return tuple(
+        k for outputs in found for k, node in enumerate(outputs) if not equations.graph.is_constant(node)
+    )
 
 
 def _finish(
@@ -205,6 +259,7 @@ def _finish(
     settable: tuple[int, ...],
     free: list[bool],
     constrained: bool,
+    start: Start,
 ) -> Table:
     """Add what each unknown depends on."""
     functions = {f.name: f for f in equations.functions}
@@ -257,7 +312,16 @@ def _finish(
         if v.causality == "calculatedParameter"
         or (v.index in wanted and v.initial in ("calculated", "approx"))
     )
-    return Table(variables, derivatives, outputs, unknowns, settable, all(free))
+    return Table(variables, derivatives, outputs, unknowns, settable, (), (), _inputs_move(equations, start), all(free))
+
+
+def _inputs_move(equations: Equations, start: Start) -> bool:
+    time = {n for n, slot in equations.layout.items() if slot.array == "t"}
+    defaults = [n for f in equations.functions if f.name == "inputs" for n in f.outputs]
+    return any(
+        i not in start.given_inputs and bool(time & set(equations.graph.support(n)))
+        for i, n in enumerate(defaults)
+    )
 
 
 def _rate_unit(unit: str) -> str:

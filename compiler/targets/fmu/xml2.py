@@ -19,7 +19,7 @@ def write(identity: Identity, table: Table) -> str:
         generationTool=tool(),
         generationDateAndTime=DATE,
         variableNamingConvention="structured",
-        numberOfEventIndicators="0",
+        numberOfEventIndicators=str(len(table.indicators)),
     )
     if identity.doc.strip():
         root.set("description", first_line(identity.doc))
@@ -40,7 +40,13 @@ def write(identity: Identity, table: Table) -> str:
         _sources(element, identity)
     if "cs" in identity.kinds:
         element = SubElement(
-            root, "CoSimulation", {**common, "canHandleVariableCommunicationStepSize": "true"}
+            root,
+            "CoSimulation",
+            {
+                **common,
+                "canHandleVariableCommunicationStepSize": "true",
+                "maxOutputDerivativeOrder": "0" if table.inputs_move else "1",
+            },
         )
         _sources(element, identity)
     unit_definitions(root, [v.entry for v in table.variables])
@@ -57,7 +63,9 @@ def write(identity: Identity, table: Table) -> str:
     )
     variables = SubElement(root, "ModelVariables")
     for variable in table.variables:
-        _variable(variables, variable)
+        # event indicators are no variables in this version
+        if variable.index not in table.indicators:
+            _variable(variables, variable, "me" in identity.kinds)
     _structure(root, table)
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
@@ -78,7 +86,10 @@ def _sources(element: Element, identity: Identity) -> None:
         SubElement(files, "File", name=name)
 
 
-def _variable(parent: Element, variable: Variable) -> None:
+_ELEMENTS = {"real": "Real", "integer": "Integer", "boolean": "Boolean"}
+
+
+def _variable(parent: Element, variable: Variable, exchange: bool) -> None:
     entry = variable.entry
     attributes = {"name": variable.name, "valueReference": str(variable.reference)}
     if entry.doc.strip():
@@ -100,7 +111,9 @@ def _variable(parent: Element, variable: Variable) -> None:
         real["start"] = number(variable.start)
     if variable.derivative:
         real["derivative"] = str(variable.derivative)
-    SubElement(element, "Real", real)
+    if variable.reinit and exchange:
+        real["reinit"] = "true"
+    SubElement(element, _ELEMENTS[entry.type], real)
 
 
 def _structure(root: Element, table: Table) -> None:

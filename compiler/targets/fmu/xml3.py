@@ -40,6 +40,11 @@ def write(identity: Identity, table: Table) -> str:
             {
                 **common,
                 "canHandleVariableCommunicationStepSize": "true",
+                "maxOutputDerivativeOrder": "0" if table.inputs_move else "1",
+                "providesIntermediateUpdate": "true",
+                "mightReturnEarlyFromDoStep": "true",
+                "canReturnEarlyAfterIntermediateUpdate": "true",
+                "hasEventMode": "true",
             },
         )
     unit_definitions(root, [v.entry for v in table.variables])
@@ -64,6 +69,8 @@ def write(identity: Identity, table: Table) -> str:
         _unknown(structure, "ContinuousStateDerivative", table, k, table.at(k).depends)
     for k in table.initial_unknowns:
         _unknown(structure, "InitialUnknown", table, k, table.at(k).initially)
+    for k in table.indicators:
+        _unknown(structure, "EventIndicator", table, k, None)
     return _text(root)
 
 
@@ -81,6 +88,9 @@ def build_description(identity: Identity) -> str:
 def _text(root: Element) -> str:
     indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+
+
+_ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
 
 
 def _variable(parent: Element, variable: Variable, table: Table) -> None:
@@ -105,7 +115,9 @@ def _variable(parent: Element, variable: Variable, table: Table) -> None:
         attributes["start"] = number(variable.start)
     if variable.derivative:
         attributes["derivative"] = str(table.at(variable.derivative).reference)
-    SubElement(parent, "Float64", attributes)
+    if variable.reinit:
+        attributes["reinit"] = "true"
+    SubElement(parent, _ELEMENTS[entry.type], attributes)
 
 
 def _unknown(parent: Element, title: str, table: Table, index: int, depends: frozenset[int] | None) -> None:

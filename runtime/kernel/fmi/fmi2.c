@@ -86,7 +86,7 @@ fmi2Status fmi2Reset(fmi2Component c)
 fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Real value[])
 {
     CHECK(ANY, "fmi2GetReal");
-    return (fmi2Status)fmu_get(c, vr, n, value);
+    return (fmi2Status)fmu_get(c, FMU_REAL, vr, n, value);
 }
 
 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[])
@@ -95,7 +95,23 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
     return (fmi2Status)fmu_set(c, vr, n, value);
 }
 
-/* There are numbers only: a call for none is fine, any other is a mistake. */
+/* Integers and truth values are numbers inside. */
+#define GET(name, own, type)                                                                        \
+    fmi2Status name(fmi2Component c, const fmi2ValueReference vr[], size_t n, own value[])         \
+    {                                                                                               \
+        CHECK(ANY, #name);                                                                          \
+        int status = FMU_OK;                                                                        \
+        for (size_t k = 0; k < n && !status; k++) {                                                 \
+            mech_real number = 0;                                                                   \
+            status = fmu_get(c, type, vr + k, 1, &number);                                          \
+            value[k] = (own)number;                                                                 \
+        }                                                                                           \
+        return (fmi2Status)status;                                                                  \
+    }
+GET(fmi2GetInteger, fmi2Integer, FMU_INTEGER)
+GET(fmi2GetBoolean, fmi2Boolean, FMU_BOOLEAN)
+
+/* A call for none is fine, any other is a mistake. */
 #define NONE(name, arguments)                                                                       \
     fmi2Status name arguments                                                                       \
     {                                                                                               \
@@ -103,10 +119,8 @@ fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n,
         (void)value;                                                                                \
         CHECK(ANY, #name);                                                                          \
         if (!n) return fmi2OK;                                                                      \
-        return (fmi2Status)fmu_fail(c, FMU_ERROR, #name ": the model has no variable of this type"); \
+        return (fmi2Status)fmu_fail(c, FMU_ERROR, #name ": the model has no such variable");        \
     }
-NONE(fmi2GetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Integer value[]))
-NONE(fmi2GetBoolean, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2Boolean value[]))
 NONE(fmi2GetString, (fmi2Component c, const fmi2ValueReference vr[], size_t n, fmi2String value[]))
 NONE(fmi2SetInteger, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Integer value[]))
 NONE(fmi2SetBoolean, (fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Boolean value[]))
@@ -178,10 +192,14 @@ fmi2Status fmi2EnterEventMode(fmi2Component c)
 fmi2Status fmi2NewDiscreteStates(fmi2Component c, fmi2EventInfo *info)
 {
     CHECK(FMU_EVENT, "fmi2NewDiscreteStates");
-    int moved = 0;
-    const int status = fmu_update(c, &moved);
+    fmu_news news;
+    const int status = fmu_update(c, &news);
     memset(info, 0, sizeof *info);
-    info->valuesOfContinuousStatesChanged = moved;
+    info->newDiscreteStatesNeeded = news.again;
+    info->terminateSimulation = news.ends;
+    info->valuesOfContinuousStatesChanged = news.moved;
+    info->nextEventTimeDefined = mech_finite(news.next);
+    info->nextEventTime = info->nextEventTimeDefined ? news.next : 0;
     return (fmi2Status)status;
 }
 
@@ -224,9 +242,8 @@ fmi2Status fmi2GetDerivatives(fmi2Component c, fmi2Real dy[], size_t n)
 
 fmi2Status fmi2GetEventIndicators(fmi2Component c, fmi2Real z[], size_t n)
 {
-    (void)z;
     CHECK(SOME_TIME, "fmi2GetEventIndicators");
-    return n ? (fmi2Status)fmu_fail(c, FMU_ERROR, "the model has no event indicators") : fmi2OK;
+    return (fmi2Status)fmu_get_indicators(c, z, n);
 }
 
 fmi2Status fmi2GetContinuousStates(fmi2Component c, fmi2Real y[], size_t n)
@@ -259,11 +276,10 @@ fmi2Status fmi2SetRealInputDerivatives(fmi2Component c, const fmi2ValueReference
 fmi2Status fmi2GetRealOutputDerivatives(fmi2Component c, const fmi2ValueReference vr[], size_t n,
                                         const fmi2Integer order[], fmi2Real value[])
 {
-    (void)vr;
-    (void)order;
-    (void)value;
     CHECK(FMU_STEP | FMU_STEP_FAILED | FMU_TERMINATED, "fmi2GetRealOutputDerivatives");
-    return n ? (fmi2Status)fmu_fail(c, FMU_ERROR, "derivatives of outputs are not offered") : fmi2OK;
+    int status = FMU_OK;
+    for (size_t k = 0; k < n && !status; k++) status = fmu_output_derivative(c, vr[k], order[k], value + k);
+    return (fmi2Status)status;
 }
 
 fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_set)
@@ -271,8 +287,10 @@ fmi2Status fmi2DoStep(fmi2Component c, fmi2Real t, fmi2Real h, fmi2Boolean no_se
     (void)no_set;
     CHECK(FMU_STEP, "fmi2DoStep");
     fmu *f = c;
-    mech_real reached = t;
-    const int status = fmu_step(f, t, h, NULL, &reached);
+    fmu_news news;
+    int status = fmu_step(f, t, h, NULL, &news);
+    /* the end of the simulation is told as a step that was not finished */
+    if (!status && news.ends) status = fmu_fail(f, FMU_DISCARD, "the model has ended the simulation at time %g", f->st->t);
     if (status == FMU_DISCARD) f->st->mode = FMU_STEP_FAILED;
     return (fmi2Status)status;
 }
@@ -297,7 +315,7 @@ fmi2Status fmi2GetBooleanStatus(fmi2Component c, const fmi2StatusKind kind, fmi2
     CHECK(ANY, "fmi2GetBooleanStatus");
     if (kind != fmi2Terminated)
         return (fmi2Status)fmu_fail(c, FMU_DISCARD, "fmi2GetBooleanStatus knows the termination only");
-    *value = fmi2False;
+    *value = ((fmu *)c)->st->ended ? fmi2True : fmi2False;
     return fmi2OK;
 }
 

@@ -9,26 +9,22 @@
 enum { SOME_TIME = FMU_INITIALISATION | FMU_EVENT | FMU_CONTINUOUS | FMU_STEP | FMU_TERMINATED };
 enum { ANY = SOME_TIME | FMU_INSTANTIATED };
 
-/* What FMI 3 adds to the callbacks; kept in `update` behind the instance's life, not in its state. */
-typedef struct extras {
-    fmi3IntermediateUpdateCallback update;
-    int early_return, event_mode;
-} extras;
-
 #define CHECK(modes, name)                                                     \
     do {                                                                       \
         if (!c) return fmi3Error;                                              \
         if (fmu_allowed((fmu *)c, modes, name)) return fmi3Error;              \
     } while (0)
 
-typedef struct logger {
-    fmi3LogMessageCallback call;
-} logger;
+/* Pointers to functions do not fit into pointers to data. */
+typedef struct callbacks {
+    fmi3LogMessageCallback log;
+    fmi3IntermediateUpdateCallback update;
+} callbacks;
 
 static void tell(fmu *f, int status, const char *category, const char *message)
 {
-    const logger *l = f->callback;
-    if (l->call) l->call(f->environment, (fmi3Status)status, category, message);
+    const callbacks *own = f->callback;
+    if (own->log) own->log(f->environment, (fmi3Status)status, category, message);
 }
 
 const char *fmi3GetVersion(void) { return fmi3Version; }
@@ -39,23 +35,14 @@ fmi3Status fmi3SetDebugLogging(fmi3Instance c, fmi3Boolean on, size_t n, const f
     return (fmi3Status)fmu_set_categories(c, on, n, names);
 }
 
-static fmi3Instance create(fmi3String name, fmi3String token, int co_simulation, fmi3InstanceEnvironment environment,
-                           fmi3LogMessageCallback log, fmi3Boolean logging, extras more)
+static fmu *create(fmi3String name, fmi3String token, int co_simulation, fmi3InstanceEnvironment environment,
+                   fmi3Boolean logging, callbacks wanted)
 {
-    logger *l = malloc(sizeof *l);
-    extras *e = malloc(sizeof *e);
-    fmu *f = NULL;
-    if (l && e) {
-        l->call = log;
-        *e = more;
-        f = fmu_create(name, token, co_simulation, tell, environment, l, logging);
-    }
-    if (!f) {
-        free(l);
-        free(e);
-        return NULL;
-    }
-    f->update = e;
+    callbacks *own = malloc(sizeof *own);
+    if (!own) return NULL;
+    *own = wanted;
+    fmu *f = fmu_create(name, token, co_simulation, tell, environment, own, logging);
+    if (!f) free(own);
     return f;
 }
 
@@ -65,7 +52,7 @@ fmi3Instance fmi3InstantiateModelExchange(fmi3String name, fmi3String token, fmi
 {
     (void)resources;
     (void)visible;
-    return create(name, token, 0, environment, log, logging, (extras){NULL, 0, 0});
+    return create(name, token, 0, environment, logging, (callbacks){log, NULL});
 }
 
 fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3String resources,
@@ -78,25 +65,11 @@ fmi3Instance fmi3InstantiateCoSimulation(fmi3String name, fmi3String token, fmi3
     (void)visible;
     (void)required;
     (void)n_required;
-    return create(name, token, 1, environment, log, logging, (extras){update, early_return, event_mode});
-}
-
-fmi3Instance fmi3InstantiateScheduledExecution(fmi3String name, fmi3String token, fmi3String resources,
-                                               fmi3Boolean visible, fmi3Boolean logging,
-                                               fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
-                                               fmi3ClockUpdateCallback clock, fmi3LockPreemptionCallback lock,
-                                               fmi3UnlockPreemptionCallback unlock)
-{
-    (void)name;
-    (void)token;
-    (void)resources;
-    (void)visible;
-    (void)logging;
-    (void)clock;
-    (void)lock;
-    (void)unlock;
-    if (log) log(environment, fmi3Error, "logStatusError", "the FMU has no Scheduled Execution");
-    return NULL;
+    fmu *f = create(name, token, 1, environment, logging, (callbacks){log, update});
+    if (!f) return NULL;
+    f->early_return = early_return != 0;
+    f->event_mode = event_mode != 0;
+    return f;
 }
 
 void fmi3FreeInstance(fmi3Instance c)
@@ -104,7 +77,6 @@ void fmi3FreeInstance(fmi3Instance c)
     fmu *f = c;
     if (!f) return;
     free(f->callback);
-    free(f->update);
     fmu_destroy(f);
 }
 
@@ -126,17 +98,14 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)
 {
     CHECK(FMU_INITIALISATION, "fmi3ExitInitializationMode");
-    fmu *f = c;
-    const int status = fmu_exit_initialisation(f);
-    if (!status && f->is_co_simulation && ((const extras *)f->update)->event_mode) f->st->mode = FMU_EVENT;
-    return (fmi3Status)status;
+    return (fmi3Status)fmu_exit_initialisation(c);
 }
 
 fmi3Status fmi3EnterEventMode(fmi3Instance c)
 {
     CHECK(FMU_CONTINUOUS | FMU_STEP, "fmi3EnterEventMode");
     fmu *f = c;
-    if (f->is_co_simulation && !((const extras *)f->update)->event_mode)
+    if (f->is_co_simulation && !f->event_mode)
         return (fmi3Status)fmu_fail(f, FMU_ERROR, "the instance was made without event mode");
     f->st->mode = FMU_EVENT;
     return fmi3OK;
@@ -159,9 +128,9 @@ fmi3Status fmi3Reset(fmi3Instance c)
 fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3Float64 values[],
                           size_t n_values)
 {
-    CHECK(ANY, "fmi3GetFloat64");
+    CHECK(ANY | FMU_INTERMEDIATE, "fmi3GetFloat64");
     if (n_values != n) return (fmi3Status)fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each");
-    return (fmi3Status)fmu_get(c, vr, n, values);
+    return (fmi3Status)fmu_get(c, FMU_REAL, vr, n, values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
@@ -172,90 +141,41 @@ fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
     return (fmi3Status)fmu_set(c, vr, n, values);
 }
 
-static fmi3Status none(fmi3Instance c, size_t n, const char *name)
-{
-    CHECK(ANY, name);
-    return n ? (fmi3Status)fmu_fail(c, FMU_ERROR, "%s: the model has no variable of this type", name) : fmi3OK;
-}
-
-#define NO_TYPE(type)                                                                                         \
-    fmi3Status fmi3Get##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##type values[],    \
-                             size_t n_values)                                                                 \
-    {                                                                                                         \
-        (void)vr;                                                                                             \
-        (void)values;                                                                                         \
-        (void)n_values;                                                                                       \
-        return none(c, n, "fmi3Get" #type);                                                                   \
-    }                                                                                                         \
-    fmi3Status fmi3Set##type(fmi3Instance c, const fmi3ValueReference vr[], size_t n,                         \
-                             const fmi3##type values[], size_t n_values)                                      \
-    {                                                                                                         \
-        (void)vr;                                                                                             \
-        (void)values;                                                                                         \
-        (void)n_values;                                                                                       \
-        return none(c, n, "fmi3Set" #type);                                                                   \
+/* Integers and truth values are numbers inside. */
+#define TYPE(own, type)                                                                                      \
+    fmi3Status fmi3Get##own(fmi3Instance c, const fmi3ValueReference vr[], size_t n, fmi3##own values[],     \
+                            size_t n_values)                                                                 \
+    {                                                                                                        \
+        CHECK(ANY | FMU_INTERMEDIATE, "fmi3Get" #own);                                                       \
+        int status = FMU_OK;                                                                                 \
+        if (n_values != n) status = fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each"); \
+        for (size_t k = 0; k < n && !status; k++) {                                                          \
+            mech_real number = 0;                                                                            \
+            status = fmu_get(c, type, vr + k, 1, &number);                                                   \
+            values[k] = (fmi3##own)number;                                                                   \
+        }                                                                                                    \
+        return (fmi3Status)status;                                                                           \
+    }                                                                                                        \
+    fmi3Status fmi3Set##own(fmi3Instance c, const fmi3ValueReference vr[], size_t n,                         \
+                            const fmi3##own values[], size_t n_values)                                       \
+    {                                                                                                        \
+        (void)vr;                                                                                            \
+        (void)values;                                                                                        \
+        (void)n_values;                                                                                      \
+        CHECK(ANY, "fmi3Set" #own);                                                                          \
+        return n ? (fmi3Status)fmu_fail(c, FMU_ERROR, "no variable of this type can be set") : fmi3OK;       \
     }
-NO_TYPE(Float32)
-NO_TYPE(Int8)
-NO_TYPE(UInt8)
-NO_TYPE(Int16)
-NO_TYPE(UInt16)
-NO_TYPE(Int32)
-NO_TYPE(UInt32)
-NO_TYPE(Int64)
-NO_TYPE(UInt64)
-NO_TYPE(Boolean)
-NO_TYPE(String)
+TYPE(Int32, FMU_INTEGER)
+TYPE(Boolean, FMU_BOOLEAN)
 
-#define NO_CALL(name, arguments)            \
-    fmi3Status name arguments               \
-    {                                       \
-        return none(c, n, #name);           \
-    }
-#if defined(__GNUC__)
-#pragma GCC diagnostic ignored "-Wunused-parameter"
-#endif
-#define REFERENCES fmi3Instance c, const fmi3ValueReference vr[], size_t n
-NO_CALL(fmi3GetBinary, (REFERENCES, size_t sizes[], fmi3Binary values[], size_t n_values))
-NO_CALL(fmi3SetBinary, (REFERENCES, const size_t sizes[], const fmi3Binary values[], size_t n_values))
-NO_CALL(fmi3GetClock, (REFERENCES, fmi3Clock values[]))
-NO_CALL(fmi3SetClock, (REFERENCES, const fmi3Clock values[]))
-NO_CALL(fmi3GetIntervalDecimal, (REFERENCES, fmi3Float64 intervals[], fmi3IntervalQualifier qualifiers[]))
-NO_CALL(fmi3GetIntervalFraction,
-        (REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[], fmi3IntervalQualifier qualifiers[]))
-NO_CALL(fmi3GetShiftDecimal, (REFERENCES, fmi3Float64 shifts[]))
-NO_CALL(fmi3GetShiftFraction, (REFERENCES, fmi3UInt64 counters[], fmi3UInt64 resolutions[]))
-NO_CALL(fmi3SetIntervalDecimal, (REFERENCES, const fmi3Float64 intervals[]))
-NO_CALL(fmi3SetIntervalFraction, (REFERENCES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]))
-NO_CALL(fmi3SetShiftDecimal, (REFERENCES, const fmi3Float64 shifts[]))
-NO_CALL(fmi3SetShiftFraction, (REFERENCES, const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]))
-NO_CALL(fmi3GetOutputDerivatives, (REFERENCES, const fmi3Int32 orders[], fmi3Float64 values[], size_t n_values))
-
-static fmi3Status never(fmi3Instance c, const char *name)
+fmi3Status fmi3GetOutputDerivatives(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Int32 orders[],
+                                    fmi3Float64 values[], size_t n_values)
 {
-    if (!c) return fmi3Error;
-    return (fmi3Status)fmu_fail(c, FMU_ERROR, "%s is not offered by this FMU", name);
-}
-
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance c, fmi3ValueReference vr, size_t *n)
-{
-    return never(c, "fmi3GetNumberOfVariableDependencies");
-}
-
-fmi3Status fmi3GetVariableDependencies(fmi3Instance c, fmi3ValueReference dependent, size_t element_of_dependent[],
-                                       fmi3ValueReference independents[], size_t elements[],
-                                       fmi3DependencyKind kinds[], size_t n)
-{
-    return never(c, "fmi3GetVariableDependencies");
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance c) { return never(c, "fmi3EnterConfigurationMode"); }
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance c) { return never(c, "fmi3ExitConfigurationMode"); }
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance c) { return never(c, "fmi3EvaluateDiscreteStates"); }
-
-fmi3Status fmi3ActivateModelPartition(fmi3Instance c, fmi3ValueReference clock, fmi3Float64 t)
-{
-    return never(c, "fmi3ActivateModelPartition");
+    CHECK(FMU_STEP | FMU_INTERMEDIATE | FMU_TERMINATED, "fmi3GetOutputDerivatives");
+    int status = FMU_OK;
+    if (n_values != n) status = fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each");
+    for (size_t k = 0; k < n && !status; k++) status = fmu_output_derivative(c, vr[k], orders[k], values + k);
+    return (fmi3Status)status;
 }
 
 fmi3Status fmi3GetFMUState(fmi3Instance c, fmi3FMUState *state)
@@ -282,6 +202,7 @@ fmi3Status fmi3FreeFMUState(fmi3Instance c, fmi3FMUState *state)
 
 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance c, fmi3FMUState state, size_t *size)
 {
+    (void)state;
     CHECK(ANY, "fmi3SerializedFMUStateSize");
     *size = fmu_state_size(c);
     return fmi3OK;
@@ -307,7 +228,7 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                                         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
 {
-    CHECK(SOME_TIME, "fmi3GetDirectionalDerivative");
+    CHECK(SOME_TIME | FMU_INTERMEDIATE, "fmi3GetDirectionalDerivative");
     if (n_seed != n_knowns || n_sensitivity != n_unknowns)
         return (fmi3Status)fmu_fail(c, FMU_ERROR, "seeds belong to the knowns, sensitivities to the unknowns");
     return (fmi3Status)fmu_derivative(c, 0, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
@@ -317,7 +238,7 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     const fmi3ValueReference knowns[], size_t n_knowns, const fmi3Float64 seed[],
                                     size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
 {
-    CHECK(SOME_TIME, "fmi3GetAdjointDerivative");
+    CHECK(SOME_TIME | FMU_INTERMEDIATE, "fmi3GetAdjointDerivative");
     if (n_seed != n_unknowns || n_sensitivity != n_knowns)
         return (fmi3Status)fmu_fail(c, FMU_ERROR, "seeds belong to the unknowns, sensitivities to the knowns");
     return (fmi3Status)fmu_derivative(c, 1, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
@@ -328,11 +249,14 @@ fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Bool
                                     fmi3Float64 *next)
 {
     CHECK(FMU_EVENT, "fmi3UpdateDiscreteStates");
-    int moved = 0;
-    const int status = fmu_update(c, &moved);
-    *again = *terminate = *nominals = *next_defined = fmi3False;
-    *values = moved != 0;
-    *next = 0;
+    fmu_news news;
+    const int status = fmu_update(c, &news);
+    *again = news.again != 0;
+    *terminate = news.ends != 0;
+    *nominals = fmi3False;
+    *values = news.moved != 0;
+    *next_defined = mech_finite(news.next) != 0;
+    *next = *next_defined ? news.next : 0;
     return (fmi3Status)status;
 }
 
@@ -350,6 +274,7 @@ fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance c)
 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance c, fmi3Boolean no_set, fmi3Boolean *event,
                                        fmi3Boolean *terminate)
 {
+    (void)no_set;
     CHECK(FMU_CONTINUOUS, "fmi3CompletedIntegratorStep");
     int wanted = 0;
     const int status = fmu_completed_step(c, &wanted);
@@ -379,7 +304,7 @@ fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance c, fmi3Float64 dy[], s
 fmi3Status fmi3GetEventIndicators(fmi3Instance c, fmi3Float64 z[], size_t n)
 {
     CHECK(SOME_TIME, "fmi3GetEventIndicators");
-    return n ? (fmi3Status)fmu_fail(c, FMU_ERROR, "the model has no event indicators") : fmi3OK;
+    return (fmi3Status)fmu_get_indicators(c, z, n);
 }
 
 fmi3Status fmi3GetContinuousStates(fmi3Instance c, fmi3Float64 y[], size_t n)
@@ -400,7 +325,7 @@ fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance c, fmi3Float64 nominal
 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance c, size_t *n)
 {
     CHECK(ANY, "fmi3GetNumberOfEventIndicators");
-    *n = 0;
+    *n = (size_t)((fmu *)c)->d->n_indicators;
     return fmi3OK;
 }
 
@@ -424,11 +349,13 @@ fmi3Status fmi3EnterStepMode(fmi3Instance c)
 
 static int ask(fmu *f, mech_real t, mech_real *until)
 {
-    const extras *e = f->update;
+    const callbacks *own = f->callback;
     fmi3Boolean wanted = fmi3False;
     fmi3Float64 when = t;
-    e->update(f->environment, t, fmi3False, fmi3True, fmi3True, e->early_return != 0, &wanted, &when);
-    if (!wanted || !e->early_return) return 0;
+    f->st->mode = FMU_INTERMEDIATE;
+    own->update(f->environment, t, fmi3False, fmi3True, fmi3True, f->early_return != 0, &wanted, &when);
+    f->st->mode = FMU_STEP;
+    if (!wanted || !f->early_return) return 0;
     *until = when;
     return 1;
 }
@@ -436,12 +363,14 @@ static int ask(fmu *f, mech_real t, mech_real *until)
 fmi3Status fmi3DoStep(fmi3Instance c, fmi3Float64 t, fmi3Float64 h, fmi3Boolean no_set, fmi3Boolean *event,
                       fmi3Boolean *terminate, fmi3Boolean *early, fmi3Float64 *last)
 {
+    (void)no_set;
     CHECK(FMU_STEP, "fmi3DoStep");
     fmu *f = c;
-    *event = *terminate = *early = fmi3False;
-    mech_real reached = t;
-    const int status = fmu_step(f, t, h, ((const extras *)f->update)->update ? ask : NULL, &reached);
-    *last = reached;
-    *early = !status && reached < t + h;
+    fmu_news news;
+    const int status = fmu_step(f, t, h, ((const callbacks *)f->callback)->update ? ask : NULL, &news);
+    *event = news.event != 0;
+    *terminate = news.ends != 0;
+    *last = news.reached;
+    *early = !status && news.reached < t + h;
     return (fmi3Status)status;
 }

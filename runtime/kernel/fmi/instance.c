@@ -7,7 +7,7 @@
 #include <string.h>
 
 const char *const fmu_categories[FMU_N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard", "logStatusError",
-                                                      "logStatusFatal"};
+                                                      "logStatusFatal", "logEvents"};
 
 int fmu_fail(fmu *f, int status, const char *format, ...)
 {
@@ -20,6 +20,12 @@ int fmu_fail(fmu *f, int status, const char *format, ...)
     if (f->log && (status >= FMU_ERROR || (f->logging && (f->categories >> (status - 1) & 1u))))
         f->log(f, status, fmu_categories[status - 1], text);
     return status;
+}
+
+void fmu_tell(fmu *f, int category, const char *message)
+{
+    if (f->log && f->logging && (f->categories >> category & 1u))
+        f->log(f, FMU_OK, fmu_categories[category], message);
 }
 
 int fmu_allowed(fmu *f, int modes, const char *function)
@@ -69,12 +75,13 @@ static int make_solver(fmu *f)
     o.tables = f->tables;
     f->s = mech_create(f->m, &o);
     if (!f->s) return 0;
-    f->saved = calloc(1, mech_save_size(f->s));
+    f->z = (mech_real *)f->s->o.z; /* of a model with events those of the solver */
+    f->saved = calloc(1, fmu_state_size(f));
     return f->saved != NULL;
 }
 
 /* Inputs that the importer has set are tables of one row, first in the list; all others follow the model. */
-static void list_tables(fmu *f)
+void fmu_list_tables(fmu *f)
 {
     int n = 0;
     for (int i = 0; i < f->m->nu; i++)
@@ -88,6 +95,16 @@ static void list_tables(fmu *f)
         }
     f->s->o.n_tables = n;
     f->st->n_driven = n;
+    for (int k = 0; k < n; k++) f->s->segments[k] = mech_segment(&f->tables[k], f->st->t);
+}
+
+/* Tolerance and times of the experiment, as the solver wants them. */
+void fmu_set_experiment(fmu *f)
+{
+    const fmu_state *st = f->st;
+    f->s->o.t0 = st->start;
+    f->s->o.rtol = st->tolerance;
+    f->s->o.dt_max = st->stop > st->start ? (st->stop - st->start) / 10 : 1;
 }
 
 void fmu_touch(fmu *f)
@@ -106,6 +123,7 @@ void fmu_reset(fmu *f)
     f->st->stop = d->stop;
     f->st->tolerance = d->tolerance;
     f->st->stale_parameters = f->st->stale_initial = f->st->stale_inputs = 1;
+    f->st->next = (mech_real)INFINITY;
     fmu_touch(f);
     for (int i = 0; i < m->np; i++) {
         f->p_set[i] = d->p_given[i];
@@ -127,8 +145,8 @@ void fmu_reset(fmu *f)
         f->s->run->report.method = mech_method_index(f->s->method->name);
         f->s->run->report.failed_index = -1;
         f->s->run->report.stiff_time = f->s->run->report.switch_time = (mech_real)NAN;
-        f->s->o.rtol = d->tolerance;
-        list_tables(f);
+        fmu_set_experiment(f);
+        fmu_list_tables(f);
     }
     f->st->solver_stale = 1;
 }
@@ -166,7 +184,9 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     f->st = calloc(1, f->size);
     f->tables = calloc((size_t)m->nu + 1, sizeof *f->tables);
     const int widest = ny + m->nu + 1 + m->np + m->n_outputs;
-    f->scratch = calloc((size_t)(widest + m->n_assertions + m->nz), sizeof *f->scratch);
+    const int own = widest + m->n_assertions + m->nz;
+    f->scratch = calloc((size_t)(own + (m->hybrid ? m->hybrid->n_switches + m->hybrid->n_rows : 0)), sizeof *f->scratch);
+    f->w = f->scratch ? f->scratch + own : NULL;
     if (!f->name || !f->st || !f->tables || !f->scratch) {
         fmu_destroy(f);
         return NULL;
@@ -231,104 +251,7 @@ int fmu_load(fmu *f, const void *state)
     if (!state) return fmu_fail(f, FMU_ERROR, "no state is given");
     memcpy(f->st, state, f->size);
     mech_load(f->s, (const char *)state + f->size);
-    f->s->o.rtol = f->st->tolerance;
-    f->s->o.dt_max = f->st->stop > f->st->start ? (f->st->stop - f->st->start) / 10 : 1;
-    list_tables(f);
-    return FMU_OK;
-}
-
-int fmu_enter_initialisation(fmu *f)
-{
-    fmu_state *st = f->st;
-    st->t = st->last_step_end = st->start;
-    st->mode = FMU_INITIALISATION;
-    st->stale_inputs = st->stale_initial = 1;
-    fmu_touch(f);
-    if (st->tolerance_defined && st->tolerance > 0)
-        for (int i = 0; i < f->ny; i++) f->atol[i] = st->tolerance * f->d->nominal[i];
-    else
-        st->tolerance = f->d->tolerance;
-    f->s->o.rtol = st->tolerance;
-    f->s->o.dt_max = st->stop > st->start ? (st->stop - st->start) / 10 : 1;
-    return FMU_OK;
-}
-
-int fmu_exit_initialisation(fmu *f)
-{
-    int status = fmu_refresh_initial(f);
-    if (!status) status = fmu_refresh_rates(f);
-    if (!status) status = fmu_refresh_outputs(f);
-    if (status) return status;
-    for (int i = 0; i < f->m->n_assertions && i == 0; i++) {
-        mech_real *holds = f->scratch;
-        f->m->assertions(f->st->t, f->y, f->u, f->z, f->p, holds);
-        for (int k = 0; k < f->m->n_assertions; k++)
-            if (!(holds[k] > 0.5)) return fmu_fail(f, FMU_ERROR, "%s", f->d->assertions[k]);
-    }
-    list_tables(f);
-    f->st->solver_stale = 1;
-    f->st->mode = f->is_co_simulation ? FMU_STEP : FMU_EVENT;
-    return FMU_OK;
-}
-
-int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_real t, mech_real *until),
-             mech_real *reached)
-{
-    fmu_state *st = f->st;
-    mech_solver *s = f->s;
-    *reached = st->t;
-    const mech_real size = mech_max(1, mech_abs(t));
-    if (!(mech_abs(t - st->t) <= 1e-9 * size))
-        return fmu_fail(f, FMU_ERROR, "the step begins at %.17g, the FMU stands at %.17g", t, st->t);
-    if (!(h > 0) || !mech_finite(h)) return fmu_fail(f, FMU_ERROR, "the step size %g is not positive", h);
-    const mech_real given_end = t + h;
-    mech_real end = given_end;
-    if (st->stop_defined && end > st->stop + 1e-9 * mech_max(1, mech_abs(st->stop)))
-        return fmu_fail(f, FMU_ERROR, "the step to %.17g goes beyond the stop time %.17g", end, st->stop);
-    int status = fmu_refresh_parameters(f);
-    if (status) return status;
-    const mech_real old_t = st->t;
-    mech_save(s, f->saved);
-    if (st->solver_stale) {
-        list_tables(f);
-        s->run->report.t = s->run->origin = st->t;
-        if (f->m->n_velocity && mech_project(s, st->t, f->y))
-            return fmu_fail(f, FMU_DISCARD, "at time %g the constraints cannot be met", st->t);
-        mech_write(s, f->y);
-    }
-    int outcome;
-    do {
-        outcome = mech_advance(s, end, stop_asked ? 1 : 1000);
-        if (stop_asked && (outcome == MECH_RUNNING || outcome == MECH_REACHED)) {
-            memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
-            st->t = s->run->report.t;
-            st->stale_inputs = 1;
-            fmu_touch(f);
-            mech_real until = end;
-            if (stop_asked(f, st->t, &until)) {
-                if (until <= st->t) break;
-                end = mech_min(end, until);
-            }
-        }
-    } while (outcome == MECH_RUNNING);
-    if (outcome < 0) {
-        const int i = s->run->report.failed_index;
-        const mech_real at = s->run->report.t;
-        mech_load(s, f->saved);
-        st->t = old_t;
-        if (stop_asked) memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
-        if (outcome == MECH_ASSERTION) return fmu_fail(f, FMU_ERROR, "at time %g: %s", at, f->d->assertions[i]);
-        return fmu_fail(f, FMU_DISCARD, "the step cannot be made: at time %g %s", at,
-                        outcome == MECH_NOT_FINITE         ? "a derivative is not finite"
-                        : outcome == MECH_OFF_CONSTRAINTS  ? "the constraints cannot be met"
-                        : outcome == MECH_NOT_CONVERGED    ? "an implicit step did not converge"
-                        : outcome == MECH_STEP_TOO_SMALL   ? "the error bound cannot be met with any step size"
-                                                           : "the method does not fit the model");
-    }
-    memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
-    st->t = st->last_step_end = *reached = s->run->report.t;
-    st->solver_stale = 0;
-    st->stale_inputs = 1;
-    fmu_touch(f);
+    fmu_set_experiment(f);
+    fmu_list_tables(f);
     return FMU_OK;
 }

@@ -2,10 +2,13 @@
  *
  *  1. Everything that changes lies in one block (fmu_state and the arrays behind it) and in the block of the
  *     solver, so that both can be copied out and back bit for bit.
- *  2. Value references: 0 is the time, then y, dy/dt, u, p and the outputs follow in the order of the model.
+ *  2. Value references: 0 is the time, then y, dy/dt, u, p and the outputs follow in the order of the model, then
+ *     the discrete variables of the user, and the event indicators.
  *  3. Nothing is allocated between fmu_create and fmu_destroy but states that the importer asks for.
  *  4. The numbers of the statuses are those of FMI 2 and FMI 3.
  *  5. The seeds of derivatives are passed behind the discrete variables in z.
+ *  6. A model with events shares z with its solver, whose modes are the only ones. What events need is reached
+ *     through `events` of the description alone, so that other models do without (fmi_events.c).
  */
 #ifndef MECH_FMI_INSTANCE_H
 #define MECH_FMI_INSTANCE_H
@@ -24,23 +27,59 @@ enum fmu_mode {
     FMU_CONTINUOUS = 8,
     FMU_STEP = 16,
     FMU_STEP_FAILED = 32,
-    FMU_TERMINATED = 64
+    FMU_TERMINATED = 64,
+    FMU_INTERMEDIATE = 128 /* inside the callback of a step */
 };
+
+enum fmu_type { FMU_REAL = 0, FMU_INTEGER = 1, FMU_BOOLEAN = 2 };
+
+typedef struct fmu fmu;
+
+/* What one pass of event mode, or a step, tells the importer. */
+typedef struct fmu_news {
+    int moved;       /* the states have changed                                               */
+    int again;       /* one more pass is due                                                  */
+    int ends;        /* the model ends the simulation                                         */
+    int event;       /* an event is reached and waits for event mode                          */
+    mech_real next;  /* time of the next event that is known before, or infinity              */
+    mech_real reached;
+} fmu_news;
+
+typedef struct fmu_event_functions {
+    int (*look)(fmu *f);              /* during initialisation: switches and modes as they stand */
+    int (*begin)(fmu *f);             /* what happens at the start, and the solver made ready    */
+    int (*update)(fmu *f, fmu_news *news);
+    int (*indicators)(fmu *f);        /* into f->w                                               */
+    int (*drifts)(fmu *f);            /* 1: what should rest or touch has moved too far          */
+    int (*fail)(fmu *f, int outcome); /* tells why an event failed; gives the status             */
+} fmu_event_functions;
+
+extern const fmu_event_functions fmu_events_of_models;
 
 /* What the exporter writes beside the model: defaults of the exported experiment, one entry for each number. */
 typedef struct fmu_description {
     const char *token, *method;
     mech_real t0, stop, tolerance, dt;
     int nz, n_seeds;                    /* true discrete variables; seeds behind them in z       */
+    int n_discrete;                     /* of them the user's, the first                         */
+    const unsigned char *z_type;        /* [n_discrete] enum fmu_type                            */
+    int n_indicators;
+    const int *indicators;              /* [n_indicators] of those of mech_hybrid                */
     const mech_real *nominal;           /* [ny]                                                  */
     const mech_real *y, *u, *p;         /* values of the experiment                              */
     const unsigned char *y_given, *u_given, *p_given; /* 0: by the formulas of the model         */
     const unsigned char *p_settable;    /* 0: calculated from others                             */
     const unsigned char *y_settable;    /* states whose initial value may be changed             */
     int initial_is_free;                /* no initial value depends on other quantities          */
+    int inputs_move;                    /* an input that nobody sets depends on time             */
     const char *const *assertions;      /* [n_assertions]                                        */
+    const char *const *branches, *const *ends, *const *rows; /* names; messages of terminate or NULL */
+    const char *const *const *checks;   /* messages of the assertions of each branch             */
+    const fmu_event_functions *events;  /* NULL: the model has none                              */
     mech_function *tangent, *adjoint;   /* J seed: out[ny + n_outputs]; J^T seed: out[ny + nu + 1 + np] */
 } fmu_description;
+
+enum fmu_place { FMU_TIME, FMU_Y, FMU_DY, FMU_U, FMU_P, FMU_OUT, FMU_Z, FMU_W, FMU_NOTHING };
 
 extern const fmu_description mech_fmu_description;
 const mech_model *mech_model_get(void);
@@ -53,9 +92,11 @@ typedef struct fmu_state {
     int stale_parameters, stale_initial, stale_inputs, stale_rates, stale_outputs;
     int solver_stale; /* the state, an input or a parameter was changed from outside   */
     int n_driven;     /* inputs that the importer has set                             */
+    int off;          /* a state or parameter was set: constraints may not hold       */
+    int ended;        /* the model has ended the simulation                           */
+    mech_real next;   /* of fmu_news, as told last                                    */
 } fmu_state;
 
-typedef struct fmu fmu;
 typedef void fmu_logger(fmu *f, int status, const char *category, const char *message);
 
 struct fmu {
@@ -63,20 +104,20 @@ struct fmu {
     const mech_model *m;
     mech_solver *s;
     int ny, is_co_simulation, logging;
+    int event_mode, early_return; /* Co-Simulation of FMI 3: what the importer wants    */
     unsigned categories; /* bits, in the order of fmu_categories */
     size_t size;         /* bytes of the block                   */
     fmu_state *st;
-    mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch;
+    mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
-    void *saved; /* the solver before a step */
+    void *saved; /* all that changes, before a step */
     fmu_logger *log;
     void *environment, *callback; /* for the functions of one version */
-    void *update;
     char *name;
 };
 
-enum { FMU_N_CATEGORIES = 4 };
+enum { FMU_N_CATEGORIES = 5, FMU_LOG_EVENTS = 4 };
 extern const char *const fmu_categories[FMU_N_CATEGORIES];
 
 /* NULL: no memory, or another token. */
@@ -85,35 +126,52 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
 void fmu_destroy(fmu *f);
 void fmu_reset(fmu *f);
 int fmu_fail(fmu *f, int status, const char *format, ...);
+/* A message that is no complaint. */
+void fmu_tell(fmu *f, int category, const char *message);
 /* FMU_OK if the present mode is among `modes`, else logs. */
 int fmu_allowed(fmu *f, int modes, const char *function);
 int fmu_set_categories(fmu *f, int on, size_t n, const char *const *names);
 
 int fmu_enter_initialisation(fmu *f);
 int fmu_exit_initialisation(fmu *f);
-int fmu_get(fmu *f, const uint32_t *vr, size_t n, mech_real *value);
+/* What a value reference refers to, and its index there. */
+enum fmu_place fmu_find(const fmu *f, uint32_t vr, int *index);
+int fmu_get(fmu *f, enum fmu_type type, const uint32_t *vr, size_t n, mech_real *value);
 int fmu_set(fmu *f, const uint32_t *vr, size_t n, const mech_real *value);
 int fmu_set_time(fmu *f, mech_real t);
 int fmu_set_states(fmu *f, const mech_real *y, size_t n);
 int fmu_get_states(fmu *f, mech_real *y, size_t n);
 int fmu_get_rates(fmu *f, mech_real *dy, size_t n);
+int fmu_get_indicators(fmu *f, mech_real *w, size_t n);
 /* After an accepted step of the importer: assertions, drift; `event`: the state must be projected. */
 int fmu_completed_step(fmu *f, int *event);
-/* One pass of event mode; `moved`: the states changed. */
-int fmu_update(fmu *f, int *moved);
+/* One pass of event mode. */
+int fmu_update(fmu *f, fmu_news *news);
 
 int fmu_derivative(fmu *f, int adjoint, const uint32_t *unknowns, size_t n_unknowns, const uint32_t *knowns,
                    size_t n_knowns, const mech_real *seed, mech_real *result);
+/* Derivatives of outputs by time, of first order, with inputs at rest. */
+int fmu_output_derivative(fmu *f, uint32_t vr, int order, mech_real *result);
 
-/* Steps to t + h. `stop_asked` is asked after each step of the solver, NULL: never; `reached`: where it ended. */
+/* Steps to t + h. `stop_asked` is asked after each step of the solver, NULL: never. */
 int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_real t, mech_real *until),
-             mech_real *reached);
+             fmu_news *news);
 
 size_t fmu_state_size(const fmu *f);
 int fmu_save(fmu *f, void **state);
 int fmu_load(fmu *f, const void *state);
 int fmu_check_state(fmu *f, const void *bytes, size_t size);
 
+/* Tolerance and times of the experiment, and the inputs, as the solver wants them. */
+void fmu_set_experiment(fmu *f);
+void fmu_list_tables(fmu *f);
+/* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */
+int fmu_project(fmu *f);
+/* Tells why a run failed; gives the status. */
+int fmu_failed(fmu *f, int outcome);
+int fmu_undefined(fmu *f, const char *what);
+int fmu_finite(const mech_real *x, int n);
+int fmu_refresh_inputs(fmu *f);
 int fmu_refresh_rates(fmu *f);
 int fmu_refresh_outputs(fmu *f);
 int fmu_refresh_parameters(fmu *f);

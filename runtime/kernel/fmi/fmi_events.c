@@ -1,0 +1,200 @@
+/* What models with events add to an instance: event mode, event indicators, and the start of a run.
+ *
+ * In Model Exchange the importer integrates, and the solver serves for what happens at one instant: it gets the state,
+ * lets happen what is due, and gives the state back. The indicators w >= 0 of the solver are handed out with a small
+ * amount added, so that a zero lies clearly behind the event, and the event clearly before the next zero.
+ */
+#include <string.h>
+
+#include "hybrid.h"
+#include "instance.h"
+
+/* The share of its size that is added to an indicator. Forces are differences of larger ones. */
+static mech_real margin(const fmu *f, int k)
+{
+    const mech_modes *e = f->s->modes;
+    const mech_real *size = mech_indicator_size(f->s, k);
+    return (size >= e->force && size < e->force + e->n_rows ? MECH_C(1e-9) : MECH_C(1e-10)) * *size;
+}
+
+/* The solver gets the state of the importer. */
+static void hand_over(fmu *f, mech_real t)
+{
+    mech_run *run = f->s->run;
+    fmu_list_tables(f);
+    memcpy(f->s->y, f->y, (size_t)f->ny * sizeof(mech_real));
+    run->report.t = run->origin = t;
+    run->report.status = MECH_RUNNING;
+    run->report.failed_index = -1;
+}
+
+/* Modes and sizes as if nothing had happened yet. */
+static void forget(fmu *f)
+{
+    const mech_model *m = f->m;
+    memset(f->s->modes->z, 0, mech_modes_numbers(m) * sizeof(mech_real));
+    if (m->discretes) m->discretes(f->st->t, f->y, f->u, f->scratch, f->p, f->z);
+    f->s->run->begun = f->s->run->pending = 0;
+}
+
+static int look(fmu *f)
+{
+    forget(f);
+    hand_over(f, f->st->t);
+    int outcome = mech_look(f->s);
+    if (!outcome) outcome = mech_choose_modes(f->s, -1);
+    return outcome < 0 ? fmu_failed(f, outcome) : FMU_OK;
+}
+
+static int start(fmu *f)
+{
+    forget(f);
+    hand_over(f, f->st->t);
+    const int outcome = f->is_co_simulation ? mech_begin_hybrid(f->s) : mech_begin_modes(f->s);
+    if (outcome >= 0) memcpy(f->y, f->s->y, (size_t)f->ny * sizeof(mech_real));
+    fmu_touch(f);
+    return outcome;
+}
+
+static void note_end(fmu *f, int outcome)
+{
+    if (outcome != MECH_TERMINATED) return;
+    f->st->ended = 1;
+    fmu_tell(f, FMU_LOG_EVENTS, f->d->ends[f->s->run->report.failed_index]);
+}
+
+static int begin(fmu *f)
+{
+    const int outcome = start(f);
+    if (outcome < 0) return fmu_failed(f, outcome);
+    note_end(f, outcome);
+    return FMU_OK;
+}
+
+/* Sizes grow with what is seen; the indicator that is furthest behind its zero, or -1. */
+static int furthest(fmu *f)
+{
+    mech_modes *e = f->s->modes;
+    int found = -1;
+    mech_real worst = 0;
+    if (e->n) mech_indicate(f->s, f->s->run->report.t, f->s->y, e->w, NULL);
+    for (int k = 0; k < e->n; k++) {
+        mech_real *size = mech_indicator_size(f->s, k);
+        *size = mech_max(*size, mech_abs(e->w[k]));
+        if (!(e->w[k] < -margin(f, k) / 2)) continue;
+        if (found < 0 || e->w[k] / *size < worst) {
+            found = k;
+            worst = e->w[k] / *size;
+        }
+    }
+    return found;
+}
+
+/* The importer has integrated up to the present time, or a little further than to what was announced. */
+static int exchange(fmu *f)
+{
+    const fmu_state *st = f->st;
+    const mech_real close = MECH_C(1e-11) * mech_max(mech_abs(st->t), mech_abs(st->stop - st->start));
+    if (fmu_project(f)) return MECH_OFF_CONSTRAINTS;
+    hand_over(f, st->next <= st->t + close ? st->next : st->t);
+    mech_catch_rows(f->s);
+    const int outcome = mech_happen(f->s, furthest(f), 1);
+    if (outcome >= 0) furthest(f);
+    return outcome;
+}
+
+/* The solver stands at an event, or goes on from a state, inputs or parameters that were changed. */
+static int co_simulate(fmu *f)
+{
+    mech_solver *s = f->s;
+    if (f->st->off && fmu_project(f)) return MECH_OFF_CONSTRAINTS;
+    if (s->run->pending) {
+        s->run->pending = 0;
+        if (f->st->off) mech_write(s, f->y);
+        return mech_instant(s, s->run->pending_hit);
+    }
+    if (!f->st->solver_stale) return MECH_RUNNING;
+    fmu_list_tables(f);
+    mech_write(s, f->y);
+    return mech_begin_hybrid(s);
+}
+
+static int update(fmu *f, fmu_news *news)
+{
+    fmu_state *st = f->st;
+    mech_solver *s = f->s;
+    fmu_save(f, &f->saved);
+    const int outcome = !s->run->begun ? start(f) : f->is_co_simulation ? co_simulate(f) : exchange(f);
+    if (outcome < 0) {
+        const int status = fmu_failed(f, outcome);
+        fmu_load(f, f->saved);
+        return status;
+    }
+    memcpy(f->y, s->y, (size_t)f->ny * sizeof(mech_real));
+    if (f->is_co_simulation) st->t = s->run->report.t;
+    st->solver_stale = 0;
+    note_end(f, outcome);
+    news->ends = st->ended;
+    news->next = st->next = mech_next_time(s);
+    news->again = st->next <= st->t;
+    return FMU_OK;
+}
+
+static int indicators(fmu *f)
+{
+    const mech_hybrid *h = f->m->hybrid;
+    const int n = f->s->modes->n;
+    h->indicators(f->st->t, f->y, f->u, f->z, f->p, f->w);
+    for (int k = 0; k < n; k++) {
+        if (k < h->n_switches && f->z[h->switches[k]] > MECH_C(0.5)) f->w[k] = -f->w[k];
+        f->w[k] += margin(f, k);
+    }
+    return fmu_finite(f->w, n) ? FMU_OK : fmu_undefined(f, "an event indicator is not finite");
+}
+
+static int drifts(fmu *f)
+{
+    const mech_hybrid *h = f->m->hybrid;
+    const mech_modes *e = f->s->modes;
+    int far = 0;
+    hand_over(f, f->st->t);
+    furthest(f);
+    if (h->n_rows) mech_read_rows(f->s);
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_row *row = &h->rows[i];
+        if (row->flag < 0 || !(f->z[row->flag] > MECH_C(0.5))) continue;
+        const mech_real *value = e->row + i * MECH_ROW_VALUES;
+        far |= mech_abs(value[MECH_GAP]) > f->st->tolerance * e->gap_scale[i];
+        far |= mech_abs(value[MECH_RATE]) > f->st->tolerance * e->speed[i];
+    }
+    return far;
+}
+
+static int fail(fmu *f, int outcome)
+{
+    const mech_report *r = &f->s->run->report;
+    const int k = r->failed_index;
+    const mech_real t = r->t;
+    const char *branch = k >= 0 && k < f->m->hybrid->n_branches ? f->d->branches[k] : "";
+    const char *row = k >= 0 && k < f->m->hybrid->n_rows ? f->d->rows[k] : "";
+    switch (outcome) {
+    case MECH_BRANCH_ASSERTION:
+        return fmu_fail(f, FMU_ERROR, "at time %g: %s", t, f->d->checks[k][r->failed_part]);
+    case MECH_EVENT_LOOP: return fmu_fail(f, FMU_ERROR, "the events at time %g do not come to rest", t);
+    case MECH_ZENO:
+        return fmu_fail(f, FMU_ERROR, "'when %s' fires in ever shorter intervals, until time %g", branch, t);
+    case MECH_PENETRATION: return fmu_fail(f, FMU_ERROR, "contact '%s' is penetrated at time %g", row, t);
+    case MECH_ENERGY_RAISED:
+        return fmu_fail(f, FMU_ERROR, "the impact of '%s' at time %g would raise the energy", row, t);
+    case MECH_CHATTER:
+        return fmu_fail(f, FMU_ERROR, "a condition in the equations of motion goes to and fro at time %g", t);
+    case MECH_APART:
+        return fmu_fail(f, FMU_ERROR, "'%s' is engaged at time %g, but does not hold there", row, t);
+    case MECH_NO_MODE:
+        return fmu_fail(f, FMU_ERROR, "no combination of touching, sticking and sliding fits at time %g", t);
+    case MECH_NO_IMPACT: return fmu_fail(f, FMU_ERROR, "the impacts at time %g have no solution", t);
+    default: return fmu_fail(f, FMU_ERROR, "the method does not fit the model");
+    }
+}
+
+const fmu_event_functions fmu_events_of_models = {look, begin, update, indicators, drifts, fail};
