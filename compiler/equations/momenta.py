@@ -1,7 +1,8 @@
 """Total linear and angular momentum of all bodies, where the equations of motion keep them constant.
 
 Momenta of cyclic coordinates are found from the Lagrangian (energies.py). Those of the whole system belong to no
-coordinate; each component is tried: its rate along the motion must vanish at random states.
+coordinate; each component is tried: its rate along the motion must vanish at random states, times and inputs, and so
+must its change by an impulse of any contact, friction or constraint that can be switched.
 """
 
 from __future__ import annotations
@@ -10,10 +11,12 @@ from math import hypot, inf
 from random import Random
 
 from ..graph import Node
+from ..graph.differentiate import jvp, vjp
 from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
 from ..graph.vector import Vector, add, cross, cross_planar, matvec, scale
 from ..mechanics.system import MechanicalSystem
+from .actions import velocity_jumps
 from .energies import jumps
 from .solve import Solved, default_values
 
@@ -47,8 +50,22 @@ def conserved_momenta(system: MechanicalSystem, solved: Solved, pure: bool) -> l
     unit = "" if pure else "kg.m^2/s"
     found += [(f"angular_momentum.{axes[k]}", unit, component) for k, component in enumerate(angular)]
     moving = [m for m in found if not graph.is_zero(m[2])]
-    rates = substitute(graph, [system.rate(component) for *_, component in moving], solved.replace)
-    return [m for m, constant in zip(moving, _vanish(system, rates), strict=True) if constant]
+    rates = [system.rate(component) for *_, component in moving]
+    tried = substitute(graph, [*rates, *_kicks(system, solved, moving)], solved.replace)
+    vanishing = _vanish(system, tried)
+    n = len(moving)
+    return [m for k, m in enumerate(moving) if all(vanishing[k::n])]
+
+
+def _kicks(system: MechanicalSystem, solved: Solved, momenta: list[Momentum]) -> list[Node]:
+    """Return the changes of the momenta by unit impulses of all rows with modes; none where there are none."""
+    graph = system.graph
+    if not momenta or not solved.switched:
+        return []
+    velocities = [system.v[i].node for i in solved.free]
+    impulses = vjp(graph, [(row.rate, graph.one) for row in solved.switched], velocities)
+    changes = velocity_jumps(system, solved, impulses)
+    return list(jvp(graph, [node for *_, node in momenta], dict(zip(velocities, changes, strict=True))))
 
 
 def _vanish(system: MechanicalSystem, nodes: list[Node]) -> list[bool]:
@@ -56,8 +73,11 @@ def _vanish(system: MechanicalSystem, nodes: list[Node]) -> list[bool]:
     values = dict.fromkeys(system.graph.support(*nodes), 0.0) | default_values(system)
     random = Random(11)
     sizes = [0.0] * len(nodes)
-    for _ in range(STATES):
-        values |= {s.node: random.uniform(-1, 1) for s in (*system.q, *system.v)}
+    for k in range(STATES):
+        reach = 2**k  # farther and farther, so that laws of regions are met
+        moving = (*system.q, *system.v, *system.symbols.inputs)
+        values |= {s.node: random.uniform(-reach, reach) for s in moving}
+        values[system.symbols.time] = random.uniform(0, 1)
         for first, _ in system.rotations:
             part = [s.node for s in system.q[first : first + 4]]
             length = hypot(*(values[n] for n in part))
