@@ -31,8 +31,7 @@ static size_t arrange(mech_modes *e, const mech_model *m, mech_real *memory)
     e->n_rows = r;
     e->z = take(&memory, &total, m->nz);
     e->w = take(&memory, &total, MECH_SAMPLES * n);
-    e->rate = take(&memory, &total, n);
-    e->end_rate = take(&memory, &total, n);
+    e->rate = take(&memory, &total, MECH_SAMPLES * n);
     e->scale = take(&memory, &total, n);
     e->rate_scale = take(&memory, &total, n);
     e->fresh = take(&memory, &total, n);
@@ -87,22 +86,31 @@ mech_real mech_next_time(mech_solver *s)
     return next;
 }
 
+/* dw/dt at a part of the attempted step; by a difference where it is not known. */
+static mech_real slope_at(mech_solver *s, int hit, mech_real part, mech_real h)
+{
+    mech_modes *e = s->modes;
+    mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n, *rate = e->rate + (MECH_SAMPLES - 1) * e->n;
+    const mech_real t = s->run->report.t, delta = mech_min(MECH_C(1e-3), part / 2);
+    mech_dense_at(s->dense, s->n_dense, s->ny, part, e->y_at);
+    mech_normalise(s->model, e->y_at);
+    mech_indicate(s, t + part * h, e->y_at, w, rate);
+    if (rate[hit] != 0) return rate[hit];
+    const mech_real end = w[hit];
+    mech_dense_at(s->dense, s->n_dense, s->ny, part - delta, e->y_at);
+    mech_normalise(s->model, e->y_at);
+    mech_indicate(s, t + (part - delta) * h, e->y_at, w, NULL);
+    return (end - w[hit]) / (delta * h);
+}
+
 /* Repeats the step so that it ends at the event: Newton's method on the step size. */
 static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
 {
     const mech_method *m = s->method;
     mech_modes *e = s->modes;
-    const mech_real t = s->run->report.t, whole = *h, delta = mech_min(MECH_C(1e-3), part / 2);
+    const mech_real t = s->run->report.t, whole = *h;
     mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n;
-    mech_real ends[2];
-    for (int side = 0; side < 2; side++) {
-        mech_real at = part + (side ? 0 : -delta);
-        mech_dense_at(s->dense, s->n_dense, s->ny, at, e->y_at);
-        mech_normalise(s->model, e->y_at);
-        mech_indicate(s, t + at * whole, e->y_at, w, NULL);
-        ends[side] = w[hit];
-    }
-    const mech_real slope = (ends[1] - ends[0]) / (delta * whole);
+    const mech_real slope = slope_at(s, hit, part, whole);
     *h = part * whole;
     for (int k = 0;; k++) {
         const mech_real error = m->attempt(s, *h);

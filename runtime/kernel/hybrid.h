@@ -9,13 +9,13 @@
 
 #include "method.h"
 
-enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step included */
+enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step, and room for one more */
 
 typedef struct mech_modes {
     int n, n_rows;          /* indicators: n_switches + n_rows                               */
     mech_real *z;
     mech_real *w;           /* [MECH_SAMPLES][n]                                             */
-    mech_real *rate, *end_rate; /* [n] dw/dt at the ends of a step                           */
+    mech_real *rate;        /* [MECH_SAMPLES][n] dw/dt                                       */
     mech_real *scale, *rate_scale; /* [n] largest |w| and |dw/dt| so far                     */
     mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
     mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */

@@ -46,89 +46,190 @@ int mech_at_zero(const mech_solver *s, int k, mech_real w)
     return mech_abs(w) <= (s->modes->fresh[k] > 0 ? 10000 : 1) * tolerance(s, k);
 }
 
-static mech_real at(mech_solver *s, mech_real h, mech_real part, int k, mech_real *w)
-{
-    mech_real *y = s->modes->y_at;
-    mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
-    mech_normalise(s->model, y);
-    mech_indicate(s, s->run->report.t + part * h, y, w, NULL);
-    return w[k];
-}
+/* The samples that every step gets: of irregular places, so that nothing periodic looks constant. */
+static const mech_real places[MECH_SAMPLES - 1] = {0, MECH_C(0.2371), MECH_C(0.5557), MECH_C(0.7913), 1};
 
-/* One indicator on a step. `leaves`: w begins at zero and grows, so that zero itself is no event. */
+/* One indicator on a step, as a function f of the part of the step. `known`: its rate is. */
 typedef struct search {
     mech_solver *s;
-    mech_real h, shift, slope;
-    int k, leaves;
+    mech_real h, shift, tol, room;
+    int k, known;
 } search;
 
-static mech_real value(const search *q, mech_real part)
+typedef struct sample {
+    mech_real part, f, rate; /* df/dpart */
+} sample;
+
+static sample sampled(const search *q, mech_real part, mech_real w, mech_real rate)
 {
-    mech_real w = at(q->s, q->h, part, q->k, q->s->modes->w + (MECH_SAMPLES - 1) * q->s->modes->n);
-    if (q->leaves) return part > 0 ? (w + q->shift) / part : q->slope;
-    return w + q->shift;
+    return (sample){part, w + q->shift, q->h * rate};
 }
 
-/* Illinois method from a (value >= 0) to b (value < 0), with bisection where it is slow. */
-static mech_real zero_between(const search *q, mech_real a, mech_real fa, mech_real b, mech_real fb)
+static sample look(const search *q, mech_real part)
+{
+    mech_solver *s = q->s;
+    mech_real *y = s->modes->y_at;
+    mech_real *w = s->modes->w + (MECH_SAMPLES - 1) * s->modes->n;
+    mech_real *rate = s->modes->rate + (MECH_SAMPLES - 1) * s->modes->n;
+    mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
+    mech_normalise(s->model, y);
+    mech_indicate(s, s->run->report.t + part * q->h, y, w, q->known ? rate : NULL);
+    return sampled(q, part, w[q->k], q->known ? rate[q->k] : 0);
+}
+
+/* The cubic through values and rates of a and b at a part between them; *rate its derivative there. */
+static mech_real cubic(const sample *a, const sample *b, mech_real part, mech_real *rate)
+{
+    const mech_real length = b->part - a->part, s = (part - a->part) / length, r = 1 - s, d = b->f - a->f;
+    const mech_real u = length * a->rate - d, v = d - length * b->rate - u;
+    *rate = (d + (r - s) * u + s * (2 * r - s) * v) / length;
+    return a->f + s * (d + r * (u + s * v));
+}
+
+/* Its least value, and where. */
+static mech_real least(const sample *a, const sample *b, mech_real *where)
+{
+    const mech_real length = b->part - a->part, d = b->f - a->f;
+    const mech_real u = length * a->rate - d, v = d - length * b->rate - u;
+    /* f' = d + u + 2 (v - u) s - 3 v s^2 */
+    const mech_real c0 = d + u, c1 = v - u, c2 = -3 * v, square = c1 * c1 - c0 * c2;
+    mech_real lowest = mech_min(a->f, b->f), rate;
+    *where = a->f < b->f ? a->part : b->part;
+    if (!(square >= 0)) return lowest;
+    const mech_real sum = -(c1 + (c1 < 0 ? -1 : 1) * mech_sqrt(square));
+    const mech_real roots[2] = {c2 != 0 ? sum / c2 : -1, sum != 0 ? c0 / sum : -1};
+    for (int i = 0; i < 2; i++) {
+        if (!(roots[i] > 0 && roots[i] < 1)) continue;
+        const mech_real part = a->part + roots[i] * length, f = cubic(a, b, part, &rate);
+        if (f < lowest) {
+            lowest = f;
+            *where = part;
+        }
+    }
+    return lowest;
+}
+
+/* Illinois method from a (f >= 0) to b (f < 0), with bisection where it is slow. */
+static mech_real zero_between(const search *q, sample a, sample b)
 {
     int side = 0;
-    for (int i = 0; i < 100 && b - a > 2 * MECH_EPSILON * b; i++) {
-        mech_real c = i % 8 == 7 ? (a + b) / 2 : (fa * b - fb * a) / (fa - fb);
-        if (!(c > a && c < b)) c = (a + b) / 2;
-        if (!(c > a && c < b)) break;
-        const mech_real fc = value(q, c);
-        if (fc == 0) return c;
-        if (fc < 0) {
-            b = c;
-            fb = fc;
-            if (side == -1) fa /= 2;
+    a.f = mech_max(a.f, 0);
+    for (int i = 0; i < 100 && b.part - a.part > 2 * MECH_EPSILON * b.part; i++) {
+        mech_real c = i % 8 == 7 ? (a.part + b.part) / 2 : (a.f * b.part - b.f * a.part) / (a.f - b.f);
+        if (!(c > a.part && c < b.part)) c = (a.part + b.part) / 2;
+        if (!(c > a.part && c < b.part)) break;
+        const sample x = look(q, c);
+        if (x.f == 0) return c;
+        if (x.f < 0) {
+            b = x;
+            if (side == -1) a.f /= 2;
             side = -1;
         } else {
-            a = c;
-            fa = fc;
-            if (side == 1) fb /= 2;
+            a = x;
+            if (side == 1) b.f /= 2;
             side = 1;
         }
+    }
+    return b.part;
+}
+
+enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 8, NOWHERE = 2 };
+
+/* How far a sample is off the cubic through a and b. */
+static mech_real off(const search *q, const sample *a, const sample *b, const sample *x)
+{
+    mech_real rate;
+    const mech_real error = mech_abs(x->f - cubic(a, b, x->part, &rate));
+    return q->known ? mech_max(error, mech_abs(x->rate - rate) * (b->part - a->part) / 4) : error;
+}
+
+/* The end of a search that sees no finer: what is negative there. */
+static mech_real last_look(const search *q, const sample *a, const sample *b, const mech_real *lowest)
+{
+    for (int i = 0; i < 2; i++) {
+        const sample x = look(q, lowest[i]);
+        if (x.f < 0 && x.part > a->part) return zero_between(q, *a, x);
+    }
+    return b->f < 0 ? zero_between(q, *a, *b) : NOWHERE;
+}
+
+/* The error with two more samples: a part of what was rough may look smooth by chance. */
+static mech_real confirmed(const search *q, const sample *a, const sample *m, const sample *b, mech_real error)
+{
+    const mech_real length = b->part - a->part;
+    const sample x = look(q, a->part + MECH_C(0.2213) * length), y = look(q, a->part + MECH_C(0.7531) * length);
+    return 4 * mech_max(error, mech_max(off(q, a, m, &x), off(q, m, b, &y)));
+}
+
+/* Where f first falls below zero between a and b, or NOWHERE. Samples between them tell the error of the cubic. An
+ * interval is dismissed where the cubics on both sides of the middle stay positive by more than that, searched where
+ * they fall all the way, and halved else. `given`: samples that are known already, 2 span + 1 of them from a to b.
+ * `rough`: the error of the interval that this is a part of. */
+static mech_real first_below(const search *q, const sample *given, int span, sample a, sample b, mech_real rough,
+                             int depth)
+{
+    if (a.part >= q->room) return NOWHERE;
+    const mech_real length = b.part - a.part;
+    sample m = span ? given[span] : look(q, a.part + MECH_C(0.4547) * length);
+    mech_real error = off(q, &a, &b, &m), rate, where[2];
+    for (int j = 1; j < 2 * span; j++) error = mech_max(error, off(q, &a, &b, &given[j]));
+    if (!q->known && !span) { /* the polynomial of degree 4 through all that is known */
+        const mech_real d = m.f - cubic(&a, &b, m.part, &rate);
+        m.rate = rate + 2 * d * (1 / (m.part - a.part) + 1 / (m.part - b.part));
+    }
+    mech_real low = least(&a, &m, &where[0]), low_right = least(&m, &b, &where[1]);
+    low = mech_min(low, low_right);
+    /* Falling all the way: no rate is off by as much as the least of them. */
+    const mech_real flattest = b.f < 0 ? -mech_max(mech_max(a.rate, m.rate), b.rate) * length : 0;
+    mech_real margin = mech_max(low, flattest / 16);
+    if (margin > error && (!q->known || span || margin > 30 * rough || margin > confirmed(q, &a, &m, &b, error))) {
+        if (low > 0) return NOWHERE;
+        return m.f < 0 ? zero_between(q, a, m) : zero_between(q, m, b);
+    }
+    const mech_real steep = mech_max(mech_max(mech_abs(a.rate), mech_abs(b.rate)), mech_abs(m.rate));
+    const int noise = q->known ? depth > 8 && error > 10 * steep * length : depth >= DEEPEST_WITHOUT_RATES;
+    const int within = !(error > q->tol) && !(low < -q->tol);
+    if (!span && (within || noise || depth == DEEPEST)) return last_look(q, &a, &b, where);
+    const mech_real found = first_below(q, given, span / 2, a, m, error, depth + 1);
+    if (found < NOWHERE || m.f < 0) return found < NOWHERE ? found : m.part;
+    return first_below(q, given + span, span / 2, m, b, error, depth + 1);
+}
+
+/* A place before `end` until which f, zero at a, rises all the way. */
+static sample behind_rise(const search *q, const sample *a, mech_real end)
+{
+    sample b = *a;
+    for (int i = 0; i < DEEPEST; i++) {
+        end /= 4;
+        b = look(q, end);
+        const sample m = look(q, MECH_C(0.4547) * end);
+        const mech_real flattest = mech_min(mech_min(a->rate, m.rate), b.rate) * end;
+        if (flattest > 16 * off(q, a, &b, &m) && flattest > 16 * confirmed(q, a, &m, &b, 0)) break;
     }
     return b;
 }
 
-/* Golden section for the least value between a and c; stops at the first negative one. */
-static mech_real lowest(const search *q, mech_real a, mech_real c)
+/* Rates of the samples of an indicator by the polynomial through them. */
+static void differentiate(sample *x)
 {
-    const mech_real golden = MECH_C(0.38196601125010515);
-    mech_real b = a + golden * (c - a), fb = value(q, b);
-    for (int i = 0; i < 30 && fb >= 0; i++) {
-        const int right = c - b > b - a;
-        const mech_real x = right ? b + golden * (c - b) : b - golden * (b - a), fx = value(q, x);
-        if (fx < fb) {
-            if (right) a = b; else c = b;
-            b = x;
-            fb = fx;
-        } else {
-            if (right) c = x; else a = x;
+    for (int j = 0; j < MECH_SAMPLES - 1; j++) {
+        x[j].rate = 0;
+        for (int i = 0; i < MECH_SAMPLES - 1; i++) {
+            if (i == j) continue;
+            mech_real weight = 1 / (places[i] - places[j]);
+            for (int k = 0; k < MECH_SAMPLES - 1; k++)
+                if (k != i && k != j) weight *= (places[j] - places[k]) / (places[i] - places[k]);
+            x[j].rate += weight * (x[i].f - x[j].f);
         }
     }
-    return fb < 0 ? b : -1;
 }
 
-/* Whether three samples in a row may hide a negative value: the parabola through them has a low vertex. */
-static int dips(mech_real a, mech_real b, mech_real c)
-{
-    if (!(b <= a && b <= c)) return 0;
-    const mech_real bend = a - 2 * b + c, slope = (c - a) / 2;
-    return bend > 0 && b - slope * slope / (2 * bend) < MECH_C(0.2) * b + MECH_C(0.02) * mech_max(a, c);
-}
-
-void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
+/* Samples all indicators; 0 where one is at its event at the start already, *hit. */
+static int sample_all(mech_solver *s, mech_real h, int *hit)
 {
     mech_modes *e = s->modes;
     const mech_real t = s->run->report.t;
-    mech_real *end_rate = e->end_rate;
     const int n = e->n, last = MECH_SAMPLES - 2; /* the row behind is room for the search */
-    *hit = -1;
-    *part = 1;
     mech_indicate(s, t, s->y, e->w, e->rate);
     for (int k = 0; k < n; k++) {
         widen(s, k, e->w[k]);
@@ -137,51 +238,47 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
         const int falls = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
         if ((!zero && e->w[k] < 0) || (zero && !(e->fresh[k] > 0) && falls && e->w[k] < 0)) {
             *hit = k;
-            *part = 0;
-            return;
+            return 0;
         }
     }
     for (int j = 1; j <= last; j++) {
-        const mech_real where = (mech_real)j / last;
-        if (j < last)
-            at(s, h, where, 0, e->w + j * n);
-        else
-            mech_indicate(s, t + h, s->y_new, e->w + j * n, end_rate);
+        mech_real *y = s->y_new;
+        if (j < last) {
+            y = e->y_at;
+            mech_dense_at(s->dense, s->n_dense, s->ny, places[j], y);
+            mech_normalise(s->model, y);
+        }
+        mech_indicate(s, t + places[j] * h, y, e->w + j * n, e->rate + j * n);
         for (int k = 0; k < n; k++) widen(s, k, e->w[j * n + k]);
     }
-    mech_real room = 1;
+    return 1;
+}
+
+void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
+{
+    mech_modes *e = s->modes;
+    const int n = e->n, last = MECH_SAMPLES - 2;
+    *hit = -1;
+    *part = 0;
+    if (!sample_all(s, h, hit)) return;
+    *part = 1;
     for (int k = 0; k < n; k++) {
-        const mech_real tol = tolerance(s, k);
         const int zero = mech_at_zero(s, k, e->w[k]);
-        search q = {s, h, 0, h * e->rate[k], k, zero && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k]};
+        search q = {.s = s, .h = h, .tol = tolerance(s, k), .room = *part, .k = k};
+        for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
+        /* It begins at zero and grows: zero itself is no event. */
+        const int leaves = zero && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k];
         /* Rounding may leave w below zero: the way back to that level is the event. */
-        if (zero) q.shift = mech_max(0, -e->w[k]) + (q.leaves ? 0 : tol);
-        for (int j = 0; j < last; j++) {
-            const mech_real a = (mech_real)j / last, b = (mech_real)(j + 1) / last;
-            if (a >= room) break;
-            const mech_real wa = e->w[j * n + k], wb = e->w[(j + 1) * n + k];
-            mech_real begin = a, end = b;
-            if (!(wb < -tol)) {
-                const mech_real *w = e->w + k;
-                /* It falls at the start or rises at the end, though the first or last sample is the lowest. */
-                const int first = j == 0 && !zero && wa <= wb &&
-                                  (e->rate[k] < 0 || -3 * w[0] + 4 * w[n] - w[2 * n] < 0);
-                const int ends = j == last - 1 && wb <= wa && (3 * wb - 4 * wa + w[(last - 2) * n] > 0 || end_rate[k] > 0);
-                if (j > 1 - !zero && dips(w[(j - 1) * n], wa, wb))
-                    begin = (mech_real)(j - 1) / last;
-                else if (!first && !ends)
-                    continue;
-                end = lowest(&q, begin, b);
-                if (end < 0) continue;
-            }
-            const mech_real fa = mech_max(0, value(&q, begin)), fb = value(&q, end);
-            const mech_real found = fb < 0 ? zero_between(&q, begin, fa, end, fb) : end;
-            if (found < room) {
-                room = found;
-                *hit = k;
-            }
-            break;
+        if (zero) q.shift = mech_max(0, -e->w[k]) + (leaves ? 0 : q.tol);
+        sample x[MECH_SAMPLES - 1];
+        for (int j = 0; j <= last; j++) x[j] = sampled(&q, places[j], e->w[j * n + k], e->rate[j * n + k]);
+        if (!q.known) differentiate(x);
+        if (leaves) x[0] = behind_rise(&q, &x[0], x[1].part);
+        if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
+        const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
+        if (found < *part) {
+            *part = found;
+            *hit = k;
         }
     }
-    *part = room;
 }
