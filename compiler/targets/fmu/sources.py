@@ -151,13 +151,9 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         f"    .dt = {case.step or 0.0!r},",
         f"    .nz = {len(program.arrays['z']) - n_seeds},",
         f"    .n_seeds = {n_seeds},",
-<<<<<<< /tmp/tmpjbgngc8a/a
         f"    .n_discrete = {len(discretes)}, .z_type = z_type,",
         f"    .n_indicators = {len(table.zero_crossings)}, .indicators = indicators,",
-        "    .nominal = nominal, .y = y0, .u = u0, .p = p0,",
-=======
         "    .nominal = nominal, .y = start_y, .u = start_u, .p = start_p,",
->>>>>>> /tmp/tmpjbgngc8a/c
         "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",
         "    .p_settable = p_settable, .y_settable = y_settable,",
         f"    .initial_is_free = {int(table.free_initial)},",
