@@ -82,7 +82,7 @@ def _perform(question: Question) -> Row:
     try:
         solution = _model(case.model, case.variant).simulate(**case.options)
     except (CompileError, SimulationError, BuildError, UsageMistake) as error:
-        message = str(error)
+        message = "; ".join((str(error), *getattr(error, "notes", ())))
         if isinstance(error, CompileError):
             message = "; ".join(f"{d.code}: {d.message}" for d in error.diagnostics)
         if isinstance(expects, Refusal):
