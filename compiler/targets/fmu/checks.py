@@ -91,11 +91,12 @@ def native_points(start: Start, method: str, count: int) -> tuple[Array, float, 
     for _ in range(count):
         times.append(times[-1] + step)
     kernel, functions = native.load_kernel(True), load_functions(start.problem)
-    rows = [case.y0.copy()]
+    # without events nothing happens at the start
+    rows = [] if start.problem.hybrid else [case.y0.copy()]
     with Solver(
         kernel, functions, case, method, case.tolerance, case.tolerance * start.nominal, case.step or 0.0
     ) as solver:
-        for t in times[1:]:
+        for t in times[len(rows) :]:
             status = native.RUNNING
             while status in (native.RUNNING, native.EVENTS_FULL):
                 if status == native.EVENTS_FULL:
