@@ -204,6 +204,17 @@ def _invariants(accuracy: Accuracy, style: Style) -> list[str]:
     for name, drift in drifts:
         relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
         table.append([name, f"{drift.absolute:.1e}", "" if drift.unit == "1" else drift.unit, relative])
+    return [*_aligned(table, style), *_off_constraints(accuracy, style)]
+
+
+def _off_constraints(accuracy: Accuracy, style: Style) -> list[str]:
+    """What the steps of the method leave of the constraints, and what is left once they are projected."""
+    if not accuracy.constraints:
+        return []
+    table = [["drift off the constraints", "of the steps", "", "projected"]]
+    for drift in accuracy.constraints:
+        before = "-" if drift.before is None else f"{drift.before:.1e}"
+        table.append([drift.level, before, "", f"{drift.after:.1e}"])
     return _aligned(table, style)
 
 

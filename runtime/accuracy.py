@@ -26,6 +26,17 @@ class Drift:
 
 
 @dataclass(frozen=True, slots=True)
+class ConstraintDrift:
+    """Distance from the constraints on the ``level`` of positions or velocities: the largest change that a
+    projection makes, over nominal + |value|. ``before``: the steps of the method; None where nothing projects them.
+    ``after``: the states that are kept."""
+
+    level: str
+    before: float | None
+    after: float
+
+
+@dataclass(frozen=True, slots=True)
 class ErrorEstimate:
     """Of the global error: |difference from the companion run| / (nominal + |value|), by state.
 
@@ -50,6 +61,7 @@ class Accuracy:
     energy: Drift | None = None
     conserved: tuple[Drift, ...] = ()
     remark: str = ""
+    constraints: tuple[ConstraintDrift, ...] = ()
 
 
 def companion_tolerance(tolerance: float) -> tuple[float, float]:

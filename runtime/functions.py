@@ -18,6 +18,8 @@ from .problem import Array, ModelFunction, Problem
 class Functions:
     """Callables with the signature (t, y, u, z, p) -> array; sizes as in ``Problem``.
 
+    ``project_position`` [nv and residuals], ``project_velocity`` [nv and residuals] and ``displace`` [nq] correct a
+    state that is off its constraints; they are there only if there are any.
     ``struct`` and ``library`` are there if the functions are compiled.
     """
 
@@ -32,6 +34,9 @@ class Functions:
     initial_of_others: ModelFunction | None = None
     assembly: ModelFunction | None = None
     assembly_jacobian: ModelFunction | None = None
+    project_position: ModelFunction | None = None
+    project_velocity: ModelFunction | None = None
+    displace: ModelFunction | None = None
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
@@ -54,6 +59,9 @@ def _from_python(problem: Problem) -> Functions:
             raise ValueError(f"problem '{problem.name}' has no function '{name}'")
         return _as_array(given[name])
 
+    def given_only(name: str) -> ModelFunction | None:
+        return _as_array(given[name]) if name in given else None
+
     if problem.parameters_function is None and len(problem.parameters) + problem.nh > 0:
         raise ValueError(f"problem '{problem.name}' has parameters, but no function that fills them")
     rhs, initial = needed("rhs", 1), needed("initial", 1)
@@ -70,6 +78,9 @@ def _from_python(problem: Problem) -> Functions:
         initial_of_others=needed("initial_of_others", len(problem.dependent)),
         assembly=needed("assembly", len(problem.assembly)),
         assembly_jacobian=needed("assembly_jacobian", len(problem.assembly) * problem.nv),
+        project_position=given_only("project_position"),
+        project_velocity=given_only("project_velocity"),
+        displace=given_only("displace"),
     )
 
 
@@ -117,6 +128,11 @@ def _from_library(problem: Problem) -> Functions:
         address = ctypes.cast(getattr(library, e.function), ctypes.c_void_p).value
         assert address is not None
         experiments[e.function] = _compiled(native.MODEL_FUNCTION(address), len(e.options) + len(e.settings))
+
+    def projection(name: str, size: int) -> ModelFunction | None:
+        address: int | None = getattr(model, name)
+        return None if address is None else _compiled(native.MODEL_FUNCTION(address), size)
+
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
@@ -134,6 +150,9 @@ def _from_library(problem: Problem) -> Functions:
         initial_of_others=exported("initial_of_others", len(problem.dependent)),
         assembly=exported("assembly", len(problem.assembly)),
         assembly_jacobian=exported("assembly_jacobian", len(problem.assembly) * problem.nv),
+        project_position=projection("project_position", problem.nv + model.n_position),
+        project_velocity=projection("project_velocity", problem.nv + model.n_velocity),
+        displace=projection("displace", problem.nq),
         struct=model,
         library=library,
     )

@@ -13,6 +13,8 @@ in metres runs alike. The rules, in this order:
    rate at the start would lead to in the duration of the run;
 7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
 
+Values at the start, and rates, below 1e-12 of the largest one of their kind and unit count as zero: they are what
+rounding leaves of a zero that assembly has computed, or of forces that cancel.
 No nominal is below 1e-6 times the largest one of its kind and unit: smaller ones would be below rounding.
 An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
 pilot run, which does not control its error.
@@ -20,6 +22,7 @@ pilot run, which does not control its error.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 
@@ -29,6 +32,7 @@ from .problem import Array, Problem, Quantity
 
 PURE = ("", "1", "rad")
 FLOOR = 1e-6
+ROUNDING = 1e-12
 
 
 def nominal_values(
@@ -63,7 +67,8 @@ def _by_rules(
     reached: Array | None,
 ) -> tuple[Array, list[int]]:
     """Give nominal values, and the states that rule 6 was needed for."""
-    rates = np.where(np.isfinite(rates), rates, 0.0)
+    y0 = _without_rounding(problem, y0)
+    rates = _without_rounding(problem, np.where(np.isfinite(rates), rates, 0.0))
     coordinates = range(problem.nq)
     velocities = range(problem.nq, problem.nq + problem.nv)
     nominal = np.zeros(problem.ny)
@@ -105,6 +110,18 @@ def _by_rules(
             unsized.append(i)
             nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
     return nominal, unsized
+
+
+def _without_rounding(problem: Problem, values: Array) -> Array:
+    """Give ``values`` [ny] of the states, or of their rates, with zero for what is rounding beside others of its unit."""
+    result = np.array(values)
+    for begin, end in itertools.pairwise((0, problem.nq, problem.nq + problem.nv, problem.ny)):
+        units = np.array([quantity.unit for quantity in problem.states[begin:end]])
+        for unit in dict.fromkeys(units.tolist()):
+            group = begin + np.flatnonzero(units == unit)
+            size = np.abs(result[group])
+            result[group[size < ROUNDING * size.max()]] = 0.0
+    return result
 
 
 def _own_size(quantity: Quantity, initial: float) -> float:

@@ -18,6 +18,7 @@ from .accuracy import (
     energy_drift,
 )
 from .case import Case, SimulationOptions, find_experiment, input_values, prepare
+from .constraint_drift import constraint_drifts
 from .evaluate import evaluate_rows, solution_columns
 from .functions import Functions, load_functions
 from .kernel_run import run_kernel
@@ -161,7 +162,13 @@ def _solve(plan: Plan) -> Solution:
         message=message,
         failure=main.failure,
         statistics=main.statistics,
-        accuracy=Accuracy(error, energy_drift(problem, outputs), conserved_drifts(problem, outputs), remark),
+        accuracy=Accuracy(
+            error,
+            energy_drift(problem, outputs),
+            conserved_drifts(problem, outputs),
+            remark,
+            constraint_drifts(problem, functions, case, plan.nominal, main),
+        ),
         events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, main)),
     )

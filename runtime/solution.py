@@ -118,6 +118,13 @@ def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:
         "energy_drift": _drift_number(energy) if energy else None,
         "energy_change": json_number(energy.absolute) if energy else None,
         "conserved": {drift.name: _drift_summary(drift) for drift in accuracy.conserved},
+        "constraints": {
+            drift.level: {
+                "before_projection": None if drift.before is None else json_number(drift.before),
+                "after_projection": json_number(drift.after),
+            }
+            for drift in accuracy.constraints
+        },
         "remark": accuracy.remark,
     }
 

@@ -179,6 +179,14 @@ def test_nominal_values_follow_their_rules() -> None:
     assert nominal(replace(p, states=(ranged, p.states[1])), [0, 0], [0, 0], [1, g], 1)[0] == 3
 
 
+def test_rounding_is_no_size() -> None:
+    """What assembly leaves of a zero counts as zero: its nominal is that of the others, not a millionth of it."""
+    p = kepler()
+    exact = nominal(p, [5, 0, 0, 0.1], [0, 0.1, -0.002, 0], [1, 1, 0.6], 1)
+    rounded = nominal(p, [5, 1e-16, -1e-18, 0.1], [1e-18, 0.1, -0.002, 1e-17], [1, 1, 0.6], 1)
+    assert rounded.tolist() == exact.tolist()
+
+
 def test_nominal_values_of_lengths() -> None:
     p = kepler()
     # What starts at zero gets the size of the other one of its unit.
