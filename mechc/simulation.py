@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from .display import Display, choose
@@ -96,7 +97,10 @@ def sweep(model: Model, request: Request) -> Sweep:
     for structural, variant in model.structural_points(request.experiment):
         problem, (runs, values) = _solve(variant, request, all_runs)
         points += [{**structural, **point} for point in values]
-        solutions += [_shown(one, problem, variant, request) for one in runs]
+        solutions += [
+            _shown(one, problem, variant, request, point)
+            for one, point in zip(runs, points[-len(runs) :], strict=True)
+        ]
         if solutions[-1].outcome is Outcome.INTERRUPTED:
             break
     return Sweep(tuple(points), tuple(solutions))
@@ -140,13 +144,19 @@ def _options(model: Model, request: Request, problem: Problem) -> SimulationOpti
     )
 
 
-def _shown(solution: Run, problem: Problem, model: Model, request: Request) -> Solution:
+def _shown(
+    solution: Run,
+    problem: Problem,
+    model: Model,
+    request: Request,
+    swept: Mapping[str, float | bool | str] = MappingProxyType({}),
+) -> Solution:
     first = find_experiment(problem, None)
     as_stated = (
         not model.settings and not request.inputs and (first is None or first.name == solution.experiment)
     )
     display = _display(problem, request.experiment)
-    return Solution.of(solution, problem, display=display, as_stated=as_stated)
+    return Solution.of(solution, problem, display=display, as_stated=as_stated, swept=swept)
 
 
 def _time(name: str, given: float | str | None, unit: str) -> float | None:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .display import Display, choose, factor
+from .runtime.results import Display as Unit
 from .runtime.solution import Solution as Run
 
 if TYPE_CHECKING:
@@ -38,16 +40,28 @@ class Solution(Run):
     compiled: bool
     display: Display
     as_stated: bool
+    swept: Mapping[str, float | bool | str]
 
     @staticmethod
-    def of(run: Run, problem: Problem, *, display: Display, as_stated: bool = True) -> Solution:
-        """Take over what a run gave. ``as_stated``: it is the default experiment, with no value changed."""
+    def of(
+        run: Run,
+        problem: Problem,
+        *,
+        display: Display,
+        as_stated: bool = True,
+        swept: Mapping[str, float | bool | str] = MappingProxyType({}),
+    ) -> Solution:
+        """Take over what a run gave. ``as_stated``: it is the default experiment, with no value changed.
+
+        ``swept``: the values that this run of a sweep has, in SI; they are written into files as columns.
+        """
         solution = Solution.__new__(Solution)
         vars(solution).update(vars(run))
         solution.problem = problem
         solution.compiled = problem.library is not None
         solution.display = display
         solution.as_stated = as_stated
+        solution.swept = swept
         return solution
 
     @property
@@ -74,6 +88,20 @@ class Solution(Run):
                 for e in self.true_errors
             }
         return summary
+
+    def columns(
+        self, names: Sequence[str] | None = None, display: Unit | None = None
+    ) -> dict[str, tuple[str, Array]]:
+        """Give unit and values by name, time first, swept parameters last."""
+        columns = super().columns(names, display)
+        units = {quantity.name: quantity.unit for quantity in self.problem.parameters}
+        for name, value in self.swept.items():
+            if name not in self and isinstance(value, float | int):
+                unit, factor = (
+                    display(name, units[name]) if display and name in units else (units.get(name, ""), 1.0)
+                )
+                columns[name] = (unit, np.full_like(self.time, value * factor))
+        return columns
 
     def shown_in(self, units: str) -> Solution:
         """Return the same solution shown in other units: ``"deg,mm"``."""

@@ -285,8 +285,14 @@ def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int
 
 def _check_parameters(problem: Problem, p: Array) -> None:
     for quantity, value in zip(problem.parameters, p, strict=False):
-        if not math.isfinite(value):
-            raise SimulationError(f"the parameter '{quantity.name}' has no finite value", quantity.origin)
+        if math.isnan(value):
+            raise SimulationError(
+                f"the parameter '{quantity.name}' has no value; "
+                f"give it one in the model, or with --set {quantity.name}=...",
+                quantity.origin,
+            )
+        if math.isinf(value):
+            raise SimulationError(f"the parameter '{quantity.name}' is infinite", quantity.origin)
         _check_range(quantity, float(value), "the parameter")
 
 

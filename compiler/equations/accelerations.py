@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
+from ..graph.differentiate import jacobian
 from ..graph.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
@@ -50,13 +51,23 @@ def accelerations(
         variants = () if whole and len(unknowns) <= LARGEST_WHOLE else VARIANTS
         found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
-        raise _massless(system, free, rows, singular, reporter) from None
+        raise _massless(system, residual, free, rows, singular, reporter) from None
     count = len(free)
     return Accelerations(found.solutions[:count], found.solutions[count:], found)
 
 
+def _coupled(
+    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], unknown: int
+) -> list[str]:
+    """Return the coordinates that share inertia with one that has no pivot; nothing if it has no inertia at all."""
+    (row,) = jacobian(system.graph, [residual[unknown]], [system.a[i] for i in free])
+    names = [system.v[free[j]].name.removeprefix("der(").removesuffix(")") for j in row]
+    return list(dict.fromkeys(names)) if unknown in row else []
+
+
 def _massless(
     system: MechanicalSystem,
+    residual: Sequence[Node],
     free: Sequence[int],
     rows: Sequence[Row],
     singular: ZeroPivot,
@@ -64,6 +75,16 @@ def _massless(
 ) -> Exception:
     if singular.unknown < len(free):
         scalar = system.v[free[singular.unknown]]
+        coupled = _coupled(system, [residual[i] for i in free], free, singular.unknown)
+        if coupled:
+            names = " and ".join(f"'{name}'" for name in coupled)
+            return reporter.fail(
+                "E0520",
+                f"some motion of {names} together moves no mass",
+                scalar.variable.origin.shown,
+                caption="the accelerations of these coordinates are undetermined",
+                help="the mass matrix is singular: give a mass to what moves then, or use fewer coordinates",
+            )
         return reporter.fail(
             "E0520",
             f"nothing with mass moves with '{scalar.variable.name}'",

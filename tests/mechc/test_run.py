@@ -147,6 +147,15 @@ def test_a_sweep_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert stiff["final"]["x"] == pytest.approx(0.1 * math.cos(4), abs=1e-7)
 
 
+def test_files_of_a_sweep_hold_the_swept_value(capsys: pytest.CaptureFixture[str]) -> None:
+    code, _, _ = call(capsys, "-q", "--experiment", "stiffer", "-o", "motion.csv", "--outputs", "x")
+    assert code == 0
+    for number, k in ((1, 8.0), (2, 32.0)):
+        results = read_results(f"motion-{number}.csv")
+        assert list(results) == ["x", "k"] and results.unit("k") == "N/m"
+        assert set(results["k"]) == {k}
+
+
 @pytest.mark.parametrize("ending", ["csv", "npz", "json"])
 def test_results_in_files(ending: str, capsys: pytest.CaptureFixture[str]) -> None:
     code, _, _ = call(capsys, "-q", "-o", f"motion.{ending}", "--every", "0.25")

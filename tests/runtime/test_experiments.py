@@ -135,5 +135,5 @@ def test_parameter_without_a_value() -> None:
     def fill(p: Array, given: NDArray[np.uint8]) -> None:
         p[1:] = 1.0
 
-    with pytest.raises(SimulationError, match="the parameter 'mu' has no finite value"):
+    with pytest.raises(SimulationError, match="the parameter 'mu' has no value"):
         simulate(replace(kepler(), parameters_function=fill), SimulationOptions(stop=1))

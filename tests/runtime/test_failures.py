@@ -194,7 +194,7 @@ def test_interruption_during_the_error_estimate_keeps_the_run() -> None:
         (SimulationOptions(stop=1, values={"thet": 1.0}), "state or input 'thet'; did you mean 'theta'?"),
         (SimulationOptions(stop=1, values={"energy": 1.0}), "'energy' is an output of 'Pendulum'"),
         (SimulationOptions(stop=1, values={"theta": np.nan}), "the initial value of 'theta' is not a number"),
-        (SimulationOptions(stop=1, values={"l": np.inf}), "the parameter 'l' has no finite value"),
+        (SimulationOptions(stop=1, values={"l": np.inf}), "the parameter 'l' is infinite"),
     ],
 )
 def test_runs_that_cannot_begin(options: SimulationOptions, message: str) -> None:

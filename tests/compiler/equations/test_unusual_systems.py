@@ -7,6 +7,8 @@ import math
 import pytest
 from compiled import compiled, outcome
 
+from mechc.lang.diagnostics import CompileError
+
 ROUNDING = 1e-13
 """Some ten operations on numbers of size 10."""
 
@@ -184,3 +186,11 @@ def test_rows_that_cancel_are_constraints_all_the_same() -> None:
     constraint second: sin((2*y - x)/1 m) = 0;
     """
     assert not conserved(text) & {"momentum(x)", "momentum(y)"}
+
+
+def test_a_combination_without_mass_is_named() -> None:
+    text = "coordinate x[2] = {1, 2} m; kinetic 1/2*1 kg*(der(x[1]) + der(x[2]))^2; potential 1 N/m*x[1]^2;"
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("E0520", "some motion of 'x[1]' and 'x[2]' together moves no mass")
