@@ -11,6 +11,7 @@ PAGES = (
     "four_bar",
     "evaluation",
     "kernel",
+    "events",
     "startup",
     "work_precision",
     "calibration",

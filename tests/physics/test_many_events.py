@@ -1,0 +1,99 @@
+"""Ten thousand events of a kind: none is lost, none is found twice, and the energy balance closes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.solution import Solution
+
+GRAVITY = 9.81
+
+PLATE = """\
+parameter w = 100 rad/s;
+parameter A = 1 mm;
+parameter phase = 0 rad;
+parameter e = 0.8;
+coordinate Length h = 1 m;
+kinetic 1/2*(1 kg)*der(h)^2;
+potential (9.81 N)*h;
+contact plate: h - A*sin(w*time + phase) restitution e;
+"""
+
+BELT = """\
+parameter u = 1.962 m/s;
+coordinate x = 0 m;
+initial der(x) = u;
+kinetic 1/2*(1 kg)*der(x)^2;
+potential 1/2*(1 N/m)*x^2;
+friction 0.2*(9.81 N) static 0.3*(9.81 N) on x - u*time;
+"""
+
+
+def times(solution: Solution, kind: str) -> np.ndarray:
+    return np.array([e.time for e in solution.events if e.kind == kind])
+
+
+def closes(solution: Solution, relative: float) -> bool:
+    drift = solution.accuracy.energy
+    return drift is not None and drift.relative is not None and drift.relative < relative
+
+
+@pytest.mark.parametrize("periods", [1, 20])
+def test_ten_thousand_bounces_in_step_with_a_vibrating_plate(periods: int) -> None:
+    """A stable orbit: each flight lasts a whole number of the plate's periods.
+
+    With T the flight, g T/2 - u = e (g T/2 + u) for the speed u = A w cos(phase) of the plate at the impact; it is
+    stable for 0 < K < 2 (1 + e), K = 2 (1 + e) A w^2 sin(phase)/g (P. J. Holmes 1982); here K = 1. In steps of the
+    free flight the plate vibrates many times.
+    """
+    e, w = 0.8, 100.0
+    flight = periods * 2 * math.pi / w
+    along = GRAVITY * flight / 2 * (1 - e) / (1 + e) * w
+    across = GRAVITY / (2 * (1 + e))
+    phase, amplitude = math.atan2(across, along), math.hypot(along, across) / w**2
+    values = {
+        "A": amplitude,
+        "phase": phase,
+        "h": amplitude * math.sin(phase),
+        "der(h)": GRAVITY * flight / 2,
+    }
+    model = mechc.loads(PLATE)
+    solution = model.simulate(stop=10_000.5 * flight, estimate_error=False, set=values)
+    hits = times(solution, "impact")
+    assert len(hits) == 10_000
+    assert hits == pytest.approx(flight * np.arange(1, 10_001), rel=1e-11)
+    assert closes(solution, 1e-9)
+
+
+@pytest.mark.parametrize(("w", "amplitude", "e"), [(3000.0, 4e-5, 0.8), (2e4, 1e-5, 0.8), (1e5, 1e-6, 0.7)])
+def test_no_impact_is_missed_on_a_plate_that_vibrates_fast(w: float, amplitude: float, e: float) -> None:
+    """Between two impacts the flight is a parabola, which is held against the plate a hundred times a period."""
+    values = {"w": w, "A": amplitude, "e": e}
+    solution = mechc.loads(PLATE).simulate(stop=40, estimate_error=False, set=values)
+    events = [event for event in solution.events if event.kind != "when"]
+    assert len(events) > 200
+    assert all(event.kind == "impact" for event in events)
+    begin, height, speed = 0.0, 1.0, 0.0
+    for event in events:
+        flight = event.time - begin
+        t = np.linspace(0, flight, int(100 * flight * w / (2 * math.pi)) + 100)[:-1]
+        gap = height + speed * t - GRAVITY / 2 * t**2 - amplitude * np.sin(w * (begin + t))
+        assert np.min(gap) > -1e-9 * amplitude - 1e-14
+        begin, height, speed = event.time, amplitude * math.sin(w * event.time), event.after["der(h)"]
+    assert closes(solution, 1e-9)
+
+
+def test_ten_thousand_cycles_of_stick_and_slip() -> None:
+    """Each cycle slips for 2 pi - 2 atan(1/2) and sticks for 1: see the derivation in test_events."""
+    period = 2 * math.pi - 2 * math.atan(0.5) + 1
+    solution = mechc.loads(BELT).simulate(stop=1.5 + 9_999.5 * period, estimate_error=False)
+    slips, sticks = times(solution, "slip"), times(solution, "stick")
+    assert len(slips) == 10_000
+    assert len(sticks) == 9_999  # it sticks at the start
+    assert slips == pytest.approx(1.5 + period * np.arange(10_000), rel=1e-8)
+    assert np.all(slips[:-1] < sticks) and np.all(sticks < slips[1:])
+    assert closes(solution, 1e-8)
