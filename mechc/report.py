@@ -27,6 +27,7 @@ def report(solution: Solution, style: Style = PLAIN) -> str:
     """Return the whole report as text, without an end of line."""
     blocks = [[_headline(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
+    blocks.append(_energy(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_true_errors(solution, style))
     blocks.append(_events(solution, style))
@@ -193,6 +194,19 @@ def _values(solution: Solution, style: Style) -> list[str]:
     elif solution.accuracy.remark:
         rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
     return rows
+
+
+def _energy(solution: Solution, style: Style) -> list[str]:
+    """Where energy came from and where it went, if there is more to say than that it is constant."""
+    found = solution.energy
+    if found is None:
+        return []
+    rows = [("at the start", found.start), ("supplied", found.supplied)]
+    rows += [("  at events", found.supplied_at_events or None), ("dissipated", found.dissipated)]
+    rows += [("  at events", found.dissipated_at_events or None), ("at the end", found.end)]
+    unit, factor = solution.shown_unit("energy.total", found.unit)
+    shown = [[label, number(value * factor), unit] for label, value in rows if value is not None]
+    return _aligned([["energy", "", ""], *shown], style)
 
 
 def _invariants(accuracy: Accuracy, style: Style) -> list[str]:

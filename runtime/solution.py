@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .accuracy import Accuracy, Drift
+from .energy_accounts import energy_accounts
 from .files import json_number
 from .happenings import Event
 from .outcome import Failure, Outcome
@@ -63,6 +64,7 @@ class Solution(Results):
         self.statistics = statistics
         self.accuracy = accuracy
         self.events = events
+        self.energy = energy_accounts(problem, time, values)
         self.remarks = remarks
         self.interpolation = interpolation
         self._at = at
@@ -88,6 +90,7 @@ class Solution(Results):
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
             "final": {name: json_number(value) for name, value in self.final().items()},
+            "energy": asdict(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": asdict(self.statistics),
             "accuracy": _accuracy_summary(self.accuracy),

@@ -1,0 +1,73 @@
+"""Where the energy of a run went: at events, between them, and what was brought in."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import mechc
+from mechc.report import report
+
+BALL = """\
+coordinate h = 1 m;
+kinetic 1/2*(0.1 kg)*der(h)^2;
+potential (0.1 kg)*(9.81 m/s^2)*h;
+"""
+
+
+def run(text: str, stop: float) -> mechc.Solution:
+    solution = mechc.loads(text).simulate(stop=stop, tolerance=1e-11)
+    assert isinstance(solution, mechc.Solution)
+    return solution
+
+
+def test_what_impacts_take() -> None:
+    """One bounce with e = 0.8 takes 36 % of m g h; nothing is lost in the air."""
+    found = run(BALL + "contact floor: h restitution 0.8;", stop=1).energy
+    assert found is not None and found.supplied is None
+    assert found.start == pytest.approx(0.981) and found.unit == "J"
+    assert found.dissipated == pytest.approx(0.36 * 0.981, rel=1e-10)
+    assert found.dissipated_at_events == pytest.approx(found.dissipated, rel=1e-12)
+    assert found.end == pytest.approx(0.64 * 0.981, rel=1e-10)
+
+
+def test_what_friction_and_the_belt_do() -> None:
+    """Slides with f = 2 N for one second while the belt goes 3 m: 2 N times 3 m is brought in."""
+    solution = run(
+        "coordinate x = 0 m; kinetic 1/2*(1 kg)*der(x)^2; friction 2 N on x - (3 m/s)*time;", stop=1
+    )
+    found = solution.energy
+    assert found is not None and found.supplied is not None and found.dissipated is not None
+    assert found.supplied == pytest.approx(6, rel=1e-10)
+    assert found.dissipated == pytest.approx(6 - 2**2 / 2, rel=1e-10)
+    assert found.dissipated_at_events == 0 == found.supplied_at_events
+
+
+def test_an_impulse_supplies_and_drag_takes() -> None:
+    text = """
+    coordinate x = 0 m;
+    kinetic 1/2*(2 kg)*der(x)^2;
+    damping 1 N.s/m on x;
+    when time >= 1 s then reinit(der(x), 3 m/s); end when;
+    """
+    found = run(text, stop=2).energy
+    assert found is not None and found.supplied is not None
+    assert found.supplied == pytest.approx(9, rel=1e-10) == found.supplied_at_events
+    assert found.dissipated == pytest.approx(9 * (1 - math.exp(-1)), rel=1e-9)
+
+
+def test_the_report_and_the_json_tell_it() -> None:
+    solution = run(BALL + "contact floor: h restitution 0.8;", stop=1)
+    rows = report(solution).splitlines()
+    first = rows.index("  energy")
+    assert [row.split() for row in rows[first + 1 : first + 5]] == [
+        ["at", "the", "start", "0.981", "J"],
+        ["dissipated", "0.35316", "J"],
+        ["at", "events", "0.35316", "J"],
+        ["at", "the", "end", "0.62784", "J"],
+    ]
+    told = solution.summary()["energy"]
+    assert told["dissipated"] == pytest.approx(0.35316) and told["supplied"] is None
+    quiet = run(BALL, stop=0.1)
+    assert quiet.summary()["energy"] is None and "at the start" not in report(quiet)
