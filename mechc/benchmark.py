@@ -16,9 +16,9 @@ from .runtime.functions import Functions, load_functions
 from .runtime.native import kernel_methods, load_kernel
 from .runtime.nominal import nominal_values
 from .runtime.outcome import SimulationError
+from .runtime.peers import METHODS
 from .runtime.pilot import largest_values
 from .runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
-from .runtime.scipy_methods import METHODS
 from .runtime.work_precision import TOLERANCES, Point, measure
 
 if TYPE_CHECKING:

@@ -29,8 +29,8 @@ def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None
         words = decision if len(choices) == 1 else ", ".join(choice.topic for choice in choices)
         lines = textwrap.wrap(words, WIDTH - column)
         lines += [style.dim(row) for row in textwrap.wrap(reason, WIDTH - column)]
-        costs = [_said(saved, choice) for choice in choices] if saved is not None else []
-        lines += [text for text in costs if text]
+        costs = [(choice, _said(saved, choice)) for choice in choices] if saved is not None else []
+        lines += [text if len(choices) == 1 else f"{c.topic}: {text}" for c, text in costs if text]
         leads = [style.cyan(pad(_lead(choices), column)), *[" " * column] * (len(lines) - 1)]
         rows += ["", *(f"  {lead}  {line}" for lead, line in zip(leads, lines, strict=True))]
     if saved is not None:

@@ -89,6 +89,34 @@ class ModelStruct(Structure):
     hybrid: int | None
 
 
+class BranchStruct(Structure):
+    """mech_branch"""
+
+    _fields_ = (*((name, c_int) for name in ("event", "n_checks", "terminates")), ("act", c_void_p))
+    act: int | None
+
+
+class HybridStruct(Structure):
+    """mech_hybrid"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("n_switches", "n_times", "n_clocks", "n_branches", "n_rows")),
+        *((name, c_int) for name in ("initial", "simultaneous", "dissipated", "supplied", "total")),
+        *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
+        ("branches", POINTER(BranchStruct)),
+        ("rows", c_void_p),
+        *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
+        *((name, c_void_p) for name in ("conditions", "row_values", "respond")),
+    )
+    n_switches: int
+    n_times: int
+    n_clocks: int
+    n_branches: int
+    n_rows: int
+    indicators: int | None
+    conditions: int | None
+
+
 class TableStruct(Structure):
     """mech_table"""
 

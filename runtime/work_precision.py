@@ -17,9 +17,10 @@ from .functions import Functions
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .outcome import SimulationError
+from .peers import run_peer
 from .problem import Array, Problem
 from .reference import Reference
-from .scipy_methods import run_scipy
+from .scipy_methods import PREFIX
 from .trajectory import Trajectory
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
@@ -63,19 +64,37 @@ def measure(
     Raises ``SimulationError`` if the method does not fit the model.
     """
     asked = replace(case, method=method, step=None, grid=reference.t)
+    if method.startswith(PREFIX):
+        return _ladder(
+            tolerances,
+            method,
+            progress,
+            lambda setting: _peer(problem, functions, asked, method, setting, nominal, reference),
+        )
     try:
         chosen = choose_method(functions, asked)
         settings = list(tolerances)
     except SimulationError:
         chosen = choose_method(functions, replace(asked, step=1.0))
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
+    return _ladder(
+        settings,
+        chosen.name,
+        progress,
+        lambda setting: _point(problem, functions, asked, chosen, setting, nominal, reference),
+    )
+
+
+def _ladder(
+    settings: Sequence[float], name: str, progress: Callable[[], None] | None, point: Callable[[float], Point]
+) -> list[Point]:
     points: list[Point] = []
     for setting in settings:
         if points and points[-1].seconds > LONGEST:
             why = f"left out, as the run before took {points[-1].seconds:.1f} s"
-            points.append(Point(chosen.name, setting, None, None, 0.0, 0.0, 0, 0, why))
+            points.append(Point(name, setting, None, None, 0.0, 0.0, 0, 0, why))
             break
-        points.append(_point(problem, functions, asked, chosen, setting, nominal, reference))
+        points.append(point(setting))
         if progress is not None:
             progress()
     return points
@@ -90,10 +109,8 @@ def _point(
     nominal: Array,
     reference: Reference,
 ) -> Point:
-    run: Callable[..., Trajectory] = run_kernel if method.in_kernel else run_scipy
-    seconds: list[float] = []
-    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE):
-        done = run(
+    def run(case: Case) -> Trajectory:
+        return run_kernel(
             problem,
             functions,
             case,
@@ -105,20 +122,61 @@ def _point(
             max_steps=None,
             progress=None,
         )
-        seconds.append(done.statistics.run_time)
-        if done.failure is not None or done.interrupted:
+
+    alone = replace(case, grid=case.grid[:1])
+    return _repeated(method.name, setting, reference, lambda: run(alone), lambda: run(case))
+
+
+def _peer(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    method: str,
+    setting: float,
+    nominal: Array,
+    reference: Reference,
+) -> Point:
+    accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
+
+    def run(case: Case) -> Trajectory:
+        done = run_peer(problem, functions, case, method=method, tolerance=setting, nominal=nominal)
+        if problem.hybrid is not None and len(done.y) == len(reference.t):
+            done.y[:, accounts] = reference.high[
+                :, accounts
+            ]  # what impacts dissipate is booked by the kernel alone
+        return done
+
+    alone = replace(case, grid=case.grid[:1])
+    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(case))
+
+
+def _repeated(
+    name: str,
+    setting: float,
+    reference: Reference,
+    timed: Callable[[], Trajectory],
+    run: Callable[[], Trajectory],
+) -> Point:
+    """Measure the error of a run, and repeat it without its grid for the median of its times; a run of whole seconds
+    is made once."""
+    done = run()
+    seconds: list[float] = []
+    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE):
+        alone = done if done.failure is not None or done.interrupted else timed()
+        seconds.append(alone.statistics.run_time)
+        if alone is done:
             break
     taken = statistics.median(seconds)
     spread = (max(seconds) - min(seconds)) / taken if taken > 0 else 0.0
-    made = done.statistics
+    made = alone.statistics
     if done.interrupted:
         raise KeyboardInterrupt
     if done.failure is not None:
         message = done.failure.message
-        return Point(method.name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
+        return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
     errors = reference.error(done.y)
     return Point(
-        method.name,
+        name,
         setting,
         float(errors.max()),
         float(errors[-1]),

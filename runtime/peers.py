@@ -1,0 +1,220 @@
+"""Scipy's methods on compiled functions with nothing between, for comparison with the kernel.
+
+``run_scipy`` watches inputs, rotations and undefined values at each evaluation; here one evaluation is one call through
+ctypes into an array made before. Constraints are those of the accelerations alone (index 1): scipy has no other form.
+Events are scipy's own: located by its root finder on the dense output, after which the run begins anew.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from . import native
+from .case import Case
+from .functions import Functions
+from .outcome import Failure, SimulationError, step_too_small
+from .problem import Array, Problem
+from .scipy_methods import PREFIX
+from .trajectory import Statistics, Trajectory, with_unit_rotations
+
+METHODS = ("DOP853", "RK45", "LSODA", "Radau", "BDF")
+MOST_EVENTS = 10_000
+AHEAD = 1e-9
+"""Part of the run by which one looks ahead after an event."""
+
+Rates = Callable[[float, Array], Array]
+
+
+def peer_lacks(problem: Problem, functions: Functions) -> str:
+    """Return why scipy cannot run a problem here; an empty text if it can."""
+    if functions.struct is None:
+        return "is compared on compiled functions"
+    if problem.inputs:
+        return "is compared on models without inputs"
+    hybrid = problem.hybrid
+    if hybrid is not None and (hybrid.rows or _hybrid(functions).n_times or _hybrid(functions).n_clocks):
+        return "has no contacts, friction or events at known times"
+    return ""
+
+
+def run_peer(
+    problem: Problem, functions: Functions, case: Case, *, method: str, tolerance: float, nominal: Array
+) -> Trajectory:
+    """Run a case by ``scipy:NAME``; a grid of the start alone costs no dense output.
+
+    Raises SimulationError if the problem is none for scipy.
+    """
+    lacks = peer_lacks(problem, functions)
+    if lacks:
+        raise SimulationError(f"'{method}' {lacks}")
+    import scipy.integrate  # noqa: F401, loading it is no part of a run
+
+    begun = time.perf_counter()
+    found = _solve(problem, functions, case, method.removeprefix(PREFIX), tolerance, nominal)
+    seconds = time.perf_counter() - begun
+    return Trajectory(
+        t=found.t,
+        y=with_unit_rotations(problem.rotations, found.y),
+        dense=None,
+        statistics=Statistics(method, found.steps, None, found.evaluations, seconds),
+        failure=found.failure,
+        interrupted=False,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Run:
+    t: Array
+    y: Array
+    steps: int
+    evaluations: int
+    failure: Failure | None
+
+
+def _solve(
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    method: str,
+    tolerance: float,
+    nominal: Array,
+) -> _Run:
+    from scipy.integrate import solve_ivp
+
+    z = case.z.copy()
+    case = replace(case, z=z)
+    rates = _rates(problem, functions, case)
+    watched = _Events(problem, functions, case) if problem.hybrid is not None else None
+    t, y = case.begin, case.y0
+    if watched is not None:
+        y = watched.happen(t, y)
+    rtol = max(tolerance, 100 * np.finfo(float).eps)  # scipy raises lower ones itself, with a warning
+    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": tolerance * nominal}
+    times, rows, steps, evaluations = [], [], 0, 0
+    failure = None
+    grid = case.grid.size > 1
+    with np.errstate(all="ignore"):
+        while t < case.stop:
+            here = case.grid[(case.grid >= t) & (case.grid <= case.stop)]
+            found = solve_ivp(
+                rates,
+                (t, case.stop),
+                y,
+                t_eval=here if grid else None,
+                events=watched.functions() if watched is not None else None,
+                **options,
+            )
+            steps += 0 if grid else found.t.size - 1  # scipy gives its own steps or those of the grid
+            evaluations += found.nfev
+            if grid and len(found.t):
+                times.append(found.t)
+                rows.append(found.y.T)
+            if found.status < 0:
+                failure = step_too_small(problem, 0, float(found.t[-1]) if len(found.t) else t, y)
+            if found.status != 1:
+                break
+            assert watched is not None
+            k = next(k for k, at in enumerate(found.t_events) if at.size)
+            t, y = float(found.t_events[k][0]), found.y_events[k][0]
+            watched.cross(k)
+            y = watched.happen(t, y)
+            watched.count += 1
+            if watched.count > MOST_EVENTS:
+                failure = step_too_small(problem, 0, t, y)
+                break
+    t_rows, y_rows = np.concatenate([np.empty(0), *times]), np.concatenate([np.empty((0, problem.ny)), *rows])
+    _, first = np.unique(t_rows, return_index=True)
+    return _Run(t_rows[first], y_rows[first], steps, evaluations, failure)
+
+
+def _rates(problem: Problem, functions: Functions, case: Case) -> Rates:
+    """Return dy/dt for scipy, called through ctypes into an array made before."""
+    assert functions.struct is not None
+    call = native.MODEL_FUNCTION(functions.struct.rhs)
+    state, out, nothing = np.empty(problem.ny), np.empty(problem.ny), np.empty(0)
+    places = (state.ctypes.data, nothing.ctypes.data, case.z.ctypes.data, case.p.ctypes.data, out.ctypes.data)
+
+    def rates(t: float, y: Array) -> Array:
+        state[:] = y
+        call(t, *places)
+        return out.copy()  # scipy keeps what it is given
+
+    return rates
+
+
+def _hybrid(functions: Functions) -> native.HybridStruct:
+    assert functions.struct is not None and functions.struct.hybrid
+    return native.HybridStruct.from_address(functions.struct.hybrid)
+
+
+class _Events:
+    """Located switches and branches of a model, by what its code offers the kernel (``mech_hybrid``)."""
+
+    def __init__(self, problem: Problem, functions: Functions, case: Case) -> None:
+        assert problem.hybrid is not None
+        hybrid = _hybrid(functions)
+        self._struct = hybrid
+        self._case = case
+        self._ny, self._nz = problem.ny, case.z.size
+        self._size = hybrid.n_switches
+        self._checks = [len(branch.checks) for branch in problem.hybrid.branches]
+        self._held = np.zeros(len(self._checks), bool)
+        self.count = 0
+        self._rhs = functions.struct.rhs if functions.struct is not None else None
+        self._settle(case.begin, case.y0)
+
+    def _call(self, address: int | None, size: int, t: float, y: Array) -> Array:
+        out, y, nothing = np.empty(size), np.ascontiguousarray(y), np.empty(0)
+        if address:
+            native.MODEL_FUNCTION(address)(
+                t, *(a.ctypes.data for a in (y, nothing, self._case.z, self._case.p, out))
+            )
+        return out
+
+    def _settle(self, t: float, y: Array) -> None:
+        """Put every switch on the side where the motion goes: at an event a gap is zero up to rounding."""
+        ahead = AHEAD * (self._case.stop - self._case.begin)
+        y = y + ahead * self._call(self._rhs, self._ny, t, y)
+        gaps = self._call(self._struct.indicators, self._size, t + ahead, y)
+        for k in range(self._size):
+            self._case.z[self._struct.switches[k]] = float(gaps[k] < 0)
+
+    def functions(self) -> list[Callable[..., float]]:
+        """Return one terminal event for each switch, that stops where the switch leaves its side."""
+        made = []
+        for k in range(self._size):
+            on = self._case.z[self._struct.switches[k]] > 0.5
+
+            def gap(t: float, y: Array, k: int = k) -> float:
+                return float(self._call(self._struct.indicators, self._size, t, y)[k])
+
+            gap.terminal = True  # type: ignore[attr-defined]
+            gap.direction = 1.0 if on else -1.0  # type: ignore[attr-defined]
+            made.append(gap)
+        return made
+
+    def cross(self, k: int) -> None:
+        index = self._struct.switches[k]
+        self._case.z[index] = 1.0 - self._case.z[index]
+
+    def happen(self, t: float, y: Array) -> Array:
+        """Carry out the branches whose condition has become true, until none is left."""
+        hybrid = self._struct
+        for _ in range(MOST_EVENTS):
+            holds = self._call(hybrid.conditions, len(self._checks), t, y) > 0.5
+            rising = np.flatnonzero(holds & ~self._held)
+            self._held = holds
+            if not rising.size:
+                return y
+            for k in map(int, rising):
+                size = self._ny + self._nz + self._checks[k]
+                acted = self._call(hybrid.branches[k].act, size, t, y)
+                y = acted[: self._ny].copy()
+                self._case.z[:] = acted[self._ny : self._ny + self._nz]
+            self._settle(t, y)
+        raise SimulationError("the events of an instant do not end")

@@ -1,0 +1,190 @@
+"""What is left out changes no motion, and is nowhere in the code."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import mechc
+from mechc.api import Model
+from mechc.cli.main import mechc as program
+from mechc.compiler.equations.needs import EVERYTHING
+from mechc.explanation import explanation
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.kernel_run import run_kernel
+from mechc.runtime.object_code import code_bytes
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.problem import Array, Problem
+from mechc.runtime.trajectory import Trajectory
+from mechc.savings import LARGEST, savings
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.mech"))
+EPSILON = float(np.finfo(float).eps)
+STEPS = 1000
+PLANAR_TREE = """
+import mech.planar.*;
+model Tree
+  parameter g = 9.81 m/s^2;
+  gravity {0, -g};
+  Bar trunk; Revolute foot(world -> trunk.a, angle = 60 deg);
+  Bar left; Revolute one(trunk.b -> left.a, angle = 20 deg);
+  Bar right; Revolute two(trunk.b -> right.a, angle = -70 deg);
+  experiment(stop = 2 s);
+end Tree;
+"""
+
+
+def test_planar_tree_is_at_least_30_percent_smaller() -> None:
+    made = savings(mechc.loads(PLANAR_TREE))
+    assert made.lean.size is not None and made.everything.size is not None
+    assert made.lean.size <= 0.7 * made.everything.size
+    assert made.lean.evaluation <= made.everything.evaluation
+    assert all(cost.operations >= made.lean.operations for cost in made.parts.values())
+    assert all(cost.size is not None and cost.size > made.lean.size / 2 for cost in made.parts.values())
+
+
+def test_code_size_is_that_of_instructions_and_constants() -> None:
+    library = mechc.loads(PLANAR_TREE).problem("c").library
+    assert library is not None
+    assert 500 < code_bytes(library) < library.stat().st_size
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "four_bar", "rotating_hoop"])
+def test_lean_moves_as_keep_all(name: str) -> None:
+    compare(Path(__file__).parents[2] / "examples" / f"{name}.mech")
+
+
+def test_every_part_alone_keeps_the_motion() -> None:
+    model = mechc.loads(PLANAR_TREE)
+    lean, disturbed = motion(model), motion(model, disturbed=True)
+    for part in sorted(EVERYTHING):
+        same(lean, disturbed, motion(model.keeping({part})))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_moves_as_keep_all(path: Path) -> None:
+    compare(path)
+
+
+def compare(path: Path) -> None:
+    """Compare both builds over the longest time in which a disturbance by rounding stays small."""
+    model = mechc.load(path).for_experiment(None)
+    everything = model.keeping(EVERYTHING)
+    assert everything.compilation.program.function("jacobian") is not None
+    operations = sum(f.operations for f in everything.compilation.program.functions)
+    if operations > LARGEST:
+        everything = model.keeping(EVERYTHING - {"jacobian", "structure", "momenta"})
+    share = 1.0
+    while True:
+        lean, disturbed = motion(model, share), motion(model, share, disturbed=True)
+        if lean is not None and disturbed is not None and apart(lean, disturbed) < 1e-9:
+            break
+        share /= 4
+        assert share > 1e-4, "no horizon"
+    same(lean, disturbed, motion(everything, share))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """States by name, and the size of each: the largest value of any state of its unit."""
+
+    t: Array
+    states: dict[str, Array]
+    sizes: dict[str, float]
+
+
+def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion | None:
+    """Follow a motion by equal steps; ``disturbed`` begins one unit in the last place beside it."""
+    problem = model.problem("c")
+    functions = load_functions(problem)
+    try:
+        case = prepare(problem, functions, SimulationOptions(points=21))
+    except SimulationError:
+        case = prepare(problem, functions, SimulationOptions(points=21, stop=1.0))
+    stop = case.begin + share * (case.stop - case.begin)
+    case = replace(case, stop=stop, grid=np.linspace(case.begin, stop, 21))
+    if disturbed:
+        case = replace(case, y0=case.y0 * (1 + EPSILON))
+    done = run(problem, functions, case)
+    if done.failure is not None or not np.isfinite(done.y).all():
+        return None
+    assert done.t.size == 21 or done.terminated is not None
+    largest = np.abs(done.y).max(axis=0)
+    sizes: dict[str, float] = {}
+    for k, q in enumerate(problem.states):
+        sizes[q.unit] = max(sizes.get(q.unit, 0.0), float(largest[k]))
+    states = {q.name: done.y[:, k] for k, q in enumerate(problem.states)}
+    return Motion(done.t, states, {q.name: sizes[q.unit] or 1.0 for q in problem.states})
+
+
+def run(problem: Problem, functions: Functions, case: Case) -> Trajectory:
+    return run_kernel(
+        problem,
+        functions,
+        case,
+        method="rk4",
+        tolerance=1e-8,
+        nominal=np.ones(problem.ny),
+        step=(case.stop - case.begin) / STEPS,
+        dense=False,
+        max_steps=20 * STEPS,
+        progress=None,
+    )
+
+
+def apart(a: Motion, b: Motion) -> float:
+    """Return the largest difference of what both have, relative to its size."""
+    assert a.t.size == b.t.size
+    shared = [name for name in a.states if name in b.states]
+    return max(float(np.abs(a.states[n] - b.states[n]).max()) / a.sizes[n] for n in shared)
+
+
+def same(lean: Motion | None, disturbed: Motion | None, other: Motion | None) -> None:
+    """Assert that a motion differs from the lean one by no more than 100 times what rounding does."""
+    assert lean is not None and disturbed is not None and other is not None
+    rounding = max(apart(lean, disturbed), EPSILON * np.sqrt(STEPS))
+    assert set(lean.states) <= set(other.states)
+    assert apart(lean, other) <= 100 * rounding
+
+
+def test_explanation_states_reason_and_saving() -> None:
+    model = mechc.loads(PLANAR_TREE)
+    text = " ".join(explanation(model, saved=savings(model)).split())
+    for words in ("left out", "nothing switches", "there are no constraints", "bytes of code", "keep-all"):
+        assert words in text
+
+
+def test_command_prints_one_object(tmp_path: Path) -> None:
+    path = tmp_path / "tree.mech"
+    path.write_text(PLANAR_TREE)
+    for target in ("c", "python"):
+        done = CliRunner().invoke(program, ["explain", str(path), "--target", target, "--json"])
+        assert done.exit_code == 0, done.output
+        made = json.loads(done.output)
+        assert made["lean"]["operations"] < made["keep_all"]["operations"]
+        assert made["lean"]["size"] < made["keep_all"]["size"]
+        by_topic = {choice["topic"]: choice for choice in made["choices"]}
+        assert by_topic["the Jacobian of implicit methods"]["saved"]["operations"] > 0
+
+
+def test_kept_parts_are_in_the_code_of_the_command(tmp_path: Path) -> None:
+    path = tmp_path / "tree.mech"
+    path.write_text(PLANAR_TREE)
+    for options, present in (([], False), (["--keep-all"], True)):
+        out = tmp_path / f"code{len(options)}"
+        done = CliRunner().invoke(program, ["compile", str(path), "--target", "c", "-o", str(out), *options])
+        assert done.exit_code == 0, done.output
+        text = (
+            (out / "model.c").read_text()
+            if (out / "model.c").exists()
+            else "".join(f.read_text() for f in out.glob("*.c"))
+        )
+        assert ("static const mech_hybrid hybrid" in text) is present
+        assert ("Entries of d(rhs)/dy" in text) is present
