@@ -5,7 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import mechc
-from mechc.benchmark import Benchmark, benchmark, draw
+from mechc.benchmark import Benchmark, benchmark
+from mechc.benchmark_report import draw
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference import ReferenceFailed
 from mechc.runtime.work_precision import time_to_reach

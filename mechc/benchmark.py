@@ -1,17 +1,20 @@
-"""Error against run time of one model: the reference, the measured methods, the table and the diagram."""
+"""Error against run time of one model: the reference and the measured methods."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .compiler.pipeline import program_for
 from .compiler.problem import header
 from .compiler.targets.c import emit_c
 from .runtime.build import build_shared
-from .runtime.case import Case, SimulationOptions, input_values, prepare
+from .runtime.case import Case, SimulationOptions, find_experiment, input_values, prepare
+from .runtime.evaluate import evaluate_rows
 from .runtime.functions import Functions, load_functions
 from .runtime.native import kernel_methods, load_kernel
 from .runtime.nominal import nominal_values
@@ -19,11 +22,12 @@ from .runtime.outcome import SimulationError
 from .runtime.peers import METHODS
 from .runtime.pilot import largest_values
 from .runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
+from .runtime.reference_cache import kept_reference
 from .runtime.work_precision import TOLERANCES, Point, measure
 
 if TYPE_CHECKING:
     from .api import Model
-    from .runtime.problem import Problem
+    from .runtime.problem import Array, Problem
 
 DEFAULT_METHODS = ("dop853", "radau5", "rk4")
 MEASURED_POINTS = 41
@@ -44,6 +48,14 @@ class Benchmark:
     stop: float
     points: tuple[Point, ...]
     skipped: tuple[tuple[str, str], ...]
+    closed: Mapping[str, float]
+    """How far the reference is from each closed solution that the model states, over nominal + |value|."""
+
+    @property
+    def digits(self) -> int:
+        """Decimal digits of the reference that can be trusted."""
+        doubt = float(np.nanmax(self.reference.doubt))
+        return 33 if doubt == 0 else int(-math.log10(doubt))
 
     def by_method(self) -> dict[str, list[Point]]:
         methods: dict[str, list[Point]] = {}
@@ -62,8 +74,11 @@ class Benchmark:
                 "method": made.method,
                 "tolerance": made.tolerance,
                 "doubt": float(made.doubt.max()),
+                "digits": self.digits,
                 "seconds": made.seconds,
+                "cached": made.cached,
                 "horizon": self.horizon,
+                "closed_solutions": dict(self.closed),
             },
             "points": [asdict(point) for point in self.points],
             "skipped": dict(self.skipped),
@@ -81,7 +96,9 @@ def benchmark(
     seconds: float = 60.0,
     progress: Callable[[], None] | None = None,
 ) -> Benchmark:
-    """Measure a model. ``seconds``: how long the reference may take.
+    """Measure a model. ``seconds``: how long the reference may take, if it is not in the cache.
+
+    Where none can be computed, closed solutions that the model states take its place.
 
     Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
     """
@@ -92,7 +109,13 @@ def benchmark(
     )
     case = prepare(problem, functions, options)
     nominal = _nominal(problem, functions, case)
-    truth = _reference(model, case, nominal, methods, seconds)
+    exact = closed_solutions(model, problem, functions, case)
+    try:
+        truth = _reference(model, case, nominal, methods, seconds)
+    except ReferenceFailed:
+        if not exact:
+            raise
+        truth = _closed_reference(problem, case, nominal, exact)
     count = truth.trusted(HORIZON_DOUBT)
     if count < 2:
         raise ReferenceFailed(
@@ -109,7 +132,49 @@ def benchmark(
             points += measure(problem, functions, measured, name, nominal, truth, tolerances, progress)
         except SimulationError as error:
             skipped.append((name, error.message))
-    return Benchmark(model.name, case.experiment, truth, horizon, case.stop, tuple(points), tuple(skipped))
+    closed = {
+        name: float(
+            np.max(np.abs(values[:count] - truth.high[:, k]) / (nominal[k] + np.abs(truth.high[:, k])))
+        )
+        for k, (name, values) in exact.items()
+    }
+    return Benchmark(
+        model.name, case.experiment, truth, horizon, case.stop, tuple(points), tuple(skipped), closed
+    )
+
+
+def closed_solutions(
+    model: Model, problem: Problem, functions: Functions, case: Case
+) -> dict[int, tuple[str, Array]]:
+    """Return name and values at the output times of each state that the model gives a closed solution of, by index.
+
+    They hold for the default experiment with nothing changed.
+    """
+    first = find_experiment(problem, None)
+    if model.settings or functions.outputs is None or case.experiment != (first.name if first else ""):
+        return {}
+    names = [q.name for q in problem.states]
+    rows = evaluate_rows(
+        problem, functions, case, "outputs", case.grid, np.tile(case.y0, (case.grid.size, 1))
+    )
+    return {
+        names.index(name): (name, rows[:, k])
+        for k, q in enumerate(problem.outputs)
+        if q.kind == "exact" and (name := q.name.removeprefix("exact(")[:-1]) in names
+    }
+
+
+def _closed_reference(
+    problem: Problem, case: Case, nominal: Array, exact: dict[int, tuple[str, Array]]
+) -> Reference:
+    """Return closed solutions as a reference; states without one are not-a-number, and not measured."""
+    high = np.full((case.grid.size, problem.ny), np.nan)
+    for k, (_, values) in exact.items():
+        high[:, k] = values
+    doubt = np.full(case.grid.size, float(np.finfo(float).eps))
+    return Reference(
+        case.grid, high, np.zeros_like(high), doubt, nominal, "double", "closed solution", 0.0, 0.0, 0
+    )
 
 
 def _peers(name: str) -> Sequence[str]:
@@ -121,17 +186,28 @@ def _peers(name: str) -> Sequence[str]:
     raise SimulationError(f"there is no peer '{name}': scipy, or one of scipy:{', scipy:'.join(METHODS)}")
 
 
-def _reference(model: Model, case: Case, nominal: Any, methods: Sequence[str], seconds: float) -> Reference:
+def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str], seconds: float) -> Reference:
     """Solve the case in higher precision; by radau5 if that is the only method asked for."""
     precision = best_precision()
     program = program_for(model.compilation, implicit=True)
     sources = {"model.c": emit_c(program), "model.h": header()}
     library = build_shared(sources, reference_flags(precision), name="reference-model")
     method = "radau5" if tuple(methods) == ("radau5",) else "dop853"
-    return reference(library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds)
+    return kept_reference(
+        library,
+        case,
+        nominal,
+        case.grid,
+        precision=precision,
+        method=method,
+        seconds=seconds,
+        make=lambda: reference(
+            library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
+        ),
+    )
 
 
-def _nominal(problem: Problem, functions: Functions, case: Case) -> Any:
+def _nominal(problem: Problem, functions: Functions, case: Case) -> Array:
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else ()
@@ -156,53 +232,3 @@ def _first(truth: Reference, count: int) -> Reference:
 
 def _until(case: Case, horizon: float) -> Case:
     return replace(case, stop=horizon, grid=case.grid[case.grid <= horizon])
-
-
-def report(made: Benchmark) -> str:
-    """Return the table, with what it was measured against."""
-    truth = made.reference
-    rows = [
-        f"{made.model}{', ' + made.experiment if made.experiment else ''}: error against run time",
-        f"reference: {truth.method} in {truth.precision} at {truth.tolerance:.0e}, known to {truth.doubt.max():.0e}"
-        f" ({truth.seconds:.1f} s)",
-    ]
-    if made.horizon < made.stop:
-        rows.append(
-            f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, the motion is too chaotic for a reference"
-        )
-    for method, points in made.by_method().items():
-        rows += ["", f"  {method:<14}    error   at end     run time  spread      steps  evaluations"]
-        for p in points:
-            if p.error is None or p.error_at_end is None:
-                rows.append(f"  {p.setting:>14.3g}  {p.failure}")
-                continue
-            rows.append(
-                f"  {p.setting:>14.3g}  {p.error:.1e}  {p.error_at_end:.1e}  {_duration(p.seconds):>11}"
-                f"  {p.spread:>5.0%}  {p.steps:>9}  {p.evaluations:>11}"
-            )
-    rows += ["", *(f"  {name}: {why}" for name, why in made.skipped)] if made.skipped else []
-    return "\n".join(rows)
-
-
-def _duration(seconds: float) -> str:
-    for unit, factor in (("us", 1e6), ("ms", 1e3)):
-        if seconds * factor < 1000:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds:.3g} s"
-
-
-def draw(made: Benchmark, path: Path) -> None:
-    """Draw the diagram: error over run time, both logarithmic, one line for each method."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(7, 5), layout="constrained")
-    axes = figure.add_subplot()
-    for (method, points), marker in zip(made.by_method().items(), "osD^v<>pPX*hH" * 2, strict=False):
-        good = [(p.seconds, p.error) for p in points if p.error is not None and p.error < 1]
-        axes.loglog(*zip(*good, strict=True), marker=marker, ms=4, lw=1.2, label=method) if good else None
-    axes.set_xlabel("run time, s")
-    axes.set_ylabel("largest relative error")
-    axes.set_title(f"{made.model}, to t = {made.horizon:g}")
-    axes.grid(alpha=0.3)
-    axes.legend()
-    figure.savefig(path, dpi=150)

@@ -29,6 +29,7 @@ PRECISIONS = {
 LADDERS = {"dop853": (1e-16, 1e-19, 1e-22, 1e-25), "radau5": (1e-11, 1e-14, 1e-17)}
 """Tolerances of the runs of each method, as far as time allows; at least two."""
 
+LARGEST_EPSILON = 1e-18
 SLICE = 2000
 _FLAGS = ("-O2", "-std=c11", "-fno-math-errno", "-fPIC", "-fvisibility=hidden")
 
@@ -71,11 +72,12 @@ class Reference:
     tolerance: float
     seconds: float
     evaluations: int
+    cached: bool = False
 
     def error(self, y: Array) -> Array:
         """Largest error at each time of states y [n, ny], relative to nominal + |value|."""
         scaled = np.abs((y - self.high) - self.low) / (self.nominal + np.abs(self.high))
-        worst: Array = scaled.max(axis=1)
+        worst: Array = np.nanmax(scaled, axis=1) if np.isnan(self.high).any() else scaled.max(axis=1)
         return worst
 
     def trusted(self, share: float) -> int:
@@ -90,15 +92,21 @@ def reference_flags(precision: str) -> tuple[str, ...]:
 
 
 @functools.cache
-def _kernel(precision: str) -> ctypes.CDLL:
+def reference_library(precision: str) -> Path:
+    """Return the kernel in a precision; its name tells its content. Raises BuildError, CompilerMissing."""
     folder = Path(__file__).parent / "kernel" / "reference"
     own = {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
-    path = build_shared({**native.kernel_sources(), **own}, reference_flags(precision), name="reference")
-    library = ctypes.CDLL(str(path))
+    return build_shared({**native.kernel_sources(), **own}, reference_flags(precision), name="high-precision")
+
+
+@functools.cache
+def _kernel(precision: str) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(reference_library(precision)))
     signatures: dict[str, tuple[object, tuple[object, ...]]] = {
         "mech_reference_new": (c_void_p, (c_void_p, c_char_p, POINTER(_Case))),
         "mech_reference_free": (None, (c_void_p,)),
         "mech_reference_advance": (c_int, (c_void_p, c_double, c_long)),
+        "mech_reference_epsilon": (c_double, ()),
         "mech_reference_read": (c_longlong, (c_void_p, POINTER(c_double), c_void_p, c_void_p)),
     }
     for name, (result, arguments) in signatures.items():
@@ -111,10 +119,11 @@ def best_precision() -> str:
     """The most precise numbers that the C compiler of this machine has. Raises ``ReferenceFailed``."""
     for precision in PRECISIONS:
         try:
-            _kernel(precision)
+            epsilon = _kernel(precision).mech_reference_epsilon()
         except BuildError:
             continue
-        return precision
+        if epsilon < LARGEST_EPSILON:  # a long double may be no more than a double
+            return precision
     raise ReferenceFailed("the C compiler has no numbers of more than 53 bits")
 
 

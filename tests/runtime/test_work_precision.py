@@ -12,7 +12,10 @@ from click.testing import CliRunner
 import mechc
 from mechc.benchmark import benchmark
 from mechc.cli.main import mechc as program
-from mechc.runtime.reference import LADDERS, best_precision
+from mechc.runtime import reference_cache
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision
 from mechc.runtime.work_precision import Point, fastest, time_to_reach
 
 OSCILLATOR = """
@@ -65,6 +68,58 @@ def test_chaotic_motion_is_measured_up_to_where_the_reference_is_known(
     made = benchmark(mechc.loads(text), methods=("dop853",), tolerances=(1e-9,), stop=30.0)
     assert made.reference.doubt[-1] <= 1e-14
     assert made.horizon < made.stop
+
+
+def test_reference_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reference_cache, "cache_folder", lambda: tmp_path)
+    problem = mechc.loads(OSCILLATOR).problem("c")
+    functions = load_functions(problem)
+    made: list[float] = []
+
+    def kept(case: Case, seconds: float = 1.0) -> Reference:
+        def make() -> Reference:
+            made.append(seconds)
+            zero = np.zeros((2, 2))
+            t = np.array([0.0, 1.0])
+            return Reference(t, zero + 1 / 3, zero, t, np.ones(2), "exactly", "dop853", 1e-25, 0.5, 7)
+
+        return reference_cache.kept_reference(
+            Path("model-0"),
+            case,
+            np.ones(2),
+            np.array([0.0, 1.0]),
+            precision=best_precision(),
+            method="dop853",
+            seconds=seconds,
+            make=make,
+        )
+
+    case = prepare(problem, functions, SimulationOptions())
+    first, second = kept(case), kept(case)
+    assert (first.cached, second.cached, len(made)) == (False, True, 1)
+    assert (second.high == first.high).all() and second.precision == "exactly" and second.evaluations == 7
+    other = prepare(problem, functions, SimulationOptions(values={"x": 1.1}))
+    assert not kept(other).cached and not kept(case, seconds=2.0).cached
+    assert len(made) == 3
+
+
+def test_closed_solution_takes_the_place_of_a_reference_that_cannot_be_had(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    text = OSCILLATOR.replace("  experiment", "  exact x = 1 m*cos(sqrt(k/m)*time);\n  experiment")
+    with_reference = benchmark(mechc.loads(text), methods=("dop853",), tolerances=(1e-6,))
+    assert with_reference.closed["x"] < 1e-15
+
+    def fail(*arguments: object) -> None:
+        raise ReferenceFailed("no")
+
+    monkeypatch.setattr("mechc.benchmark._reference", fail)
+    without = benchmark(mechc.loads(text), methods=("dop853",), tolerances=(1e-6,))
+    assert without.reference.method == "closed solution"
+    a, b = with_reference.points[0].error, without.points[0].error
+    assert a and b and b <= a * 1.001  # der(x) has no closed solution here, and is not measured
+    with pytest.raises(ReferenceFailed):
+        benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
 
 
 def test_command_prints_one_object(tmp_path: Path) -> None:

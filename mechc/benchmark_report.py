@@ -1,0 +1,72 @@
+"""What a benchmark looks like: the table, and the diagram of error over run time."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .benchmark import Benchmark
+
+
+def report(made: Benchmark) -> str:
+    """Return the table, with what it was measured against."""
+    rows = [
+        f"{made.model}{', ' + made.experiment if made.experiment else ''}: error against run time",
+        _reference_line(made),
+    ]
+    rows += [
+        f"closed solution of {name}: the reference agrees to {error:.0e}"
+        for name, error in made.closed.items()
+    ]
+    if made.horizon < made.stop:
+        rows.append(
+            f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, the motion is too chaotic for a reference"
+        )
+    for method, points in made.by_method().items():
+        rows += ["", f"  {method:<14}    error   at end     run time  spread      steps  evaluations"]
+        for p in points:
+            if p.error is None or p.error_at_end is None:
+                rows.append(f"  {p.setting:>14.3g}  {p.failure}")
+                continue
+            rows.append(
+                f"  {p.setting:>14.3g}  {p.error:.1e}  {p.error_at_end:.1e}  {_duration(p.seconds):>11}"
+                f"  {p.spread:>5.0%}  {p.steps:>9}  {p.evaluations:>11}"
+            )
+    rows += ["", *(f"  {name}: {why}" for name, why in made.skipped)] if made.skipped else []
+    return "\n".join(rows)
+
+
+def _reference_line(made: Benchmark) -> str:
+    truth = made.reference
+    if truth.method == "closed solution":
+        return "reference: the closed solutions that the model states; other states are not measured"
+    effort = "from the cache" if truth.cached else f"{truth.seconds:.1f} s"
+    return (
+        f"reference: {truth.method} in {truth.precision} at {truth.tolerance:.0e}, "
+        f"{made.digits} digits trusted ({effort})"
+    )
+
+
+def _duration(seconds: float) -> str:
+    for unit, factor in (("us", 1e6), ("ms", 1e3)):
+        if seconds * factor < 1000:
+            return f"{seconds * factor:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def draw(made: Benchmark, path: Path) -> None:
+    """Draw the diagram: error over run time, both logarithmic, one line for each method."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 5), layout="constrained")
+    axes = figure.add_subplot()
+    for (method, points), marker in zip(made.by_method().items(), "osD^v<>pPX*hH" * 2, strict=False):
+        good = [(p.seconds, p.error) for p in points if p.error is not None and p.error < 1]
+        axes.loglog(*zip(*good, strict=True), marker=marker, ms=4, lw=1.2, label=method) if good else None
+    axes.set_xlabel("run time, s")
+    axes.set_ylabel("largest relative error")
+    axes.set_title(f"{made.model}, to t = {made.horizon:g}")
+    axes.grid(alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=150)
