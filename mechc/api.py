@@ -201,9 +201,9 @@ class Model:
         experiment: str | None = None,
         tolerance: float | None = None,
     ) -> Stepper:
-        """Begin a run that goes on step by step: ``sim.step("10 ms")``, ``sim["torque"] = 2.0``, ``sim["theta"]``.
+        """Begin a run that goes on step by step: ``sim.step(0.01)`` to a time, ``sim["torque"] = 2.0``, ``sim["theta"]``.
 
-        Values are in SI. Raises SimulationError if the run cannot begin.
+        Values are in SI, times too. Raises SimulationError if the run cannot begin.
         """
         from .simulation import start
 

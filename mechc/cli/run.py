@@ -221,12 +221,14 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
     from ..settings import unknown_name
 
     equations = model.compilation.equations
-    known = [entry.name for entry in (*equations.states, *equations.outputs)]
+    discretes = (entry for entry in equations.discretes if entry.kind != "mode")
+    entries = (*equations.states, *equations.outputs, *equations.inputs, *discretes)
+    known = [*dict.fromkeys(entry.name for entry in entries)]  # an account is a state and an output
     names: list[str] = []
     for wanted in (part.strip() for part in text.split(",") if part.strip()):
         found = [n for n in known if n == wanted or n.startswith((f"{wanted}[", f"{wanted}."))]
         if not found:
-            raise unknown_name("coordinate, state or output", wanted, known)
+            raise unknown_name("coordinate, state, output, input or discrete variable", wanted, known)
         names += found
     return names
 

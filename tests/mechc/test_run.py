@@ -7,6 +7,7 @@ import json
 import math
 import re
 import signal
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -94,7 +95,7 @@ def test_settings_with_units(capsys: pytest.CaptureFixture[str]) -> None:
         (["--set", "k=1 kg"], "'k' is given in kg"),
         (["--set", "k=1 N/mm"], None),
         (["--experiment", "mooved"], "the model has no experiment 'mooved'; did you mean 'moved'?"),
-        (["--outputs", "y"], "the model has no coordinate, state or output 'y'"),
+        (["--outputs", "y"], "the model has no coordinate, state, output, input or discrete variable 'y'"),
         (["--display", "furlong"], "unknown unit 'furlong'"),
         (["--stop", "1 kg"], "'stop' is given in kg"),
         (["--input", "pussh=x.csv"], "the model has no input 'pussh'; did you mean 'push'?"),
@@ -172,6 +173,24 @@ def test_chosen_outputs_and_units_in_a_table(capsys: pytest.CaptureFixture[str])
         header, first, *_ = csv.reader(file)
     assert header == ["time [s]", "doubled [mm]", "x [mm]"]
     assert [float(cell) for cell in first] == pytest.approx([0, 200, 100])
+
+
+def test_inputs_and_discrete_variables_in_a_table_with_both_sides_of_an_event(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    text = OSCILLATOR.replace(
+        "  assert x", "  discrete Integer n = 0;\n  when x < 0 m then n := n + 1; end when;\n  assert x"
+    )
+    Path("oscillator.mech").write_text(text, encoding="utf-8")
+    call(capsys, "-q", "-o", "motion.csv", "--outputs", "push,n")
+    with Path("motion.csv").open(newline="") as file:
+        header, *rows = csv.reader(file)
+    assert header == ["time [s]", "push [N]", "n"]
+    changes = [(a, b) for a, b in pairwise(rows) if a[2] != b[2]]
+    assert [(float(a[0]), a[2], b[2]) for a, b in changes] == [
+        (pytest.approx(math.pi / 2 / OMEGA), "0.0", "1.0")
+    ]
+    assert all(a[0] == b[0] for a, b in changes), "both rows have the time of the event"
 
 
 def test_an_input_from_a_table(capsys: pytest.CaptureFixture[str]) -> None:
