@@ -14,7 +14,7 @@ from ..flat.model import Expression, Literal, Variable
 from ..graph import Graph, Node
 from .symbols import Scalar
 from .system import MechanicalSystem
-from .values import Placement, elements
+from .values import Placement
 
 
 def check_known_beforehand(system: MechanicalSystem, reporter: Reporter) -> None:
@@ -80,8 +80,8 @@ def _declared(scalars: Sequence[Scalar]) -> list[Variable]:
 def _culprit(system: MechanicalSystem, value: Expression | None, known: set[Node]) -> str | None:
     if value is None or (isinstance(value, Literal) and isinstance(value.value, str)):
         return None
-    found = system.lowering.value(value)
-    nodes = () if isinstance(found, Placement) else tuple(elements(found))
+    placed = isinstance(system.lowering.value(value), Placement)
+    nodes = () if placed else system.lowering.numbers(value)
     return _unknown(system.graph, nodes, known)
 
 

@@ -68,6 +68,7 @@ FOUND = {
         "frame f = world * rotz(x); parameter p[3] = components(f, {1, 0, 0});",
         "E0810",
     ),
+    "parameter that is a point": ("parameter C = world * {0, 1};", None),
     "start from a reaction": (
         "constraint c: x = y[1]; state s = multiplier(c); equation der(s) = 0;",
         "E0607",
