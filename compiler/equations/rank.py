@@ -143,7 +143,7 @@ def _independent(matrix: Vector) -> tuple[int, ...]:
     chosen: list[int] = []
     for i, row in enumerate(matrix):
         size = float(np.linalg.norm(row))
-        if size == 0:
+        if size == 0 or not np.isfinite(size):  # undefined here; another sample decides
             continue
         rest = row / size
         for _ in range(2):
