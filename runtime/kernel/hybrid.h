@@ -92,7 +92,16 @@ int mech_impacts(mech_solver *s, int *count);
 int mech_pass_step(mech_solver *s, int hit, int *passed);
 int mech_choose_modes(mech_solver *s, int hit);
 void mech_hold_rows(mech_solver *s);
-/* Puts back a state that has gone beyond the surface of an open contact, or the end of a slip. */
-void mech_catch_rows(mech_solver *s);
+/* The rows that hold or stick, at most 64 of them; gives their number. */
+int mech_held_rows(mech_solver *s, int *held);
+/* Moves coordinates so that the gaps of n rows vanish; velocities so that their rates do. */
+void mech_close_gaps(mech_solver *s, int n, const int *rows);
+void mech_stop_rates(mech_solver *s, int n, const int *rows);
+
+/* For callers who integrate themselves (overshoot.c): puts back a state that has left what holds, gone beyond the
+ * surface of an open contact, or beyond the end of a slip. Gives by how much the present time went back with it. */
+mech_real mech_catch_rows(mech_solver *s);
+/* After what happened there: on again by that much, unless a contact comes back sooner. The present time stays. */
+void mech_catch_up(mech_solver *s, mech_real time);
 
 #endif

@@ -138,8 +138,7 @@ int mech_choose_modes(mech_solver *s, int hit)
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
 }
 
-/* Moves the coordinates so that the gaps of n rows vanish. */
-static void close_gaps(mech_solver *s, int n, const int *rows)
+void mech_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
@@ -160,8 +159,7 @@ static void close_gaps(mech_solver *s, int n, const int *rows)
     mech_find_response(s);
 }
 
-/* Changes the velocities so that the rates of n rows vanish. */
-static void stop_rates(mech_solver *s, int n, const int *rows)
+void mech_stop_rates(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
@@ -174,7 +172,7 @@ static void stop_rates(mech_solver *s, int n, const int *rows)
     mech_rhs(s, s->run->report.t, s->y, s->dy);
 }
 
-static int held_rows(mech_solver *s, int *held)
+int mech_held_rows(mech_solver *s, int *held)
 {
     const mech_hybrid *h = s->model->hybrid;
     int n = 0;
@@ -187,35 +185,11 @@ static int held_rows(mech_solver *s, int *held)
 void mech_hold_rows(mech_solver *s)
 {
     int held[64], located = 0;
-    const int n = held_rows(s, held);
+    const int n = mech_held_rows(s, held);
     if (!n) return;
     mech_read_rows(s);
     mech_find_response(s);
     for (int k = 0; k < n; k++) located |= value(s, held[k], MECH_GAP) != 0;
-    if (located) close_gaps(s, n, held);
-    stop_rates(s, n, held);
-}
-
-void mech_catch_rows(mech_solver *s)
-{
-    const mech_hybrid *h = s->model->hybrid;
-    int rows[64];
-    const int held = held_rows(s, rows);
-    int n = held;
-    if (!h->n_rows) return;
-    mech_read_rows(s);
-    mech_find_response(s);
-    for (int i = 0; i < h->n_rows && n < 64; i++) {
-        const mech_row *row = &h->rows[i];
-        const int enabled = row->enabled < 0 || s->modes->z[row->enabled] > MECH_C(0.5);
-        if (row->kind == MECH_CONTACT && enabled && !on(s, i) && value(s, i, MECH_GAP) < 0) rows[n++] = i;
-    }
-    if (n > held) close_gaps(s, n, rows);
-    n = held;
-    for (int i = 0; i < h->n_rows && n < 64; i++) {
-        const mech_row *row = &h->rows[i];
-        if (row->kind != MECH_FRICTION || on(s, i) || (row->normal >= 0 && !on(s, row->normal))) continue;
-        if (s->modes->z[row->sign] * value(s, i, MECH_RATE) < 0) rows[n++] = i;
-    }
-    if (n > held) stop_rates(s, n, rows);
+    if (located) mech_close_gaps(s, n, held);
+    mech_stop_rates(s, n, held);
 }

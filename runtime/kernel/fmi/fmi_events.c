@@ -97,8 +97,9 @@ static int exchange(fmu *f)
     const mech_real close = MECH_C(1e-11) * mech_max(mech_abs(st->t), mech_abs(st->stop - st->start));
     if (fmu_project(f)) return MECH_OFF_CONSTRAINTS;
     hand_over(f, st->next <= st->t + close ? st->next : st->t);
-    mech_catch_rows(f->s);
+    const mech_real late = mech_catch_rows(f->s);
     const int outcome = mech_happen(f->s, furthest(f), 1);
+    if (outcome == MECH_RUNNING) mech_catch_up(f->s, late);
     if (outcome >= 0) furthest(f);
     return outcome;
 }

@@ -1,0 +1,106 @@
+/* States that somebody else has integrated, a little beyond the event at which they ought to have stopped.
+ *
+ * Such a state goes back along its motion, so that a bounce neither gains nor loses energy by where it was noticed.
+ */
+#include <string.h>
+
+#include "hybrid.h"
+
+enum { MOST_LOOKS = 5 };
+
+static mech_real value(const mech_solver *s, int i, int which)
+{
+    return s->modes->row[i * MECH_ROW_VALUES + which];
+}
+
+/* Open contacts with a negative gap, behind the n rows that are listed already. */
+static int list_passed(mech_solver *s, int n, int *rows)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    const mech_real *z = s->modes->z;
+    for (int i = 0; i < h->n_rows && n < 64; i++) {
+        const mech_row *row = &h->rows[i];
+        if (row->kind != MECH_CONTACT || z[row->flag] > MECH_C(0.5)) continue;
+        if (row->enabled >= 0 && !(z[row->enabled] > MECH_C(0.5))) continue;
+        if (value(s, i, MECH_GAP) < 0) rows[n++] = i;
+    }
+    return n;
+}
+
+/* Moves along the motion by `time`: to second order in the coordinates, to first in all else. */
+static void drift(mech_solver *s, mech_real time)
+{
+    const mech_model *m = s->model;
+    mech_real *at = s->modes->y_at;
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+    memcpy(at, s->y, (size_t)s->ny * sizeof(mech_real));
+    memcpy(at + m->nq, s->dy + m->nq, (size_t)m->nv * sizeof(mech_real));
+    mech_rhs(s, s->run->report.t, at, s->dy_new); /* q' is linear in v, so this is q'' */
+    for (int i = 0; i < s->ny; i++) {
+        const mech_real bend = i < m->nq ? time * time / 2 * s->dy_new[i] : 0;
+        s->y[i] += time * s->dy[i] + bend;
+    }
+    mech_normalise(m, s->y);
+    s->run->report.t += time;
+}
+
+/* For how long the gap of row i has been negative, or, where it was at no time near, since it approached. */
+static mech_real since(const mech_solver *s, int i)
+{
+    const mech_real gap = value(s, i, MECH_GAP), rate = value(s, i, MECH_RATE), second = value(s, i, MECH_SECOND);
+    const mech_real square = rate * rate - 2 * second * gap;
+    if (!(rate < 0) || !mech_finite(square)) return 0;
+    const mech_real time = square > 0 ? 2 * gap / (rate - mech_sqrt(square)) : rate / second;
+    return mech_min(time, s->o.dt_max);
+}
+
+mech_real mech_catch_rows(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    const mech_real present = s->run->report.t;
+    int rows[64];
+    if (!h->n_rows) return 0;
+    mech_hold_rows(s);
+    mech_read_rows(s);
+    for (int look = 0; look < MOST_LOOKS; look++) {
+        const int n = list_passed(s, 0, rows);
+        mech_real time = 0;
+        for (int k = 0; k < n; k++) time = mech_max(time, since(s, rows[k]));
+        if (!(time > 0)) break;
+        drift(s, -time);
+        mech_read_rows(s);
+    }
+    const int held = mech_held_rows(s, rows);
+    int n = list_passed(s, held, rows);
+    mech_find_response(s);
+    if (n > held) mech_close_gaps(s, n, rows);
+    n = held;
+    for (int i = 0; i < h->n_rows && n < 64; i++) {
+        const mech_row *row = &h->rows[i];
+        const mech_real *z = s->modes->z;
+        if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
+        if (row->normal >= 0 && !(z[h->rows[row->normal].flag] > MECH_C(0.5))) continue;
+        if (z[row->sign] * value(s, i, MECH_RATE) < 0) rows[n++] = i;
+    }
+    if (n > held) mech_stop_rates(s, n, rows);
+    return present - s->run->report.t;
+}
+
+void mech_catch_up(mech_solver *s, mech_real time)
+{
+    const mech_real then = s->run->report.t;
+    const size_t bytes = (size_t)s->ny * sizeof(mech_real);
+    int rows[64];
+    if (!(time > 0)) return;
+    memcpy(s->y_new, s->y, bytes);
+    drift(s, time);
+    mech_read_rows(s);
+    if (list_passed(s, 0, rows)) {
+        memcpy(s->y, s->y_new, bytes);
+        mech_read_rows(s);
+        const int held = mech_held_rows(s, rows), n = list_passed(s, held, rows);
+        mech_find_response(s);
+        if (n > held) mech_close_gaps(s, n, rows);
+    }
+    s->run->report.t = then;
+}
