@@ -1,0 +1,40 @@
+"""The models of the page about events compile without a warning, run, and close their energy balance."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import mechc
+from mechc.runtime.native import EVENT_KINDS
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "events.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"^```mech\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("text", BLOCKS, ids=[re.findall(r"model (\w+)", block)[0] for block in BLOCKS])
+def test_models_run(text: str) -> None:
+    model = mechc.loads(text)
+    assert not model.diagnostics
+    solution = model.simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome.value in ("completed", "terminated"), solution.message
+    assert solution.events
+    balance = solution.accuracy.energy
+    assert balance is not None and balance.relative is not None
+    assert balance.relative < 100 * 1e-8
+
+
+def test_every_kind_of_event_is_named() -> None:
+    assert [kind for kind in EVENT_KINDS if f"`{kind}`" not in PAGE] == []
+
+
+def test_links_between_sections() -> None:
+    anchors = {
+        re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
+        for title in re.findall(r"^## (.*)$", PAGE, re.MULTILINE)
+    }
+    assert set(re.findall(r"\(#([^)]+)\)", PAGE)) == anchors
