@@ -162,8 +162,9 @@ def _compile(
 ) -> None:
     extra = ("-fno-sanitize=all",) if "ziglang" in compiler.command else ()
     quad = ("-lquadmath",) if "-DMECH_QUAD" in flags else ()
-    if len(files) == 1:
-        _run((*compiler.command, *flags, *extra, files[0], *link, *quad), folder)
+    # zig compiles the files of one command side by side itself, and takes long to begin
+    if len(files) == 1 or "ziglang" in compiler.command:
+        _run((*compiler.command, *flags, *extra, *files, *link, *quad), folder)
         return
     objects = [f"{file}.o" for file in files]
     commands = [

@@ -2,7 +2,19 @@
 
 from __future__ import annotations
 
+import sys
+from typing import TYPE_CHECKING
+
 import click
+
+from .options import set_option
+
+if TYPE_CHECKING:
+    from ..compiler.targets.fmu.inspect import Report
+    from ..solution import Solution
+
+ROWS = 11
+COLUMNS = 6
 
 
 @click.group(name="fmu", short_help="Check or run a Functional Mock-up Unit.")
@@ -11,39 +23,98 @@ def command() -> None:
 
 
 @command.command(name="check")
-@click.argument("file", type=click.Path(exists=True, dir_okay=False))
+@click.argument(
+    "files", metavar="FILE.fmu...", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False)
+)
 @click.option("--run/--no-run", default=True, help="Simulate each kind after the validation.")
-def check(file: str, run: bool) -> int:
-    """Validate FILE.fmu by the rules of the standard, compare it with its binary, and simulate it."""
+def check(files: tuple[str, ...], run: bool) -> int:
+    """Check FMUs: by the rules of the standard, against their binaries, and against the results they hold.
+
+    A file is simulated in each of its kinds. Reference results are looked for in documentation/reference.csv
+    and extra/org.fmi-standard.fmi-ls-ref/. The exit code is 1 if anything is wrong.
+    """
     from pathlib import Path
 
     from ..compiler.targets.fmu.inspect import inspect
 
-    report = inspect(Path(file), run=run)
+    passed = True
+    for i, file in enumerate(files):
+        report = inspect(Path(file), run=run)
+        if len(files) > 1:
+            click.echo(("\n" if i else "") + file)
+        _table(report)
+        passed &= report.passed
+    return 0 if passed else 1
+
+
+def _table(report: Report) -> None:
+    """Print one row for each line of a report."""
+    from ..style import style_for
+
+    style = style_for(sys.stdout)
+    width = max(len(line.what) for line in report.lines)
     for line in report.lines:
-        mark = "ok   " if line.passed else "FAIL "
-        click.echo(f"{mark} {line.what}" + (f": {line.detail}" if line.detail else ""))
-    return 0 if report.passed else 1
+        mark = style.green("ok  ") if line.passed else style.red("FAIL")
+        rule = f" [{line.rule}]" if line.rule else ""
+        click.echo(f"{mark}  {line.what:<{width}}  {line.detail}{rule}".rstrip())
 
 
 @command.command(name="run")
-@click.argument("file", type=click.Path(exists=True, dir_okay=False))
-@click.option("--kind", type=click.Choice(["me", "cs"]), default="cs", show_default=True)
-@click.option("--stop", type=float, help="End of the run in s (default: that of the file).")
-@click.option("-o", "--output", metavar="FILE.csv", help="Write all rows.")
-def run(file: str, kind: str, stop: float | None, output: str | None) -> None:
-    """Simulate FILE.fmu through fmpy and print a table of its outputs."""
-    from ..compiler.targets.fmu.inspect import simulate
+@click.argument("file", metavar="FILE.fmu", type=click.Path(exists=True, dir_okay=False))
+@click.option(
+    "--kind", type=click.Choice(["me", "cs"]), help="Which kind to run; Co-Simulation where there is one."
+)
+@set_option
+@click.option("--stop", type=float, metavar="NUMBER", help="End of the run (default: that of the file).")
+@click.option(
+    "--every", type=float, metavar="NUMBER", help="Spacing of the output, and the communication step."
+)
+@click.option("-o", "--output", metavar="FILE", help="Write all rows as CSV, NPZ or JSON.")
+@click.option(
+    "--plot", is_flag=False, flag_value="", metavar="[FILE]", help="Draw the results, to FILE or in a window."
+)
+@click.option("--display", metavar="DEG,MM", default="", help="Units to show quantities in.")
+def run(
+    file: str,
+    kind: str | None,
+    settings: dict[str, str],
+    stop: float | None,
+    every: float | None,
+    output: str | None,
+    plot: str | None,
+    display: str,
+) -> None:
+    """Simulate FILE.fmu through fmpy; print a table of its outputs, draw or write them.
 
-    result = simulate(file, kind, stop)
-    names = list(result.dtype.names or ())
+    Values of --set are numbers in the units of the file.
+    """
+    from pathlib import Path
+
+    from ..fmu_run import run_fmu
+    from ..plots import has_display, save, show
+
+    solution = run_fmu(Path(file), kind=kind, stop=stop, every=every, values=settings).shown_in(display)
+    _print(solution)
     if output:
-        with open(output, "w", encoding="utf-8", newline="\n") as target:
-            target.write(",".join(names) + "\n")
-            target.writelines(",".join(repr(float(v)) for v in row) + "\n" for row in result)
-    shown = names[:7]
-    click.echo("  ".join(f"{name:>15}" for name in shown))
-    for i in sorted({round(k * (len(result) - 1) / 10) for k in range(11)}):
-        click.echo("  ".join(f"{float(result[name][i]):15.9g}" for name in shown))
+        solution.save(output)
+        click.echo(f"wrote {output}", err=True)
+    if plot == "" and has_display():
+        show(solution)
+    elif plot is not None:
+        picture = Path(plot or f"{Path(file).stem}.png")
+        save(solution, picture)
+        click.echo(f"wrote {picture}", err=True)
+
+
+def _print(solution: Solution) -> None:
+    """Print a few rows and columns in the units to show."""
+    names = [q.name for q in (*solution.problem.states, *solution.problem.outputs)]
+    shown = names[:COLUMNS]
+    heads = ["time", *(f"{n} [{u}]" if (u := solution.shown_unit(n)[0]) else n for n in shown)]
+    widths = [max(len(head), 14) for head in heads]
+    click.echo("  ".join(head.rjust(width) for head, width in zip(heads, widths, strict=True)))
+    for i in sorted({round(k * (len(solution.time) - 1) / (ROWS - 1)) for k in range(ROWS)}):
+        cells = [solution.time[i], *(solution.shown(name)[i] for name in shown)]
+        click.echo("  ".join(f"{cell:{width}.9g}" for cell, width in zip(cells, widths, strict=True)))
     if len(names) > len(shown):
         click.echo(f"{len(names) - len(shown)} more columns: -o FILE.csv writes all")

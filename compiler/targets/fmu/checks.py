@@ -8,7 +8,6 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
-from fmpy.simulation import simulate_fmu
 
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
@@ -18,13 +17,12 @@ from mechc.runtime.solver import FIRST_EVENTS, Solver
 
 from .driver import co_simulation
 from .export import Package
+from .inspect import run_lines
+from .reference import Reference, read_reference
 from .rules import check_file
 from .variables import Start
 
 POINTS = 50
-ME_TOLERANCE = 1e-6
-ME_BOUND = 1e-3
-"""Largest difference of a Model Exchange run by another integrator, over nominal value and size."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,12 +70,18 @@ def _check_motion(path: Path, made: Made) -> None:
         if not np.array_equal(found, reference):
             raise _failed("Co-Simulation does not give the same motion as the native run")
     if "me" in made.kinds:
-        found = exchanged(path, times)
-        size = start.nominal + np.max(np.abs(reference), axis=0)
-        early = slice(0, max(2, POINTS // 10))
-        worst = np.max(np.abs(found - reference)[early] / size)
-        if not worst < ME_BOUND:
-            raise _failed(f"Model Exchange differs from the native run by {worst:.2g} of the nominal values")
+        wanted = read_reference(path) or _early(path, times, reference)
+        for line in run_lines(path, "me", wanted):
+            if not line.passed:
+                raise _failed(f"{line.what}: {line.detail}")
+
+
+def _early(path: Path, times: Array, states: Array) -> Reference:
+    """Return the first tenth of the native run as a reference: another integrator follows that far."""
+    description = fmpy.read_model_description(str(path))
+    names = [unknown.variable.derivative.name for unknown in description.derivatives]
+    rows = max(2, POINTS // 10)
+    return Reference("the native run", times[:rows], dict(zip(names, states[:rows].T, strict=True)))
 
 
 def native_points(start: Start, method: str, count: int) -> tuple[Array, float, Array]:
@@ -109,19 +113,3 @@ def native_points(start: Start, method: str, count: int) -> tuple[Array, float, 
                 times[len(rows) - 1 :] = [solver.report()[0].t]
                 break
     return np.array(times), step, np.array(rows)
-
-
-def exchanged(path: Path, times: Array) -> Array:
-    """Return the states at the given times as fmpy integrates the FMU with CVode."""
-    description = fmpy.read_model_description(str(path))
-    shown = [unknown.variable.derivative.name for unknown in description.derivatives]
-    result = simulate_fmu(
-        str(path),
-        fmi_type="ModelExchange",
-        start_time=float(times[0]),
-        stop_time=float(times[-1]),
-        output_interval=float(times[1] - times[0]),
-        relative_tolerance=ME_TOLERANCE,
-        output=shown,
-    )
-    return np.array([np.interp(times, result["time"], result[name]) for name in shown]).T

@@ -127,13 +127,25 @@ def _build(sources: Mapping[str, str], name: str, identifier: str) -> bytes:
         file=f"{identifier}{chosen.suffix}",
         link=chosen.link,
     )
-    return library.read_bytes()
+    data = library.read_bytes()
+    return without_time(data) if chosen.suffix == ".dll" else data
 
 
 def _zig_version() -> str:
     from importlib.metadata import version
 
     return f"ziglang {version('ziglang')}"
+
+
+def without_time(library: bytes) -> bytes:
+    """Clear the time of the build in a library of Windows, so that the same sources give the same bytes.
+
+    The header of COFF begins behind the four bytes "PE"; the time stands after machine and number of sections.
+    """
+    (header,) = struct.unpack_from("<I", library, 0x3C)
+    if library[header : header + 4] != b"PE\0\0":
+        raise ValueError("the library is in no format of Windows")
+    return library[: header + 8] + bytes(4) + library[header + 12 :]
 
 
 def universal(slices: Mapping[str, bytes]) -> bytes:

@@ -312,7 +312,9 @@ def _finish(
         if v.causality == "calculatedParameter"
         or (v.index in wanted and v.initial in ("calculated", "approx"))
     )
-    return Table(variables, derivatives, outputs, unknowns, settable, (), (), _inputs_move(equations, start), all(free))
+    return Table(
+        variables, derivatives, outputs, unknowns, settable, (), (), _inputs_move(equations, start), all(free)
+    )
 
 
 def _inputs_move(equations: Equations, start: Start) -> bool:
