@@ -21,6 +21,9 @@ ATTEMPTS = 8
 NEAR = 0.3
 """A second assembly within this distance, in radians or characteristic lengths, is told."""
 
+NEARBY, TURNED = 1e-9, 0.1
+"""A gradient that changes by this share within this distance, in radians or characteristic lengths, has no direction."""
+
 Flags = NDArray[np.bool_]
 
 
@@ -79,6 +82,7 @@ def assemble(
     assert functions.assembly is not None
     before = functions.assembly(t, y0, u, z, p)
     placed = _positions(task, y0, weights, length)
+    _check_directions(task, placed, weights)
     moving = _velocities(task, placed.x, weights, length)
     remarks = _second_assembly(task, y0, placed, weights, length)
     return Assembled(moving.x, weights, before, (placed.steps, moving.steps), remarks)
@@ -97,7 +101,7 @@ def _positions(task: _Task, guess: Array, weights: Array, length: float) -> Near
         found = _place(task, guess, other, free, weights, length)
         if found.fulfilled:
             return found
-        if found.violations.max() < best.violations.max():
+        if not best.violations.max() <= found.violations.max():  # nor is it, where it is not a number
             best = found
     everything = np.arange(task.problem.nv)
     released = [_place(task, guess, g, everything, weights, length) for g in (guess, best.x)]
@@ -132,6 +136,28 @@ def _velocities(task: _Task, y: Array, weights: Array, length: float) -> Nearest
         return found
     released = nearest(at, move, y, np.arange(problem.nv), weights)
     raise _not_assembled(task, 2, found, weights, released.fulfilled)
+
+
+def _check_directions(task: _Task, placed: Nearest, weights: Array) -> None:
+    """Refuse equations that hold, but whose gradient is undefined there, or turns about within a billionth."""
+    hard = [task.problem.assembly[i] for i in task.rows(1, True)]
+    numbers = np.random.default_rng(5)
+    matrices = [placed.local.hard_jacobian]
+    for _ in range(2):
+        d = NEARBY * numbers.standard_normal(task.problem.nv) / weights
+        there = displaced(task.problem, task.partner, placed.x, d)
+        matrices.append(task.local(there, 1, np.zeros(task.problem.nv), 1.0).hard_jacobian)
+    for other in matrices[1:]:
+        turned = np.abs((other - matrices[0]) / weights).max(axis=1, initial=0.0)
+        for row, change, scale in zip(hard, turned, placed.scale, strict=True):
+            if not change <= TURNED * scale:
+                raise SimulationError(
+                    f"{_told(row, 1)} has no direction in the position that it asks for",
+                    row.origin,
+                    code="E0608",
+                    help="a distance of zero has no direction: what coincides is held by a joint, or by an equation "
+                    "for each component",
+                )
 
 
 def _disturbed(task: _Task, guess: Array, free: NDArray[np.intp], weights: Array) -> list[Array]:
@@ -223,6 +249,14 @@ def _not_assembled(
     problem = task.problem
     hard = [problem.assembly[i] for i in task.rows(stage, True)]
     off = found.violations
+    undefined = [row for row, v in zip(hard, off, strict=True) if not np.isfinite(v)]
+    if undefined:
+        return SimulationError(
+            f"{_told(undefined[0], stage)} has no value at the guesses",
+            undefined[0].origin,
+            code="E0608",
+            help="begin where all its roots, logarithms and quotients are defined",
+        )
     worst = float(off.max())
     guilty = [i for i in np.argsort(-off) if off[i] > 1e-3 * worst]
     notes = [f"{_told(hard[i], stage)} is off by {abs(float(found.local.hard[i])):.4g} {hard[i].unit}".rstrip()

@@ -163,3 +163,18 @@ def test_parts_that_do_not_reach() -> None:
     state = start(text.replace("{l}", "0.6"))
     angle = np.arccos((0.36 + 1 - 0.25) / 1.2)
     assert state["p.angle"] == pytest.approx(angle, abs=1e-12)
+
+
+@pytest.mark.parametrize("guess", ["0.5", "0"])
+def test_a_distance_of_zero_has_no_direction(guess: str) -> None:
+    """Met exactly, or from a guess beside it; a short distance has one."""
+    text = f"coordinate x ~ {guess} m;coordinate y ~ 0 m;{CIRCLE}"
+    error = refusal(text.replace("= 1 m;", "= 0 m;"))
+    assert error.code == "E0608" and error.message.startswith("'rod' has no direction")
+    state = start(text.replace("= 1 m;", "= 1 um;"))
+    assert np.hypot(state["x"], state["y"]) == pytest.approx(1e-6, rel=1e-9)
+
+
+def test_a_constraint_without_a_value_is_named() -> None:
+    error = refusal("coordinate x ~ -1 m;kinetic 1/2*1 kg*der(x)^2;constraint c: sqrt(x/1 m) = 2;")
+    assert error.code == "E0608" and error.message == "'c' has no value at the guesses"
