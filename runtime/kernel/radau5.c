@@ -1,5 +1,6 @@
 /* Radau IIA of order 5: implicit, three stages, stiffly accurate; simplified Newton iterations with the
- * model's own Jacobian, an embedded error estimate of order 3, predictive step control.
+ * model's own Jacobian, an embedded error estimate of order 3, predictive step control. Where these iterations are
+ * slow, each stage gets a Jacobian of its own for a while (stages.h).
  *
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section IV.8,
  * and the authors' program RADAU5. Coefficients computed from the nodes with 60 digits.
@@ -9,7 +10,7 @@
  * and, at the beginning, that of the collocation polynomial p plus (I - h gamma J)^-1 (f(y) - p'): f(y)
  * itself, for order 4 in place of 3, but bounded where h J is not.
  */
-#include "newton.h"
+#include "stages.h"
 
 static const mech_real C1 = MECH_C(0.1550510257216821901802715925294108608034);
 static const mech_real C2 = MECH_C(0.6449489742783178098197284074705891391966);
@@ -46,10 +47,8 @@ enum { MAX_ITERATIONS = 7 };
 
 static const mech_real SAFETY = MECH_C(0.9);
 static const mech_real QUOTIENT_MIN = MECH_C(0.125), QUOTIENT_MAX = MECH_C(5.0); /* of old and new step */
-/* Convergence so fast that the Jacobian may stay. */
-static const mech_real FAST = MECH_C(0.001);
-/* A new step that is larger by no more than this factor is not worth new factors. */
-static const mech_real SAME_STEP = MECH_C(1.2);
+static const mech_real FAST = MECH_C(0.001);    /* convergence so fast that the Jacobian may stay */
+static const mech_real SAME_STEP = MECH_C(1.2); /* a step longer by no more than this is not worth new factors */
 
 /* What is remembered from step to step. */
 typedef struct radau {
@@ -59,6 +58,8 @@ typedef struct radau {
     mech_real tolerance;        /* of the error estimate */
     int has_jacobian, jacobian_is_here, iterations;
     long long steps; /* accepted when the Jacobian was last looked at */
+    mech_stages stages;
+    int own, rescues; /* steps to come with a Jacobian for each stage; in how many runs of such */
 } radau;
 
 typedef struct arrays {
@@ -82,7 +83,10 @@ static arrays arrays_of(const mech_solver *s)
 
 static size_t header(void) { return (sizeof(radau) + sizeof(mech_real) - 1) / sizeof(mech_real); }
 
-static size_t n_extra(const mech_model *model) { return header() + mech_newton_size(model, &SPECTRUM); }
+static size_t n_extra(const mech_model *model)
+{
+    return header() + mech_newton_size(model, &SPECTRUM) + mech_stages_size(model, &SPECTRUM);
+}
 
 static int lacks(const mech_model *model) { return model->jacobian ? MECH_RUNNING : MECH_NEEDS_JACOBIAN; }
 
@@ -90,7 +94,10 @@ static void begin(mech_solver *s, int fresh)
 {
     radau *r = (radau *)mech_extra(s);
     if (fresh) {
-        mech_newton_prepare(&r->newton, s->model, &SPECTRUM, mech_extra(s) + header());
+        mech_real *memory = mech_extra(s) + header();
+        mech_newton_prepare(&r->newton, s->model, &SPECTRUM, memory);
+        mech_stages_prepare(&r->stages, s->model, &SPECTRUM, memory + mech_newton_size(s->model, &SPECTRUM));
+        r->own = r->rescues = 0;
         const arrays k = arrays_of(s);
         for (int i = 0; i < s->ny; i++) k.dominant[i] = s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]);
     }
@@ -166,52 +173,104 @@ static mech_real refuse(mech_solver *s, radau *r, mech_real factor)
     return (mech_real)INFINITY;
 }
 
-/* Newton's iterations: 0, a refusal, or what is not finite. */
-static mech_real iterate(mech_solver *s, radau *r, const arrays *k, mech_real h)
+/* Corrections d of the stages from their derivatives, and their size; w and z are those before. */
+static mech_real correct(mech_solver *s, radau *r, const arrays *k, mech_real h, int own)
+{
+    const int n = s->ny, n_jacobian = s->model->n_jacobian;
+    const mech_real t = s->run->report.t, nodes[3] = {C1, C2, 1};
+    for (int j = 0; j < 3; j++) {
+        for (int i = 0; i < n; i++) k->at[i] = s->y[i] + k->z[j * n + i];
+        mech_rhs(s, t + nodes[j] * h, k->at, k->f + j * n);
+        if (own > 1) mech_jacobian(s, t + nodes[j] * h, k->at, r->stages.jacobian + j * n_jacobian);
+    }
+    if (own > 1) {
+        s->run->report.factorisations++;
+        if (mech_stages_factorise(&r->stages, &r->newton.structure, n_jacobian, h)) return (mech_real)INFINITY;
+    }
+    if (own)
+        mech_stages_correct(&r->stages, &r->newton.structure, n_jacobian, k->f, k->z, k->d);
+    else
+        mech_newton_correct(&r->newton, k->f, k->w, k->d);
+    s->run->report.iterations++;
+    mech_real sum = 0;
+    for (int j = 0; j < 3; j++)
+        for (int i = 0; i < n; i++) {
+            const mech_real x = k->d[j * n + i] * k->scale[i];
+            sum += x * x;
+        }
+    return mech_sqrt(sum / (3 * n));
+}
+
+enum outcome { CONVERGED, SLOW, UNDEFINED };
+
+/* Newton's iterations from the predicted stages; where they are too slow, *factor is that of a step for which
+   they would not be. own: with a Jacobian for each stage, which is renewed as long as that is of use. */
+static enum outcome iterate(mech_solver *s, radau *r, const arrays *k, mech_real h, int own,
+                            mech_real *factor)
 {
     const int n = s->ny;
-    const mech_real t = s->run->report.t, nodes[3] = {C1, C2, 1};
     const mech_real enough =
         mech_max(10 * MECH_EPSILON / r->tolerance, mech_min(MECH_C(0.03), mech_sqrt(r->tolerance)));
     mech_real size_old = 0, ratio_old = 0;
+    int renew = own;
+    *factor = MECH_C(0.5);
     r->theta = FAST; /* one iteration alone tells that the Jacobian may stay */
     r->eta = mech_pow(mech_max(r->eta, MECH_EPSILON), MECH_C(0.8));
     for (int m = 1;; m++) {
-        for (int j = 0; j < 3; j++) {
-            for (int i = 0; i < n; i++) k->at[i] = s->y[i] + k->z[j * n + i];
-            mech_rhs(s, t + nodes[j] * h, k->at, k->f + j * n);
-        }
-        mech_newton_correct(&r->newton, k->f, k->w, k->d);
-        s->run->report.iterations++;
-        mech_real sum = 0;
-        for (int j = 0; j < 3; j++)
-            for (int i = 0; i < n; i++) {
-                const mech_real x = k->d[j * n + i] * k->scale[i];
-                sum += x * x;
-            }
-        if (!mech_finite(sum)) return sum;
-        const mech_real size = mech_sqrt(sum / (3 * n));
+        const mech_real size = correct(s, r, k, h, own + renew);
+        if (!mech_finite(size)) return UNDEFINED;
         if (m > 1) {
             const mech_real ratio = size / size_old;
-            r->theta = m == 2 ? ratio : mech_sqrt(ratio * ratio_old);
+            r->theta = m == 2 || renew ? ratio : mech_sqrt(ratio * ratio_old);
             ratio_old = ratio;
-            if (r->theta >= MECH_C(0.99)) return refuse(s, r, MECH_C(0.5));
+            if (r->theta >= MECH_C(0.99)) return SLOW;
             r->eta = r->theta / (1 - r->theta);
             const int left = MAX_ITERATIONS - 1 - m;
             mech_real at_end = r->eta * size / enough;
             for (int l = 0; l < left; l++) at_end *= r->theta;
-            if (at_end >= 1 && m < MAX_ITERATIONS) {
+            renew = own && r->theta > MECH_C(0.05);
+            if (at_end >= 1 && m < MAX_ITERATIONS && !renew) {
                 const mech_real excess = mech_min(20, at_end);
-                return refuse(s, r, MECH_C(0.8) * mech_pow(excess, MECH_C(-1.0) / (4 + left)));
+                *factor = MECH_C(0.8) * mech_pow(excess, MECH_C(-1.0) / (4 + left));
+                return SLOW;
             }
+        } else {
+            renew = 0;
         }
         size_old = mech_max(size, MECH_EPSILON);
-        for (int i = 0; i < 3 * n; i++) k->w[i] += k->d[i];
-        mech_mix_stages(3, n, SPECTRUM.t, k->w, k->z);
+        if (own) {
+            for (int i = 0; i < 3 * n; i++) k->z[i] += k->d[i];
+        } else {
+            for (int i = 0; i < 3 * n; i++) k->w[i] += k->d[i];
+            mech_mix_stages(3, n, SPECTRUM.t, k->w, k->z);
+        }
         r->iterations = m;
-        if (r->eta * size <= enough) return 0;
-        if (m == MAX_ITERATIONS) return refuse(s, r, MECH_C(0.5));
+        if (r->eta * size <= enough) return CONVERGED;
+        if (m == MAX_ITERATIONS) return SLOW;
     }
+}
+
+/* The stages: 0, a refusal, or what is not finite. Where simplified iterations are too slow although their
+   Jacobian is new, stages get their own, and so do those of some steps to come. */
+static mech_real find_stages(mech_solver *s, radau *r, const arrays *k, mech_real h)
+{
+    mech_real factor;
+    if (!r->own) {
+        predict(s, r, k, h);
+        const enum outcome outcome = iterate(s, r, k, h, 0, &factor);
+        if (outcome == CONVERGED) return 0;
+        if (outcome == UNDEFINED) return (mech_real)NAN;
+        if (!r->jacobian_is_here || r->h_old == 0) return refuse(s, r, factor);
+        r->rescues = r->rescues < 5 ? r->rescues + 1 : 5;
+        r->own = 4 << r->rescues;
+        r->eta = 1;
+    }
+    predict(s, r, k, h);
+    const enum outcome outcome = iterate(s, r, k, h, 1, &factor);
+    if (outcome == UNDEFINED) return (mech_real)NAN;
+    if (outcome == SLOW) return refuse(s, r, factor);
+    r->theta = 1; /* the Jacobian of the beginning is of no use for the next step */
+    return 0;
 }
 
 /* k->error = (real / h - J)^-1 (f + sum e_i z_i / h), f the derivative at the beginning; its norm. */
@@ -238,8 +297,7 @@ static mech_real attempt(mech_solver *s, mech_real h)
     const int n = s->ny;
     if (prepare(s, r, h)) return refuse(s, r, MECH_C(0.5));
     set_scale(s, r, k.scale);
-    predict(s, r, &k, h);
-    const mech_real failed = iterate(s, r, &k, h);
+    const mech_real failed = find_stages(s, r, &k, h);
     if (failed != 0) return failed;
     for (int i = 0; i < n; i++) s->y_new[i] = s->y[i] + k.z[2 * n + i];
     mech_real error = estimate(s, r, &k, s->dy, h);
@@ -266,6 +324,7 @@ static mech_real control(mech_solver *s, mech_real h, mech_real error)
         const mech_real predicted = r->h_old / h * fourth_root(error * error / r->error_old) / SAFETY;
         quotient = mech_max(quotient, mech_min(QUOTIENT_MAX, predicted));
     }
+    if (r->own && !--r->own) r->eta = 1;
     r->h_old = h;
     r->error_old = mech_max(MECH_C(1e-2), error);
     remember(s, &k);
