@@ -129,7 +129,7 @@ def _exchange(state: _State, row_of: list[int], pending: list[int], choice: Choi
 class _State:
     """The rows while they are eliminated. ``users`` inverts ``rows``; its values are ordered sets."""
 
-    __slots__ = ("graph", "limit", "offsets", "rows", "solved", "unknowns", "users", "work")
+    __slots__ = ("graph", "limit", "offsets", "ordered", "rows", "solved", "unknowns", "users", "work")
 
     def __init__(self, graph: Graph, system: LinearSystem, limit: float) -> None:
         self.graph = graph
@@ -144,14 +144,16 @@ class _State:
             for v in row:
                 self.users[v][k] = None
         self.solved: dict[Node, tuple[Coefficients, Node]] = {}
+        self.ordered = True
+        """No definition depends on a younger one; an unknown that was solved for may bring that about."""
         self.work = 0
         self.limit = limit
 
     def remove_paths(self, unknown: Node, row: int, choice: Choice) -> None:
         """Eliminate every definition on a path from the unknown to its row."""
         users, rows = self.users, self.rows
-        # definitions depend on smaller numbers only, so no path goes beyond the largest one in the row
-        largest = max(rows[row], default=-1)
+        # no path goes beyond the largest one in the row, while definitions depend on smaller numbers only
+        largest = max(rows[row], default=-1) if self.ordered else len(self.graph)
         above: set[Node] = set()
         stack = [unknown]
         while stack:
@@ -282,9 +284,11 @@ class _State:
         self.work += len(coefficients) * len(users[v])
         if self.work > self.limit:
             raise TooMuchWork
+        youngest = max(coefficients, default=-1)
         for k in users[v]:
             row = rows[k]
             factor = row.pop(v)
+            self.ordered = self.ordered and not 0 <= k < youngest
             for w, c in coefficients.items():
                 product = mul(factor, c)
                 held = row.get(w)

@@ -326,6 +326,27 @@ int mech_impacts(mech_solver *s, int *count)
     return status;
 }
 
+/* The jump of the energy in row i. At the surface itself, within rounding, one of the branches may be undefined: then
+   the jump is that a little before or behind, along the velocities, by roundings at first. */
+static mech_real jump_in(mech_solver *s, int i)
+{
+    const mech_model *m = s->model;
+    const mech_real t = s->run->report.t;
+    mech_real *y = s->modes->y_at, jump = value(s, i, MECH_FORCE);
+    mech_real h = 10 * MECH_EPSILON * mech_abs(t) + MECH_C(1e-24) * s->o.dt_max;
+    for (int k = 0; !mech_finite(jump) && h < MECH_C(1e-9) * s->o.dt_max; k++) {
+        memcpy(y, s->y, (size_t)s->ny * sizeof(mech_real));
+        for (int j = 0; j < m->nq; j++)
+            if (mech_finite(s->dy[j])) y[j] += (k % 2 ? h : -h) * s->dy[j];
+        mech_normalise(m, y);
+        m->hybrid->row_values(t, y, s->u, s->modes->z, s->o.p, s->modes->row);
+        jump = value(s, i, MECH_FORCE);
+        if (k % 2) h *= 4;
+        mech_read_rows(s);
+    }
+    return jump;
+}
+
 /* A switch across which an energy jumps: an impulse along its gradient keeps the total energy; where that is too
    little to pass, the motion is thrown back. */
 int mech_pass_step(mech_solver *s, int hit, int *passed)
@@ -335,7 +356,7 @@ int mech_pass_step(mech_solver *s, int hit, int *passed)
         if (row_of(s, i)->kind != MECH_STEP_ROW || row_of(s, i)->normal != hit) continue;
         mech_read_rows(s);
         mech_find_response(s);
-        const mech_real jump = value(s, i, MECH_FORCE), r = *rate(s, i), w = response(s, i, i);
+        const mech_real jump = jump_in(s, i), r = *rate(s, i), w = response(s, i, i);
         if (jump == 0 || !(w > 0)) return MECH_RUNNING;
         const mech_real square = r * r - 2 * w * jump;
         *passed = square > 0;

@@ -29,3 +29,20 @@ def test_a_mass_meets_an_elastic_contact_and_leaves_it(law: str, power: float) -
     assert solution.outcome.value == "completed"
     assert solution["der(x)"][-1] == pytest.approx(-1, abs=1000 * TOLERANCE)
     assert solution["x"][-1] == pytest.approx(-(2 - 0.5 - inside), abs=1000 * TOLERANCE)
+
+
+def test_a_body_leaves_an_elastic_contact_that_is_written_as_a_potential() -> None:
+    """The energy of the branch that ends is undefined where it ends; a step of the energy it is not."""
+    text = f"""
+    coordinate Length x = 0 m;
+    coordinate Length y = 1 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2 + 1/2*3 kg*der(y)^2;
+    let depth = x - y + 0.1 m;
+    potential if depth > 0 m then 2/5*1e9 N/m^1.5*depth^2.5 else 0 J;
+    experiment(stop = 2 s, tolerance = {TOLERANCE});
+    """
+    solution = mechc.loads(text).simulate(estimate_error=False)
+    assert [e.kind for e in solution.events] == ["crossing", "crossing"]
+    assert solution["der(x)"][-1] == pytest.approx(-0.5, abs=1000 * TOLERANCE)
+    assert solution["der(y)"][-1] == pytest.approx(0.5, abs=1000 * TOLERANCE)

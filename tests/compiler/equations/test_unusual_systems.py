@@ -194,3 +194,29 @@ def test_a_combination_without_mass_is_named() -> None:
         compiled(text)
     (found,) = caught.value.diagnostics
     assert (found.code, found.message) == ("E0520", "some motion of 'x[1]' and 'x[2]' together moves no mass")
+
+
+ELLIPSOID = """
+parameter a = 0.2 m;
+parameter b = 0.03 m;
+coordinate Length p[3] = {0 m, 0 m, b};
+coordinate Rotation R;
+frame body = world * trans(p) * R;
+let u = components(body, {0, 0, 1});
+let s = sqrt(a^2*u[1]^2 + b^2*u[2]^2 + b^2*u[3]^2);
+mass 1 kg at body;
+inertia diag({2, 2, 2} g.m^2) on body;
+constraint touch: p[3] = s;
+nonholonomic constraint grip: vel(body) + direction(body, cross(der(R), {-a^2*u[1], -b^2*u[2], -b^2*u[3]}/s)) = {0, 0, 0};
+"""
+
+
+def test_elimination_ends_where_a_definition_comes_to_depend_on_a_younger_one() -> None:
+    """An ellipsoid that rolls and spins about the vertical through its lowest point: nothing accelerates."""
+    model = compiled(ELLIPSOID)
+    state = {"p[3]": 0.03, "R[1]": 1.0, "der(R)[3]": 2.0}
+    names = {f"p[{k}]": 0.0 for k in (1, 2)} | {f"R[{k}]": 0.0 for k in (2, 3, 4)}
+    names |= {f"der(p[{k}])": 0.0 for k in (1, 2, 3)} | {f"der(R)[{k}]": 0.0 for k in (1, 2)}
+    found = outcome(model, "rhs", names | state)
+    accelerations = [found[f"der(p[{k}])"] for k in (1, 2, 3)] + [found[f"der(R)[{k}]"] for k in (1, 2, 3)]
+    assert accelerations == pytest.approx([0] * 6, abs=ROUNDING)
