@@ -219,6 +219,6 @@ def test_bead_on_a_rough_hoop() -> None:
         stuck = abs(drive) <= friction
         side = math.copysign(1, drive)
     solution = follow("bead_on_rough_hoop")
-    assert times(solution, "slip") + times(solution, "stick") == pytest.approx(found, rel=1e-9)
+    assert times(solution, "slip") + times(solution, "stick") == pytest.approx(found, rel=1e-10)
     assert solution["theta"][-1] == pytest.approx(y[0], rel=1e-9)
     assert all(a < b for a, b in pairwise(found))
