@@ -53,6 +53,7 @@ static size_t arrange(mech_modes *e, const mech_model *m, mech_real *memory)
     e->held_new = take(&memory, &total, h->n_branches);
     e->act = take(&memory, &total, largest_act(h, ny + m->nz));
     e->y_at = take(&memory, &total, ny);
+    e->move = take(&memory, &total, ny);
     e->y_before = take(&memory, &total, ny);
     e->z_before = take(&memory, &total, m->nz);
     e->outputs = take(&memory, &total, m->n_outputs);
@@ -84,6 +85,26 @@ mech_real mech_next_time(mech_solver *s)
     for (int k = 0; k < n; k++)
         if (s->modes->times[k] > t && s->modes->times[k] < next) next = s->modes->times[k];
     return next;
+}
+
+static void swap(mech_real **a, mech_real **b)
+{
+    mech_real *x = *a;
+    *a = *b;
+    *b = x;
+}
+
+/* Moves the attempted state onto the rows that hold. */
+static void hold_attempt(mech_solver *s, mech_real t_new)
+{
+    const mech_real t = s->run->report.t;
+    s->run->report.t = t_new;
+    swap(&s->y, &s->y_new);
+    swap(&s->dy, &s->dy_new);
+    mech_hold_rows(s);
+    swap(&s->y, &s->y_new);
+    swap(&s->dy, &s->dy_new);
+    s->run->report.t = t;
 }
 
 /* dw/dt at a part of the attempted step; by a difference where it is not known. */
@@ -120,13 +141,14 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
             const int status = mech_project(s, t + *h, s->y_new);
             if (status) return mech_fail(s, status, -1);
         }
+        mech_rhs(s, t + *h, s->y_new, s->dy_new);
+        hold_attempt(s, t + *h);
         mech_indicate(s, t + *h, s->y_new, w, NULL);
         const mech_real change = slope < 0 ? -w[hit] / slope : 0;
         if (k == 3 || mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
         if (mech_abs(change) > *h / 4 || *h + change > whole) break;
         *h += change;
     }
-    mech_rhs(s, t + *h, s->y_new, s->dy_new);
     return MECH_RUNNING;
 }
 
@@ -190,6 +212,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (e->n) {
+        hold_attempt(s, t_new);
         s->method->dense(s, h);
         mech_locate(s, h, &hit, &part);
     }
@@ -205,9 +228,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     status = accept_row(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
-    if (hit >= 0 || t_new == next) return reach(s, hit);
-    mech_hold_rows(s);
-    return MECH_RUNNING;
+    return hit >= 0 || t_new == next ? reach(s, hit) : MECH_RUNNING;
 }
 
 int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)

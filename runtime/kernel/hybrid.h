@@ -28,7 +28,7 @@ typedef struct mech_modes {
     mech_real *last_hit, *delay; /* [n_rows] time of the last impact; until the bounces that are left out end */
     mech_real *held, *held_new; /* [n_branches] conditions                                   */
     mech_real *act;         /* [ny + nz + checks]                                            */
-    mech_real *y_at;        /* [ny]                                                          */
+    mech_real *y_at, *move; /* [ny] a state; a displacement                                  */
     mech_real *y_before, *z_before, *outputs, *times;
     mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
     mech_real *counters;    /* [COUNTERS]                                                    */
@@ -91,6 +91,7 @@ void mech_apply_impulses(mech_solver *s);
 int mech_impacts(mech_solver *s, int *count);
 int mech_pass_step(mech_solver *s, int hit, int *passed);
 int mech_choose_modes(mech_solver *s, int hit);
+/* Moves the present state onto the rows that hold. */
 void mech_hold_rows(mech_solver *s);
 /* The rows that hold or stick, at most 64 of them; gives their number. */
 int mech_held_rows(mech_solver *s, int *held);

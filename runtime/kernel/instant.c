@@ -292,6 +292,8 @@ int mech_happen(mech_solver *s, int hit, int ticks)
     if (hit >= 0) e->fresh[hit] = 1;
     if (hit >= 0 && hit < s->model->hybrid->n_switches) status = turn(s, hit);
     if (!status) status = rounds(s, hit, ticks);
+    for (int i = 0; i < e->n_rows; i++) /* what touches now may open within rounding of zero */
+        if (mech_touches(s, i)) e->fresh[s->model->hybrid->n_switches + i] = 1;
     end_ticks(s);
     return status;
 }

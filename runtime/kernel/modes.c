@@ -152,8 +152,8 @@ void mech_close_gaps(mech_solver *s, int n, const int *rows)
         for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[rows[k] * width + i];
     }
     /* q' = N(q) v, with the correction in the place of v */
-    mech_rhs(s, s->run->report.t, e->y_at, s->dy_new);
-    for (int i = 0; i < m->nq; i++) s->y[i] += s->dy_new[i];
+    mech_rhs(s, s->run->report.t, e->y_at, e->move);
+    for (int i = 0; i < m->nq; i++) s->y[i] += e->move[i];
     mech_normalise(m, s->y);
     mech_read_rows(s);
     mech_find_response(s);

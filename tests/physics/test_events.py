@@ -234,3 +234,57 @@ def test_a_model_without_events_has_no_code_for_them() -> None:
 
 def test_momenta_that_events_change_are_not_called_constant() -> None:
     assert not mechc.loads(STEP).compilation.equations.conserved
+
+
+@pytest.mark.parametrize("e", [0.3, 0.99, 0.999])
+def test_a_ball_rests_after_many_bounces(e: float) -> None:
+    rest = (1 + e) / (1 - e) * math.sqrt(2 / 9.81)
+    solution = run(BALL + "contact floor: h restitution e;\n", stop=rest + 1, set={"e": e})
+    assert times(solution, "rest") == pytest.approx([rest], rel=1e-11)
+
+
+def test_a_rocking_block_turns_from_corner_to_corner() -> None:
+    """Each hit keeps 1 - 3/2 sin(alpha)^2 of the turning rate (G. W. Housner 1963), tan(alpha) = b/h."""
+    text = """\
+parameter b = 0.2 m;
+parameter h = 0.8 m;
+parameter start = 0.15 rad;
+gravity {0, -9.81} m/s^2;
+coordinate Angle theta = start;
+coordinate Length x = -b + b*cos(start) - h*sin(start);
+coordinate Length y = b*sin(start) + h*cos(start);
+frame block = world * trans({x, y}) * rot(theta);
+mass 1 kg at block;
+inertia (1 kg)*(b^2 + h^2)/3 on block;
+point left = block * {-b, -h};
+point right = block * {b, -h};
+contact on_left: left[2] friction 10 along vel(left)[1];
+contact on_right: right[2] friction 10 along vel(right)[1];
+"""
+    solution = run(text, stop=5)
+    impacts = [e for e in solution.events if e.kind == "impact"]
+    assert [e.name for e in impacts[:6]] == ["on_right", "on_left"] * 3
+    kept = 1 - 1.5 * 0.2**2 / (0.2**2 + 0.8**2)
+    for event in impacts:
+        assert event.after["der(theta)"] / event.before["der(theta)"] == pytest.approx(kept, rel=1e-8)
+    assert closes(solution, 1e-7)
+
+
+def test_a_lift_off_is_one_event() -> None:
+    """Closed contacts stay on their surfaces, so that the drift of a step is no impact."""
+    text = """\
+gravity {0, -9.81} m/s^2;
+coordinate Angle theta = 30 deg;
+coordinate Length x = (1 m)*sin(30 deg);
+coordinate Length y = (1 m)*cos(30 deg);
+frame rod = world * trans({x, y}) * rot(theta);
+mass 10 kg at rod;
+inertia (10 kg)*(2 m)^2/12 on rod;
+point top = rod * {0, 1 m};
+point foot = rod * {0, -1 m};
+contact floor: foot[2];
+contact wall: top[1];
+"""
+    for tolerance in (1e-6, 1e-8):
+        solution = run(text, stop=0.6, tolerance=tolerance)
+        assert [(e.kind, e.name) for e in solution.events] == [("lift-off", "wall")]

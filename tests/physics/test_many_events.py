@@ -69,7 +69,7 @@ def test_ten_thousand_bounces_in_step_with_a_vibrating_plate(periods: int) -> No
     assert closes(solution, 1e-9)
 
 
-@pytest.mark.parametrize(("w", "amplitude", "e"), [(3000.0, 4e-5, 0.8), (2e4, 1e-5, 0.8), (1e5, 1e-6, 0.7)])
+@pytest.mark.parametrize(("w", "amplitude", "e"), [(3000.0, 4e-5, 0.8), (2e4, 1e-5, 0.8), (1e5, 2e-6, 0.8)])
 def test_no_impact_is_missed_on_a_plate_that_vibrates_fast(w: float, amplitude: float, e: float) -> None:
     """Between two impacts the flight is a parabola, which is held against the plate a hundred times a period."""
     values = {"w": w, "A": amplitude, "e": e}
