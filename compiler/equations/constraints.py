@@ -63,12 +63,18 @@ def rows_of(
 
 
 def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Reporter) -> tuple[Row, ...]:
-    """Drop rows that are identically zero; report rows that no motion can change."""
+    """Drop rows that are identically zero; report rows that no motion can change.
+
+    What is fulfilled by the other joints alone is named if nothing else is left of a joint, or if its reaction is asked
+    for: that reaction is not unique.
+    """
     graph = system.graph
     moving = {s.node for s in (*system.q, *system.v)}
-    kept = []
+    kept: list[Row] = []
+    empty: dict[str, list[Row]] = {}
     for row in rows:
         if graph.is_zero(row.rate) and (row.position is None or graph.is_zero(row.position)):
+            empty.setdefault(row.constraint.name, []).append(row)
             continue
         if not moving.intersection(graph.support(row.rate)):
             reporter.error(
@@ -78,7 +84,24 @@ def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Repor
                 caption="everything in it is prescribed",
             )
         kept.append(row)
+    left = {row.constraint.name for row in kept}
+    for name, dropped in empty.items():
+        if name in system.virtual or (dropped[0].constraint.joint and name not in left):
+            report_superfluous(dropped, reporter)
     return tuple(kept)
+
+
+def report_superfluous(rows: Sequence[Row], reporter: Reporter) -> None:
+    """Name rows of one constraint or joint that are left out."""
+    constraint, count = rows[0].constraint, len(rows)
+    what = "joint" if constraint.joint else "constraint"
+    reporter.warning(
+        "W0513",
+        f"{what} '{constraint.name}' repeats {count} equation{'s' if count > 1 else ''} already implied by the others; "
+        "dropped",
+        constraint.origin.shown,
+        caption="its reaction is not unique",
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .accelerations import accelerations
 from .answers import Replies, answers, force_answers
-from .constraints import Projection, Row, projection, rows_of, without_empty
+from .constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from .energies import Energies, energies
 from .modes import friction_loss, with_modes
 from .residual import residual, seeds_of
@@ -273,15 +273,7 @@ def _independent(
     kept = tuple(sorted((rows[i] for i in found.independent), key=lambda row: row.position is None))
     dropped = [row for row in rows if row not in kept]
     for name in dict.fromkeys(row.constraint.name for row in dropped):
-        count = sum(row.constraint.name == name for row in dropped)
-        first = next(row for row in dropped if row.constraint.name == name)
-        what = "joint" if first.constraint.joint else "constraint"
-        reporter.warning(
-            "W0513",
-            f"{what} '{name}' repeats {count} equation{'s' if count > 1 else ''} already implied by the others; dropped",
-            first.constraint.origin.shown,
-            caption="its reaction is not unique",
-        )
+        report_superfluous([row for row in dropped if row.constraint.name == name], reporter)
     return kept, found, values
 
 

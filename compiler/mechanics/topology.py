@@ -77,12 +77,13 @@ def classify(model: FlatModel, reporter: Reporter) -> Topology:
     closing: set[str] = {joint.name for joint in model.joints if joint.cut}
     waiting = [j for j in model.joints if not j.cut]
     ends = {j.name: _ends(j, definitions) for j in model.joints}
+    for joint in model.joints:
+        _check_not_to_itself(joint, *ends[joint.name], reporter)
     while waiting:
         left: list[Joint] = []
         for joint in waiting:
             source, target = ends[joint.name]
             if source in placed and target in placed:
-                _check_not_twice(joint, source, target, reporter)
                 closing.add(joint.name)
             elif source in placed and target is not None:
                 placed.add(target)
@@ -111,8 +112,8 @@ def _ends(joint: Joint, definitions: Mapping[str, Definition]) -> tuple[str | No
     return (root_of(joint.value, definitions) if not joint.source else end(joint.source)), end(joint.target)
 
 
-def _check_not_twice(joint: Joint, source: str | None, target: str | None, reporter: Reporter) -> None:
-    if source == target and source != WORLD:
+def _check_not_to_itself(joint: Joint, source: str | None, target: str | None, reporter: Reporter) -> None:
+    if source == target and source not in (None, WORLD):
         reporter.error(
             "E0511",
             f"joint '{joint.name}' connects a body to itself",

@@ -7,6 +7,7 @@ import math
 import pytest
 from compiled import compiled, outcome
 
+import mechc
 from mechc.lang.diagnostics import CompileError
 
 ROUNDING = 1e-13
@@ -220,3 +221,27 @@ def test_elimination_ends_where_a_definition_comes_to_depend_on_a_younger_one() 
     found = outcome(model, "rhs", names | state)
     accelerations = [found[f"der(p[{k}])"] for k in (1, 2, 3)] + [found[f"der(R)[{k}]"] for k in (1, 2, 3)]
     assert accelerations == pytest.approx([0] * 6, abs=ROUNDING)
+
+
+HINGED = "import mech.planar.*;\nBody b(m = 1 kg, J = 1 kg.m^2);\nRevolute h(world -> b.a);\n"
+
+
+def test_a_joint_between_the_same_frames_twice_is_named() -> None:
+    """The second hinge holds nothing that the first one does not hold, so its force is anything."""
+    found = mechc.loads(f"{HINGED}Revolute k(world -> b.a);\n").diagnostics
+    assert [d.code for d in found] == ["W0513"]
+    assert found[0].message == "joint 'k' repeats 2 equations already implied by the others; dropped"
+
+
+def test_what_others_fulfil_is_named_where_the_reaction_is_asked_for() -> None:
+    """A second hinge on the axis of the first takes no freedom; alone it needs no words."""
+    text = "import mech.spatial.*;\nBody b(m = 1 kg, J = identity(3)*1 kg.m^2);\nRevolute h(world -> b.a);\n"
+    slot = "cut Cylindrical k(world -> b.a);\n"
+    assert [d.code for d in mechc.loads(text + slot + "output F = reaction(k);\n").diagnostics] == ["W0513"]
+
+
+def test_a_joint_from_a_body_to_itself() -> None:
+    """Also where nothing places the body."""
+    with pytest.raises(CompileError) as caught:
+        mechc.loads("import mech.planar.*;\nBody b(m = 1 kg, J = 1 kg.m^2);\nRevolute h(b.a -> b.a);\n")
+    assert "E0511" in [d.code for d in caught.value.diagnostics]
