@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
+from math import pi
 
 import sympy as sp
 
@@ -17,12 +19,18 @@ from ..mechanics.system import MechanicalSystem
 from .express import express
 from .mathml import mathml
 from .names import latex_name, symbols_of
+from .trigonometry import shorten
 
-SIMPLIFY_LIMIT = 400
+SIMPLIFY_LIMIT = 2000
 """Expressions with more operations than this are shown as the compiler formed them."""
 
 LARGEST_FRACTION = 16
 """Fractions with larger denominators are written as decimals where these end."""
+
+LARGEST_SHARE = 720
+"""Numbers are recognised as shares of pi with denominators up to this; other long fractions become decimals."""
+
+EPSILON = 2.0**-52
 
 SHOW_LIMIT = 20_000
 """Expressions with more operations than this are not shown; their size is stated instead."""
@@ -134,22 +142,29 @@ def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: Mechanica
     """Simplify small expressions and order them by accelerations."""
     if sp.count_ops(expression) > SIMPLIFY_LIMIT:
         return expression
-    simple = sp.trigsimp(sp.expand(sp.nsimplify(expression, rational=True)))
+    simple = shorten(sp.nsimplify(expression, rational=True))
     accelerations = [symbols[a] for a in system.a if a in symbols]
     present = [a for a in accelerations if simple.has(a)]
     if not present:
         return simple
-    return sp.collect(simple, present, lambda c: sp.factor_terms(sp.trigsimp(c)))
+    return sp.collect(simple, present, sp.factor_terms)
 
 
 def decimals(expression: sp.Expr) -> sp.Expr:
-    """Write fractions such as 981/200 as the decimal that a reader expects; small ones stay as they are."""
-    exchange = {}
+    """Write fractions such as 981/200 as the decimal that a reader expects, angles as shares of pi."""
+    exchange: dict[sp.Rational, sp.Expr] = {}
     for number in expression.atoms(sp.Rational):
-        digits = sp.factorint(number.q)
-        if number.q > LARGEST_FRACTION and set(digits) <= {2, 5}:
-            size = sp.Symbol(f"{float(abs(number)):.12g}", positive=True)
-            exchange[number] = -size if number < 0 else size
+        size = float(abs(number))
+        turns = Fraction(size / pi).limit_denominator(LARGEST_SHARE)
+        if number.q <= LARGEST_FRACTION:
+            continue
+        if number.q > LARGEST_SHARE and turns and abs(float(turns) * pi - size) <= 4 * EPSILON * size:
+            shown = sp.pi * sp.Rational(turns.numerator, turns.denominator)
+        elif set(sp.factorint(number.q, limit=7)) <= {2, 5} or number.q > LARGEST_SHARE:
+            shown = sp.Symbol(f"{size:.12g}", positive=True)
+        else:
+            continue
+        exchange[number] = -shown if number < 0 else shown
     return expression.xreplace(exchange)
 
 
