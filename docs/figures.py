@@ -246,6 +246,10 @@ ROWS = (
     row("engineering", "relay_attitude", CONTROLLERS, "a", "der(a)"),
     row("engineering", "cart_pendulum", CONTROLLERS, T, "u", "", 3),
     row("engineering", "sampled_controller", CONTROLLERS, T, "x", "", 3),
+    row("textbook", "bowling_ball", FRICTION, T, "der(x) rim"),
+    row("U126, limit", "slide_or_roll", FRICTION, T, "der(a)", "- steep"),
+    row("engineering", "clutch", FRICTION, T, "der(a) der(b)"),
+    row("textbook", "spinning_bounce", IMPACTS, "path[1]", "path[2]", "- slow"),
 )
 
 HEAD = """# Gallery

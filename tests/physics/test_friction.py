@@ -222,3 +222,50 @@ def test_bead_on_a_rough_hoop() -> None:
     assert times(solution, "slip") + times(solution, "stick") == pytest.approx(found, rel=1e-10)
     assert solution["theta"][-1] == pytest.approx(y[0], rel=1e-9)
     assert all(a < b for a, b in pairwise(found))
+
+
+# ---------------------------------------------------------------- rolling and clutches
+
+
+@pytest.mark.parametrize(("experiment", "spin"), [(None, 0.0), ("back_spin", 200.0)])
+def test_bowling_ball_begins_to_roll(experiment: str | None, spin: float) -> None:
+    """Rolls after 2 u/(7 mu g), u the speed of sliding, with (5 v - 2 R w)/7: with back spin it comes back."""
+    v, R, mu = 8.0, 0.11, 0.2
+    solution = follow("bowling_ball", experiment)
+    t, end = 2 * (v + R * spin) / (7 * mu * g), (5 * v - 2 * R * spin) / 7
+    assert times(solution, "stick") == pytest.approx([t], rel=1e-10)
+    assert solution["der(x)"][-1] == pytest.approx(end, rel=1e-10)
+    assert solution["rim"][-1] == pytest.approx(end, rel=1e-10)
+    stop = solution.time[-1]
+    assert solution["x"][-1] == pytest.approx(v * t - mu * g * t**2 / 2 + end * (stop - t), rel=1e-10)
+    # the heat is that of the relative motion: the reduced mass is 2/7 m
+    assert solution["energy.dissipated"][-1] == pytest.approx(7 * (v + R * spin) ** 2 / 7, rel=1e-10)
+
+
+def test_cylinder_rolls_up_to_three_mu() -> None:
+    """U126: (2/3) g sin(slope) while it rolls; beyond, g (sin - mu cos), and it turns at 2 mu g cos/R."""
+    R, mu = 0.05, 0.2
+    assert math.tan(math.radians(30)) < 3 * mu < math.tan(math.radians(32))
+    rolls, slides = follow("slide_or_roll"), follow("slide_or_roll", "steep")
+    assert rolls["der(s)"][-1] == pytest.approx(2 / 3 * g * math.sin(math.radians(30)), rel=1e-10)
+    assert rolls["der(s)"] + R * rolls["der(a)"] == pytest.approx(0, abs=1e-12)
+    assert rolls["energy.dissipated"][-1] == pytest.approx(0, abs=1e-12)
+    slope = math.radians(32)
+    assert slides["der(s)"][-1] == pytest.approx(-pull(slope, mu), rel=1e-10)
+    assert -slides["der(a)"][-1] == pytest.approx(2 * mu * g * math.cos(slope) / R, rel=1e-10)
+
+
+def test_clutch_sticks_and_slips_again() -> None:
+    """Equal speeds after w/(f/J1 + f/J2); holds until the share J2/(J1 + J2) of the motor exceeds the hold."""
+    solution = follow("clutch")
+    assert times(solution, "stick") == pytest.approx([5 / (6 / 2 + 6 / 3)], rel=1e-10)
+    slips = 2 + 9 / 4 * (2 + 3) / 3
+    assert times(solution, "slip") == pytest.approx([slips], rel=1e-10)
+    assert solution(1.5)["der(a)"] == pytest.approx(2, rel=1e-10) == solution(1.5)["der(b)"]
+    assert solution(1.5)["energy.dissipated"] == pytest.approx(2 * 3 / (2 + 3) * 5**2 / 2, rel=1e-10)
+    # slipping: 3 b'' = 6 N.m, 2 a'' = 4 (t - 2) - 6
+    common = 2 + 4 * (slips - 2) ** 2 / 2 / 5
+    late = 8 - slips
+    assert solution["der(b)"][-1] == pytest.approx(common + 2 * late, rel=1e-10)
+    gained = (4 * (6**2 - (slips - 2) ** 2) / 2 - 6 * late) / 2
+    assert solution["der(a)"][-1] == pytest.approx(common + gained, rel=1e-10)

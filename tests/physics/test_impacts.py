@@ -87,6 +87,30 @@ def test_ball_on_a_vibrating_plate() -> None:
     assert np.array([e.value for e in solution.events]) == pytest.approx(g / 20 / 1.5, rel=1e-10)
 
 
+@pytest.mark.parametrize(("experiment", "spin"), [(None, 200.0), ("slow", 10.0)])
+def test_bounce_with_spin(experiment: str | None, spin: float) -> None:
+    """The tangential impulse ends the sliding, 2/7 m u, or is mu times the normal one where that is less."""
+    m, R, e, mu, v = 0.1, 0.03, 0.8, 0.2, 1.0
+    fall = math.sqrt(2 * g)
+    kinds, lost = [], 0.0
+    for k in range(2):
+        normal = (1 + e) * m * fall * e**k
+        u = v + R * spin
+        impulse = min(mu * normal, 2 / 7 * m * u)
+        kinds.append("slides" if impulse == mu * normal else "sticks")
+        before = m * v**2 / 2 + m * R**2 * spin**2 / 5
+        v, spin = v - impulse / m, spin - impulse * R / (2 / 5 * m * R**2)
+        after = m * v**2 / 2 + m * R**2 * spin**2 / 5
+        lost += before - after + m * (fall * e**k) ** 2 / 2 * (1 - e**2)
+    assert kinds == (["slides", "sticks"] if experiment is None else ["sticks", "sticks"])
+    solution = follow("spinning_bounce", experiment)
+    flight = math.sqrt(2 / g)
+    assert times(solution, "impact") == pytest.approx([flight, flight * (1 + 2 * e)], rel=1e-10)
+    assert solution["der(x)"][-1] == pytest.approx(v, rel=1e-10)
+    assert solution["der(a)"][-1] == pytest.approx(spin, rel=1e-10)
+    assert solution["energy.dissipated"][-1] == pytest.approx(lost, rel=1e-10)
+
+
 # ---------------------------------------------------------------- bodies and mechanisms
 
 
