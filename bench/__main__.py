@@ -11,6 +11,7 @@ PAGES = (
     "four_bar",
     "evaluation",
     "kernel",
+    "stiff",
     "events",
     "startup",
     "work_precision",
