@@ -302,6 +302,7 @@ def draw(r: Row) -> None:
     for experiment in r.experiments:
         solution = model.simulate(experiment=experiment or None, stop=r.stop)
         assert isinstance(solution, mechc.Solution)
+        assert solution.outcome.value in ("completed", "terminated"), solution.message
         t = np.linspace(solution.time[0], solution.time[-1], 3000)
         smooth = solution(t)
         for x, y in r.curves():
