@@ -22,7 +22,8 @@ from .reference import Reference, read_reference
 from .rules import check_file
 from .variables import Start
 
-POINTS = 50
+POINTS = 47
+"""A prime: events at round times, where states jump, lie between two points."""
 
 
 @dataclass(frozen=True, slots=True)

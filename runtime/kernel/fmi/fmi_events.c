@@ -2,7 +2,8 @@
  *
  * In Model Exchange the importer integrates, and the solver serves for what happens at one instant: it gets the state,
  * lets happen what is due, and gives the state back. The indicators w >= 0 of the solver are handed out with a small
- * amount added, so that a zero lies clearly behind the event, and the event clearly before the next zero.
+ * amount added, so that a zero lies clearly behind the event, and the event clearly before the next zero. Where an
+ * importer integrates so roughly that a gap that only just opens seems to close again, the amount grows.
  */
 #include <string.h>
 
@@ -14,7 +15,7 @@ static mech_real margin(const fmu *f, int k)
 {
     const mech_modes *e = f->s->modes;
     const mech_real *size = mech_indicator_size(f->s, k);
-    return (size >= e->force && size < e->force + e->n_rows ? MECH_C(1e-9) : MECH_C(1e-10)) * *size;
+    return (size >= e->force && size < e->force + e->n_rows ? MECH_C(1e-9) : MECH_C(1e-10)) * f->noise[k] * *size;
 }
 
 /* The solver gets the state of the importer. */
@@ -90,6 +91,18 @@ static int furthest(fmu *f)
     return found;
 }
 
+/* After what happened: a gap that was passed, and nothing came of it, was passed by errors of the integration. */
+static void judge(fmu *f, int passed)
+{
+    const mech_hybrid *h = f->m->hybrid;
+    const mech_modes *e = f->s->modes;
+    const int row = passed - h->n_switches;
+    if (row < 0 || h->rows[row].kind != MECH_CONTACT) return;
+    const int hit = e->last_hit[row] == f->s->run->report.t;
+    const int same = !memcmp(e->z_before, e->z, (size_t)f->m->nz * sizeof(mech_real));
+    f->noise[passed] = same && !hit ? mech_min(10 * f->noise[passed], MECH_C(1e7)) : 1;
+}
+
 /* The importer has integrated up to the present time, or a little further than to what was announced. */
 static int exchange(fmu *f)
 {
@@ -97,8 +110,10 @@ static int exchange(fmu *f)
     const mech_real close = MECH_C(1e-11) * mech_max(mech_abs(st->t), mech_abs(st->stop - st->start));
     if (fmu_project(f)) return MECH_OFF_CONSTRAINTS;
     hand_over(f, st->next <= st->t + close ? st->next : st->t);
+    const int passed = furthest(f);
     const mech_real late = mech_catch_rows(f->s);
     const int outcome = mech_happen(f->s, furthest(f), 1);
+    judge(f, passed);
     if (outcome == MECH_RUNNING) mech_catch_up(f->s, late);
     if (outcome >= 0) furthest(f);
     return outcome;

@@ -125,6 +125,7 @@ void fmu_reset(fmu *f)
     f->st->stale_parameters = f->st->stale_initial = f->st->stale_inputs = 1;
     f->st->next = (mech_real)INFINITY;
     fmu_touch(f);
+    for (int k = 0; k < f->n_w; k++) f->noise[k] = 1;
     for (int i = 0; i < m->np; i++) {
         f->p_set[i] = d->p_given[i];
         f->p[i] = d->p[i];
@@ -151,9 +152,10 @@ void fmu_reset(fmu *f)
     f->st->solver_stale = 1;
 }
 
-static size_t numbers(const mech_model *m, int ny)
+static size_t numbers(const fmu *f)
 {
-    return (size_t)(3 * ny + m->nu + m->np + m->nh + m->nz + m->n_outputs);
+    const mech_model *m = f->m;
+    return (size_t)(3 * f->ny + m->nu + m->np + m->nh + m->nz + m->n_outputs + f->n_w);
 }
 
 fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_logger *log, void *environment,
@@ -179,13 +181,14 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
         fmu_destroy(f);
         return NULL;
     }
-    f->size = sizeof(fmu_state) + numbers(m, ny) * sizeof(mech_real) + (size_t)(m->np + ny + m->nu);
+    f->n_w = m->hybrid ? m->hybrid->n_switches + m->hybrid->n_rows : 0;
+    f->size = sizeof(fmu_state) + numbers(f) * sizeof(mech_real) + (size_t)(m->np + ny + m->nu);
     f->size = (f->size + 7) / 8 * 8;
     f->st = calloc(1, f->size);
     f->tables = calloc((size_t)m->nu + 1, sizeof *f->tables);
     const int widest = ny + m->nu + 1 + m->np + m->n_outputs;
     const int own = widest + m->n_assertions + m->nz;
-    f->scratch = calloc((size_t)(own + (m->hybrid ? m->hybrid->n_switches + m->hybrid->n_rows : 0)), sizeof *f->scratch);
+    f->scratch = calloc((size_t)(own + f->n_w), sizeof *f->scratch);
     f->w = f->scratch ? f->scratch + own : NULL;
     if (!f->name || !f->st || !f->tables || !f->scratch) {
         fmu_destroy(f);
@@ -198,7 +201,8 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     f->p = f->u + m->nu;
     f->z = f->p + m->np + m->nh;
     f->out = f->z + m->nz;
-    f->p_set = (unsigned char *)(f->out + m->n_outputs);
+    f->noise = f->out + m->n_outputs;
+    f->p_set = (unsigned char *)(f->noise + f->n_w);
     f->y_set = f->p_set + m->np;
     f->u_set = f->y_set + ny;
     fmu_reset(f);

@@ -109,6 +109,8 @@ struct fmu {
     size_t size;         /* bytes of the block                   */
     fmu_state *st;
     mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
+    mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
+    int n_w;          /* event indicators of the kernel                                          */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
     void *saved; /* all that changes, before a step */
