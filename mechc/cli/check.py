@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ..api import Model
     from ..lang.diagnostics import Diagnostic
     from ..lang.source import Span
+    from ..runtime.outcome import SimulationError
 
 
 @click.command(name="check", short_help="Check models without running them.")
@@ -36,14 +37,18 @@ def command(
     with_structure: bool,
     quiet: bool,
 ) -> int:
-    """Check each FILE: syntax, names, units, mechanics. Exit with 1 if a model is wrong."""
+    """Check each FILE: syntax, names, units, mechanics, and whether it can be assembled where its experiments begin. Exit
+    with 1 if a model is wrong."""
     from ..api import load
     from ..lang.diagnostics import CompileError
     from ..render import render
+    from ..report import render_error
+    from ..starts import impossible_starts
     from ..style import style_for
     from .failures import COMPLETED, FAILED, show_compile_error
 
     found: list[Diagnostic] = []
+    starts: list[SimulationError] = []
     wrong = 0
     for name in files:
         try:
@@ -55,18 +60,24 @@ def command(
                 show_compile_error(error)
             continue
         found.extend(checked.diagnostics)
+        impossible = impossible_starts(checked)
+        wrong += bool(impossible)
+        starts.extend(impossible)
         if as_json:
             continue
         if checked.diagnostics:
             click.echo(render(checked.diagnostics, style_for(sys.stderr)), err=True, color=True)
-        if not quiet:
+        for start in impossible:
+            click.echo(render_error(start, style_for(sys.stderr)), err=True, color=True)
+        if not quiet and not impossible:
             click.echo(f"{name}: {summary(checked)}")
         if with_structure:
             from ..structure import structure
 
             click.echo(structure(checked, style_for(sys.stdout)))
     if as_json:
-        click.echo(json.dumps([as_data(d) for d in found], indent=1, ensure_ascii=False))
+        data = [*map(as_data, found), *map(start_as_data, starts)]
+        click.echo(json.dumps(data, indent=1, ensure_ascii=False))
     return FAILED if wrong else COMPLETED
 
 
@@ -93,6 +104,23 @@ def as_data(diagnostic: Diagnostic) -> dict[str, object]:
         "help": diagnostic.help,
         "place": place(diagnostic.span),
         "labels": [{"place": place(label.span), "text": label.text} for label in diagnostic.labels],
+    }
+
+
+def start_as_data(error: SimulationError) -> dict[str, object]:
+    """Return what keeps a model from being assembled as plain data, in the form of a diagnostic."""
+    at = error.origin
+    end = None if at is None else at.column + len(at.text.strip())
+    return {
+        "severity": "error",
+        "code": error.code,
+        "message": error.message,
+        "caption": "",
+        "help": error.help,
+        "place": None
+        if at is None
+        else {"file": at.file, "line": at.line, "column": at.column, "end_line": at.line, "end_column": end},
+        "labels": [{"place": None, "text": note} for note in error.notes],
     }
 
 
