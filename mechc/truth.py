@@ -59,7 +59,8 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
     times: Array = solution.time[rows]
     if not times.size:
         raise ReferenceFailed("the run has no length")
-    method = "radau5" if solution.statistics.method == "radau5" else "dop853"
+    done = solution.statistics
+    method = "radau5" if done.method == "radau5" or done.stiff_time is not None else "dop853"
     made = reference(
         library, plan.case, plan.nominal, times, precision=best_precision(), method=method, seconds=seconds
     )

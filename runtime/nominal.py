@@ -15,7 +15,8 @@ in metres runs alike. The rules, in this order:
 
 Values at the start, and rates, below 1e-12 of the largest one of their kind and unit count as zero: they are what
 rounding leaves of a zero that assembly has computed, or of forces that cancel.
-No nominal is below 1e-6 times the largest one of its kind and unit: smaller ones would be below rounding.
+No nominal is below 1e-6 times the largest one of its kind and unit, as smaller ones would be below rounding where
+the states are coupled; but not above what the state reaches in the pilot run, as then it is of its own size.
 An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
 pilot run, which does not control its error.
 """
@@ -53,6 +54,8 @@ def nominal_values(
     if not unsized:
         return nominal
     if pilot is None:
+        unbounded = np.full(problem.ny, np.inf)
+        nominal, _ = _by_rules(problem, y0, rates, p, energies, duration, None, unbounded)
         return np.where(np.isfinite(nominal), nominal, 1.0)
     return _by_rules(problem, y0, rates, p, energies, duration, pilot(nominal))[0]
 
@@ -65,8 +68,11 @@ def _by_rules(
     energies: Sequence[float],
     duration: float,
     reached: Array | None,
+    sizes: Array | None = None,
 ) -> tuple[Array, list[int]]:
-    """Give nominal values, and the states that rule 6 was needed for."""
+    """Give nominal values, and the states that a pilot run is needed for. ``sizes``: what bounds the floor, by default
+    what is ``reached``."""
+    sizes = reached if sizes is None else sizes
     y0 = _without_rounding(problem, y0)
     rates = _without_rounding(problem, np.where(np.isfinite(rates), rates, 0.0))
     coordinates = range(problem.nq)
@@ -80,8 +86,7 @@ def _by_rules(
     nominal[sorted(entries)] = 1.0
     for i in positions:
         nominal[i] = _own_size(problem.states[i], y0[i])
-    _share(problem, nominal, positions)
-    unsized: list[int] = []
+    unsized = _share(problem, nominal, positions, sizes)
     for i in positions:
         if nominal[i] == 0:
             nominal[i] = _parameter_size(problem, p, problem.states[i].unit)
@@ -96,9 +101,9 @@ def _by_rules(
         if problem.states[i].nominal is None:
             own = max(own, math.sqrt(abs(rates[i]) * nominal[partner[i]]))
         nominal[i] = own
-    _share(problem, nominal, velocities)
-    sizes = [nominal[i] / nominal[partner[i]] for i in velocities]
-    fastest = max(sizes, default=0.0)
+    unsized += _share(problem, nominal, velocities, sizes)
+    speeds = [nominal[i] / nominal[partner[i]] for i in velocities]
+    fastest = max(speeds, default=0.0)
     for i in velocities:
         if nominal[i] == 0:
             nominal[i] = nominal[partner[i]] * (fastest or (1 / duration if duration > 0 else 1.0))
@@ -133,21 +138,27 @@ def _own_size(quantity: Quantity, initial: float) -> float:
     return max(ends, default=0.0)
 
 
-def _share(problem: Problem, nominal: Array, indices: Sequence[int]) -> None:
-    """Give states without a size that of the smallest one of their unit, and keep all above the floor."""
+def _share(problem: Problem, nominal: Array, indices: Sequence[int], sizes: Array | None) -> list[int]:
+    """Give states without a size that of the smallest one of their unit; keep those below the floor
+    at what they reach, but not above it. Give these."""
     groups: dict[str, list[int]] = {}
+    low: list[int] = []
     for i in indices:
         groups.setdefault(problem.states[i].unit, []).append(i)
     for group in groups.values():
-        largest = max(nominal[i] for i in group)
+        floor = FLOOR * max(nominal[i] for i in group)
         free = [i for i in group if problem.states[i].nominal is None]
         for i in free:
-            if nominal[i] > 0:
-                nominal[i] = max(nominal[i], FLOOR * largest)
+            if not 0 < nominal[i] < floor:
+                continue
+            low.append(i)
+            if sizes is not None:
+                nominal[i] = max(nominal[i], min(floor, float(sizes[i])))
         smallest = min((nominal[i] for i in group if nominal[i] > 0), default=0.0)
         for i in free:
             if nominal[i] == 0:
                 nominal[i] = smallest
+    return low
 
 
 def _parameter_size(problem: Problem, p: Array, unit: str) -> float:

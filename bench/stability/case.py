@@ -106,6 +106,8 @@ class Refusal:
     between: tuple[float, float] | None = None
     until: Mapping[str, Formula] = field(default_factory=dict)
     bound: float = 0.0
+    before: float = float("inf")
+    """The time up to which ``until`` is compared."""
 
     def judge(self, s: Solution) -> Finding:
         if s.outcome is not Outcome.FAILED or s.failure is None:
@@ -117,12 +119,13 @@ class Refusal:
             problems.append(f"it stopped at {s.failure.time:.10g}")
         if not s.failure.state or not all(np.isfinite(v) for v in s.failure.state.values()):
             problems.append("the last state is not told")
-        if not s.time.size or not all(np.isfinite(s[q]).all() for q in s.failure.state):
+        if not s.time.size or not all(np.isfinite(s[q][s.time < s.failure.time]).all() for q in s.failure.state):
             problems.append("what came before is not kept")
         worst = None
         for name, formula in self.until.items():
-            expected = np.asarray(formula(s.time), float)
-            error = float(np.abs(s[name] - expected).max() / np.abs(expected).max())
+            early = s.time < self.before
+            expected = np.asarray(formula(s.time[early]), float)
+            error = float(np.abs(s[name][early] - expected).max() / np.abs(expected).max())
             worst = max(worst or 0.0, error)
         if worst is not None and not worst <= self.bound:
             problems.append(f"an error of {worst:.1e} before")

@@ -69,14 +69,14 @@ CASES = (
         "planet in SI",
         "masses of 1e30 kg, lengths of 1e11 m, times of 1e8 s",
         ASTRONOMICAL,
-        Known("the place after 10.3 years, to 1e-7", {"x": AU * X, "y": AU * Y}, 1e-7, (within(420),)),
+        Known("the place after 10.3 years, to 1e-6", {"x": AU * X, "y": AU * Y}, 1e-6, (within(450),)),
         fault="loose",
     ),
     Case(
         "planet in scaled units",
         "the same orbit with a = 1 and a year of 2 pi",
         "examples/kepler.mech",
-        Known("the place after 10.3 years, to 1e-7, in as many steps", {"x": X, "y": Y}, 1e-7, (within(420),)),
+        Known("the place after 10.3 years, to 1e-6, in as many steps", {"x": X, "y": Y}, 1e-6, (within(450),)),
         fault="loose",
         options={"set": {"e": ECCENTRICITY}, "stop": 10.3 * 2 * math.pi, "tolerance": 1e-10},
     ),
@@ -96,17 +96,17 @@ CASES = (
     ),
     Case(
         "large beside small",
-        "one coordinate of 1e9 m beside one of 1e-6 m, not coupled",
+        "one coordinate of 1e6 m beside one of 1e-4 m that swings 100 times faster",
         """
-parameter a = 1e9 m;
-parameter b = 1e-6 m;
+parameter a = 1e6 m;
+parameter b = 1e-4 m;
 coordinate Length x = a;
 coordinate Length y = b;
 kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
-potential 1/2*1 N/m*x^2 + 1/2*4 N/m*y^2;
+potential 1/2*1 N/m*x^2 + 1/2*1e4 N/m*y^2;
 experiment(stop = 10 s, tolerance = 1e-10);
 """,
-        Known("both to 1e-7", {"x": lambda t: 1e9 * np.cos(t), "y": lambda t: 1e-6 * np.cos(2 * t)}, 1e-7),
+        Known("both to 1e-7", {"x": lambda t: 1e6 * np.cos(t), "y": lambda t: 1e-4 * np.cos(100 * t)}, 1e-7),
         fault="loose",
     ),
 )

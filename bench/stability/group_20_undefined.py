@@ -36,16 +36,16 @@ CASES = (
     ),
     Case(
         "logarithm of zero",
-        "a potential that ends at x = 1",
+        "a potential wall so thin that steps cross it: its energy is undefined behind",
         free("potential -1 J*log(1 - x/1 m);"),
-        Refusal("passes no wall that it cannot pass, or stops there", ("t =",), (0.5, 3)),
+        Refusal("does not go on where its energy is undefined", ("t =",), (0.009, 0.011)),
         fault="no refusal",
-        options={"set": {"der(x)": 1e200}},
+        options={"set": {"der(x)": 100.0}},
     ),
     Case(
         "division by zero",
         "a force 1/(x - 1)^2 that pulls across its pole",
-        free("force 1 N*m^2/(x - 1 m)^2 on x;"),
+        free("force 1 N/(x/1 m - 1)^2 on x;"),
         Refusal("stops at the pole", ("t =",), (0.3, 1.0)),
         fault="no refusal",
     ),
@@ -60,30 +60,28 @@ kinetic 1/2*der(x)^2;
 potential -2*x^3;
 experiment(stop = 3);
 """,
-        Refusal("stops at t = 1; right to 1e-6 until then", ("t =",), (0.999999, 1.000001),
-                {"x": lambda t: 1 / (1 - np.minimum(t, 1 - 1e-12)) ** 2}, 1e-3),
+        Refusal("stops at t = 1; right to 1e-4 until shortly before", ("t =",), (0.999999, 1.000001),
+                {"x": lambda t: 1 / (1 - t) ** 2}, 1e-4, 0.999),
         fault="no refusal",
     ),
     Case(
         "overflow",
         "a state that grows by exp(exp(t)) passes 1e308",
         "dimensionless;\nstate x = 1;\nequation der(x) = x*log(x + 2);\nexperiment(stop = 20);",
-        Refusal("stops where numbers end and names x", ("x",), (6, 7)),
+        Refusal("stops where numbers end and names x", ("x",), (7, 7.2)),
         fault="no refusal",
     ),
     Case(
         "mass matrix singular at a point",
-        "the inertia of y is x^2, and x passes zero",
+        "the inertia of y is (t - 0.5)^2",
         """
-coordinate Length x = 1 m;
 coordinate Length y = 0 m;
-initial der(x) = -1 m/s;
 initial der(y) = 1 m/s;
-kinetic 1/2*1 kg*der(x)^2 + 1/2*1 kg/m^2*(x - 0.5 m)^2*der(y)^2;
+kinetic 1/2*1 kg/s^2*(time - 0.5 s)^2*der(y)^2;
 force 1 N on y;
 experiment(stop = 3 s);
 """,
-        Refusal("stops where the inertia vanishes", ("t =",), (0, 3)),
+        Refusal("stops where the inertia vanishes", ("t =",), (0.49, 0.51)),
         fault="no refusal",
     ),
     Case(

@@ -47,7 +47,7 @@ NARROW = ((0.0, 0.0), (5.0, 1e6), (5.000001, 0.0))
 
 def pulse(t: Array) -> Array:
     s = np.maximum(t - 5, 0)
-    inside = np.minimum(s, 1e-6)
+    inside = np.minimum(s, 5.000001 - 5)
     return 1e6 * inside**2 / 2 + 1e6 * inside * (s - inside)
 
 
@@ -61,7 +61,7 @@ experiment(stop = {stop} s);
 
 def jump(t: Array) -> Array:
     s = np.maximum(t - 3, 0)
-    inside = np.minimum(s, 1e-6)
+    inside = np.minimum(s, 3.000001 - 3)
     return 1e6 * inside**2 / 2 + 1e6 * inside * (s - inside)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import mechc
@@ -38,3 +40,18 @@ def test_a_change_of_units_changes_the_size_by_its_factor_alone() -> None:
 def test_a_declared_size_needs_no_pilot() -> None:
     text = FORCED.format(m="1 kg", k="1 N/m", f="1 N").replace("x = 0 m", "x(nominal = 3 m) = 0 m")
     assert nominal(text) == 3.0
+
+
+def test_a_small_motion_beside_a_large_one_keeps_its_size() -> None:
+    """Not coupled, 1e10 times smaller and 100 times faster: measured by a millionth of the other it would be lost."""
+    text = """
+    parameter a = 1e6 m;
+    parameter b = 1e-4 m;
+    coordinate Length x = a;
+    coordinate Length y = b;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    potential 1/2*1 N/m*x^2 + 1/2*1e4 N/m*y^2;
+    experiment(stop = 10 s, tolerance = 1e-9);
+    """
+    solution = mechc.loads(text).simulate(estimate_error=False)
+    assert solution["y"][-1] == pytest.approx(1e-4 * math.cos(1000), abs=1e4 * 1e-9 * 1e-4)  # 160 periods
