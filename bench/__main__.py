@@ -15,7 +15,9 @@ PAGES = (
     "events",
     "startup",
     "work_precision",
+    "examples",
     "calibration",
+    "leaving_out",
 )
 
 
@@ -28,6 +30,7 @@ def main(arguments: list[str]) -> int:
         return 2
     for name in names:
         import_module(f".{name}", __package__).main(quick=quick)
+    import_module(".index", __package__).main()
     return 0
 
 

@@ -96,6 +96,22 @@ SPATIAL_GENERAL = _SPATIAL.format(
     body="Body link[n](m = 1 kg, com = {0, -0.5, 0} m, J = diag({0.1, 0.01, 0.1} kg.m^2));"
 )
 
+STIFF_SPRING = """
+model StiffSpring "a heavy body on a soft spring, a light one on it by a stiff spring with a damper"
+  parameter M = 1 kg;
+  parameter m = 1e-3 kg;
+  parameter soft = 1 N/m;
+  parameter stiff = 1e5 N/m;
+  parameter c = 10 kg/s;
+  coordinate x = 1 m;
+  coordinate y = 1.001 m;
+  kinetic 1/2*M*der(x)^2 + 1/2*m*der(y)^2;
+  potential 1/2*soft*x^2 + 1/2*stiff*(y - x)^2;
+  dissipation 1/2*c*(der(y) - der(x))^2;
+  experiment(stop = 10 s);
+end StiffSpring;
+"""
+
 STAR = """
 import mech.spatial.*;
 model Star

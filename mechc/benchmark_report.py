@@ -6,6 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
     from .benchmark import Benchmark
 
 
@@ -61,12 +63,28 @@ def draw(made: Benchmark, path: Path) -> None:
 
     figure = Figure(figsize=(7, 5), layout="constrained")
     axes = figure.add_subplot()
-    for (method, points), marker in zip(made.by_method().items(), "osD^v<>pPX*hH" * 2, strict=False):
-        good = [(p.seconds, p.error) for p in points if p.error is not None and p.error < 1]
-        axes.loglog(*zip(*good, strict=True), marker=marker, ms=4, lw=1.2, label=method) if good else None
+    _curves(made, axes)
     axes.set_xlabel("run time, s")
     axes.set_ylabel("largest relative error")
     axes.set_title(f"{made.model}, to t = {made.horizon:g}")
-    axes.grid(alpha=0.3)
     axes.legend()
     figure.savefig(path, dpi=150)
+
+
+def draw_small(made: Benchmark, path: Path) -> None:
+    """Draw the diagram for a table of many: no title, few pixels."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(4.2, 2.8), layout="constrained")
+    axes = figure.add_subplot()
+    _curves(made, axes)
+    axes.tick_params(labelsize=7)
+    axes.legend(fontsize=6)
+    figure.savefig(path, dpi=60, pil_kwargs={"optimize": True})
+
+
+def _curves(made: Benchmark, axes: Axes) -> None:
+    for (method, points), marker in zip(made.by_method().items(), "osD^v<>pPX*hH" * 2, strict=False):
+        good = [(p.seconds, p.error) for p in points if p.error is not None and p.error < 1]
+        axes.loglog(*zip(*good, strict=True), marker=marker, ms=4, lw=1.2, label=method) if good else None
+    axes.grid(alpha=0.3)

@@ -1,0 +1,80 @@
+"""Error against run time of every example: a diagram each, and the fastest method for each accuracy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import mechc
+from mechc.benchmark import Benchmark, benchmark
+from mechc.benchmark_report import draw_small
+from mechc.lang.diagnostics import CompileError
+from mechc.runtime.build import BuildError
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.reference import ReferenceFailed
+from mechc.runtime.work_precision import time_to_reach
+from mechc.settings import UsageMistake
+
+from .machine import REPORT, table, write
+
+EXAMPLES = Path(__file__).parent.parent / "examples"
+LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
+METHODS = ("dop853", "radau5", "rk4", "verlet")
+TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
+FOLDER = "examples"
+
+
+def fastest(made: Benchmark, error: float) -> str:
+    """Say which method reaches an error first, and how long it takes."""
+    found = [
+        (seconds, method)
+        for method, points in made.by_method().items()
+        if (seconds := time_to_reach(points, error)) is not None
+    ]
+    if not found:
+        return "-"
+    seconds, method = min(found)
+    return f"{method} {seconds * 1e3:.2g} ms"
+
+
+def main(quick: bool = False) -> None:
+    (REPORT / FOLDER).mkdir(parents=True, exist_ok=True)
+    rows: list[list[str]] = []
+    left_out: list[str] = []
+    wins: dict[str, list[int]] = {method: [0] * len(LEVELS) for method in METHODS}
+    for path in sorted(EXAMPLES.glob("*.mech"))[:: 16 if quick else 1]:
+        try:
+            model = mechc.load(path).for_experiment(None)
+            made = benchmark(model, methods=METHODS, tolerances=TOLERANCES, seconds=2 if quick else 6)
+        except (ReferenceFailed, SimulationError, CompileError, BuildError, UsageMistake) as error:
+            left_out.append(f"- `{path.stem}`: {str(error).splitlines()[0]}")
+            continue
+        draw_small(made, REPORT / FOLDER / f"{path.stem}.png")
+        best = [fastest(made, error) for error in LEVELS]
+        for k, text in enumerate(best):
+            if text != "-":
+                wins[text.split()[0]][k] += 1
+        errors = [p.error for p in made.points if p.error is not None]
+        smallest = f"{min(errors):.0e}" if errors else "-"
+        picture = f"![{path.stem}]({FOLDER}/{path.stem}.png)"
+        rows.append([f"`{path.stem}`", f"{made.digits}", *best, smallest, picture])
+        print(*rows[-1][:-1], flush=True)
+    levels = [f"{e:g}" for e in LEVELS]
+    text = (
+        f"{len(rows)} examples with their default experiment, by {', '.join(METHODS)} over ladders of tolerances or "
+        "steps. The table names the fastest method that reaches an error and its run time; the reference is a run in "
+        "higher precision, of which so many digits can be trusted. Errors are the largest ones over 41 output times "
+        "and all states, relative to nominal + |value|. `mechc bench MODEL` gives the numbers behind a diagram."
+    )
+    overview = [[method, *map(str, counts)] for method, counts in wins.items()]
+    parts = [
+        text,
+        "How often each method is the fastest:\n\n" + table(["method", *levels], overview),
+        table(["example", "digits", *levels, "smallest error", "error over run time"], rows),
+    ]
+    if left_out:
+        parts.append("Not measured:\n\n" + "\n".join(left_out))
+    write("examples", "Error against run time of every example", parts)
+
+
+if __name__ == "__main__":
+    main()
