@@ -16,6 +16,7 @@ NEEDS = {
     native.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
     native.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
 }
+"""What is said where none of the reasons in ``_obstacles`` is met."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,9 +68,35 @@ def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], r
         raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
     lacks = int(kernel.mech_method_lacks(index, ctypes.addressof(model)))
     if lacks != native.RUNNING:
-        raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
+        obstacles = _obstacles(model, lacks)
+        if not obstacles:
+            raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
+        raise SimulationError(
+            f"'{wanted}' cannot run this model: it has {' and '.join(obstacles)}",
+            help="'gauss4' takes steps of one size too, and has no such limits",
+        )
     fixed_step = not kernel.mech_method_is_adaptive(index)
     return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
+
+
+def _obstacles(model: native.ModelStruct, lacks: int) -> list[str]:
+    """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
+    if lacks == native.NEEDS_JACOBIAN:
+        return []
+    obstacles = []
+    if model.n_rotations:
+        obstacles.append("rotations, whose rates are no derivatives of coordinates")
+    elif model.nq != model.nv:
+        obstacles.append("a coordinate of which the rate alone is prescribed")
+    if model.nx > model.n_accounts:
+        obstacles.append("first-order states")
+    if lacks == native.NEEDS_SEPARABLE and model.n_velocity:
+        obstacles.append("constraints, for which there are 'rattle', 'lobatto4' and 'lobatto6'")
+    elif model.n_velocity > model.n_position:
+        obstacles.append("constraints between velocities")
+    if lacks == native.NEEDS_SEPARABLE and not obstacles:
+        obstacles.append("accelerations that depend on velocities")
+    return obstacles
 
 
 def _unknown(wanted: str, known: list[str], where: str) -> SimulationError:
