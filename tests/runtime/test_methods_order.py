@@ -105,12 +105,15 @@ def test_order(
         ("lobatto4", 4, (0.125, 0.0625, 0.03125)),
         ("lobatto6", 6, (0.125, 0.0625, 0.03125)),
         ("rk4", 4, (0.03125, 0.015625, 0.0078125)),
+        ("gauss2", 2, (0.0625, 0.03125, 0.015625)),
+        ("gauss4", 4, (0.125, 0.0625, 0.03125)),
         ("gauss6", 6, (0.125, 0.0625, 0.03125)),
+        ("gauss8", 8, (0.25, 0.125, 0.0625)),
         ("dop853", 8, (0.03125, 0.015625)),
     ],
 )
 def test_order_with_constraints(model: Model, method: str, order: int, steps: tuple[float, ...]) -> None:
-    """The last three are projected after each step. In the plane the reference is gauss8 in the angle."""
+    """All but the first three are projected after each step. In the plane the reference is gauss8 in the angle."""
     start, low = on_the_rod(model.nq)
     if model.nq == 2:
         exact, exact_low = of_the_angle(1.5)
@@ -133,6 +136,22 @@ def test_order_of_radau5() -> None:
     errors = [one.error(exact.y, exact.low) for one in runs]
     steps = [one.report["steps"] for one in runs]
     assert np.abs(-np.diff(np.log(errors)) / np.diff(np.log(steps)) - 5).max() < 0.1, errors
+
+
+@pytest.mark.parametrize("model", [CARTESIAN_PENDULUM, SPHERICAL_PENDULUM], ids=["plane", "space"])
+def test_order_of_radau5_with_constraints(model: Model) -> None:
+    """Projected after each step; over a ladder of tolerances, as whole steps make single pairs uneven."""
+    start, low = on_the_rod(model.nq)
+    if model.nq == 2:
+        exact, exact_low = of_the_angle(1.5)
+    else:
+        reference = run(model, "gauss8", start, 1.5, step=1 / 128, low=low, quad=True)
+        exact, exact_low = reference.y, reference.low
+    ladder = [10.0**-k for k in (13, 14, 15, 16, 17)]
+    runs = [run(model, "radau5", start, 1.5, low=low, tolerance=tolerance, quad=True) for tolerance in ladder]
+    errors = [one.error(exact, exact_low) for one in runs]
+    slope, _ = np.polyfit(np.log([one.report["steps"] for one in runs]), np.log(errors), 1)
+    assert abs(slope + 5) < 0.1, errors
 
 
 DENSE = [

@@ -37,6 +37,8 @@ LONG = [
     ("gauss6", 0.47),
     ("gauss8", 0.73),
     ("rattle", 0.19),
+    ("lobatto4", 0.31),
+    ("lobatto6", 0.47),
 ]
 
 

@@ -132,6 +132,14 @@ def hanging_point(n: int) -> Model:
             "rhs": f"mech_real pull = (y[{up}] - ({speed})) / ({square}); {velocities}"
             + "".join(f"out[{n + i}] = pull * y[{i}];" for i in each)
             + f"out[{n + up}] -= 1;",
+            "jacobian": f"mech_real s = {square}, pull = (y[{up}] - ({speed})) / s; mech_real *o = out;"
+            + "*o++ = 1;" * n
+            + "".join(
+                f"*o++ = y[{i}] * ({int(j == up)} - 2*pull*y[{j}]) / s + {int(i == j)} * pull;"
+                for i in each
+                for j in each
+            )
+            + "".join(f"*o++ = -2 * y[{n + j}] * y[{i}] / s;" for i in each for j in each),
             "project_position": f"mech_real s = {square}, phi = (s - 1) / 2;"
             + "".join(f"out[{i}] = -y[{i}] * phi / s;" for i in each)
             + f"out[{n}] = phi;",
@@ -147,6 +155,11 @@ def hanging_point(n: int) -> Model:
         },
         nq=n,
         nv=n,
+        entries=(
+            *((i, n + i) for i in each),
+            *((n + i, j) for i in each for j in each),
+            *((n + i, n + j) for i in each for j in each),
+        ),
         sizes={"n_position": 1, "n_velocity": 1},
     )
 
