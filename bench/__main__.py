@@ -12,6 +12,7 @@ PAGES = (
     "evaluation",
     "kernel",
     "stiff",
+    "long_runs",
     "events",
     "startup",
     "work_precision",
