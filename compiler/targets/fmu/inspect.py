@@ -11,12 +11,15 @@ import fmpy
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
+from mechc.runtime.problem import Array
+
 from . import driver
 from .described import Finding
 from .reference import Reference, deviation, read_reference
 from .rules import check_file
 
 KINDS = {"me": "ModelExchange", "cs": "CoSimulation"}
+MOST_PARTS = 10
 TOLERANCE = 1e-8
 """Of the integrator that runs a Model Exchange unit with a reference to be met."""
 BOUND = 1e-3
@@ -159,19 +162,32 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
 
 
 def _as_reference(path: Path, kind: str, reference: Reference) -> Any:
-    """Simulate with outputs at the times of the reference, where they are evenly spaced."""
-    if len(reference.time) < 2:
+    """Simulate from the start of the default experiment, with outputs at the times of the reference."""
+    description = fmpy.read_model_description(str(path), validate=False)
+    experiment = description.defaultExperiment
+    start = float(experiment.startTime or 0.0) if experiment else 0.0
+    times = np.unique([start, *reference.time[reference.time >= start]])
+    if len(times) < 2:
         return simulate(str(path), kind)
-    steps = np.diff(reference.time)
     return simulate_fmu(
         str(path),
         fmi_type=KINDS[kind],
-        start_time=float(reference.time[0]),
+        start_time=start,
         stop_time=float(reference.time[-1]),
-        output_interval=float(np.min(steps[steps > 0])),
+        output_interval=_common_step(np.diff(times)),
         relative_tolerance=TOLERANCE if kind == "me" else None,
         output=_known(path, reference),
     )
+
+
+def _common_step(steps: Array) -> float:
+    """Return a step of which all are multiples, if a part of the shortest one is, else that one."""
+    shortest = float(np.min(steps))
+    for parts in range(1, MOST_PARTS + 1):
+        counts = steps * (parts / shortest)
+        if np.all(np.abs(counts - np.round(counts)) < 1e-3):
+            return shortest / parts
+    return shortest
 
 
 def _known(path: Path, reference: Reference) -> list[str]:
