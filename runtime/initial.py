@@ -184,6 +184,13 @@ def _partners(problem: Problem) -> tuple[int, ...]:
     return tuple(result)
 
 
+def _without_velocity(task: _Task) -> list[int]:
+    """Coordinates in y whose rates are prescribed: nothing moves them."""
+    problem = task.problem
+    moved = {i + k for i in task.partner for k in range(4 if i in problem.rotations else 1)}
+    return [i for i in range(problem.nq) if i not in moved]
+
+
 def displaced(problem: Problem, partner: tuple[int, ...], y: Array, d: Array) -> Array:
     """Return y with its coordinates moved along d [nv], rotations about their body axes."""
     moved = y.copy()
@@ -274,6 +281,10 @@ def _not_assembled(
         line = f" ({place.file}:{place.line})" if place else ""
         unit = f" {quantity.unit}" if quantity.unit else ""
         notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} is given{line}")
+    for i in _without_velocity(task) if stage == 1 else ():
+        quantity = problem.states[i]
+        unit = f" {quantity.unit}" if quantity.unit else ""
+        notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} stays as it is said: its rate is prescribed")
     origin = hard[guilty[0]].origin
     what = "positions" if stage == 1 else "velocities"
     if without_known and stated:

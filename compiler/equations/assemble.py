@@ -209,7 +209,9 @@ def _projections(
     layout: Layout,
     resolve: Resolve,
 ) -> list[Function]:
-    """Return the functions that move a state onto the constraints."""
+    """Return the functions that move a state onto the constraints; what is prescribed stays."""
+    still = {s.node: system.graph.zero for i, s in enumerate(system.v) if i not in solved.free}
+    moves = substitute(system.graph, [system.qdot[k] for k in layout.q_indices], still)
     return [
         Function(
             "project_position",
@@ -234,7 +236,7 @@ def _projections(
         Function(
             "displace",
             "N(q) d: change of the coordinates, with the correction d in the place of v",
-            resolve([system.qdot[k] for k in layout.q_indices]),
+            resolve(moves),
         ),
     ]
 

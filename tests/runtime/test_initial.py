@@ -178,3 +178,26 @@ def test_a_distance_of_zero_has_no_direction(guess: str) -> None:
 def test_a_constraint_without_a_value_is_named() -> None:
     error = refusal("coordinate x ~ -1 m;kinetic 1/2*1 kg*der(x)^2;constraint c: sqrt(x/1 m) = 2;")
     assert error.code == "E0608" and error.message == "'c' has no value at the guesses"
+
+
+CRANK = (
+    "coordinate Length s ~ 0.3 m;drive der(phi) = 2 rad/s;kinetic 1/2*1 kg*der(s)^2;"
+    "constraint rod: (s - 0.1 m*cos(phi))^2 + (0.1 m*sin(phi))^2 = (0.3 m)^2;"
+)
+
+
+def test_a_prescribed_rate_moves_what_hangs_on_it() -> None:
+    """A crank of given speed: the slider starts where the angle says, with the rate that follows, and stays there."""
+    solution = mechc.loads(f"coordinate Angle phi = 60 deg;{CRANK}").simulate(stop=3, tolerance=1e-10)
+    assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
+    phi = np.radians(60) + 2 * solution.time
+    root = np.sqrt(0.3**2 - (0.1 * np.sin(phi)) ** 2)
+    assert solution["s"] == pytest.approx(0.1 * np.cos(phi) + root, abs=1e-9)
+    rate = -0.2 * np.sin(phi) - 0.02 * np.sin(phi) * np.cos(phi) / root
+    assert solution["der(s)"] == pytest.approx(rate, abs=1e-8)
+
+
+def test_a_coordinate_of_prescribed_rate_stays_where_it_is_said() -> None:
+    error = refusal(f"coordinate Angle phi ~ 50 deg;{CRANK.replace('~ 0.3 m', '= 0.33 m')}")
+    assert error.code == "E0604"
+    assert "phi = 0.872665 rad stays as it is said: its rate is prescribed" in error.notes
