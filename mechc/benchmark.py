@@ -26,6 +26,8 @@ from .runtime.reference_cache import kept_reference
 from .runtime.work_precision import TOLERANCES, Point, measure
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .api import Model
     from .runtime.problem import Array, Problem
 
@@ -189,9 +191,7 @@ def _peers(name: str) -> Sequence[str]:
 def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str], seconds: float) -> Reference:
     """Solve the case in higher precision; by radau5 if that is the only method asked for."""
     precision = best_precision()
-    program = program_for(model.compilation, implicit=True)
-    sources = {"model.c": emit_c(program), "model.h": header()}
-    library = build_shared(sources, reference_flags(precision), name="reference-model")
+    library = _library(model, precision)
     method = "radau5" if tuple(methods) == ("radau5",) else "dop853"
     return kept_reference(
         library,
@@ -204,6 +204,36 @@ def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str],
         make=lambda: reference(
             library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
         ),
+    )
+
+
+def _library(model: Model, precision: str) -> Path:
+    program = program_for(model.compilation, implicit=True)
+    sources = {"model.c": emit_c(program), "model.h": header()}
+    return build_shared(sources, reference_flags(precision), name="reference-model")
+
+
+def reference_at(
+    model: Model, times: Sequence[float], *, experiment: str | None = None, seconds: float = 60.0
+) -> Reference:
+    """Solve a model in higher precision at given times, with the numbers that it states taken as exact decimals.
+
+    Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
+    """
+    problem = model.problem("c")
+    functions = load_functions(problem)
+    options = SimulationOptions(experiment=experiment, values=model.settings, stop=max(times), points=2)
+    case = prepare(problem, functions, options)
+    precision = best_precision()
+    return reference(
+        _library(model, precision),
+        case,
+        _nominal(problem, functions, case),
+        np.array(times),
+        precision=precision,
+        method="dop853",
+        seconds=seconds,
+        decimals=True,
     )
 
 

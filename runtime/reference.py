@@ -51,7 +51,7 @@ class _Case(Structure):
     """mech_reference_case"""
 
     _fields_ = (
-        *((name, c_int) for name in ("n_tables", "n_stops")),
+        *((name, c_int) for name in ("n_tables", "n_stops", "decimals")),
         *((name, c_double) for name in ("t0", "dt_max", "rtol")),
         *((name, c_void_p) for name in ("y0", "nominal", "z", "p", "stops", "tables")),
     )
@@ -128,12 +128,21 @@ def best_precision() -> str:
 
 
 def reference(
-    library: Path, case: Case, nominal: Array, times: Array, *, precision: str, method: str, seconds: float
+    library: Path,
+    case: Case,
+    nominal: Array,
+    times: Array,
+    *,
+    precision: str,
+    method: str,
+    seconds: float,
+    decimals: bool = False,
 ) -> Reference:
     """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
 
     Tightens the tolerance as long as the next run is expected to stay within ``seconds``. Raises
-    ``ReferenceFailed`` if not even two runs could be made.
+    ``ReferenceFailed`` if not even two runs could be made. ``decimals``: parameters and initial values are taken as
+    the model states them where those of the case are their rounding; else exactly as they are.
     """
     model = ctypes.CDLL(str(library))
     model.mech_model_get.restype = c_void_p
@@ -146,7 +155,15 @@ def reference(
         if precision != "__float128" and tolerance < 1e-17 and len(runs) >= 2:
             break
         high, low, evaluations = _run(
-            kernel, model.mech_model_get(), case, nominal, times, method, tolerance, begun + 2 * seconds
+            kernel,
+            model.mech_model_get(),
+            case,
+            nominal,
+            times,
+            method,
+            tolerance,
+            begun + 2 * seconds,
+            decimals,
         )
         runs.append((tolerance, high, low, evaluations))
         expected = (time.perf_counter() - before) * 1e3 ** (1 / order)
@@ -167,6 +184,7 @@ def _run(
     method: str,
     tolerance: float,
     deadline: float,
+    decimals: bool,
 ) -> tuple[Array, Array, int]:
     """One run: states at ``times`` as sums of two doubles, and the evaluations."""
     tables, keep = table_structs(case.tables)
@@ -183,6 +201,7 @@ def _run(
     c = _Case(
         n_tables=len(case.tables),
         n_stops=arrays["stops"].size,
+        decimals=decimals,
         t0=case.begin,
         dt_max=case.max_step,
         rtol=tolerance,

@@ -3,6 +3,7 @@
  */
 #include "reference.h"
 
+#include <float.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -22,6 +23,40 @@ static mech_real *copy(mech_real **next, const double *from, long n)
     return to;
 }
 
+/* Takes exact numbers in place of doubles that are their rounding, or that of a formula of them. */
+static void take_exact(mech_real *to, const mech_real *exact, int n, unsigned char *changed)
+{
+    const mech_real unit = (mech_real)DBL_EPSILON;
+    for (int i = 0; i < n; i++) {
+        const int rounded = mech_abs(to[i] - exact[i]) <= 4 * unit * mech_abs(exact[i]);
+        if (changed) changed[i] = !rounded;
+        if (rounded) to[i] = exact[i];
+    }
+}
+
+/* Parameters and initial values as the model states them in decimals. */
+static int state_exactly(const mech_model *model, const mech_reference_case *c, mech_real *p, mech_real *y0,
+                         const mech_real *z, unsigned char *set)
+{
+    const int ny = model->nq + model->nv + model->nx, np = model->np + model->nh;
+    mech_real *numbers = calloc((size_t)(np + ny + model->nu) + 1, sizeof(mech_real));
+    if (!numbers) return 0;
+    mech_real *exact = numbers, *y = exact + np, *u = y + ny;
+    memset(set, 0, (size_t)np + 1);
+    model->parameters(exact, set);
+    take_exact(p, exact, model->np, set);
+    memcpy(exact, p, (size_t)np * sizeof(mech_real));
+    model->parameters(exact, set); /* what depends on changed ones */
+    take_exact(p, exact, model->np, NULL);
+    if (model->inputs) model->inputs((mech_real)c->t0, y, u, z, p, u);
+    memset(set, 1, (size_t)np + 1);
+    model->parameters(p, set);
+    model->initial((mech_real)c->t0, y, u, z, p, y);
+    take_exact(y0, y, ny, NULL);
+    free(numbers);
+    return 1;
+}
+
 mech_reference *mech_reference_new(const mech_model *model, const char *method, const mech_reference_case *c)
 {
     const int ny = model->nq + model->nv + model->nx, np = model->np + model->nh;
@@ -34,11 +69,13 @@ mech_reference *mech_reference_new(const mech_model *model, const char *method, 
     if (!r || !set || !r->numbers || !r->tables) goto failed;
     mech_real *next = r->numbers;
     mech_options o = {.method = mech_method_index(method), .t0 = c->t0, .dt_max = c->dt_max, .rtol = c->rtol};
-    o.y0 = copy(&next, c->y0, ny);
-    o.z = copy(&next, c->z, model->nz);
+    mech_real *y0 = copy(&next, c->y0, ny), *z = copy(&next, c->z, model->nz);
+    o.y0 = y0;
+    o.z = z;
     mech_real *p = copy(&next, c->p, np);
     memset(set, 1, (size_t)np + 1);
     model->parameters(p, set);
+    if (c->decimals && !state_exactly(model, c, p, y0, z, set)) goto failed;
     o.p = p;
     mech_real *atol = copy(&next, c->nominal, ny);
     for (int i = 0; i < ny; i++) atol[i] *= o.rtol;

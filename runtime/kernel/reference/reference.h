@@ -13,6 +13,7 @@ typedef struct mech_reference_table {
 
 typedef struct mech_reference_case {
     int n_tables, n_stops;
+    int decimals;                /* parameters and initial values as the model states them, where p and y0 round these */
     double t0, dt_max, rtol;
     const double *y0, *nominal;  /* [ny]; the absolute tolerance is rtol * nominal */
     const double *z, *p, *stops; /* p: hoisted constants are computed anew        */
