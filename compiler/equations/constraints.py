@@ -10,7 +10,7 @@ K d = -(K v + b) for velocities. Solved along the structure like the acceleratio
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from mechc.lang.diagnostics import Reporter
@@ -18,9 +18,13 @@ from mechc.lang.diagnostics import Reporter
 from ..graph import Node
 from ..graph.differentiate import jvp
 from ..graph.eliminate import solve
+from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
 from ..mechanics.system import ConstraintRows, MechanicalSystem
 from .residual import constraint_rates
+
+ROUNDING = 1e-12
+"""A residual of this size, in SI units, counts as none."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,8 +66,15 @@ def rows_of(
     return tuple(rows)
 
 
-def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Reporter) -> tuple[Row, ...]:
-    """Drop rows that are identically zero; report rows that no motion can change.
+def without_empty(
+    rows: Sequence[Row],
+    system: MechanicalSystem,
+    reporter: Reporter,
+    numbers: Callable[[], Mapping[Node, float]],
+) -> tuple[Row, ...]:
+    """Drop rows that are identically zero; report rows that no motion can change, by what they are off.
+
+    ``numbers``: values of parameters and time. A row that they fulfil is kept: others might not, and the assembly tells.
 
     What is fulfilled by the other joints alone is named if nothing else is left of a joint, or if its reaction is asked
     for: that reaction is not unique.
@@ -77,18 +88,47 @@ def without_empty(rows: Sequence[Row], system: MechanicalSystem, reporter: Repor
             empty.setdefault(row.constraint.name, []).append(row)
             continue
         if not moving.intersection(graph.support(row.rate)):
-            reporter.error(
-                "E0524",
-                f"'{row.title}' cannot be fulfilled: no coordinate changes it",
-                row.constraint.origin.shown,
-                caption="everything in it is prescribed",
-            )
+            _report_unchangeable(row, system, reporter, numbers)
         kept.append(row)
     left = {row.constraint.name for row in kept}
     for name, dropped in empty.items():
         if name in system.virtual or (dropped[0].constraint.joint and name not in left):
             report_superfluous(dropped, reporter)
     return tuple(kept)
+
+
+def _report_unchangeable(
+    row: Row, system: MechanicalSystem, reporter: Reporter, numbers: Callable[[], Mapping[Node, float]]
+) -> None:
+    span = row.constraint.origin.shown
+    if row.position is None or not system.graph.is_zero(row.rate):
+        reporter.error(
+            "E0524",
+            f"'{row.title}' cannot be fulfilled: no coordinate changes it",
+            span,
+            caption="everything in it is prescribed",
+        )
+        return
+    (off,) = evaluate(system.graph, [row.position], numbers())
+    if abs(off) < ROUNDING:
+        return
+    size = f"{abs(off):.4g} {row.constraint.units[row.component]}".rstrip()
+    if row.constraint.joint:
+        reporter.error(
+            "E0529",
+            f"the loop that joint '{row.constraint.joint}' closes cannot close: '{row.title}' is off by {size} in every "
+            "position",
+            span,
+            caption="no coordinate changes this",
+            help="look at places, lengths and axes around the loop, or take a joint that leaves more freedoms",
+        )
+    else:
+        reporter.error(
+            "E0524",
+            f"'{row.title}' cannot be fulfilled: it is off by {size}, and no coordinate changes it",
+            span,
+            caption="nothing that moves is left in it",
+        )
 
 
 def report_superfluous(rows: Sequence[Row], reporter: Reporter) -> None:

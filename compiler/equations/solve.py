@@ -71,7 +71,9 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     state_rates = {system.rate(x): f for x, f in system.xdot.items()}
     before = {**state_rates, **driven, **still}
     check_rates(system, raw, reporter)
-    every_row = without_empty(rows_of(system, multipliers, before), system, reporter)
+    every_row = without_empty(
+        rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
+    )
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     drive_reactions = {

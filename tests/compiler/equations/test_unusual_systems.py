@@ -9,6 +9,7 @@ from compiled import compiled, outcome
 
 import mechc
 from mechc.lang.diagnostics import CompileError
+from mechc.runtime.outcome import SimulationError
 
 ROUNDING = 1e-13
 """Some ten operations on numbers of size 10."""
@@ -245,3 +246,30 @@ def test_a_joint_from_a_body_to_itself() -> None:
     with pytest.raises(CompileError) as caught:
         mechc.loads("import mech.planar.*;\nBody b(m = 1 kg, J = 1 kg.m^2);\nRevolute h(b.a -> b.a);\n")
     assert "E0511" in [d.code for d in caught.value.diagnostics]
+
+
+TWO_BARS = """
+import mech.spatial.*;
+parameter h = 0 m;
+Bar one;
+Bar two;
+Revolute a(world -> one.a);
+Revolute b(one.b -> two.a);
+cut Revolute c(two.b -> world * trans({1 m, 0 m, h}));
+"""
+
+
+def test_a_loop_that_no_coordinate_can_close() -> None:
+    """Off its plane by a parameter: told by how much; not where the parameter is zero, which the assembly checks."""
+    assert [d.code for d in mechc.loads(TWO_BARS).diagnostics] == ["W0513"]
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(TWO_BARS.replace("h = 0 m", "h = 20 cm"))
+    (found,) = caught.value.diagnostics
+    assert found.code == "E0529"
+    assert (
+        found.message
+        == "the loop that joint 'c' closes cannot close: 'c[3]' is off by 0.2 m in every position"
+    )
+    with pytest.raises(SimulationError) as refused:
+        mechc.loads(TWO_BARS).simulate(stop=1, set={"h": 0.2})
+    assert refused.value.code == "E0606" and "'c[3]' is off by 0.2 m" in refused.value.notes[0]
