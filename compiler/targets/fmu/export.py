@@ -19,7 +19,7 @@ from mechc.runtime.problem import Problem
 from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
-from . import xml2, xml3
+from . import terminals, xml2, xml3
 from .identity import Identity, checked_identifier, tool
 from .licences import licences
 from .platforms import HOST, binaries
@@ -27,6 +27,7 @@ from .sources import sources
 from .variables import Start, settable_parameters, variable_table
 
 DEFAULT_STOP = 10.0
+ICON = "terminalsAndIcons/icon.png"
 
 
 class ExportError(Exception):
@@ -121,6 +122,9 @@ def make_package(
     for name, text in texts.items():
         files[f"sources/{name}"] = text.encode()
     if fmi == 3:
+        files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.write(
+            table, icon=ICON in (documents or {})
+        ).encode()
         files["sources/buildDescription.xml"] = xml3.build_description(identity).encode()
     else:
         files.update({f"sources/{name}": text.encode() for name, text in headers.items()})

@@ -1,0 +1,349 @@
+"""What is in an FMU beside its binary: documents, licences, terminals, reference results, sources that stand alone."""
+
+from __future__ import annotations
+
+import csv
+import hashlib
+import io
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from html.parser import HTMLParser
+from pathlib import Path
+from typing import Any
+
+import fmpy
+import numpy as np
+import pytest
+from lxml import etree
+
+from mechc.api import load, loads
+from mechc.cli.main import run as main
+from mechc.compiler.targets.fmu import driver
+from mechc.compiler.targets.fmu.inspect import inspect
+from mechc.compiler.targets.fmu.reference import read_reference
+from mechc.fmus import FmuOptions, export_fmu
+from mechc.lang.diagnostics import CompileError
+from mechc.runtime.build import find_compiler
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
+
+ROOT = Path(__file__).parents[4]
+HEADERS = Path(fmpy.__file__).parent / "c-code"
+
+ARM = """
+model Arm "a mass on a spring, <pulled> by a hand"
+  parameter m = 2 kg "mass";
+  parameter k = 8 N/m;
+  input Force hand[2] = {0.5, 0} N;
+  coordinate x[2] = {0.3, 0} m;
+  kinetic 1/2*m*(der(x[1])^2 + der(x[2])^2);
+  potential 1/2*k*(x[1]^2 + x[2]^2);
+  force hand[1] on x[1];
+  force hand[2] on x[2];
+  output Length tip[2] = 2*x;
+  experiment(stop = 2 s);
+end Arm;
+"""
+
+
+@pytest.fixture(scope="module", params=[2, 3])
+def arm(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, int]:
+    path = tmp_path_factory.mktemp("arm") / "arm.fmu"
+    export_fmu(loads(ARM), path, FmuOptions(fmi=str(request.param)))
+    return path, request.param
+
+
+def content(path: Path) -> dict[str, bytes]:
+    with zipfile.ZipFile(path) as archive:
+        return {name: archive.read(name) for name in archive.namelist()}
+
+
+def test_the_files(arm: tuple[Path, int]) -> None:
+    path, fmi = arm
+    files = set(content(path))
+    assert {
+        "modelDescription.xml",
+        "documentation/index.html",
+        "documentation/diagram.png",
+        "documentation/reference.csv",
+        "documentation/licenses/license.txt",
+        "documentation/licenses/mechc.txt",
+        "documentation/licenses/fmi.txt",
+        "sources/model.c",
+    } <= files
+    own = {2: {"model.png", "sources/fmi2Functions.h"}, 3: {"sources/buildDescription.xml"}}
+    own[3] |= {"terminalsAndIcons/icon.png", "terminalsAndIcons/terminalsAndIcons.xml"}
+    assert own[fmi] <= files
+    assert not own[5 - fmi] & files
+    # the importer of FMI 3 brings its own headers
+    assert fmi == 2 or not any("fmi3" in name and name.endswith(".h") for name in files)
+
+
+def test_the_licences_are_those_of_the_sources(arm: tuple[Path, int]) -> None:
+    path, fmi = arm
+    files = content(path)
+    assert files["documentation/licenses/mechc.txt"] == (ROOT / "LICENSE").read_bytes()
+    notice = files["documentation/licenses/fmi.txt"].decode()
+    assert notice.startswith("Copyright (C) 2008")
+    assert "Redistributions in binary form must reproduce" in notice
+    assert f"fmi{fmi}*.h" in files["documentation/licenses/license.txt"].decode()
+
+
+class Page(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.seen: list[str] = []
+        self.links: list[str] = []
+        self.words = ""
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.seen.append(tag)
+        self.links += [value for name, value in attrs if name in ("src", "href") and value]
+
+    def handle_data(self, data: str) -> None:
+        self.words += data
+
+
+def test_the_page_shows_picture_equations_and_variables(arm: tuple[Path, int]) -> None:
+    files = content(arm[0])
+    page = Page()
+    page.feed(files["documentation/index.html"].decode())
+    assert all(f"documentation/{link}" in files for link in page.links)
+    assert page.seen.count("math") >= 3  # the Lagrangian and two equations
+    assert "by a hand" in page.words and "<pulled>" in page.words
+    for words in ("Equations of motion", "Lagrangian", "hand[1]", "tip[2]", "mass"):
+        assert words in page.words
+    assert files["documentation/diagram.png"].startswith(b"\x89PNG")
+
+
+@pytest.mark.slow
+def test_long_equations_are_left_out_of_the_page(tmp_path: Path) -> None:
+    path = tmp_path / "m.fmu"
+    export_fmu(load(ROOT / "examples" / "hanging_chain.mech"), path, FmuOptions(check=False))
+    page = content(path)["documentation/index.html"].decode()
+    assert re.search(r"They have \d+ terms and are not printed here", page)
+    assert "<math" not in page
+
+
+def test_terminals(arm: tuple[Path, int]) -> None:
+    path, fmi = arm
+    if fmi == 2:
+        pytest.skip("terminals are of FMI 3")
+    text = content(path)["terminalsAndIcons/terminalsAndIcons.xml"]
+    schema = etree.XMLSchema(etree.parse(str(HEADERS.parent / "schema/fmi3/fmi3TerminalsAndIcons.xsd")))
+    root = etree.fromstring(text)
+    schema.assertValid(root)
+    found = {t.get("name"): [m.get("variableName") for m in t] for t in root.iter("Terminal")}
+    assert found == {"hand": ["hand[1]", "hand[2]"], "tip": ["tip[1]", "tip[2]"]}
+    assert {t.get("matchingRule") for t in root.iter("Terminal")} == {"sequence"}
+
+
+def test_the_build_description_fits_its_schema(arm: tuple[Path, int]) -> None:
+    path, fmi = arm
+    if fmi == 2:
+        pytest.skip("FMI 2 lists its sources in the model description")
+    files = content(path)
+    root = etree.fromstring(files["sources/buildDescription.xml"])
+    etree.XMLSchema(etree.parse(str(HEADERS.parent / "schema/fmi3/fmi3BuildDescription.xsd"))).assertValid(
+        root
+    )
+    listed = {f"sources/{s.get('name')}" for s in root.iter("SourceFile")}
+    assert listed == {name for name in files if name.endswith(".c")}
+
+
+@pytest.mark.slow
+def test_the_same_model_gives_the_same_bytes(arm: tuple[Path, int], tmp_path: Path) -> None:
+    path, fmi = arm
+    again = tmp_path / "again.fmu"
+    export_fmu(loads(ARM), again, FmuOptions(fmi=str(fmi), check=False))
+    assert hashlib.sha256(again.read_bytes()).digest() == hashlib.sha256(path.read_bytes()).digest()
+    export_fmu(loads(ARM.replace("k = 8", "k = 9")), again, FmuOptions(fmi=str(fmi), check=False))
+    tokens = [fmpy.read_model_description(str(p)).guid for p in (path, again)]
+    assert tokens[0] != tokens[1]
+
+
+def test_the_reference_is_the_motion(arm: tuple[Path, int]) -> None:
+    reference = read_reference(arm[0])
+    assert reference is not None
+    # x1 = 1/16 + (0.3 - 1/16) cos 2t, the answer of this oscillator; the run has a tolerance of 1e-8
+    exact = 0.0625 + 0.2375 * np.cos(2 * reference.time)
+    assert np.max(np.abs(reference.columns["x[1]"] - exact)) < 1e-7
+    assert (reference.time[0], reference.time[-1], len(reference.time)) == (0.0, 2.0, 201)
+    names = next(csv.reader(io.StringIO(content(arm[0])["documentation/reference.csv"].decode())))
+    assert names[:4] == ["time", "x[1]", "x[2]", "der(x[1])"]
+
+
+def test_other_results_are_noticed(arm: tuple[Path, int], tmp_path: Path) -> None:
+    path, _ = arm
+    assert [line.what for line in inspect(path).lines if "reference" in line.what] == [
+        "ModelExchange reference",
+        "CoSimulation reference",
+    ]
+    changed = tmp_path / "changed.fmu"
+    with zipfile.ZipFile(changed, "w") as archive:
+        for name, data in content(path).items():
+            if name.endswith("reference.csv"):
+                rows = data.decode().splitlines()
+                cells = rows[100].split(",")
+                cells[1] = repr(float(cells[1]) + 1e-3)
+                data = "\n".join([*rows[:100], ",".join(cells), *rows[101:]]).encode()
+            archive.writestr(name, data)
+    report = inspect(changed)
+    assert report.rules == {"reference results"}
+    assert any("'x[1]' at time 0.99" in line.detail for line in report.lines)
+
+
+@pytest.mark.slow
+def test_a_chaotic_reference_ends_where_it_cannot_be_trusted(tmp_path: Path) -> None:
+    path = tmp_path / "m.fmu"
+    model = load(ROOT / "examples" / "double_pendulum.mech")
+    export_fmu(model, path, FmuOptions(check=False))
+    reference = read_reference(path)
+    assert reference is not None
+    run = model.simulate(stop=float(reference.time[-1]), tolerance=1e-6, estimate_error=False)
+    for name in ("shoulder.angle", "elbow.angle"):
+        values = reference.columns[name]
+        assert np.max(np.abs(run(reference.time)[name] - values)) < 2e-4 * np.max(np.abs(values))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["me", "cs"])
+def test_one_kind(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "m.fmu"
+    export_fmu(loads(ARM), path, FmuOptions(kind=kind, fmi="2" if kind == "me" else "3"))
+    description = fmpy.read_model_description(str(path))
+    assert (description.modelExchange is None, description.coSimulation is None) == (
+        kind == "cs",
+        kind == "me",
+    )
+
+
+def test_both_versions(tmp_path: Path) -> None:
+    written = export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(fmi="both", check=False))
+    assert written == (tmp_path / "fmi2" / "m.fmu", tmp_path / "fmi3" / "m.fmu")
+    assert [fmpy.read_model_description(str(p)).fmiVersion for p in written] == ["2.0", "3.0"]
+
+
+def moves(path: Path, library: Path) -> list[float]:
+    """The states at the end, by a binary that takes the place of that in the file."""
+    other = library.parent / "other.fmu"
+    with zipfile.ZipFile(other, "w") as archive:
+        for name, data in content(path).items():
+            if not name.startswith("binaries/"):
+                archive.writestr(name, data)
+        with zipfile.ZipFile(path) as original:
+            (place,) = [n for n in original.namelist() if n.startswith("binaries/")]
+        archive.writestr(place, library.read_bytes())
+    return [float(v) for v in driver.co_simulation(other, np.linspace(0.0, 2.0, 9), 0.25)[-1]]
+
+
+def test_the_sources_compile_by_one_command(arm: tuple[Path, int], tmp_path: Path) -> None:
+    path, _ = arm
+    with zipfile.ZipFile(path) as archive:
+        archive.extractall(tmp_path)
+    compiler = find_compiler()
+    assert compiler is not None
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic-errors", "-O1", "-fPIC", f"-I{HEADERS}"]
+    sources = sorted(str(p) for p in (tmp_path / "sources").glob("*.c"))
+    library = tmp_path / "built.so"
+    subprocess.run([*compiler.command, *flags, "-shared", *sources, "-o", str(library), "-lm"], check=True)
+    wanted = driver.co_simulation(path, np.linspace(0.0, 2.0, 9), 0.25)[-1]
+    # another optimisation may contract products and sums: rounding errors of a few dozen steps
+    assert moves(path, library) == pytest.approx(wanted.tolist(), rel=1e-12)
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("cmake") is None, reason="needs cmake")
+def test_fmpy_compiles_the_sources(tmp_path: Path, arm: tuple[Path, int]) -> None:
+    path = tmp_path / "arm.fmu"
+    export_fmu(loads(ARM), path, FmuOptions(fmi=str(arm[1]), sources_only=True))
+    assert not any(name.startswith("binaries/") for name in content(path))
+    subprocess.run([sys.executable, "-m", "fmpy.cli", "compile", str(path)], check=True)
+    assert fmpy.platform in fmpy.supported_platforms(str(path))
+    assert inspect(path).passed
+
+
+@pytest.mark.slow
+def test_sources_need_no_compiler(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    (path,) = export_fmu(loads(ARM), tmp_path / "arm.fmu", FmuOptions(sources_only=True))
+    files = content(path)
+    assert "sources/model.c" in files
+    assert not any(name.startswith("binaries/") for name in files)
+
+
+def test_a_failed_check_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(
+        "mechc.compiler.targets.fmu.xml3.number", lambda value: repr(float(value)) if value != 2.0 else "two"
+    )
+    with pytest.raises(CompileError, match="fails its check and was not written: it is not valid"):
+        export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_binary_that_moves_otherwise_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from mechc.compiler.targets.fmu import checks
+
+    points = checks.native_points
+
+    def shifted(*given: Any) -> Any:
+        times, step, rows = points(*given)
+        return times, step, rows + 1e-15
+
+    monkeypatch.setattr(checks, "native_points", shifted)
+    with pytest.raises(CompileError, match="Co-Simulation does not give the same motion"):
+        export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    import os
+
+    def refuse(*_: Any) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", refuse)
+    monkeypatch.setattr("mechc.runtime.build.os.replace", refuse)
+    with pytest.raises(CompileError, match=r"E0901.*No space left on device"):
+        export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(sources_only=True))
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_check_and_run_from_the_command_line(
+    arm: tuple[Path, int], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, fmi = arm
+    assert main(["fmu", "check", str(path)]) == 0
+    table = capsys.readouterr().out
+    assert f"Arm, FMI {fmi}.0, ModelExchange and CoSimulation, by mechc" in table
+    assert table.count("ok  ") == 8
+    picture, rows = tmp_path / "m.png", tmp_path / "m.csv"
+    options = ["--set", "k=32", "--stop", "1", "--plot", str(picture), "-o", str(rows), "--display", "mm"]
+    assert main(["fmu", "run", str(path), "--kind", "me", *options]) == 0
+    assert "x[1] [mm]" in capsys.readouterr().out
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    last = list(csv.DictReader(io.StringIO(rows.read_text(encoding="utf-8"))))[-1]
+    exact = 1 / 64 + (0.3 - 1 / 64) * np.cos(4.0)
+    # CVode at its tolerance of 1e-4
+    assert float(last["x[1] [m]"]) == pytest.approx(exact, abs=1e-3)
+
+
+def test_an_unknown_name_in_a_run(arm: tuple[Path, int], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["fmu", "run", str(arm[0]), "--set", "kk=1"]) == 2
+    assert "no variable that can be set 'kk'; it has" in capsys.readouterr().err
+
+
+def test_a_file_that_is_no_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "m.fmu"
+    path.write_text("nothing", encoding="utf-8")
+    assert main(["fmu", "check", str(path)]) == 1
+    assert "the file is no FMU" in capsys.readouterr().out
+    assert main(["fmu", "run", str(path)]) == 2
+    assert "is no FMU" in capsys.readouterr().err
