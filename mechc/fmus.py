@@ -111,7 +111,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     )
     run = native_run(model, options.experiment, start.case.stop)
     method = _method(model, options, run)
-    equations = _equations(model, method)
+    equations = equations_for(model, method)
     files = documents(model, options.experiment, run)
     return [
         Made(
@@ -141,14 +141,14 @@ def _method(model: Model, options: FmuOptions, run: Solution) -> str:
     return "auto" if run.statistics.stiff_time is not None else "dop853"
 
 
-def _equations(model: Model, method: str) -> Equations:
+def equations_for(model: Model, method: str) -> Equations:
+    """Return the equations with what the method needs of them, and all that the model was asked to keep."""
     from .api import WITH_JACOBIAN, WITH_MOMENTA
     from .compiler.equations.assemble import assemble
 
     parts = {"jacobian"} if method in WITH_JACOBIAN else set()
     parts |= {"momenta"} if method in WITH_MOMENTA else set()
-    # a switch that never changes would be a discrete variable, of which there are none in an FMU without events
-    return assemble(model.compilation.system, Reporter(), model.compilation.parts - {"events"} | parts)
+    return assemble(model.compilation.system, Reporter(), model.compilation.parts | parts)
 
 
 def _write_all(files: Sequence[tuple[Path, bytes]]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ..graph import Graph, Node
@@ -39,7 +39,7 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
         layout={**equations.layout, **{n: Slot("z", first + i) for i, n in enumerate(seeds)}},
         discretes=(*equations.discretes, *(Entry(f"seed[{i + 1}]", SEED, "") for i in range(count))),
         functions=(
-            *equations.functions,
+            *_with_seeds(equations, seeds),
             Function("tangent", "directional derivative of rates and outputs", tuple(forward)),
             Function(
                 "adjoint",
@@ -48,6 +48,18 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
             ),
         ),
     )
+
+
+def _with_seeds(equations: Equations, seeds: Sequence[Node]) -> Iterator[Function]:
+    """Yield the functions; those of branches give all of z, seeds included."""
+    branches = equations.hybrid.branches if equations.hybrid else ()
+    acting = {branch.function for branch in branches}
+    first = len(equations.states) + len(equations.discretes)
+    for function in equations.functions:
+        if function.name in acting:
+            y_and_z, checks = function.outputs[:first], function.outputs[first:]
+            function = replace(function, outputs=(*y_and_z, *seeds, *checks))
+        yield function
 
 
 def dependencies(
