@@ -112,12 +112,12 @@ def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
         balance -= outputs[:, supplied]
     energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
     energies += [i for i in problem.energy_balance if i >= 0]
-    return _drift(problem, total, balance, float(np.abs(outputs[:, energies]).max(initial=0.0)))
+    return _drift(problem, total, balance, _largest(outputs[:, energies]))
 
 
 def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
     drifts = [
-        _drift(problem, index, outputs[:, index], float(np.abs(outputs[:, index]).max(initial=0.0)))
+        _drift(problem, index, outputs[:, index], _largest(outputs[:, index]))
         for index in problem.conserved
     ]
     # What is nothing but its own drift is zero: a share of it says nothing.
@@ -128,5 +128,11 @@ def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
 
 def _drift(problem: Problem, index: int, values: Array, size: float) -> Drift:
     quantity = problem.outputs[index]
-    absolute = float(np.abs(values - values[0]).max())
+    defined = values[np.isfinite(values)]
+    absolute = _largest(defined - defined[0]) if defined.size else float("nan")
     return Drift(quantity.name, quantity.unit, absolute, absolute / size if size > 0 else None)
+
+
+def _largest(values: Array) -> float:
+    """Largest size among the numbers: at the surface of a contact, within rounding, an energy may be undefined."""
+    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))

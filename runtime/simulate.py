@@ -19,6 +19,7 @@ from .accuracy import (
 )
 from .case import Case, SimulationOptions, find_experiment, input_values, prepare
 from .constraint_drift import constraint_drifts
+from .diagnosis import undefined_energy, with_cause
 from .evaluate import evaluate_rows, solution_columns
 from .functions import Functions, load_functions
 from .kernel_run import run_kernel
@@ -129,6 +130,8 @@ def _solve(plan: Plan) -> Solution:
     problem, functions, case, options = plan.problem, plan.functions, plan.case, plan.options
     share = MAIN_SHARE if options.estimate_error else 1.0
     main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
+    if main.failure is not None:
+        main = replace(main, failure=with_cause(problem, functions, case, main.failure))
     outcome, message = _outcome(problem, main)
     error, remark = None, "no companion run was asked for"
     if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
@@ -143,6 +146,11 @@ def _solve(plan: Plan) -> Solution:
         times, states, modes = happened.merged(main.t, main.y, problem.ny)
     columns = solution_columns(problem, functions, case, times, states, modes)
     outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
+    failure = main.failure
+    if outcome is Outcome.COMPLETED:
+        failure = undefined_energy(problem, times, states, outputs)
+        if failure is not None:
+            outcome, message = Outcome.FAILED, failure.message
     interpolated = main.dense or _hermite(plan, main)
 
     def at(t: Array) -> Array:
@@ -160,7 +168,7 @@ def _solve(plan: Plan) -> Solution:
         parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
         outcome=outcome,
         message=message,
-        failure=main.failure,
+        failure=failure,
         statistics=main.statistics,
         accuracy=Accuracy(
             error,

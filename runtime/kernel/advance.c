@@ -212,7 +212,7 @@ static int give_up(mech_solver *s, int undefined)
         return s->run->report.status;
     int worst = 0;
     mech_real largest = -1;
-    for (int i = 0; i < s->ny; i++) {
+    for (int i = 0; i < s->ny - s->model->n_accounts; i++) { /* an account follows from the motion */
         mech_real rate = mech_abs(s->dy[i]) / (s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]));
         if (rate > largest) {
             largest = rate;
