@@ -25,6 +25,8 @@ CLEAR = 0.1
 """The reference is right where its own doubt is below this share of the error that it tells."""
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 """Errors below are not told apart."""
+LADDERS = {"dop853": (1e-13, 1e-16, 1e-19, 1e-22), "radau5": (1e-9, 1e-12, 1e-15)}
+"""Tolerances of the reference: looser to begin with than for a benchmark, as it has only to be clearer than the run."""
 POINTS = 9
 """Times at which a run is compared, the last one among them."""
 
@@ -62,7 +64,14 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
     done = solution.statistics
     method = "radau5" if done.method == "radau5" or done.stiff_time is not None else "dop853"
     made = reference(
-        library, plan.case, plan.nominal, times, precision=best_precision(), method=method, seconds=seconds
+        library,
+        plan.case,
+        plan.nominal,
+        times,
+        precision=best_precision(),
+        method=method,
+        seconds=seconds,
+        ladder=LADDERS[method],
     )
     names = [quantity.name for quantity in plan.problem.states]
     got = np.array([solution[name][rows] for name in names]).T

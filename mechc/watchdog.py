@@ -99,7 +99,9 @@ class _Raised:
     error: BaseException
 
 
-def _serve(pipe: Connection, make: Callable[..., Callable[[object], object]], settings: tuple[object, ...]) -> None:
+def _serve(
+    pipe: Connection, make: Callable[..., Callable[[object], object]], settings: tuple[object, ...]
+) -> None:
     """Answer until the pipe is closed. Ctrl-C is left to the process that asks."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     answer: Callable[[object], object] | None = None

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import time
+from collections.abc import Sequence
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_long, c_longlong, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
@@ -137,12 +138,14 @@ def reference(
     method: str,
     seconds: float,
     decimals: bool = False,
+    ladder: Sequence[float] | None = None,
 ) -> Reference:
     """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
 
     Tightens the tolerance as long as the next run is expected to stay within ``seconds``. Raises
     ``ReferenceFailed`` if not even two runs could be made. ``decimals``: parameters and initial values are taken as
-    the model states them where those of the case are their rounding; else exactly as they are.
+    the model states them where those of the case are their rounding; else exactly as they are. ``ladder``: tolerances
+    instead of those of ``LADDERS``, each a thousandth of the one before.
     """
     model = ctypes.CDLL(str(library))
     model.mech_model_get.restype = c_void_p
@@ -150,7 +153,7 @@ def reference(
     order = 8 if method == "dop853" else 5
     begun = time.perf_counter()
     runs: list[tuple[float, Array, Array, int]] = []
-    for tolerance in LADDERS[method]:
+    for tolerance in ladder or LADDERS[method]:
         before = time.perf_counter()
         if precision != "__float128" and tolerance < 1e-17 and len(runs) >= 2:
             break

@@ -18,6 +18,7 @@ from .failures import explain_failure
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
     "bench": "Measure error against run time, for methods and tolerances.",
+    "stress": "Run a model under extremes; tell whether any answer is silently wrong.",
     "check": "Check models without running them.",
     "fmt": "Write models in the canonical layout.",
     "new": "Write a first model to start from.",

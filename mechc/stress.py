@@ -1,0 +1,280 @@
+"""Run a model under extremes, and find out whether any answer is wrong and does not say so.
+
+A run is compared with the same model in higher precision; where that cannot be had, with another method. Its claim is
+the estimated error of its own report.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .api import Model, load
+from .extremes import Extreme, extremes
+from .runtime.native import load_kernel
+from .runtime.outcome import Outcome, SimulationError
+from .runtime.reference import ReferenceFailed
+from .settings import Given, UsageMistake
+from .simulation import Request, plan, simulate
+from .truth import ROUNDING, compile_for_reference, true_errors
+from .watchdog import Crashed, Hung, Watchdog
+
+if TYPE_CHECKING:
+    from .runtime.solution import Solution
+
+UNDERSTATED = 100.0
+"""A true error that is larger than the claimed one by more than this is a silent failure."""
+OPINION = 1e-10
+"""Tolerance of the other method where there is no reference."""
+MARGIN = 20.0
+"""Seconds beyond the limits of a run after which its process counts as hung; compiling is among them."""
+
+WORDS = {
+    "right": "right within its claim",
+    "refused": "refused",
+    "open": "not checked",
+    "long": "stopped, too long",
+    "wrong": "WRONG SILENTLY",
+    "hung": "HUNG",
+    "crashed": "CRASHED",
+}
+BAD = ("wrong", "hung", "crashed")
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One run. ``kind``: a key of WORDS; ``error`` the true one, ``claim`` what the run reports, both the largest over the
+    states relative to nominal + |value|; ``against`` what it was compared with."""
+
+    group: str
+    text: str
+    kind: str
+    method: str = ""
+    error: float | None = None
+    claim: float | None = None
+    against: str = ""
+    seconds: float = 0.0
+    steps: int = 0
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Stress:
+    """All runs of one model."""
+
+    model: str
+    experiment: str
+    rows: tuple[Row, ...]
+    left_out: tuple[str, ...]
+
+    @property
+    def silent(self) -> bool:
+        """Say whether a run was wrong without saying so, hung or crashed."""
+        return any(row.kind in BAD for row in self.rows)
+
+    def summary(self) -> dict[str, Any]:
+        """Return everything as plain data."""
+        return {**asdict(self), "silent": self.silent}
+
+
+@dataclass(frozen=True, slots=True)
+class Subject:
+    """What is put under stress, in words that another process understands."""
+
+    file: str
+    model: str | None
+    settings: Mapping[str, Given]
+    experiment: str | None
+    seconds: float
+
+    def load(self) -> Model:
+        loaded = load(Path(self.file), model=self.model, set=self.settings)
+        return loaded.for_experiment(self.experiment)
+
+
+class _OutOfTime(Exception):
+    """A run takes longer than it may."""
+
+
+class _Limit:
+    """Progress of runs that ends each of them after some seconds."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self.begin()
+
+    def begin(self) -> None:
+        self.begun = time.perf_counter()
+
+    def __call__(self, done: float) -> None:
+        if time.perf_counter() - self.begun > self.seconds:
+            raise _OutOfTime(f"{done:.0%} of the work in {self.seconds:g} s")
+
+
+def stress(subject: Subject, *, full: bool = False, progress: Callable[[Row], None] | None = None) -> Stress:
+    """Run all extremes, each under a watchdog. Raises CompileError, SimulationError, BuildError, CompilerMissing."""
+    model = subject.load()
+    stated = plan(model, Request(experiment=subject.experiment))
+    made = extremes(stated, adaptive_methods(), full=full)
+    rows: list[Row] = []
+    limit = 4 * subject.seconds + MARGIN
+    with Watchdog(worker, subject) as dog:
+        for extreme in made.runs:
+            reply: Row | Crashed | Hung = dog.ask(extreme, limit)
+            match reply:
+                case Crashed(how):
+                    reply = Row(extreme.group, extreme.text, "crashed", reason=how)
+                case Hung(seconds):
+                    reply = Row(extreme.group, extreme.text, "hung", reason=f"no answer in {seconds:g} s")
+            rows.append(reply)
+            if progress is not None:
+                progress(reply)
+    return Stress(model.name, stated.case.experiment, tuple(rows), made.left_out)
+
+
+def adaptive_methods() -> list[str]:
+    """Return the methods of the kernel that choose their steps themselves."""
+    kernel = load_kernel()
+    count = range(kernel.mech_method_count())
+    return [kernel.mech_method_name(k).decode() for k in count if kernel.mech_method_is_adaptive(k)]
+
+
+def worker(subject: Subject) -> Callable[[Extreme], Row]:
+    """Return what makes and judges one run, in a process of its own."""
+    model = subject.load()
+    return lambda extreme: _judged(model, subject, extreme)
+
+
+def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
+    changed = model.with_values(extreme.values)
+    limit = _Limit(subject.seconds)
+    request = Request(experiment=subject.experiment, progress=limit, **extreme.options)
+    try:
+        solution = simulate(changed, request)
+    except (SimulationError, UsageMistake) as refused:
+        return Row(extreme.group, extreme.text, "refused", reason=str(refused))
+    except _OutOfTime as late:
+        return Row(extreme.group, extreme.text, "long", reason=str(late))
+    kind, error, against, reason = _checked(changed, subject, request, solution)
+    estimate, done = solution.accuracy.error, solution.statistics
+    claim = estimate.largest if estimate else None
+    return Row(
+        extreme.group,
+        extreme.text,
+        kind,
+        done.method,
+        error,
+        claim,
+        against,
+        done.run_time,
+        done.steps,
+        reason,
+    )
+
+
+def _checked(
+    model: Model, subject: Subject, request: Request, solution: Solution
+) -> tuple[str, float | None, str, str]:
+    """Give the kind of the row, the true error, what told it, and a reason."""
+    if solution.outcome is Outcome.FAILED:
+        return "refused", None, "", solution.message
+    unfinished = [q for q in solution.final() if not np.isfinite(solution[q][-1])]
+    estimate = solution.accuracy.error
+    if estimate is None:
+        return "open", None, "", solution.accuracy.remark
+    if unfinished:
+        return "wrong", None, "", f"'{unfinished[0]}' is not a number at the end, and nothing says so"
+    why = ""
+    try:
+        truth = true_errors(compile_for_reference(model), plan(model, request), solution, subject.seconds / 2)
+        errors, against = truth.by_state, f"{truth.precision} to t = {truth.horizon:.4g}"
+    except ReferenceFailed as failed:
+        why = f"no reference: {failed}"
+        try:
+            errors, against = _opinion(model, request, solution)
+        except (SimulationError, _OutOfTime, ReferenceFailed) as none:
+            return "open", None, "", f"{why}; no other method either: {none}"
+    claims = estimate.by_state
+    worst = max(errors, key=lambda n: errors[n] / max(claims[n], ROUNDING))
+    largest = max(errors.values())
+    if errors[worst] <= UNDERSTATED * max(claims[worst], ROUNDING):
+        return "right", largest, against, why
+    owed = _conditioning(model, request, solution)
+    if errors[worst] <= UNDERSTATED * owed.get(worst, 0.0):
+        return "right", largest, against, "as far as the rounding of its parameters lets it be"
+    return (
+        "wrong",
+        largest,
+        against,
+        f"the error of {worst} is {errors[worst]:.1e}, {claims[worst]:.1e} was claimed",
+    )
+
+
+def _differences(model: Model, request: Request, solution: Solution, **changes: Any) -> dict[str, float]:
+    """Return how far a changed run ends from this one, by state."""
+    assert isinstance(request.progress, _Limit)
+    request.progress.begin()
+    other = simulate(model, replace(request, **changes, estimate_error=False))
+    estimate = solution.accuracy.error
+    assert estimate is not None
+    if other.outcome is not solution.outcome or other.time[-1] != solution.time[-1]:
+        raise ReferenceFailed(f"it ends otherwise: {other.message}")
+    return {
+        name: abs(float(other[name][-1] - solution[name][-1])) / (nominal + abs(float(other[name][-1])))
+        for name, nominal in estimate.nominal.items()
+    }
+
+
+def _opinion(model: Model, request: Request, solution: Solution) -> tuple[dict[str, float], str]:
+    """Compare the end with that by another method at a tight tolerance."""
+    other = "dop853" if solution.statistics.method == "radau5" else "radau5"
+    return _differences(
+        model, request, solution, method=other, tolerance=OPINION
+    ), f"{other} at {OPINION:g}, at the end"
+
+
+def _conditioning(model: Model, request: Request, solution: Solution) -> dict[str, float]:
+    """Return how far the end moves if every parameter is changed by a unit in the last place."""
+    parameters = model.problem("c").parameters
+    values = {q.name: float(solution.parameters[q.name]) for q in parameters if q.name in solution.parameters}
+    signs = [1 if k % 2 else -1 for k in range(len(values))]
+    moved = {
+        name: value * (1 + sign * float(np.finfo(float).eps))
+        for (name, value), sign in zip(values.items(), signs, strict=True)
+    }
+    try:
+        return _differences(model.with_values(moved), request, solution)
+    except (SimulationError, UsageMistake, ReferenceFailed, _OutOfTime):
+        return {}
+
+
+def report(made: Stress) -> str:
+    """Return the table and what it comes to."""
+    title = f"{made.model}{', ' + made.experiment if made.experiment else ''} under stress"
+    counts = Counter(row.kind for row in made.rows)
+    rows = [title, "", line_of(None), *(line_of(row) for row in made.rows), ""]
+    rows.append(
+        f"{len(made.rows)} runs: " + ", ".join(f"{counts[k]} {w}" for k, w in WORDS.items() if counts[k])
+    )
+    rows += [f"left out: {words}" for words in made.left_out]
+    return "\n".join(rows)
+
+
+def line_of(row: Row | None) -> str:
+    """Lay out one line of the table, or its head."""
+    if row is None:
+        cells: Sequence[str] = ("extreme", "", "method", "outcome", "error", "claimed", "run time")
+        reason = ""
+    else:
+        error, claim = ("-" if x is None else f"{x:.0e}" for x in (row.error, row.claim))
+        duration = f"{row.seconds * 1e3:.3g} ms" if row.method else "-"
+        cells = (row.group, row.text, row.method or "-", WORDS[row.kind], error, claim, duration)
+        reason = "  " + row.reason.splitlines()[0] if row.reason else ""
+    widths = (10, 40, 7, 22, 7, 7, 10)
+    return ("".join(f"{cell:<{width}} " for cell, width in zip(cells, widths, strict=True)) + reason).rstrip()

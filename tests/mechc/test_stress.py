@@ -1,0 +1,73 @@
+"""Extremes of a model: which are made, how they are judged, and what the exit code says."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+from mechc.cli.main import run
+from mechc.extremes import Extreme, extremes
+from mechc.runtime.accuracy import ErrorEstimate
+from mechc.simulation import Request, plan
+from mechc.stress import Subject, adaptive_methods, worker
+
+PENDULUM = Path(__file__).parents[2] / "examples" / "pendulum.mech"
+SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)
+
+
+def test_extremes_of_a_pendulum() -> None:
+    made = extremes(plan(SUBJECT.load(), Request()), adaptive_methods(), full=False)
+    texts = [e.text for e in made.runs]
+    assert {"m = 1000 kg", "l = 0.001 m", "g = 0 m/s^2", "radau5 at 1e-06", "everything zero"} <= set(texts)
+    assert len({(e.group, e.text) for e in made.runs}) == len(texts)
+    assert not made.left_out
+    full = extremes(plan(SUBJECT.load(), Request()), adaptive_methods(), full=True)
+    assert set(texts) - {"dop853 at 1e-06", "radau5 at 1e-06", "auto at 1e-06"} < {e.text for e in full.runs}
+
+
+def test_a_quick_run_names_what_it_leaves_out(tmp_path: Path) -> None:
+    names = [f"k{i}" for i in range(12)]
+    text = "".join(f"parameter {n} = 1 N/m;\n" for n in names)
+    text += f"coordinate x = 1 m;\nkinetic 1/2*1 kg*der(x)^2;\npotential 1/2*({' + '.join(names)})*x^2;\n"
+    file = tmp_path / "many.mech"
+    file.write_text(text + "experiment(stop = 1 s);\n", encoding="utf-8")
+    made = extremes(plan(Subject(str(file), None, {}, None, 5).load(), Request()), [], full=False)
+    (words,) = made.left_out
+    varied = {name for e in made.runs if e.group == "parameter" for name in e.values}
+    assert len(varied) == 8 and all(n in varied or n in words for n in names)
+
+
+def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
+    judge = worker(SUBJECT)
+    short = Extreme("parameter", "l = 1 mm", {"l": 1e-3}, {"stop": 1.0})
+    row = judge(short)
+    assert (row.kind == "right" and "float128" in row.against) or "double" in row.against
+    assert row.error is not None and row.claim is not None and row.error < 100 * row.claim
+    massless = judge(Extreme("parameter", "m = 0", {"m": 0.0}))
+    assert massless.kind == "refused" and "inertia" in massless.reason
+    long = judge(Extreme("length", "very long", {}, {"stop": 1e9}))
+    assert long.kind in ("long", "refused")
+    simulate = import_module("mechc.runtime.simulate")
+    make = simulate.compare
+
+    def understated(*given: object) -> object:
+        made: ErrorEstimate = make(*given)
+        return replace(made, by_state=dict.fromkeys(made.by_state, 1e-16))
+
+    monkeypatch.setattr(simulate, "compare", understated)
+    assert judge(short).kind == "wrong"
+
+
+@pytest.mark.slow
+def test_the_command_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "stress.json"
+    assert run(["stress", str(PENDULUM), "--seconds", "3", "--json", str(file)]) == 0
+    shown = capsys.readouterr().out
+    assert "m = 0 kg" in shown and "right within its claim" in shown
+    rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
+    assert {row["kind"] for row in rows} <= {"right", "refused", "long", "open"}
+    assert sum(row["kind"] == "right" for row in rows) > 15
