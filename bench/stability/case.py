@@ -57,7 +57,9 @@ class Known:
         for name, value in self.values.items():
             all_along = callable(value)
             got = s[name] if all_along else s[name][-1:]
-            expected = np.broadcast_to(np.asarray(value(s.time) if callable(value) else value, float), got.shape)
+            expected = np.broadcast_to(
+                np.asarray(value(s.time) if callable(value) else value, float), got.shape
+            )
             difference = np.abs(got - expected)
             error = float(difference.max()) / (self.sizes.get(name) or float(np.abs(expected).max()) or 1.0)
             worst = max(worst, error) if np.isfinite(error) else float("inf")
@@ -119,7 +121,9 @@ class Refusal:
             problems.append(f"it stopped at {s.failure.time:.10g}")
         if not s.failure.state or not all(np.isfinite(v) for v in s.failure.state.values()):
             problems.append("the last state is not told")
-        if not s.time.size or not all(np.isfinite(s[q][s.time < s.failure.time]).all() for q in s.failure.state):
+        if not s.time.size or not all(
+            np.isfinite(s[q][s.time < 0.99 * s.failure.time]).all() for q in s.failure.state
+        ):
             problems.append("what came before is not kept")
         worst = None
         for name, formula in self.until.items():

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
-from mechc.runtime import accuracy, case, kernel_run, native, reference, simulate, solver
+from mechc.runtime import accuracy, case, kernel_run, native, solver
+from mechc.runtime.reference import best_precision
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +24,7 @@ def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
     """Replace a piece of one source of the kernel, which must be there once."""
 
     def plant() -> None:
-        reference._kernel(reference.best_precision())
+        best_precision()
         sources = native.kernel_sources()
         assert sources[file].count(there) == 1, f"{there!r} is {sources[file].count(there)} times in {file}"
         changed = {**sources, file: sources[file].replace(there, instead)}
@@ -31,10 +33,24 @@ def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
     return plant
 
 
+def _simulate() -> Any:
+    """Return the module, which its function hides."""
+    return import_module("mechc.runtime.simulate")
+
+
 def _loosened() -> None:
     make = solver.Solver.__init__
 
-    def loose(self: Any, kernel: Any, functions: Any, c: Any, method: Any, tolerance: Any, atol: Any, step: Any = 0.0) -> None:
+    def loose(
+        self: Any,
+        kernel: Any,
+        functions: Any,
+        c: Any,
+        method: Any,
+        tolerance: Any,
+        atol: Any,
+        step: Any = 0.0,
+    ) -> None:
         factor = min(1e5, 0.1 / tolerance)
         make(self, kernel, functions, c, method, factor * tolerance, factor * atol, 10 * step)
 
@@ -59,14 +75,14 @@ def _estimate_understated() -> None:
 
     def small(*given: Any) -> Any:
         made = make(*given)
-        tiny = {name: 1e-16 for name in made.by_state}
+        tiny = dict.fromkeys(made.by_state, 1e-16)
         return replace(made, largest=1e-16, at_end=1e-16, by_state=tiny, by_state_at_end=tiny)
 
-    simulate.compare = small
+    _simulate().compare = small
 
 
 def _nominal_one() -> None:
-    simulate.nominal_values = lambda problem, *_: np.ones(problem.ny)
+    _simulate().nominal_values = lambda problem, *_: np.ones(problem.ny)
 
 
 def _kinks_ignored() -> None:

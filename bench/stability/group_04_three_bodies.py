@@ -37,7 +37,9 @@ CASES = (
         "Pythagorean problem to the escape",
         "all close encounters, to t = 70",
         PYTHAGOREAN,
-        Followed("follows the reference to 1e-2, and its estimate owns up to it", 1e-2, seconds=60, least=0.8),
+        Followed(
+            "follows the reference to 1e-2, and its estimate owns up to it", 1e-2, seconds=60, least=0.8
+        ),
         fault="loose",
         full=True,
         seconds=200,
@@ -53,8 +55,11 @@ CASES = (
         "figure eight, 100 periods",
         "a long run at a tight tolerance; the initial values hold 9 digits",
         FIGURE,
-        Measured("back at the start to 1e-4",
-                 lambda s: float(np.hypot(s["r[1,1]"][-1] - 0.97000436, s["r[1,2]"][-1] + 0.24308753)), 1e-4),
+        Measured(
+            "back at the start to 1e-4",
+            lambda s: float(np.hypot(s["r[1,1]"][-1] - 0.97000436, s["r[1,2]"][-1] + 0.24308753)),
+            1e-4,
+        ),
         fault="loose",
         options={"stop": 100 * PERIOD, "tolerance": 1e-13},
     ),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .case import Array, Case, Known, Measured, drift
 from mechc.solution import Solution
+
+from .case import Array, Case, Known, Measured, drift
 
 NUMBER = 5
 TITLE = "Fast and sleeping tops"
@@ -62,7 +63,11 @@ def turning(spin: float, stop: float) -> Case:
         f"steady precession at {spin:g} rad/s, Rotation",
         f"{spin * stop / 2 / np.pi:.0f} turns about the axis",
         ROTATION.format(start=start, rate=rate, stop=stop, tolerance=1e-12),
-        Known("tilt and precession to 1e-6", {"up": lambda t: np.full_like(t, np.cos(TILT)), "across": across}, 1e-6),
+        Known(
+            "tilt and precession to 1e-6",
+            {"up": lambda t: np.full_like(t, np.cos(TILT)), "across": across},
+            1e-6,
+        ),
         fault="loose",
     )
 

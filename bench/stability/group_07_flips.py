@@ -70,14 +70,22 @@ CASES = (
         "1000 flips, what is kept",
         "the angular momentum in space",
         BODY.format(w=1, stop=flips(1000, 1), tolerance=1e-12),
-        Measured("L and energy to 1e-8", lambda s: max(drift(s), *(float(np.ptp(s[f"L[{k}]"])) for k in (1, 2, 3))), 1e-8),
+        Measured(
+            "L and energy to 1e-8",
+            lambda s: max(drift(s), *(float(np.ptp(s[f"L[{k}]"])) for k in (1, 2, 3))),
+            1e-8,
+        ),
         fault="not normalised",
     ),
     Case(
         "spin about the middle axis",
         "1e-8 off the unstable axis: errors grow by exp(0.58 t) between flips, over 30 flips",
         NEAR.format(stop=2000),
-        Measured("L and energy to 1e-9, whatever becomes of the phase", lambda s: max(drift(s), *(float(np.ptp(s[f"L[{k}]"])) for k in (1, 2, 3))), 1e-9),
+        Measured(
+            "L and energy to 1e-9, whatever becomes of the phase",
+            lambda s: max(drift(s), *(float(np.ptp(s[f"L[{k}]"])) for k in (1, 2, 3))),
+            1e-9,
+        ),
         fault="loose",
     ),
     Case(

@@ -32,7 +32,9 @@ def adaptive(method: str, tolerance: float, bound: float, periods: int = 10_000)
     )
 
 
-def fixed(method: str, steps: int, bound: float, periods: int, full: bool = False, long: bool = False) -> Case:
+def fixed(
+    method: str, steps: int, bound: float, periods: int, full: bool = False, long: bool = False
+) -> Case:
     """``long``: the run without its companion, and no output but its ends and a few points."""
     return Case(
         f"{method}, {steps} steps a period, {periods:.0e} periods",
@@ -40,7 +42,12 @@ def fixed(method: str, steps: int, bound: float, periods: int, full: bool = Fals
         PENDULUM,
         Measured(f"the energy within {bound:g} all along", energy_drift, bound),
         fault="loose",
-        options={"method": method, "step": PERIOD / steps, "stop": periods * PERIOD, "estimate_error": not long},
+        options={
+            "method": method,
+            "step": PERIOD / steps,
+            "stop": periods * PERIOD,
+            "estimate_error": not long,
+        },
         seconds=600 if full else 120,
         full=full,
     )

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .case import Array, Case, Known, Measured, energy_drift
 from mechc.solution import Solution
+
+from .case import Array, Case, Known, Measured, energy_drift
 
 NUMBER = 9
 TITLE = "Separatrix and chaos"

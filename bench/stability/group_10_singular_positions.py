@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from .case import Array, Case, Followed, Known, Measured
 from mechc.solution import Solution
+
+from .case import Array, Case, Followed, Known, Measured
 
 NUMBER = 10
 TITLE = "Change points and dead centres"

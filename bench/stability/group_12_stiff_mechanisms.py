@@ -65,7 +65,9 @@ CASES = (
         "flyball governor, 1000 times stiffer",
         "springs of 8e8 N/m with dampers of 4e7 N.s/m",
         GOVERNOR.format(k=8e8, c=4e7),
-        Followed("follows the reference to 1e-5, in as many steps", 1e-5, (by("radau5"), within(5000)), seconds=20),
+        Followed(
+            "follows the reference to 1e-5, in as many steps", 1e-5, (by("radau5"), within(5000)), seconds=20
+        ),
         fault="not switched",
     ),
     Case(
@@ -88,7 +90,9 @@ CASES = (
         "four-bar on a stiff pivot",
         "a spring of 1e9 N/m and a damper of 1e6 N.s/m within a closed loop",
         LOOP,
-        Followed("follows the reference to 1e-5, implicitly", 1e-5, (by("radau5"), within(20_000)), seconds=20),
+        Followed(
+            "follows the reference to 1e-5, implicitly", 1e-5, (by("radau5"), within(20_000)), seconds=20
+        ),
         fault="not switched",
     ),
 )

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from .case import Array, Case, Known, Measured, Refusal, happens
 from mechc.solution import Solution
+
+from .case import Case, Measured, Refusal, happens
 
 NUMBER = 13
 TITLE = "Impacts and chattering"

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
-from .case import Array, Case, Known, Measured
 from mechc.solution import Solution
+
+from .case import Array, Case, Known, Measured
 
 NUMBER = 14
 TITLE = "Dry friction"

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from .case import Case, Measured, Refusal
 from mechc.solution import Solution
+
+from .case import Case, Measured, Refusal
 
 NUMBER = 16
 TITLE = "Assembly"

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import mathieu_a, mathieu_b, mathieu_cem, mathieu_sem
 
-from .case import Array, Case, Followed, Known, Measured
 from mechc.solution import Solution
+
+from .case import Array, Case, Followed, Known, Measured
 
 NUMBER = 17
 TITLE = "Fast drives and parametric resonance"

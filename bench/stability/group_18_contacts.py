@@ -47,7 +47,9 @@ def rebound() -> float:
 
         leaves = mpmath.findroot(inside, (mpmath.pi / w, 1.00001 * mpmath.pi / w))
         flight = 1 - fall - leaves
-        return float(mpmath.diff(inside, leaves, h=mpmath.mpf(10) ** -20) / 10**9 * flight - g / 2 * flight**2)
+        return float(
+            mpmath.diff(inside, leaves, h=mpmath.mpf(10) ** -20) / 10**9 * flight - g / 2 * flight**2
+        )
 
 
 BALLS = """

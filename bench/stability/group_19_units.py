@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
+from mechc.solution import Solution
+
 from .case import Case, Known, Measured, within
 from .group_03_close_orbits import anomaly
-from mechc.solution import Solution
 
 NUMBER = 19
 TITLE = "Units and sizes"
@@ -76,7 +77,9 @@ CASES = (
         "planet in scaled units",
         "the same orbit with a = 1 and a year of 2 pi",
         "examples/kepler.mech",
-        Known("the place after 10.3 years, to 1e-6, in as many steps", {"x": X, "y": Y}, 1e-6, (within(450),)),
+        Known(
+            "the place after 10.3 years, to 1e-6, in as many steps", {"x": X, "y": Y}, 1e-6, (within(450),)
+        ),
         fault="loose",
         options={"set": {"e": ECCENTRICITY}, "stop": 10.3 * 2 * math.pi, "tolerance": 1e-10},
     ),

@@ -123,4 +123,3 @@ CASES = (
         options={"stop": 3},
     ),
 )  # fmt: skip
-

@@ -34,7 +34,9 @@ def line(row: Row) -> str:
 def write(rows: list[Row], titles: dict[int, str], *, full: bool, seconds: float) -> None:
     """Write the page: a summary, then a table for each group."""
     kinds = Counter(row.kind for row in rows)
-    counts = ", ".join(f"{kinds[k]} {words}" for k, words in KINDS.items() if kinds[k] or k in ("met", "silent"))
+    counts = ", ".join(
+        f"{kinds[k]} {words}" for k, words in KINDS.items() if kinds[k] or k in ("met", "silent")
+    )
     parts = [LEAD, f"{len(rows)} cases ({'all' if full else 'without the long ones'}): {counts}."]
     for number, title in sorted(titles.items()):
         own = [row for row in rows if row.group == number]

@@ -42,9 +42,7 @@ def questions(quick: bool, numbers: tuple[int, ...] = (), word: str = "") -> lis
         (name, i)
         for name in GROUPS
         for i, case in enumerate(_group(name).CASES)
-        if not (quick and case.full)
-        and (not numbers or _group(name).NUMBER in numbers)
-        and word in case.name
+        if not (quick and case.full) and (not numbers or _group(name).NUMBER in numbers) and word in case.name
     ]
 
 
