@@ -142,7 +142,7 @@ void mech_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
-    mech_real target[64], x[64];
+    mech_real target[64] = {0}, x[64];
     const int width = m->nv + e->n_rows;
     for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_GAP);
     mech_solve_rows(s, n, rows, target, x);
@@ -163,7 +163,7 @@ void mech_stop_rates(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
-    mech_real target[64], x[64];
+    mech_real target[64] = {0}, x[64];
     const int width = m->nv + e->n_rows;
     for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_RATE);
     mech_solve_rows(s, n, rows, target, x);
