@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .runtime.case import SimulationOptions, prepare
-from .runtime.functions import load_functions
-from .runtime.outcome import SimulationError
-
 if TYPE_CHECKING:
     from .api import Model
+    from .runtime.outcome import SimulationError
 
 
 def impossible_starts(model: Model) -> list[SimulationError]:
@@ -21,6 +18,10 @@ def impossible_starts(model: Model) -> list[SimulationError]:
     """
     if not model.compilation.equations.assembly:
         return []
+    from .runtime.case import SimulationOptions, prepare
+    from .runtime.functions import load_functions
+    from .runtime.outcome import SimulationError
+
     found: dict[str, SimulationError] = {}
     names: list[str | None] = [e.name for e in model.compilation.flat.experiments if not e.sweeps]
     for name in names or [None]:

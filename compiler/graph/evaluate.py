@@ -1,4 +1,4 @@
-"""Evaluate nodes with numbers: floats, NumPy arrays, or mpmath, through one table of functions each.
+"""Evaluate nodes with numbers: floats or mpmath, through one table of functions each.
 
 For tests and numerical checks at compile time; the targets write their own code. As in C, nothing raises:
 1/0 is infinite, sqrt(-1) is NaN, and a select drops what it does not choose.
@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any
-
-import numpy as np
 
 from . import operations as ops
 from .node import Graph, Node
@@ -133,7 +131,7 @@ def _sinh(x: float) -> float:
         return math.copysign(math.inf, x)
 
 
-_ARITHMETIC: dict[int, Callable[..., Any]] = {
+ARITHMETIC: dict[int, Callable[..., Any]] = {
     ops.ADD: lambda a, b: a + b,
     ops.SUB: lambda a, b: a - b,
     ops.MUL: lambda a, b: a * b,
@@ -143,7 +141,7 @@ _ARITHMETIC: dict[int, Callable[..., Any]] = {
     ops.EQUAL: lambda a, b: a == b,
 }
 
-_SCALAR = _ARITHMETIC | {
+_SCALAR = ARITHMETIC | {
     ops.AND: lambda a, b: bool(a) and bool(b),
     ops.OR: lambda a, b: bool(a) or bool(b),
     ops.NOT: lambda a: not a,
@@ -181,60 +179,6 @@ FLOATS = Numbers(
         ops.POW: _or_nan(_power),
     },
     lambda table, x, order: table(x, order),
-)
-
-
-def _quietly(f: Callable[..., Any]) -> Callable[..., Any]:
-    def quiet(*x: Any) -> Any:
-        with np.errstate(all="ignore"):
-            return f(*x)
-
-    return quiet
-
-
-def _interpolate_array(table: Table, x: Any, order: int) -> Any:
-    return np.vectorize(lambda s: table(s, order), otypes=[float])(x)
-
-
-ARRAYS = Numbers(
-    float,
-    {
-        code: _quietly(f)
-        for code, f in (
-            _ARITHMETIC
-            | {
-                ops.DIV: np.true_divide,
-                ops.SIN: np.sin,
-                ops.COS: np.cos,
-                ops.TAN: np.tan,
-                ops.ASIN: np.arcsin,
-                ops.ACOS: np.arccos,
-                ops.ATAN: np.arctan,
-                ops.SINH: np.sinh,
-                ops.COSH: np.cosh,
-                ops.TANH: np.tanh,
-                ops.ASINH: np.arcsinh,
-                ops.ACOSH: np.arccosh,
-                ops.ATANH: np.arctanh,
-                ops.EXP: np.exp,
-                ops.LOG: np.log,
-                ops.SQRT: np.sqrt,
-                ops.ABS: np.abs,
-                ops.SIGN: np.sign,
-                ops.FLOOR: np.floor,
-                ops.ATAN2: np.arctan2,
-                ops.MINIMUM: np.minimum,
-                ops.MAXIMUM: np.maximum,
-                ops.MODULO: lambda a, b: a - b * np.floor(np.true_divide(a, b)),
-                ops.POW: np.float_power,
-                ops.AND: np.logical_and,
-                ops.OR: np.logical_or,
-                ops.NOT: np.logical_not,
-                ops.SELECT: np.where,
-            }
-        ).items()
-    },
-    _interpolate_array,
 )
 
 

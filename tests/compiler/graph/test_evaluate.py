@@ -6,9 +6,10 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+from array_numbers import ARRAYS
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.evaluate import ARRAYS, evaluate, evaluate_all, multiprecision
+from mechc.compiler.graph.evaluate import evaluate, evaluate_all, multiprecision
 
 from .test_rewrite import everything
 

@@ -1,0 +1,54 @@
+"""No command imports what it does not use."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+HEAVY = ("numpy", "scipy", "sympy", "mpmath", "matplotlib", "fmpy", "pandas", "lark", "mechc.runtime")
+"""``lark`` makes the parser's tables, once per installation: they are cached."""
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+TREE, LOOP = str(EXAMPLES / "double_pendulum.mech"), str(EXAMPLES / "four_bar.mech")
+
+
+def imported(*arguments: str, folder: Path) -> set[str]:
+    """Return the packages of ``HEAVY`` that a command loads."""
+    done = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "mechc", *arguments],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+    )
+    assert done.returncode == 0, done.stderr
+    names = {
+        row.rpartition("|")[2].strip() for row in done.stderr.splitlines() if row.startswith("import time:")
+    }
+    return {name for name in HEAVY if name in names}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "used"),
+    [
+        (["--help"], set()),
+        (["new", "swing"], set()),
+        (["fmt", "--check", TREE], set()),
+        (["check", TREE], set()),
+        (["check", LOOP], {"numpy", "mechc.runtime"}),  # is assembled where its experiment begins
+        (["show", "system", TREE], set()),
+        (["explain", "E0301"], set()),
+        (["run", TREE], {"numpy", "mechc.runtime"}),
+        (["compile", TREE, "--target", "c", "-o", "out"], {"numpy", "mechc.runtime"}),
+        (["equations", TREE], {"sympy", "mpmath"}),
+        (
+            ["bench", TREE, "--methods", "dop853", "--tolerances", "1e-6", "--stop", "1"],
+            {"numpy", "mechc.runtime"},
+        ),
+    ],
+    ids=lambda value: " ".join(Path(v).stem for v in value) if isinstance(value, list) else "",
+)
+def test_command_imports_what_it_uses(arguments: list[str], used: set[str], tmp_path: Path) -> None:
+    assert imported(*arguments, folder=tmp_path) == used
