@@ -14,6 +14,7 @@ PAGES = (
     "stiff",
     "long_runs",
     "events",
+    "fmu",
     "startup",
     "work_precision",
     "examples",
