@@ -223,8 +223,8 @@ static int hit_alone(mech_solver *s, int contact)
 static int hit_together(mech_solver *s)
 {
     mech_modes *e = s->modes;
-    int row[64], in[64], set[64], m = 0;
-    mech_real aim[64], target[64], x[64];
+    int row[64], in[64], set[64] = {0}, m = 0;
+    mech_real aim[64], target[64] = {0}, x[64];
     for (int i = 0; i < e->n_rows && m < 64; i++)
         if (engaged(s, i) || mech_touches(s, i)) {
             row[m] = i;
