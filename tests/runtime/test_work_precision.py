@@ -122,6 +122,27 @@ def test_closed_solution_takes_the_place_of_a_reference_that_cannot_be_had(
         benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
 
 
+def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
+    usual = benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
+
+    def none() -> str:
+        raise ReferenceFailed("the C compiler has no numbers of more than 53 bits")
+
+    monkeypatch.setattr("mechc.benchmark.best_precision", none)
+    slow = benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
+    assert slow.reference.precision == "mpmath, 36 digits" and slow.digits >= 17
+    a, b = usual.reference, slow.reference
+    assert np.abs((a.high - b.high) + (a.low - b.low)).max() < 1e-19
+    with pytest.raises(ReferenceFailed, match="events"):
+        benchmark(
+            mechc.loads(
+                OSCILLATOR.replace(
+                    "  experiment", "  when x < 0 m then\n    reinit(x, 0 m);\n  end when;\n  experiment"
+                )
+            )
+        )
+
+
 def test_command_prints_one_object(tmp_path: Path) -> None:
     model = tmp_path / "oscillator.mech"
     model.write_text(OSCILLATOR)
