@@ -7,6 +7,7 @@ import re
 import pytest
 from hand_made import failing_solution, pendulum_solution
 
+import mechc
 from mechc.report import count, duration, render_failure, report
 
 
@@ -22,6 +23,20 @@ def test_a_completed_run() -> None:
     assert float(theta.split()[1]) == pytest.approx(solution["theta"][-1] * 57.29577951308232, rel=1e-6)
     assert any(re.fullmatch(rf"  energy balance +{error} J +{error}", row) for row in rows)
     assert not any("energy.lost" in row for row in rows), "accounts are kept for the balance only"
+
+
+def test_drift_off_the_constraints() -> None:
+    """What the steps leave, and what is left after their projection."""
+    text = "coordinate x = 0.6 m;coordinate y ~ -0.8 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+    model = mechc.loads(f"{text}potential 9.81 N*y;constraint rod: x^2 + y^2 = 1 m^2;")
+    solution = model.simulate(stop=2)
+    assert isinstance(solution, mechc.Solution)
+    rows = report(solution).splitlines()
+    head = next(k for k, row in enumerate(rows) if row.startswith("  drift off the constraints"))
+    for row, level in zip(rows[head + 1 : head + 3], ("positions", "velocities"), strict=True):
+        name, before, after = row.split()
+        assert name == level
+        assert float(after) < 1e-14 < float(before) < 1e-6
 
 
 def test_chosen_units_change_rates_too() -> None:

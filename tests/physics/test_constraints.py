@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from gallery import Array, at, check_estimate, references, run
+from gallery import EXAMPLES, Array, at, check_estimate, references, run
 
 import mechc
 
@@ -33,6 +33,13 @@ def test_multiplier_is_the_tension() -> None:
     other = plain.simulate(stop=5, tolerance=1e-10)
     assert largest(solution["theta"] - other["th"]) < 1e-8
     assert largest(solution["r"] - 1) < 1e-14
+
+
+def test_multiplier_changes_its_sign_with_the_sides() -> None:
+    """r = l in the place of l = r: minus the tension."""
+    text = (EXAMPLES / "pendulum_tension.mech").read_text(encoding="utf-8")
+    turned = mechc.loads(text.replace("string: l = r", "string: r = l")).simulate(stop=1, tolerance=1e-10)
+    assert largest(turned["tension"] + turned["expected"]) < 1e-7
 
 
 def test_pendulum_of_index_3() -> None:

@@ -249,3 +249,27 @@ def test_wheels_roll_in_the_plane() -> None:
     )
     angle, rate = bowl["in_bowl.angle"], bowl["der(in_bowl.angle)"]
     assert 0.75 * (0.4 * rate) ** 2 == pytest.approx(g * 0.4 * (-np.sin(angle) - np.sin(np.pi / 3)), abs=1e-9)
+
+
+def test_ball_rolls_on_a_turning_table() -> None:
+    """On ground that moves: circles at 2/7 of its rate, whatever the speed."""
+    solution = run(
+        """
+        import mech.spatial.*;
+        gravity {0, 0, -9.81} m/s^2;
+        frame table = world * rotz(3 rad/s*time);
+        Sphere ball(m = 0.2 kg, r = 3 cm);
+        Free pose(world -> ball.a, position ~ {0.2, 0, 0.03} m, der(position) ~ {0, 0.3, 0} m/s);
+        RollingSphere on_table(table -> ball.a, r = ball.r);
+        """,
+        stop=3.0,
+    )
+    start = {k: solution[f"pose.position[{k}]"][0] for k in (1, 2)}
+    speed = {k: solution[f"der(pose.position[{k}])"][0] for k in (1, 2)}
+    rate = 2 / 7 * 3
+    turned = rate * solution.time
+    x = start[1] + (speed[1] * np.sin(turned) + speed[2] * (np.cos(turned) - 1)) / rate
+    y = start[2] + (speed[2] * np.sin(turned) - speed[1] * (np.cos(turned) - 1)) / rate
+    assert np.hypot(*speed.values()) > 0.1
+    assert solution["pose.position[1]"] == pytest.approx(x, abs=1e-8)
+    assert solution["pose.position[2]"] == pytest.approx(y, abs=1e-8)
