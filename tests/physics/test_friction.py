@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gallery import Array, values
+from gallery import Array, check_estimate, run, values
 from happenings import follow, integrate, times, travel_time, turning_point
 from mpmath import cos
 from scipy.optimize import brentq
@@ -104,6 +104,23 @@ def test_stick_slip_on_a_belt(experiment: str | None, fk: float, fs: float, u: f
     assert np.diff(sticks) == pytest.approx(found, rel=1e-10)
     for t in sticks:
         assert solution(t)["y"] == pytest.approx(2 - y0, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("experiment", "fk", "fs", "u"),
+    [(None, 1.962, 2.943, 1.962), ("slow", 1.962, 3.924, 0.981), ("textbook", 0.5, 1.0, 0.2)],
+)
+def test_estimated_error_behind_many_events(experiment: str | None, fk: float, fs: float, u: float) -> None:
+    """The place at the end is known: so many cycles after the first slip, carried by the belt or on a circle."""
+    slipping = 2 * math.pi - 2 * math.atan((fs - fk) / u)
+    phase = (40 - fs / u) % (slipping + 2 * (fs - fk) / u)
+    x = fk + (fs - fk) * math.cos(phase) + u * math.sin(phase)
+    v = -(fs - fk) * math.sin(phase) + u * math.cos(phase)
+    if phase > slipping:
+        x, v = 2 * fk - fs + u * (phase - slipping), u
+    solution = run("stick_slip_belt", experiment, tolerance=1e-8)
+    assert solution["x"][-1] == pytest.approx(x, abs=100 * 1e-8)
+    check_estimate(solution, {"x": x, "der(x)": v})
 
 
 def test_belt_of_the_reference() -> None:
