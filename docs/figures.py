@@ -258,7 +258,8 @@ Systems with known answers. Each is one file in `examples/`; its test in `tests/
 the answer that the source states, and states its own bound. The rows name the source: K a thesis on the
 double pendulum, T questions of advanced mechanics, V a text on variation principles, P a chapter of classical
 mechanics, U lecture notes (Physics 206); *reference* marks test problems of the literature with 30-digit
-solutions in `tests/physics/data/`. Made by `python docs/figures.py`.
+solutions in `tests/physics/data/`; *textbook* and *engineering* mark common systems, whose answers the tests
+derive, or integrate from equations written by hand. Made by `python docs/figures.py`.
 
 | row | system | model | test | figure |
 |---|---|---|---|---|
