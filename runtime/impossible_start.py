@@ -89,8 +89,10 @@ def _contradictory(task: Task, stage: int, found: Nearest, weights: Array) -> bo
     """Whether the rows depend on each other in every position, not in the one that was found alone."""
     if stage == 2:
         return True
-    if (found.violations > 1e-3 * found.violations.max()).sum() < 2:
-        return False
+    hard = [task.problem.assembly[i] for i in task.rows(1, True)]
+    off = found.violations
+    if len({row.origin for row, v in zip(hard, off, strict=True) if v > 1e-3 * off.max()}) < 2:
+        return False  # one statement: nothing else to remove
     free = np.arange(task.problem.nv)
     deficits = []
     for y in disturbed(task, found.x, free, weights):

@@ -19,6 +19,7 @@ from .problem import Array
 
 STEPS = 200
 LONGEST = 0.5
+RESTORATION = 50
 RANK = 1e-10
 """Singular values below this share of the largest one count as zero."""
 CONVERGED = 1e-15
@@ -95,8 +96,42 @@ def nearest(
         if settled:
             break
     rows = np.where(scale > 0, scale, 1.0)
-    worst = float((np.abs(here.hard) / rows).max(initial=0.0))
-    return Nearest(x, here, rows, bool(np.isfinite(worst) and worst <= FULFILLED), taken)
+    x, here, further = _restored(at, move, x, here, rows, free, weights)
+    fulfilled = bool(_worst(here, rows) <= FULFILLED)
+    return Nearest(x, here, rows, fulfilled, taken + further)
+
+
+def _restored(
+    at: Callable[[Array], Local],
+    move: Callable[[Array, Array], Array],
+    x: Array,
+    here: Local,
+    rows: Array,
+    free: NDArray[np.intp],
+    weights: Array,
+) -> tuple[Array, Local, int]:
+    """Go on by the shortest steps onto the equations alone, where the search for the nearest point came to rest beside
+    them; return the point, everything there, and the steps."""
+    w = weights[free]
+    for taken in range(RESTORATION):
+        worst = _worst(here, rows)
+        if not worst > FULFILLED:
+            return x, here, taken
+        step = _onto(here, rows, free, w)
+        size = float(np.abs(step).max(initial=0.0))
+        if not np.isfinite(size):
+            return x, here, taken
+        d = np.zeros(weights.size)
+        d[free] = step * min(1.0, LONGEST / max(size, LONGEST)) / w
+        there = at(move(x, d))
+        if not _worst(there, rows) < worst:
+            return x, here, taken
+        x, here = move(x, d), there
+    return x, here, RESTORATION
+
+
+def _worst(here: Local, rows: Array) -> float:
+    return float((np.abs(here.hard) / rows).max(initial=0.0))
 
 
 def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[Array, float]:
@@ -106,7 +141,7 @@ def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[A
     if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
         return np.full(free.size, np.nan), 0.0
     left, values, right = np.linalg.svd(matrix, full_matrices=True)
-    rank = int((values > RANK * max(values.max(initial=0.0), 1e-300)).sum())
+    rank = _rank(values)
     particular = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
     wishes = np.vstack([np.eye(free.size), here.soft_jacobian[:, free] / w])
     wanted = np.concatenate([w * here.deviation[free], here.soft])
@@ -118,6 +153,22 @@ def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[A
     pull = wishes.T @ (wanted + wishes @ step)
     multipliers = left[:, :rank] @ ((right[:rank] @ pull) / values[:rank]) if rank else np.zeros(0)
     return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers))
+
+
+def _rank(values: Array) -> int:
+    return int((values > RANK * max(values.max(initial=0.0), 1e-300)).sum())
+
+
+def _onto(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> Array:
+    """The shortest step in scaled directions that fulfils the linearised equations."""
+    c = here.hard / rows
+    matrix = here.hard_jacobian[:, free] / w / rows[:, None]
+    if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
+        return np.full(free.size, np.nan)
+    left, values, right = np.linalg.svd(matrix, full_matrices=False)
+    rank = _rank(values)
+    step: Array = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
+    return step
 
 
 def _merit(here: Local, rows: Array, w: Array, free: NDArray[np.intp], mu: float) -> float:

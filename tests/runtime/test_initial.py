@@ -201,3 +201,28 @@ def test_a_coordinate_of_prescribed_rate_stays_where_it_is_said() -> None:
     error = refusal(f"coordinate Angle phi ~ 50 deg;{CRANK.replace('~ 0.3 m', '= 0.33 m')}")
     assert error.code == "E0604"
     assert "phi = 0.872665 rad stays as it is said: its rate is prescribed" in error.notes
+
+
+def test_far_guesses_reach_the_constraint() -> None:
+    """The search for the nearest point may come to rest beside the constraint: the shortest steps lead on to it."""
+    text = """
+    import mech.planar.*;
+    import mech.couplings.*;
+    Body b0(m = 2.26 kg, J = 0.2 kg.m^2);
+    Prismatic j0(world -> b0.a, axis = {-0.418, -0.855});
+    Body b1(m = 1.48 kg, J = 0.27 kg.m^2);
+    Prismatic j1(b0.a * trans({-0.080, -0.053} m)*rot(1.49 rad) -> b1.a, axis = {-0.284, -0.479});
+    Body b2(m = 1.88 kg, J = 0.17 kg.m^2);
+    Revolute j2(b1.a * trans({0.487, 0.211} m)*rot(-1.40 rad) -> b2.a);
+    Body b3(m = 2.64 kg, J = 0.12 kg.m^2);
+    Revolute j3(b2.a * trans({0.152, -0.756} m)*rot(-0.90 rad) -> b3.a);
+    Body b4(m = 1.97 kg, J = 0.19 kg.m^2);
+    PinSlot j4(b3.a * trans({0.596, 0.299} m)*rot(-1.55 rad) -> b4.a, axis = {0.028, -0.612});
+    frame tip = b4.a * trans({-0.076, -0.451} m);
+    frame post = world * trans({-0.795, 0.636} m);
+    Distance c(tip -> post, l = 0.36 m);
+    output length = norm(pos(tip) - pos(post));
+    """
+    solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution["length"][0] == pytest.approx(0.36, abs=1e-11)
