@@ -133,7 +133,7 @@ def event_failure(problem: Problem, status: int, report: native.ReportStruct, y:
         case native.PENETRATION:
             assert row is not None
             kind, name, origin = "penetration", row.name, row.origin
-            message = f"contact '{row.name}' is penetrated at {at}: its gap is negative"
+            message = f"contact '{row.name}' is penetrated at {at}: its gap is {report.failed_value:.6g} (SI)"
         case native.ENERGY_RAISED:
             assert row is not None
             kind, name, origin = "impact", row.name, row.origin
@@ -155,7 +155,8 @@ def event_failure(problem: Problem, status: int, report: native.ReportStruct, y:
         case native.APART:
             assert row is not None
             kind, name, origin = "engage", row.name, row.origin
-            message = f"'{row.name}' is engaged at {at}, but does not hold there"
+            apart = f"its sides are {abs(report.failed_value):.6g} (SI) apart"
+            message = f"'{row.name}' is engaged at {at}, but does not hold there: {apart}"
         case native.NO_MODE:
             kind = "modes"
             title = f"'{row.name}'" if row is not None else "the contacts"

@@ -66,8 +66,10 @@ int mech_look(mech_solver *s)
         if (w > 0 && length > 0) e->force[i] = mech_max(e->force[i], MECH_C(1e-4) * speed * speed / (w * length));
     }
     for (int i = 0; i < h->n_rows; i++)
-        if (h->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_touches(s, i))
+        if (h->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_touches(s, i)) {
+            s->run->report.failed_value = e->row[i * MECH_ROW_VALUES + MECH_GAP];
             return mech_fail(s, MECH_PENETRATION, i);
+        }
     if (h->initial >= 0) e->z[h->initial] = 0;
     if (h->n_branches) mech_read_conditions(s, e->held);
     if (h->initial >= 0) e->z[h->initial] = 1;

@@ -287,8 +287,10 @@ static int engage(mech_solver *s)
     mech_real target[64], x[64];
     for (int i = 0; i < e->n_rows && n < 64; i++) {
         if (!engaged(s, i)) continue;
-        if (!(mech_abs(value(s, i, MECH_GAP)) <= MECH_C(1e-6) * mech_max(e->gap_scale[i], 0)))
+        if (!(mech_abs(value(s, i, MECH_GAP)) <= MECH_C(1e-6) * mech_max(e->gap_scale[i], 0))) {
+            s->run->report.failed_value = value(s, i, MECH_GAP);
             return mech_fail(s, MECH_APART, i);
+        }
         if (mech_abs(*rate(s, i)) > mech_still(s, i)) moves = i;
         set[n] = i;
         target[n++] = -*rate(s, i);

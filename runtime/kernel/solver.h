@@ -103,7 +103,7 @@ typedef struct mech_options {
 typedef struct mech_report {
     mech_real t, dt, dt_min, dt_max;
     mech_real stiff_time;   /* where stiffness was first detected, else not-a-number */
-    mech_real failed_value; /* the derivative that is not finite              */
+    mech_real failed_value; /* the derivative that is not finite, the gap that is open or negative */
     mech_real switch_time;  /* where the last change of method was, else not-a-number */
     mech_real drift_position, drift_velocity; /* largest correction by projection, over the nominal values */
     double seconds;         /* spent in mech_advance                          */

@@ -182,7 +182,23 @@ force -(1 N)*sign(der(s)) on s;
 def test_a_contact_that_starts_penetrated_is_told() -> None:
     solution = run(BALL.replace("h = 1 m", "h = -1 m") + "contact floor: h restitution e;\n", stop=1)
     assert solution.outcome is Outcome.FAILED
-    assert "penetrated" in solution.message
+    assert "penetrated" in solution.message and "its gap is -1 (SI)" in solution.message
+
+
+def test_a_constraint_that_is_engaged_elsewhere_is_told() -> None:
+    text = """
+coordinate a = 0 m;
+coordinate b = 1 m;
+initial der(a) = 1 m/s;
+kinetic 1/2*(1 kg)*(der(a)^2 + der(b)^2);
+constraint hold: a = b - 1 m;
+when time >= 1 s then release hold; impulse 1 N.s on a; end when;
+when time >= 1.5 s then engage hold; end when;
+"""
+    solution = run(text, stop=3)
+    assert solution.outcome is Outcome.FAILED
+    assert "'hold' is engaged at t = 1.5 s" in solution.message
+    assert "its sides are 0.5 (SI) apart" in solution.message
 
 
 def test_events_that_never_end_are_told() -> None:
