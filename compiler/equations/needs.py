@@ -97,6 +97,7 @@ def needs(
         "rotations": bool(system.rotations),
         "constraints": bool(system.constraints),
         "events": bool(system.branches)
+        or (plan is not None and bool(plan.rows or plan.clocks))
         or (plan is not None and any(s.text != NEVER for s in (*plan.switches, *plan.times))),
         "modes": any(rows.mode is not None for rows in system.constraints),
         "inputs": bool(layout.inputs),

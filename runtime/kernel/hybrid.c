@@ -177,6 +177,7 @@ static int cross_tangentially(mech_solver *s)
     const mech_real rounding = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
     mech_real soonest = MECH_C(1e-9) * s->o.dt_max;
     int hit = -1;
+    if (!e->n) return hit; /* times and clocks only */
     mech_indicate(s, r->t, s->y, e->w, e->rate);
     for (int k = 0; k < s->model->hybrid->n_switches; k++) {
         const mech_real wait = e->rate[k] < 0 ? e->w[k] / -e->rate[k] : -1;

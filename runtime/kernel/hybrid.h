@@ -24,7 +24,7 @@ typedef struct mech_modes {
     mech_real *impulse, *change; /* [n_rows]                                                 */
     mech_real *matrix;      /* [n_rows][n_rows + 1] of a linear system                       */
     mech_real *flags, *signs; /* [n_rows] before the instant                                 */
-    mech_real *open, *slides; /* [n_rows] let go at the present instant; the way it slides   */
+    mech_real *open, *slides; /* [n_rows] at the present instant: let go (1), stays though it rises (-1); slides so */
     mech_real *last_hit, *delay; /* [n_rows] time of the last impact; until the bounces that are left out end */
     mech_real *held, *held_new; /* [n_branches] conditions                                   */
     mech_real *act;         /* [ny + nz + checks]                                            */
@@ -82,6 +82,8 @@ void mech_note(mech_solver *s, int kind, int index, mech_real value);
 
 void mech_read_rows(mech_solver *s);
 int mech_touches(const mech_solver *s, int i);
+/* Whether contact i would fall back before its gap grows beyond rounding. */
+int mech_falls_back(const mech_solver *s, int i, mech_real rate);
 mech_real mech_still(const mech_solver *s, int i); /* speed that counts as none */
 void mech_find_response(mech_solver *s);
 /* x of a[n][n] x = b for the rows in `set`, n of them; dependent rows get 0. Gives the rank. */

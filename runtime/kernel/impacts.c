@@ -160,9 +160,8 @@ static mech_real restitution(mech_solver *s, int i)
 {
     const mech_real e = value(s, i, MECH_COEFFICIENT), rest = value(s, i, MECH_EXTRA), r = -*rate(s, i);
     const mech_real t = s->run->report.t, flight = t - s->modes->last_hit[i];
-    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i], fall = mech_max(0, -value(s, i, MECH_SECOND));
     const int rests = e * r <= (rest >= 0 ? rest : MECH_C(1e-9) * s->modes->speed[i]) ||
-                      e * e * r * r <= 2 * fall * height;
+                      mech_falls_back(s, i, e * r);
     /* The flights that are left out would last as long as this geometric series. */
     s->modes->delay[i] = rests && e > 0 && e < 1 && s->modes->last_hit[i] > s->o.t0 ? flight * e / (1 - e) : 0;
     s->modes->last_hit[i] = t;

@@ -33,6 +33,12 @@ static int independent(mech_solver *s, int *held, int n, int i)
     return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
 }
 
+int mech_falls_back(const mech_solver *s, int i, mech_real rate)
+{
+    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i];
+    return rate * rate <= -2 * value(s, i, MECH_SECOND) * height;
+}
+
 /* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
 static void propose(mech_solver *s)
 {
@@ -46,7 +52,8 @@ static void propose(mech_solver *s)
                 if (on(s, i) && independent(s, held, n, i)) n++;
                 continue;
             }
-            const int rests = mech_touches(s, i) && mech_abs(value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) && !open[i];
+            const int slow = mech_abs(value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) || open[i] < 0;
+            const int rests = slow && mech_touches(s, i) && !(open[i] > 0);
             const int holds = rests && independent(s, held, n, i);
             n += holds;
             set(s, i, holds, 0);
@@ -107,6 +114,12 @@ static int misfit(mech_solver *s, int hit)
         }
         if (slides[i] != 0 && slides[i] * second < -slack) {
             slides[i] = 0;
+            return i;
+        }
+        const mech_real rate = value(s, i, MECH_RATE);
+        if (h->rows[i].kind == MECH_CONTACT && !on(s, i) && open[i] == 0 && rate > 0 && mech_touches(s, i) &&
+            mech_falls_back(s, i, rate)) {
+            open[i] = -1;
             return i;
         }
     }

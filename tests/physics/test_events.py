@@ -304,3 +304,26 @@ contact wall: top[1];
     for tolerance in (1e-6, 1e-8):
         solution = run(text, stop=0.6, tolerance=tolerance)
         assert [(e.kind, e.name) for e in solution.events] == [("lift-off", "wall")]
+
+
+def test_a_plate_rocks_itself_to_rest() -> None:
+    """Hits of one edge lift the other; the sequence ends where the edges rise no more than rounding."""
+    text = """\
+gravity {0, -9.81} m/s^2;
+coordinate Angle theta = 0.1 rad;
+coordinate Length x = 0 m;
+coordinate Length y = 0.3*cos(0.1 rad)*(1 m) + 0.4*sin(0.1 rad)*(1 m);
+frame plate = world * trans({x, y}) * rot(theta);
+mass 1 kg at plate;
+inertia 0.1 kg.m^2 on plate;
+point left = plate * {-0.4, -0.3} m;
+point right = plate * {0.4, -0.3} m;
+contact on_left: left[2] friction 0.7 along vel(left)[1];
+contact on_right: right[2] friction 0.7 along vel(right)[1];
+output angle = theta;
+"""
+    solution = run(text, stop=2)
+    assert solution.outcome is Outcome.COMPLETED
+    assert abs(solution["angle"][-1]) < 1e-12
+    assert len(times(solution, "impact")) < 60
+    assert closes(solution, 1e-7)
