@@ -46,6 +46,14 @@ static size_t n_extra(const mech_model *model, const gauss *g)
     return header() + (model->jacobian ? mech_newton_size(model, &g->spectrum) : 0);
 }
 
+static void attach(mech_solver *s, const gauss *g)
+{
+    memory *m = (memory *)mech_extra(s);
+    const mech_real h = m->system.h;
+    if (s->model->jacobian) mech_newton_prepare(&m->system, s->model, &g->spectrum, mech_extra(s) + header());
+    m->system.h = h;
+}
+
 static void begin(mech_solver *s, int fresh, const gauss *g)
 {
     memory *m = (memory *)mech_extra(s);
@@ -268,6 +276,7 @@ static inline void dense(mech_solver *s, mech_real h, const gauss *g, int stages
 #define GAUSS(ORDER, STAGES, DENSE)                                                                          \
     static size_t n_extra_##ORDER(const mech_model *model) { return n_extra(model, &GAUSS##ORDER); }         \
     static void begin_##ORDER(mech_solver *s, int fresh) { begin(s, fresh, &GAUSS##ORDER); }                 \
+    static void attach_##ORDER(mech_solver *s) { attach(s, &GAUSS##ORDER); }                                 \
     static mech_real attempt_##ORDER(mech_solver *s, mech_real h)                                            \
     {                                                                                                        \
         return attempt(s, h, &GAUSS##ORDER, STAGES);                                                         \
@@ -282,6 +291,7 @@ static inline void dense(mech_solver *s, mech_real h, const gauss *g, int stages
         .n_dense = DENSE,                                                                                    \
         .n_extra = n_extra_##ORDER,                                                                          \
         .begin = begin_##ORDER,                                                                              \
+        .attach = attach_##ORDER,                                                                            \
         .attempt = attempt_##ORDER,                                                                          \
         .dense = dense_##ORDER,                                                                              \
     };

@@ -24,6 +24,8 @@ typedef struct mech_method {
     size_t (*n_extra)(const mech_model *model);
     /* The derivative may jump at the present time; fresh: the state may, too. NULL: nothing is remembered. */
     void (*begin)(mech_solver *s, int fresh);
+    /* Its extra numbers were copied from other memory: pointers to them. NULL: it keeps none. */
+    void (*attach)(mech_solver *s);
     int gives_derivative;  /* an attempt fills dy_new, too                                   */
     int keeps_constraints; /* the new state needs no projection                              */
 

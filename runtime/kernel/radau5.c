@@ -90,13 +90,26 @@ static size_t n_extra(const mech_model *model)
 
 static int lacks(const mech_model *model) { return model->jacobian ? MECH_RUNNING : MECH_NEEDS_JACOBIAN; }
 
+static void lay_out(mech_solver *s, radau *r)
+{
+    mech_real *memory = mech_extra(s) + header();
+    mech_newton_prepare(&r->newton, s->model, &SPECTRUM, memory);
+    mech_stages_prepare(&r->stages, s->model, &SPECTRUM, memory + mech_newton_size(s->model, &SPECTRUM));
+}
+
+static void attach(mech_solver *s)
+{
+    radau *r = (radau *)mech_extra(s);
+    const mech_real h = r->newton.h;
+    lay_out(s, r);
+    r->newton.h = h;
+}
+
 static void begin(mech_solver *s, int fresh)
 {
     radau *r = (radau *)mech_extra(s);
     if (fresh) {
-        mech_real *memory = mech_extra(s) + header();
-        mech_newton_prepare(&r->newton, s->model, &SPECTRUM, memory);
-        mech_stages_prepare(&r->stages, s->model, &SPECTRUM, memory + mech_newton_size(s->model, &SPECTRUM));
+        lay_out(s, r);
         r->own = r->rescues = 0;
         const arrays k = arrays_of(s);
         for (int i = 0; i < s->ny; i++) k.dominant[i] = s->o.atol[i] + s->o.rtol * mech_abs(s->y[i]);
@@ -391,6 +404,7 @@ const mech_method mech_radau5 = {
     .lacks = lacks,
     .n_extra = n_extra,
     .begin = begin,
+    .attach = attach,
     .attempt = attempt,
     .control = control,
     .stiffness = stiffness,

@@ -160,6 +160,7 @@ void mech_load(mech_solver *s, const void *memory)
 {
     memcpy(s->run, memory, s->size);
     s->method = mech_methods[s->run->report.method];
+    if (s->run->started && s->method->attach) s->method->attach(s);
 }
 
 void mech_normalise(const mech_model *model, mech_real *y)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from written_problems import compiled_driven, compiled_kepler
 
+import mechc
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import make_table
@@ -72,6 +73,32 @@ def test_saved_and_restored_run_goes_on_bit_for_bit(index: int) -> None:
         assert made.report()[0].steps == 7
         assert made.advance(STOP, 10**9) == REACHED
         assert result(made) == expected
+
+
+@pytest.mark.parametrize("method", ["radau5", "gauss4", "dop853"])
+def test_a_saved_run_goes_on_in_another_solver(method: str) -> None:
+    """Nothing of the first one is used: its memory has been overwritten by a third."""
+    text = "dimensionless;\nstate x = 2;\nstate v = 0;\nequation der(x) = v;\nequation der(v) = 5*(1 - x^2)*v - x;\n"
+    problem = mechc.loads(text).problem("c", method=method)
+    functions = load_functions(problem)
+    case = prepare(problem, functions, SimulationOptions(stop=STOP, points=2))
+
+    def made() -> Solver:
+        return Solver(load_kernel(), functions, case, method, 1e-8, np.full(2, 1e-8), 1e-2)
+
+    with made() as whole:
+        assert whole.advance(STOP, 10**9) == REACHED
+        expected = whole.report()[1]
+    with made() as second:
+        with made() as first:
+            assert first.advance(STOP, 50) == RUNNING
+            memory = first.save()
+            first.advance(STOP, 70)
+        with made() as third:
+            third.advance(1.0, 10**9)
+            second.load(memory)
+            assert second.advance(STOP, 10**9) == REACHED
+            assert np.array_equal(second.report()[1], expected)
 
 
 def test_landing_on_intermediate_times() -> None:

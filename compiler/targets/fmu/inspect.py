@@ -169,15 +169,25 @@ def _as_reference(path: Path, kind: str, reference: Reference) -> Any:
     times = np.unique([start, *reference.time[reference.time >= start]])
     if len(times) < 2:
         return simulate(str(path), kind)
-    return simulate_fmu(
-        str(path),
-        fmi_type=KINDS[kind],
-        start_time=start,
-        stop_time=float(reference.time[-1]),
-        output_interval=_common_step(np.diff(times)),
-        relative_tolerance=TOLERANCE if kind == "me" else None,
-        output=_known(path, reference),
-    )
+    step = _common_step(np.diff(times))
+
+    def run(interval: float) -> Any:
+        return simulate_fmu(
+            str(path),
+            fmi_type=KINDS[kind],
+            start_time=start,
+            stop_time=float(reference.time[-1]),
+            output_interval=interval,
+            relative_tolerance=TOLERANCE if kind == "me" else None,
+            output=_known(path, reference),
+        )
+
+    try:
+        return run(step)
+    except RuntimeError as error:
+        if "mxstep" not in str(error):
+            raise
+        return run(step / 100)  # CVode gives up after 500 steps without an output
 
 
 def _common_step(steps: Array) -> float:

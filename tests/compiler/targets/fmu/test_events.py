@@ -16,7 +16,7 @@ from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import native_points
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.build import find_compiler
-from tests.support.fmu_models import by_cvode, packed, put, references, restore, save, written
+from fmu_models import DRIVEN, by_cvode, packed, put, references, restore, save, written
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -232,7 +232,7 @@ def slave(path: Path, **options: Any) -> FMU3Slave:
 def test_event_mode_of_co_simulation_stops_at_each_event(tmp_path: Path) -> None:
     """Steps end early at events, which wait for event mode; the motion keeps the bits of the native run."""
     path, start = written(tmp_path, MIXED, 3)
-    times, step, rows = native_points(start, "dop853", 31)
+    times, _, rows = native_points(start, "dop853", 31)
     at = references(path)
     shown = [at[n] for n in ("h", "der(h)")]
     fmu = slave(path, eventModeUsed=True, earlyReturnAllowed=True)
@@ -296,8 +296,6 @@ def test_intermediate_updates_see_the_motion_and_may_stop_it(tmp_path: Path) -> 
 @pytest.mark.parametrize("fmi", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_output_derivatives(fmi: int, tmp_path: Path) -> None:
     """Fourth-order differences of the states over steps of 1/256 s: an error of h^4 = 2e-10."""
-    from tests.support.fmu_models import DRIVEN
-
     path, _ = written(tmp_path, DRIVEN, fmi)
     at = references(path)
     shown = [at["stretch"], at["energy.total"]]
