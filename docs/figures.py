@@ -250,6 +250,7 @@ ROWS = (
     row("U126, limit", "slide_or_roll", FRICTION, T, "der(a)", "- steep"),
     row("engineering", "clutch", FRICTION, T, "der(a) der(b)"),
     row("textbook", "spinning_bounce", IMPACTS, "path[1]", "path[2]", "- slow"),
+    row("engineering", "falling_box", IMPACTS, T, "free.position[3] height", "", 2),
 )
 
 HEAD = """# Gallery

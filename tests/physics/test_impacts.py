@@ -11,6 +11,7 @@ import pytest
 from gallery import Array, load, run, values
 from happenings import TIGHT, follow, integrate, times, travel_time
 from mpmath import mp
+from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import mechc
@@ -142,6 +143,21 @@ def test_rocking_block() -> None:
     assert ratios == pytest.approx(float(kept), rel=1e-10)
     names = [e.name for e in events]
     assert names == ["on_right", "on_left"] * 3
+
+
+def test_falling_box() -> None:
+    """First the lowest corner hits; in the end four corners hold the weight, which no longer falls."""
+    turn = Rotation.from_euler("x", 0.4) * Rotation.from_euler("y", 0.3)
+    corners = [[x, y, z] for x in (-0.2, 0.2) for y in (-0.15, 0.15) for z in (-0.1, 0.1)]
+    lowest = 1 + min(turn.apply(corners)[:, 2])
+    solution = follow("falling_box", tolerance=1e-10)
+    assert times(solution, "impact")[0] == pytest.approx(math.sqrt(2 * lowest / g), rel=1e-10)
+    assert solution["free.position[3]"][-1] == pytest.approx(0.1, abs=1e-10)  # on its largest face
+    assert solution["push"][-1] == pytest.approx(g, rel=1e-10)
+    assert solution["energy.dissipated"][-1] == pytest.approx(g * 0.9, rel=1e-8)
+    assert np.min(solution["height"]) > -1e-9
+    # the floor is smooth
+    assert np.max(np.abs(solution["free.position[1]"])) < 1e-9
 
 
 def test_double_pendulum_with_stops() -> None:
