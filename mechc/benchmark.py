@@ -52,6 +52,8 @@ class Benchmark:
     skipped: tuple[tuple[str, str], ...]
     closed: Mapping[str, float]
     """How far the reference is from each closed solution that the model states, over nominal + |value|."""
+    ended: bool = False
+    """The model ends its run soon after the horizon."""
 
     @property
     def digits(self) -> int:
@@ -123,6 +125,7 @@ def benchmark(
         raise ReferenceFailed(
             f"its two best runs differ by {truth.doubt[1]:.0e} at t = {truth.t[1]:g} already"
         )
+    ended = truth.t.size < case.grid.size and count == truth.t.size
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
     points: list[Point] = []
@@ -141,7 +144,7 @@ def benchmark(
         for k, (name, values) in exact.items()
     }
     return Benchmark(
-        model.name, case.experiment, truth, horizon, case.stop, tuple(points), tuple(skipped), closed
+        model.name, case.experiment, truth, horizon, case.stop, tuple(points), tuple(skipped), closed, ended
     )
 
 

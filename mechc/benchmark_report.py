@@ -22,9 +22,8 @@ def report(made: Benchmark) -> str:
         for name, error in made.closed.items()
     ]
     if made.horizon < made.stop:
-        rows.append(
-            f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, the motion is too chaotic for a reference"
-        )
+        why = "the model ends its run" if made.ended else "the motion is too chaotic for a reference"
+        rows.append(f"measured to t = {made.horizon:.6g} of {made.stop:.6g}: beyond, {why}")
     for method, points in made.by_method().items():
         rows += ["", f"  {method:<14}    error   at end     run time  spread      steps  evaluations"]
         for p in points:

@@ -114,6 +114,10 @@ def _by_rules(
         if nominal[i] == 0:
             unsized.append(i)
             nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
+    largest = max((nominal[i] for i in accounts if math.isfinite(nominal[i])), default=0.0)
+    for i in accounts:  # what cancels up to rounding has no size of its own
+        if problem.states[i].nominal is None:
+            nominal[i] = max(nominal[i], FLOOR * largest)
     return nominal, unsized
 
 

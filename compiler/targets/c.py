@@ -143,7 +143,7 @@ class _File:
             yield "};\n"
         yield from self.function(program.parameters)
         for function in program.functions:
-            if function.n_out or function.name not in STRUCT_FUNCTIONS:
+            if _is_emitted(function):
                 yield from self.function(function)
         yield from self.model()
 
@@ -220,7 +220,7 @@ class _File:
         }
         for name in STRUCT_FUNCTIONS:
             function = program.function(name)
-            fields[name] = name if function and function.n_out else "NULL"
+            fields[name] = name if function and _is_emitted(function) else "NULL"
         if program.hybrid is not None:
             yield from self.hybrid(program.hybrid)
             fields["hybrid"] = "&hybrid"
@@ -275,6 +275,11 @@ class _File:
         for name, value in fields.items():
             yield f"    .{name} = {value},"
         yield "};\n"
+
+
+def _is_emitted(function: ProgramFunction) -> bool:
+    """Tell whether a function is more than NULL: a Jacobian without entries is one, of rates that depend on nothing."""
+    return bool(function.n_out) or function.name == "jacobian" or function.name not in STRUCT_FUNCTIONS
 
 
 def _head(kind: str, name: str, parameters: bool, *, workspace: bool) -> Iterator[str]:

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 
 import mechc
 from mechc.benchmark import benchmark
+from mechc.benchmark_report import report
 from mechc.cli.main import mechc as program
 from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
@@ -120,6 +121,25 @@ def test_closed_solution_takes_the_place_of_a_reference_that_cannot_be_had(
     assert a and b and b <= a * 1.001  # der(x) has no closed solution here, and is not measured
     with pytest.raises(ReferenceFailed):
         benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
+
+
+def test_run_that_the_model_ends_is_measured_up_to_there() -> None:
+    ends = OSCILLATOR.replace(
+        "  experiment", '  when x < -0.5 m then\n    terminate("far");\n  end when;\n  experiment'
+    )
+    made = benchmark(mechc.loads(ends), methods=("dop853",), tolerances=(1e-8,))
+    assert made.ended and 1.0 <= made.horizon <= np.arccos(-0.5) / 2  # x = cos 2t
+    assert made.points[0].error is not None and made.points[0].error < 1e-6
+    assert "the model ends its run" in report(made)
+
+
+def test_rates_that_depend_on_nothing_have_a_jacobian_without_entries() -> None:
+    free = OSCILLATOR.replace("  potential 1/2*k*x^2;", "  potential m*9.81 m/s^2*x;")
+    made = benchmark(mechc.loads(free), methods=("radau5",), tolerances=(1e-8,))
+    text = free.replace("kinetic 1/2*m*der(x)^2;\n  potential m*9.81 m/s^2*x;", "kinetic 1/2*m*der(x)^2;")
+    assert made.points[0].error is not None and made.points[0].error < 1e-12
+    still = mechc.loads(text.replace("coordinate x = 1 m;", "coordinate x = 1 m;\n  initial der(x) = 1 m/s;"))
+    assert still.simulate(method="radau5")["x"][-1] == pytest.approx(11.0, abs=1e-9)
 
 
 def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: pytest.MonkeyPatch) -> None:
