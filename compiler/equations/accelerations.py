@@ -13,8 +13,8 @@ from ..graph.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
 
-LARGEST_WHOLE = 40
-"""Unknowns above which the matrix as a whole makes code of more than 10 000 operations; it is not formed then."""
+LARGEST_WHOLE = 16
+"""Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
 
 
 @dataclass(frozen=True, slots=True)
