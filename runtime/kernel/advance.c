@@ -9,6 +9,11 @@
 /* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
 enum { STIFF_HITS = 15, CALM_HITS = 25 };
 
+/* Values between the ends of a step may be worse than those at the end by this factor. */
+static const mech_real DENSE_BOUND = MECH_C(10.0);
+/* Share of that bound below which it does not hold back the next step: rounding is seen in so small estimates. */
+static const mech_real DENSE_NOTED = MECH_C(0.1);
+
 int mech_fail(mech_solver *s, int status, int index)
 {
     s->run->report.failed_index = index;
@@ -144,7 +149,9 @@ static void watch_stiffness(mech_solver *s, mech_real h)
 {
     mech_run *run = s->run;
     if (run->report.steps % 100 && !run->stiff_hits) return;
-    if (s->method->stiffness(s, h) > s->method->stiffness_bound) {
+    /* Where values between the ends limit the steps, these stay below the end of the domain of stability. */
+    const mech_real share = run->dense_limits ? MECH_C(0.6) : 1;
+    if (s->method->stiffness(s, h) > share * s->method->stiffness_bound) {
         run->calm_hits = 0;
         if (++run->stiff_hits == STIFF_HITS && !(run->report.stiff_time == run->report.stiff_time))
             run->report.stiff_time = run->report.t;
@@ -186,7 +193,7 @@ int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
             other = s->chosen->implicit_part;
     }
     if (s->o.record_capacity || (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new))
-        s->method->dense(s, h);
+        mech_fill_dense(s, h);
     if (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new) write_grid(s, t_new, h);
     if (s->o.record_capacity) write_record(s, h);
     if (h < r->dt_min) r->dt_min = h;
@@ -195,6 +202,7 @@ int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
     memcpy(s->y, s->y_new, bytes);
     memcpy(s->dy, s->dy_new, bytes);
     run->after_rejection = 0;
+    run->dense_of = 0;
     if (other) change_method(s, other);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
         int status = mech_enter_pieces(s);
@@ -223,6 +231,14 @@ static int give_up(mech_solver *s, int undefined)
     return mech_fail(s, MECH_STEP_TOO_SMALL, worst);
 }
 
+/* Whether somebody wants values between the ends of a step to t_new. */
+static int wants_dense(const mech_solver *s, mech_real t_new)
+{
+    const mech_report *r = &s->run->report;
+    return s->o.record_capacity || (s->modes && s->modes->n) ||
+           (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
+}
+
 int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
 {
     mech_run *run = s->run;
@@ -240,7 +256,9 @@ int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
         if (!m->adaptive && mech_abs(h - r->dt) <= 4 * MECH_EPSILON * mech_abs(t_new)) h = r->dt;
         run->trouble = MECH_RUNNING;
         run->cut = 0;
-        const mech_real error = m->attempt(s, h);
+        run->dense_of = 0;
+        run->dense_limits = 0;
+        mech_real error = m->attempt(s, h);
         int undefined = !mech_finite(error);
         if (!undefined && error <= 1) {
             mech_normalise(s->model, s->y_new);
@@ -254,6 +272,12 @@ int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
             mech_real sum = 0;
             for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
             undefined = !mech_finite(sum);
+            if (!undefined && m->dense_error && wants_dense(s, t_new)) {
+                mech_fill_dense(s, h);
+                const mech_real between = m->dense_error(s) / DENSE_BOUND;
+                run->dense_limits = between > error;
+                if (between > DENSE_NOTED) error = mech_max(error, between);
+            }
         }
         if (undefined || error > 1) {
             r->rejected++;

@@ -214,7 +214,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     if (status) return status;
     if (e->n) {
         hold_attempt(s, t_new);
-        s->method->dense(s, h);
+        mech_fill_dense(s, h);
         mech_locate(s, h, &hit, &part);
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);

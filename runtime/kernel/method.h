@@ -37,8 +37,10 @@ typedef struct mech_method {
     /* After acceptance, with dy_new known: |h lambda| as the step saw it, or 0. NULL: none. */
     mech_real (*stiffness)(mech_solver *s, mech_real h);
     mech_real stiffness_bound; /* above it for long: stiff; of an implicit method: below it for long, calm */
-    /* After acceptance: fills dense[n_dense][ny]. */
+    /* With dy_new known: fills dense[n_dense][ny]. */
     void (*dense)(mech_solver *s, mech_real h);
+    /* Norm of the largest error between the ends, from dense. NULL: never much larger than that of the step. */
+    mech_real (*dense_error)(const mech_solver *s);
 
     /* A method that consists of two: begins with the first, goes over to the other where it is stiff. */
     const struct mech_method *explicit_part, *implicit_part;
@@ -63,6 +65,8 @@ typedef struct mech_run {
     int pending;            /* 1: an event is reached, and waits; pending_hit as of mech_instant */
     int pending_hit;
     int trouble;            /* status to give if the present step cannot be taken            */
+    mech_real dense_of;     /* the step from the present time that dense holds; 0: none      */
+    int dense_limits;       /* the error between the ends of the step is larger than at them */
 } mech_run;
 
 struct mech_solver {
@@ -104,6 +108,13 @@ static inline mech_real *mech_extra(const mech_solver *s)
 static inline mech_real mech_nominal(const mech_solver *s, int i)
 {
     return s->o.rtol > 0 ? s->o.atol[i] / s->o.rtol : 1;
+}
+
+/* Fills dense for a step of h that was attempted, unless it is there already. */
+static inline void mech_fill_dense(mech_solver *s, mech_real h)
+{
+    if (s->run->dense_of != h) s->method->dense(s, h);
+    s->run->dense_of = h;
 }
 
 /* Moves y onto the constraints at time t: 0, or MECH_OFF_CONSTRAINTS. */

@@ -163,3 +163,20 @@ def test_error_falls_with_the_tolerance() -> None:
     errors = [run(KEPLER, "radau5", start, 6.0, tolerance=10.0**-k).error(exact.y) for k in (4, 6, 8, 10, 12)]
     assert all(later < earlier / 20 for earlier, later in itertools.pairwise(errors)), errors
     assert errors[-1] < 3e-11
+
+
+OVERDAMPED = Model({"rhs": "out[0] = y[1]; out[1] = -4 * y[0] - 10 * y[1];"}, nq=1, nv=1)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10, 1e-12])
+def test_values_between_steps_that_stability_limits(tolerance: float) -> None:
+    """Where h lambda is near the end of the domain of stability the polynomials of dop853 magnify what is left of the
+    fast motion: errors of 250 to 7000 times the tolerance, if only those at the ends of steps are controlled."""
+    root = math.sqrt(21)
+    grid = np.linspace(0.01, 10, 500)
+    exact = np.exp(-5 * grid) * (np.cosh(root * grid) + 5 / root * np.sinh(root * grid))
+    one = run(OVERDAMPED, "dop853", (1.0, 0.0), 10.0, tolerance=tolerance, grid=grid)
+    assert one.status == REACHED
+    assert np.abs(one.rows[:, 0] - exact).max() < 50 * tolerance
+    plain = run(OVERDAMPED, "dop853", (1.0, 0.0), 10.0, tolerance=tolerance)
+    assert plain.report["steps"] <= one.report["steps"] < 1.3 * plain.report["steps"]
