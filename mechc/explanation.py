@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from .savings import Cost, Savings
 
 WIDTH = 100
-SIZES = {"c": "bytes of code", "python": "bytes of text", "fmu": "bytes of the file"}
+SIZES = {"c": "bytes of code", "python": "bytes of text", "fmu": "bytes of the binary"}
 
 
 def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None) -> str:

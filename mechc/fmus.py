@@ -123,7 +123,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
                 method=method,
                 platforms=platforms,
                 documents=placed(files, version),
-                keep_all=bool(model.compilation.parts),
+                parts=model.compilation.parts,
             ),
             start,
             method,

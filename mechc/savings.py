@@ -142,11 +142,6 @@ def _by_python(problem: Problem, functions: Functions, case: Case, step: float) 
 
 
 def _fmu_size(model: Model) -> int:
-    from pathlib import Path
-    from tempfile import TemporaryDirectory
+    from .fmu_account import account
 
-    from .fmus import FmuOptions, export_fmu
-
-    with TemporaryDirectory() as folder:
-        (path,) = export_fmu(model, Path(folder, "model.fmu"), FmuOptions("3", "both", None, False, False))
-        return path.stat().st_size
+    return account(model).binary

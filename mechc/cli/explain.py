@@ -45,10 +45,20 @@ def command(
     loaded = load(what, model=model, set=settings).for_experiment(None)
     measured = target is not None or find_compiler() is not None
     saved = savings(loaded, target or "c", measured=measured)
+    style = style_for(sys.stdout)
     if as_json:
-        click.echo(json.dumps(summary(loaded, saved), indent=1, ensure_ascii=False))
-    else:
-        click.echo(explanation(loaded, style_for(sys.stdout), saved))
+        found = summary(loaded, saved)
+        if target == "fmu":
+            from ..fmu_account import fmu_summary
+
+            found |= {"fmu": fmu_summary(loaded)}
+        click.echo(json.dumps(found, indent=1, ensure_ascii=False))
+        return
+    click.echo(explanation(loaded, style, saved))
+    if target == "fmu":
+        from ..fmu_account import fmu_rows
+
+        click.echo("\n" + "\n".join(fmu_rows(loaded, style)))
 
 
 def page(code: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,10 +28,6 @@ from .variables import Start, settable_parameters, variable_table
 
 DEFAULT_STOP = 10.0
 ICON = "terminalsAndIcons/icon.png"
-
-
-class ExportError(Exception):
-    """The model cannot be exported; the message says why."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,10 +76,13 @@ def make_package(
     method: str,
     platforms: Sequence[str] = (HOST,),
     documents: Mapping[str, bytes] | None = None,
-    keep_all: bool = False,
+    parts: Collection[str] = (),
 ) -> Package:
     """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
-    by path; ``keep_all`` packs the whole kernel. Raises CompileError, ExportError, BuildError, CompilerMissing."""
+    by path; ``parts`` are kept though the model does without.
+
+    Raises CompileError, BuildError, CompilerMissing.
+    """
     identifier = checked_identifier(equations.name)
     independent = settable_parameters(equations, start.given_parameters)
     extended = with_sensitivities(equations, independent)
@@ -92,14 +91,14 @@ def make_package(
     everything = repr(
         (
             program.name,
-            sources(program, start, table, "", method, fmi, keep_all=keep_all),
+            sources(program, start, table, "", method, fmi, parts=parts),
             table.variables,
             kinds,
             tool(),
         )
     )
     token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
-    texts = sources(program, start, table, token, method, fmi, keep_all=keep_all)
+    texts = sources(program, start, table, token, method, fmi, parts=parts)
     case = start.case
     identity = Identity(
         name=equations.name,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
+from ...equations.needs import EVERYTHING
 from ...program.model import Program
 from ..c import emit_c
 from .variables import Start, Table
@@ -15,6 +16,18 @@ _TYPES = ("real", "integer", "boolean")
 
 METHOD_PARTS = {"auto": ("auto", "dop853", "radau5")}
 """Methods that consist of others."""
+
+PART_METHODS = {
+    "jacobian": ("auto", "dop853", "radau5", "gauss2", "gauss4", "gauss6", "gauss8"),
+    "momenta": ("rattle", "lobatto4", "lobatto6"),
+}
+"""Methods that work on a part of the equations: one that is kept brings them."""
+
+METHOD_FILES = {
+    **dict.fromkeys(("gauss2", "gauss4", "gauss6", "gauss8"), "gauss.c"),
+    **dict.fromkeys(("rattle", "lobatto4", "lobatto6"), "lobatto.c"),
+}
+"""Where methods are defined whose names a macro puts together."""
 
 _DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|fmu_\w+)\s*(?:\(|=|\[)", re.M)
 _USE = re.compile(r"\b(?:mech|fmu)_\w+\b")
@@ -37,11 +50,11 @@ def sources(
     method: str,
     fmi: int,
     *,
-    keep_all: bool = False,
+    parts: Collection[str] = (),
 ) -> dict[str, str]:
     """Return the text of each C file and header by name, without the headers of the standard.
 
-    ``keep_all``: the whole kernel, whatever the model and the method need of it.
+    ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: the whole kernel.
     """
     import mechc.runtime
 
@@ -49,16 +62,17 @@ def sources(
     kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
     glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
-    if not keep_all:
-        kernel["methods.c"] = _methods(kernel["methods.c"], METHOD_PARTS.get(method, (method,)))
-        if program.hybrid is None:
-            kernel["events.c"] = _NO_EVENTS
-            del glue["fmi_events.c"]
+    if not EVERYTHING.issubset(parts):
+        methods = [*METHOD_PARTS.get(method, (method,)), *(m for p in parts for m in PART_METHODS.get(p, ()))]
+        kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
+    if program.hybrid is None:
+        kernel["events.c"] = _NO_EVENTS
+        del glue["fmi_events.c"]
     own = {
         "model.c": emit_c(program),
         "description.c": _description(program, start, table, token, method),
     }
-    chosen = kernel if keep_all else _closure(kernel, {**glue, **own})
+    chosen = _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
     return {name: _hidden(text) for name, text in sorted((chosen | glue | own).items())}
 
@@ -80,7 +94,7 @@ def _hidden(text: str) -> str:
 def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, str]:
     """Return the files of the kernel that the roots need, directly or not."""
     plain = {name: _COMMENT.sub("", text) for name, text in kernel.items()}
-    where: dict[str, str] = {}
+    where = {f"mech_{method}": file for method, file in METHOD_FILES.items()}
     for name, text in plain.items():
         if name.endswith(".c"):
             for found in _DEFINITION.finditer(text):

@@ -21,9 +21,12 @@ from lxml import etree
 
 from mechc.api import load, loads
 from mechc.cli.main import run as main
+from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.fmu import driver
+from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
 from mechc.compiler.targets.fmu.reference import read_reference
+from mechc.fmu_account import account
 from mechc.fmus import FmuOptions, export_fmu
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.build import find_compiler
@@ -347,3 +350,26 @@ def test_a_file_that_is_no_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "the file is no FMU" in capsys.readouterr().out
     assert main(["fmu", "run", str(path)]) == 2
     assert "is no FMU" in capsys.readouterr().err
+
+
+def test_the_files_of_every_method_are_found() -> None:
+    model = loads(ARM).keeping(EVERYTHING)
+    start = start_of(model.problem("python"))
+    equations = model.compilation.equations
+    made = make_package(equations, start, fmi=3, method="gauss4", platforms=(), parts=EVERYTHING)
+    text = "\n".join(data.decode() for name, data in made.files.items() if name.endswith(".c"))
+    defined = set(re.findall(r"^const mech_method mech_(\w+) =", text, re.M))
+    defined |= {f"gauss{n}" for n in re.findall(r"^GAUSS\((\d)", text, re.M)}
+    defined |= set(re.findall(r"^LOBATTO\((\w+)", text, re.M))
+    (table,) = re.findall(r"mech_methods\[\] = \{(.*?)\}", text, re.S)
+    assert set(re.findall(r"&mech_(\w+)", table)) == defined
+    assert len(defined) >= 12
+
+
+@pytest.mark.slow
+def test_a_lean_binary_is_smaller_by_a_third() -> None:
+    model = load(ROOT / "examples" / "double_pendulum.mech")
+    lean, full = account(model), account(model.keeping(EVERYTHING))
+    assert lean.binary < 0.7 * full.binary
+    assert set(lean.sources) < set(full.sources)
+    assert {"hybrid.c", "radau5.c", "gauss.c", "lobatto.c"} <= set(full.sources) - set(lean.sources)
