@@ -145,6 +145,37 @@ def test_rocking_block() -> None:
     assert names == ["on_right", "on_left"] * 3
 
 
+def test_rocking_ends() -> None:
+    """The times between hits shrink geometrically: after their sum the block rests on both corners.
+
+    It rests where the hits are slower than 1e-9 of the fastest; what is left of the sum then is some 1e-6 s.
+    """
+    b, h, theta = 0.2, 0.8, 0.15
+    R, alpha = math.hypot(b, h), math.atan2(b, h)
+    kept, rate = 1 - 1.5 * math.sin(alpha) ** 2, 3 * g / R
+    s, weights = np.polynomial.legendre.leggauss(40)
+    s, weights = (s + 1) / 2, weights / 2
+
+    def quarter(top: float) -> float:
+        """Time from the top to the hit; x = top (1 - s^2) takes the root away."""
+        squared = rate * np.sin(alpha - top * (1 - s**2 / 2)) * np.sin(top * s**2 / 2)
+        return float(np.sum(weights * 2 * top * s / np.sqrt(squared)))
+
+    t = quarter(theta)
+    for _ in range(300):
+        fallen = kept**2 * math.sin(alpha - theta / 2) * math.sin(theta / 2)
+        for _ in range(20):  # the same of the next top
+            theta = 2 * math.asin(fallen / math.sin(alpha - theta / 2))
+        t += 2 * quarter(theta)
+    solution = follow("rocking_block", tolerance=1e-10)
+    assert solution.events[-1].time == pytest.approx(t, abs=1e-5)
+    assert solution["theta"][-1] == pytest.approx(0, abs=1e-12)
+    assert solution["y"][-1] == pytest.approx(h, abs=1e-12)
+    assert solution["energy.dissipated"][-1] == pytest.approx(
+        g * (math.sin(0.15) * b + math.cos(0.15) * h - h), rel=1e-8
+    )
+
+
 def test_falling_box() -> None:
     """First the lowest corner hits; in the end four corners hold the weight, which no longer falls."""
     turn = Rotation.from_euler("x", 0.4) * Rotation.from_euler("y", 0.3)
