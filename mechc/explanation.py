@@ -7,6 +7,7 @@ from collections import defaultdict
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
+from .compiler.targets.parts import FUNCTIONS
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None
         lines = textwrap.wrap(words, WIDTH - column)
         lines += [style.dim(row) for row in textwrap.wrap(reason, WIDTH - column)]
         costs = [(choice, _said(saved, choice)) for choice in choices] if saved is not None else []
-        lines += [text if len(choices) == 1 else f"{c.topic}: {text}" for c, text in costs if text]
+        for choice, text in costs:
+            said = text if len(choices) == 1 else f"{choice.topic}: {text}"
+            lines += textwrap.wrap(said, WIDTH - column) if text else []
         leads = [style.cyan(pad(_lead(choices), column)), *[" " * column] * (len(lines) - 1)]
         rows += ["", *(f"  {lead}  {line}" for lead, line in zip(leads, lines, strict=True))]
     if saved is not None:
@@ -46,6 +49,7 @@ def summary(model: Model, saved: Savings | None = None) -> dict[str, Any]:
         row: dict[str, Any] = {"topic": choice.topic, "decision": choice.decision, "reason": choice.reason}
         if saved is not None and choice.part in saved.parts:
             row["saved"] = _difference(saved.parts[choice.part], saved.lean)
+            row["functions"] = list(FUNCTIONS.get(choice.part, ()))
         choices.append(row)
     found: dict[str, Any] = {
         "model": model.name,
@@ -87,12 +91,16 @@ def _said(saved: Savings, choice: Choice) -> str:
         return ""
     cost = saved.parts[choice.part]
     more = _difference(cost, saved.lean)
-    texts = [_plural(int(more["operations"] or 0), "operation")]
+    texts = []
+    if choice.part in FUNCTIONS:
+        names = FUNCTIONS[choice.part]
+        texts.append(f"the function{'s' if len(names) > 1 else ''} {', '.join(names)}")
+    texts.append(_plural(int(more["operations"] or 0), "operation"))
     if more["size"] is not None:
         texts.append(f"{int(more['size'])} {SIZES[saved.target]}")
     if more["nanoseconds"] is not None and saved.lean.nanoseconds:
-        texts.append(f"{more['nanoseconds']:+.1f} ns an evaluation".replace("+", ""))
-    return f"saves {', '.join(texts)}"
+        texts.append(f"{round(more['nanoseconds'], 1) + 0.0:.1f} ns an evaluation")
+    return f"saves {'; '.join(texts)}"
 
 
 def _totals(saved: Savings, style: Style) -> list[str]:

@@ -14,6 +14,7 @@ import mechc
 from mechc.api import Model
 from mechc.cli.main import mechc as program
 from mechc.compiler.equations.needs import EVERYTHING
+from mechc.compiler.targets.parts import FUNCTIONS
 from mechc.explanation import explanation
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
@@ -152,6 +153,13 @@ def same(lean: Motion | None, disturbed: Motion | None, other: Motion | None) ->
     rounding = max(apart(lean, disturbed), EPSILON * np.sqrt(STEPS))
     assert set(lean.states) <= set(other.states)
     assert apart(lean, other) <= 100 * rounding
+
+
+@pytest.mark.parametrize("part", sorted(EVERYTHING))
+def test_a_part_brings_the_functions_of_its_table(part: str) -> None:
+    model = mechc.loads(PLANAR_TREE)
+    lean, kept = ({f.name for f in m.compilation.program.functions} for m in (model, model.keeping({part})))
+    assert kept - lean == set(FUNCTIONS.get(part, ()))
 
 
 def test_explanation_states_reason_and_saving() -> None:
