@@ -157,6 +157,17 @@ def event_failure(problem: Problem, status: int, report: native.ReportStruct, y:
             kind, name, origin = "engage", row.name, row.origin
             apart = f"its sides are {abs(report.failed_value):.6g} (SI) apart"
             message = f"'{row.name}' is engaged at {at}, but does not hold there: {apart}"
+        case native.OUT_OF_RANGE:
+            assert row is not None
+            kind, name, origin = "coefficient", row.name, row.origin
+            value = f"{report.failed_value:.6g}"
+            if row.kind == "contact":
+                message = f"the restitution of '{row.name}' is {value} at {at}; it lies between 0 and 1"
+            else:
+                message = (
+                    f"the friction of '{row.name}' has a negative coefficient or limit at {at}, {value} (SI): "
+                    "it is a size; where the normal force can change its sign, write a 'contact' with friction"
+                )
         case native.NO_MODE:
             kind = "modes"
             title = f"'{row.name}'" if row is not None else "the contacts"

@@ -46,6 +46,26 @@ static void set_switches(mech_solver *s)
     }
 }
 
+int mech_check_rows(mech_solver *s, int limits)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_real *row = s->modes->row + i * MECH_ROW_VALUES;
+        const mech_real coefficient = row[MECH_COEFFICIENT], limit = row[MECH_LIMIT];
+        const int contact = h->rows[i].kind == MECH_CONTACT, friction = h->rows[i].kind == MECH_FRICTION;
+        const int own = friction && h->rows[i].normal < 0;
+        mech_real wrong = 0;
+        if (contact && !(coefficient >= 0 && coefficient <= 1)) wrong = coefficient;
+        if (friction && !own && coefficient < 0) wrong = coefficient;
+        if (friction && !own && row[MECH_EXTRA] < 0) wrong = row[MECH_EXTRA];
+        if (own && limits && limit < -MECH_C(1e-9) * s->modes->force[i]) wrong = limit;
+        if (wrong == 0) continue;
+        s->run->report.failed_value = wrong;
+        return mech_fail(s, MECH_OUT_OF_RANGE, i);
+    }
+    return MECH_RUNNING;
+}
+
 int mech_look(mech_solver *s)
 {
     const mech_model *m = s->model;
@@ -60,6 +80,8 @@ int mech_look(mech_solver *s)
     if (h->n_rows) {
         mech_read_rows(s);
         mech_find_response(s);
+        const int status = mech_check_rows(s, 0);
+        if (status) return status;
     }
     for (int i = 0; i < h->n_rows; i++) {
         const mech_real w = e->response[i * (m->nv + h->n_rows) + m->nv + i];

@@ -202,6 +202,17 @@ static int reach(mech_solver *s, int hit)
     return MECH_AT_EVENT;
 }
 
+/* A limit of friction that an expression gives may have become negative. */
+static int check_limits(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int own = 0;
+    for (int i = 0; i < h->n_rows; i++) own |= h->rows[i].kind == MECH_FRICTION && h->rows[i].normal < 0;
+    if (!own) return MECH_RUNNING;
+    mech_read_rows(s);
+    return mech_check_rows(s, 1);
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -229,7 +240,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     status = accept_row(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
-    return hit >= 0 || t_new == next ? reach(s, hit) : MECH_RUNNING;
+    return hit >= 0 || t_new == next ? reach(s, hit) : check_limits(s);
 }
 
 int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)

@@ -81,6 +81,8 @@ mech_real mech_next_time(mech_solver *s);
 void mech_note(mech_solver *s, int kind, int index, mech_real value);
 
 void mech_read_rows(mech_solver *s);
+/* MECH_OUT_OF_RANGE where a coefficient of the rows read last is; `limits`: where a limit of friction is, too. */
+int mech_check_rows(mech_solver *s, int limits);
 int mech_touches(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_falls_back(const mech_solver *s, int i, mech_real rate);

@@ -237,7 +237,8 @@ void mech_note_modes(mech_solver *s, int quiet)
                 {MECH_LIFT_OFF, MECH_REST}, {MECH_SLIP, MECH_STICK}, {MECH_RELEASED, MECH_ENGAGED}};
             const int open = row->normal >= 0 && !(e->z[h->rows[row->normal].flag] > MECH_C(0.5));
             const int again = i && h->rows[i - 1].flag == row->flag; /* a vector constraint */
-            if (!open && !again) mech_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);
+            const int idle = row->kind == MECH_FRICTION && !(flag > MECH_C(0.5)) && sign == 0; /* others hold it */
+            if (!open && !again && !idle) mech_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);
         } else if (!quiet && row->kind == MECH_FRICTION && sign * e->signs[i] < 0) {
             mech_note(s, MECH_SLIP, i, 0);
         }
@@ -266,7 +267,7 @@ static int check_progress(mech_solver *s, int hit)
 {
     mech_modes *e = s->modes;
     const mech_real t = s->run->report.t;
-    if (t - e->counters[MECH_LAST_TIME] > 4 * MECH_EPSILON * mech_abs(t)) {
+    if (t - e->counters[MECH_LAST_TIME] > 1000 * MECH_EPSILON * mech_abs(t)) {
         e->counters[MECH_STANDING] = 0;
         e->counters[MECH_LAST_TIME] = t;
     } else if ((e->counters[MECH_STANDING] += 1) > MOST_ROUNDS) {

@@ -144,7 +144,7 @@ int mech_choose_modes(mech_solver *s, int hit)
             for (int i = 0; i < h->n_rows; i++)
                 if (!mech_finite(value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
             mech_hold_rows(s);
-            return MECH_RUNNING;
+            return mech_check_rows(s, 1);
         }
         propose(s);
     }

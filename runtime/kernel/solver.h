@@ -52,7 +52,8 @@ enum mech_status {
     MECH_BRANCH_ASSERTION = -25, /* an assertion of a branch does not hold                     */
     MECH_APART = -26,         /* a constraint was engaged that does not hold                   */
     MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits         */
-    MECH_NO_IMPACT = -28      /* the impacts of one instant have no solution                   */
+    MECH_NO_IMPACT = -28,     /* the impacts of one instant have no solution                   */
+    MECH_OUT_OF_RANGE = -29   /* a restitution beyond 0..1, or a negative limit of friction    */
 };
 
 enum mech_event_kind {

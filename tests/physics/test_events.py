@@ -327,3 +327,18 @@ output angle = theta;
     assert abs(solution["angle"][-1]) < 1e-12
     assert len(times(solution, "impact")) < 60
     assert closes(solution, 1e-7)
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("contact floor: h restitution wrong;", "the restitution of 'floor' is 1.5"),
+        ("contact floor: h friction -wrong along der(h);", "negative coefficient"),
+        ("friction (1 - wrong)*(9 N) on h;", "-4.5"),
+        ("friction (0.5 N)*h/(1 m) on h;", "negative coefficient or limit"),
+    ],
+)
+def test_coefficients_that_parameters_put_out_of_range_are_told(statement: str, words: str) -> None:
+    solution = run(BALL + "parameter wrong = 1.5;\n" + statement + "\n", stop=2)
+    assert solution.outcome is Outcome.FAILED
+    assert words in solution.message

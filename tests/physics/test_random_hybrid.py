@@ -59,18 +59,17 @@ def lacking(found: Sequence[Event], among: Sequence[Event], until: float) -> lis
 def check(drawn: HybridModel) -> None:
     note(drawn.text)
     model = mechc.loads(drawn.text)
-    runs = []
-    for tolerance in (LOOSE, TIGHT):
-        runs.append(model.simulate(stop=drawn.stop, tolerance=tolerance, estimate_error=False))
+    loose = model.simulate(stop=drawn.stop, tolerance=LOOSE, estimate_error=False)
+    tight = model.simulate(stop=drawn.stop, tolerance=TIGHT, estimate_error=False)
     tiny = model.simulate(stop=drawn.stop, method="rk4", step=drawn.stop / STEPS, estimate_error=False)
-    for solution, tolerance in zip((*runs, tiny), (LOOSE, TIGHT, TIGHT), strict=True):
+    for solution, tolerance in zip((loose, tight, tiny), (LOOSE, TIGHT, TIGHT), strict=True):
         assert solution.outcome is Outcome.COMPLETED, solution.message
         for gap in drawn.gaps:  # lengths and angles are about 1
             assert np.min(solution[gap]) > -100 * tolerance
-    until = foretold(*runs, drawn.stop)
+    until = foretold(loose, tight, drawn.stop)
     note(f"foretold until {until} s")
-    assert not lacking(events(tiny, NOTABLE), events(runs[1], NOTABLE / 10), until)
-    assert not lacking(events(runs[1], NOTABLE), events(tiny, NOTABLE / 10), until)
+    assert not lacking(events(tiny, NOTABLE), events(tight, NOTABLE / 10), until)
+    assert not lacking(events(tight, NOTABLE), events(tiny, NOTABLE / 10), until)
 
 
 Family = Callable[[st.DrawFn], HybridModel]
