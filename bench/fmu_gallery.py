@@ -1,4 +1,4 @@
-"""Export every example as FMI 2 and FMI 3 units of both kinds and check them: ``python -m bench.fmu_gallery [NAME ...]``.
+"""Every example as FMI 2 and FMI 3 units of both kinds: ``python -m bench.fmu_gallery [--quick] [NAME ...]``.
 
 Each is validated, simulated in fmpy as Model Exchange and as Co-Simulation, and compared with the native run. The page
 has one row for each example; the exit code is 1 if one of them fails.
@@ -86,7 +86,9 @@ def checked(example: str) -> Row:
                 said, wrong = _run("fmu", "check", str(file))
                 differences |= {f"FMI {version} {kind}": d for kind, d in _differences(said).items()}
                 failure = failure or wrong
-    return Row(example, size, differences, time.perf_counter() - begun, failure)
+    row = Row(example, size, differences, time.perf_counter() - begun, failure)
+    print(f"{row.seconds:6.0f} s  {example}: {failure or 'ok'}", file=sys.stderr, flush=True)
+    return row
 
 
 def _run(*arguments: str | Path) -> tuple[str, str]:
@@ -114,4 +116,4 @@ def _differences(said: str) -> dict[str, str]:
 
 
 if __name__ == "__main__":
-    sys.exit(main(names=sys.argv[1:]))
+    sys.exit(main("--quick" in sys.argv, [name for name in sys.argv[1:] if name != "--quick"]))

@@ -175,7 +175,8 @@ def _horizon(
     values = loose(early)
     states = {q.name: columns[q.name] for q in solution.problem.states}
     far = np.zeros(len(early), dtype=np.bool_)
-    for name, size in sizes(states).items():
+    units = {q.name: q.unit for q in solution.problem.states}
+    for name, size in sizes(states, units).items():
         far |= ~(np.abs(values[name] - states[name][: len(early)]) <= TRUSTED * size)
     return float(early[max(int(np.argmax(far)) - 1, 0)] if far.any() else early[-1])
 

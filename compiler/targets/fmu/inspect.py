@@ -149,7 +149,7 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
     if bad:
         return [Line(what, False, f"'{bad[0]}' is not finite", "run")]
     lines = [Line(what, True, f"to time {time[-1]:g}")]
-    found = deviation(reference, time, columns) if reference is not None else None
+    found = deviation(reference, time, columns, _units(path)) if reference is not None else None
     if reference is not None and found is not None:
         near = found.size <= BOUND
         detail = (
@@ -198,6 +198,11 @@ def _common_step(steps: Array) -> float:
         if np.all(np.abs(counts - np.round(counts)) < 1e-3):
             return shortest / parts
     return shortest
+
+
+def _units(path: Path) -> dict[str, str]:
+    description = fmpy.read_model_description(str(path), validate=False)
+    return {v.name: v.unit or "" for v in description.modelVariables}
 
 
 def _known(path: Path, reference: Reference) -> list[str]:

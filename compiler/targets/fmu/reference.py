@@ -19,8 +19,8 @@ import numpy.typing as npt
 from mechc.runtime.problem import Array
 
 OWN = "documentation/reference.csv"
-ZERO = 1e-9
-"""Part of the largest value below which another variable counts as zero."""
+SMALL = 1e-3
+"""Part of the largest value of a unit below which other variables of the unit are small."""
 DRAFT = "extra/org.fmi-standard.fmi-ls-ref/"
 
 
@@ -80,20 +80,28 @@ def parse_reference(file: str, text: str) -> Reference:
     return Reference(file, time, columns)
 
 
-def sizes(columns: Mapping[str, Array]) -> dict[str, float]:
-    """Return the largest value of each variable; what is zero but for rounding counts by the largest of all."""
+def sizes(columns: Mapping[str, Array], units: Mapping[str, str]) -> dict[str, float]:
+    """Return the size that differences of each variable are measured by: its largest value.
+
+    What is small beside others of its unit, such as the sum of energies that cancel, counts by those.
+    """
     largest = {name: float(np.max(np.abs(values), initial=0.0)) for name, values in columns.items()}
-    least = max(ZERO * max(largest.values(), default=0.0), 1e-300)
-    return {name: max(size, least) for name, size in largest.items()}
+    groups: dict[str, float] = {}
+    for name, size in largest.items():
+        unit = units.get(name, "")
+        groups[unit] = max(groups.get(unit, 1e-300), SMALL * size)
+    return {name: max(size, groups[units.get(name, "")]) for name, size in largest.items()}
 
 
-def deviation(reference: Reference, time: Array, columns: Mapping[str, Array]) -> Deviation | None:
+def deviation(
+    reference: Reference, time: Array, columns: Mapping[str, Array], units: Mapping[str, str]
+) -> Deviation | None:
     """Compare results with a reference at its times; None if they have nothing in common.
 
     Rows of one time, which are both sides of an event, are left out: the other tool may be at either.
     """
     inside = (reference.time >= time[0]) & (reference.time <= time[-1]) & ~_jumps(reference.time)
-    scale = sizes(reference.columns)
+    scale = sizes(reference.columns, units)
     worst = None
     for name in reference.columns:
         if name not in columns or not inside.any():
