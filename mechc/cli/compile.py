@@ -66,7 +66,7 @@ def command(
     """
     from ..api import load
 
-    loaded = load(file, model=model, set=settings, keep=kept(keep_all))
+    loaded = load(file, model=model, set=settings, keep=kept(keep_all, target))
     if target == "fmu":
         from pathlib import Path
 

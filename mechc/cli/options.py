@@ -59,10 +59,12 @@ def keep_all_option(function: F) -> F:
     )(function)
 
 
-def kept(keep_all: bool) -> frozenset[str]:
-    """Return the parts that ``--keep-all`` asks for."""
+def kept(keep_all: bool, target: str) -> frozenset[str]:
+    """Return the parts that ``--keep-all`` asks for: all that code of the target can hold."""
     if not keep_all:
         return frozenset()
     from ..compiler.equations.needs import EVERYTHING
+    from ..runtime.build import find_compiler
 
-    return EVERYTHING
+    in_python = target == "python" or (target == "auto" and find_compiler() is None)
+    return EVERYTHING - {"events"} if in_python else EVERYTHING

@@ -107,7 +107,9 @@ def command(file: str, **given: Any) -> int:
 
     try:
         display = choose(given["display"]) if given["display"] else None
-        model = load(file, model=given["model"], set=given["settings"], keep=kept(given["keep_all"]))
+        model = load(
+            file, model=given["model"], set=given["settings"], keep=kept(given["keep_all"], given["target"])
+        )
         _show_warnings(model, quiet=given["quiet"] or given["as_json"])
         names = _chosen_outputs(model, given["outputs"])
         return _run_all(model, file, given, display, names)

@@ -155,6 +155,19 @@ def same(lean: Motion | None, disturbed: Motion | None, other: Motion | None) ->
     assert apart(lean, other) <= 100 * rounding
 
 
+def test_python_keeps_all_but_events(tmp_path: Path) -> None:
+    path = tmp_path / "tree.mech"
+    path.write_text(PLANAR_TREE)
+    module = tmp_path / "tree.py"
+    for arguments in (
+        ["compile", str(path), "--target", "python", "-o", str(module), "--keep-all"],
+        ["run", str(path), "--target", "python", "--keep-all", "--stop", "0.1", "--quiet"],
+    ):
+        done = CliRunner().invoke(program, arguments)
+        assert done.exit_code == 0, done.output
+    assert "def jacobian(" in module.read_text()
+
+
 @pytest.mark.parametrize("part", sorted(EVERYTHING))
 def test_a_part_brings_the_functions_of_its_table(part: str) -> None:
     model = mechc.loads(PLANAR_TREE)
