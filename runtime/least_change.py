@@ -20,6 +20,7 @@ from .problem import Array
 STEPS = 200
 LONGEST = 0.5
 RESTORATION = 50
+ROUNDING = 1e-16
 RANK = 1e-10
 """Singular values below this share of the largest one count as zero."""
 CONVERGED = 1e-15
@@ -61,24 +62,30 @@ def nearest(
     start: Array,
     free: NDArray[np.intp],
     weights: Array,
+    *,
+    linear: bool = False,
 ) -> Nearest:
     """Find the point nearest to the guess. ``free``: indices of the directions that may move [m]; ``weights`` [n].
 
-    ``move(x, d)`` goes from x along d [n].
+    ``move(x, d)`` goes from x along d [n]. ``linear``: the equations are, and residuals have the size that they have at
+    the start, if that is more than 1: rates may be of any size.
     """
     x, here, taken = start, at(start), 0
     scale = np.zeros(here.hard.size)
+    unit = 1.0
     w = weights[free]
     while taken < STEPS:
         taken += 1
         jacobian = here.hard_jacobian / weights
         scale = np.maximum(scale, np.abs(jacobian).max(axis=1, initial=0.0))
         rows = np.where(scale > 0, scale, 1.0)
+        if linear:
+            unit = max(unit, _worst(here, rows))
         step, mu = _step(here, rows, free, w)
         size = float(np.abs(step).max(initial=0.0))
-        if not np.isfinite(size) or size <= CONVERGED:
+        if not np.isfinite(size) or size <= CONVERGED * unit:
             break
-        step *= min(1.0, LONGEST / size)
+        step *= 1.0 if linear else min(1.0, LONGEST / size)
         merit = _merit(here, rows, w, free, mu)
         for _ in range(12):
             d = np.zeros(weights.size)
@@ -86,18 +93,18 @@ def nearest(
             there = at(move(x, d))
             value = _merit(there, rows, w, free, mu)
             # close to rounding the merit function says nothing any more
-            if value < merit or (np.isfinite(value) and np.abs(step).max() < 1e-7):
+            if value < merit or (np.isfinite(value) and np.abs(step).max() < 1e-7 * unit):
                 break
             step = step / 2
         else:
             break
-        settled = bool(np.abs(step).max() < 1e-12 and value >= merit)
+        settled = bool(np.abs(step).max() < 1e-12 * unit and value >= merit)
         x, here = move(x, d), there
         if settled:
             break
     rows = np.where(scale > 0, scale, 1.0)
     x, here, further = _restored(at, move, x, here, rows, free, weights)
-    fulfilled = bool(_worst(here, rows) <= FULFILLED)
+    fulfilled = bool(_worst(here, rows) <= FULFILLED * unit)
     return Nearest(x, here, rows, fulfilled, taken + further)
 
 
@@ -110,12 +117,12 @@ def _restored(
     free: NDArray[np.intp],
     weights: Array,
 ) -> tuple[Array, Local, int]:
-    """Go on by the shortest steps onto the equations alone, where the search for the nearest point came to rest beside
-    them; return the point, everything there, and the steps."""
+    """Go on by the shortest steps onto the equations alone, as far as rounding allows: the search for the nearest point
+    may come to rest beside them. Return the point, everything there, and the steps."""
     w = weights[free]
     for taken in range(RESTORATION):
         worst = _worst(here, rows)
-        if not worst > FULFILLED:
+        if not worst > ROUNDING:
             return x, here, taken
         step = _onto(here, rows, free, w)
         size = float(np.abs(step).max(initial=0.0))
@@ -124,7 +131,7 @@ def _restored(
         d = np.zeros(weights.size)
         d[free] = step * min(1.0, LONGEST / max(size, LONGEST)) / w
         there = at(move(x, d))
-        if not _worst(there, rows) < worst:
+        if not _worst(there, rows) < (worst if worst > FULFILLED else worst / 2):
             return x, here, taken
         x, here = move(x, d), there
     return x, here, RESTORATION

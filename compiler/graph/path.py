@@ -214,21 +214,21 @@ class _State:
         heap = [-v for v in frontier if v in self.rows]
         heapify(heap)
         best, taken = len(frontier), 0
-        passed: list[Node] = []
+        passed: dict[Node, None] = {}  # met again only where definitions depend on younger ones
         for _ in range(4 * len(frontier) + 16):
             if not heap:
                 break
             v = Node(-heappop(heap))
             frontier.discard(v)
-            passed.append(v)
+            passed[v] = None
             for w in self.rows[v]:
-                if w not in frontier:
+                if w not in frontier and w not in passed:
                     frontier.add(w)
                     if w in self.rows:
                         heappush(heap, -w)
             if len(frontier) < best:
                 best, taken = len(frontier), len(passed)
-        for v in reversed(passed[:taken]):
+        for v in reversed(list(passed)[:taken]):
             self.remove(v)
 
     def sweep_column(self, unknown: Node, row: int, bound: int) -> None:
@@ -240,21 +240,21 @@ class _State:
         heap = [k for k in frontier if k >= 0]
         heapify(heap)
         best, taken = len(frontier), 0
-        passed: list[Node] = []
+        passed: dict[Node, None] = {}
         for _ in range(4 * len(frontier) + 16):
             if not heap:
                 break
             v = Node(heappop(heap))
             frontier.discard(v)
-            passed.append(v)
+            passed[v] = None
             for k in self.users[v]:
-                if k not in frontier:
+                if k not in frontier and k not in passed:
                     frontier.add(k)
                     if k >= 0:
                         heappush(heap, k)
             if len(frontier) < best:
                 best, taken = len(frontier), len(passed)
-        for v in passed[:taken]:
+        for v in list(passed)[:taken]:
             self.remove(v)
 
     def remove(self, v: Node) -> None:
