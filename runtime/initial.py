@@ -103,10 +103,10 @@ def _velocities(task: Task, y: Array, weights: Array, length: float) -> Nearest:
         return moved
 
     free = np.flatnonzero(~task.known[rates])
-    found = nearest(at, move, y, free, weights)
+    found = nearest(at, move, y, free, weights, linear=True)
     if found.fulfilled:
         return found
-    released = nearest(at, move, y, np.arange(problem.nv), weights)
+    released = nearest(at, move, y, np.arange(problem.nv), weights, linear=True)
     raise not_assembled(task, 2, found, weights, released.fulfilled)
 
 
