@@ -178,7 +178,7 @@ def _solve(plan: Plan) -> Solution:
             constraint_drifts(problem, functions, case, plan.nominal, main),
         ),
         events=happened.events if happened is not None else (),
-        remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, main)),
+        remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
     )
 
 
@@ -238,9 +238,18 @@ def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
     return Outcome.COMPLETED, f"completed at {at}"
 
 
-def _remarks(problem: Problem, main: Trajectory) -> tuple[str, ...]:
+def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
     s = main.statistics
     remarks = []
+    for k, table in case.tables.items():
+        first, last = float(table.times[0]), float(table.times[-1])
+        if first == last or (first <= case.begin and case.stop <= last):
+            continue
+        span = f"{time_text(problem, first)} to {last:g}"
+        name = problem.inputs[k].name
+        remarks.append(
+            f"the table of '{name}' goes from {span}: beyond its ends its first and last value hold"
+        )
     if s.switch_time is not None:
         at = time_text(problem, s.switch_time)
         remarks.append(f"the method was changed {s.switches} times, the last time to {s.method} at {at}")

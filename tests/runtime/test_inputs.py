@@ -32,6 +32,15 @@ def test_without_a_table_the_model_has_its_own_input(make: Make) -> None:
 
 
 @BOTH
+def test_a_table_that_ends_within_the_run_is_remarked(make: Make) -> None:
+    table = make_table(TIMES, VALUES)
+    covered = simulate(make(), SimulationOptions(stop=3.5, inputs={"u": make_table([0, 4], [1, 2])}))
+    assert not covered.remarks
+    (remark,) = simulate(make(), SimulationOptions(stop=3, inputs={"u": table})).remarks
+    assert "'u'" in remark and "0.5 s to 3.5" in remark and "hold" in remark
+
+
+@BOTH
 def test_constant_input(make: Make) -> None:
     solution = simulate(make(), SimulationOptions(stop=3, values={"u": 1.5}))
     assert solution["x"][-1] == pytest.approx(4.5, rel=1e-14)

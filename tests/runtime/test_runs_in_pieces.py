@@ -50,3 +50,38 @@ def test_a_snapshot_goes_on_bit_for_bit() -> None:
 def test_only_inputs_can_be_set() -> None:
     with mechc.loads(CART).start() as sim, pytest.raises(SimulationError, match="no input"):
         sim["x"] = 1.0
+
+
+HYBRID = """\
+input Force push = 0 N;
+coordinate Length h = 1 m;
+coordinate Length x = 0 m;
+initial der(x) = 1.962 m/s;
+kinetic 1/2*(1 kg)*(der(h)^2 + der(x)^2);
+potential (9.81 N)*h + 1/2*(1 N/m)*x^2;
+contact floor: h restitution 0.7;
+friction 2 N static 3 N on x - time*(1.962 m/s);
+force push on x;
+discrete Integer ticks = 0;
+discrete Force pull = 0 N;
+when sample(0.3 s) then ticks := ticks + 1; pull := -(0.1 N.s/m)*der(x); end when;
+force pull on x;
+"""
+
+
+def test_a_snapshot_between_events_goes_on_bit_for_bit() -> None:
+    """Modes, clocks, held conditions and the sizes of what is watched belong to what is saved."""
+    names = ("h", "der(h)", "x", "der(x)", "ticks", "pull", "energy.dissipated", "energy.supplied")
+    with mechc.loads(HYBRID).start() as sim:
+        for at in (0.2, 0.9, 1.8, 2.9, 4.1):
+            sim.step(at)
+            saved = sim.snapshot()
+            sim.step(at + 3)
+            there = [sim[name] for name in names]
+            sim["push"] = 7.0
+            sim.step(at + 4)
+            sim.restore(saved)
+            assert sim.time == at
+            sim.step(at + 3)
+            assert [sim[name] for name in names] == there
+            sim.restore(saved)
