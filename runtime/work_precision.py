@@ -175,6 +175,9 @@ def _repeated(
         message = done.failure.message
         return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
     errors = reference.error(done.y)
+    if not np.isfinite(errors).all():
+        message = "the result is not finite"
+        return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
     return Point(
         name,
         setting,
