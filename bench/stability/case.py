@@ -187,7 +187,7 @@ class Case:
     expects: Expectation
     fault: str
     options: Mapping[str, Any] = field(default_factory=dict)
-    seconds: float = 60.0
+    seconds: float = 30.0
     full: bool = False
     variant: str | None = None
     """Which model of the text."""

@@ -10,8 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from mechc.runtime import accuracy, case, kernel_run, native, solver
 from mechc.runtime.reference import best_precision
+
+
+def _module(name: str) -> Any:
+    """Return a module as something whose parts can be exchanged."""
+    return import_module(f"mechc.{name}")
+
+
+accuracy, case, inputs = _module("runtime.accuracy"), _module("runtime.case"), _module("runtime.inputs")
+kernel_run, native = _module("runtime.kernel_run"), _module("runtime.native")
+simulate, solver = _module("runtime.simulate"), _module("runtime.solver")
+diagnostics = _module("lang.diagnostics")
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,11 +43,6 @@ def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
     return plant
 
 
-def _simulate() -> Any:
-    """Return the module, which its function hides."""
-    return import_module("mechc.runtime.simulate")
-
-
 def _loosened() -> None:
     make = solver.Solver.__init__
 
@@ -54,11 +59,21 @@ def _loosened() -> None:
         factor = min(1e5, 0.1 / tolerance)
         make(self, kernel, functions, c, method, factor * tolerance, factor * atol, 10 * step)
 
-    solver.Solver.__init__ = loose  # type: ignore[method-assign]
+    solver.Solver.__init__ = loose
 
 
 def _failures_swallowed() -> None:
     kernel_run._failure = lambda *_: None
+
+
+def _start_moved() -> None:
+    make = case.initial_state
+
+    def moved(*given: Any) -> Any:
+        z, y = make(*given)
+        return z, y + 1e-3
+
+    case.initial_state = moved
 
 
 def _not_assembled() -> None:
@@ -78,17 +93,15 @@ def _estimate_understated() -> None:
         tiny = dict.fromkeys(made.by_state, 1e-16)
         return replace(made, largest=1e-16, at_end=1e-16, by_state=tiny, by_state_at_end=tiny)
 
-    _simulate().compare = small
+    simulate.compare = small
 
 
 def _nominal_one() -> None:
-    _simulate().nominal_values = lambda problem, *_: np.ones(problem.ny)
+    simulate.nominal_values = lambda problem, *_: np.ones(problem.ny)
 
 
 def _kinks_ignored() -> None:
-    from mechc.runtime.inputs import Table
-
-    Table.kinks = lambda self: np.empty(0)  # type: ignore[method-assign]
+    inputs.Table.kinks = lambda self: np.empty(0)
 
 
 def _checks_ignored() -> None:
@@ -98,9 +111,7 @@ def _checks_ignored() -> None:
 
 def _errors_ignored() -> None:
     """Errors of the compiler become warnings."""
-    from mechc.lang import diagnostics
-
-    diagnostics.Reporter.stop_on_errors = lambda self: None  # type: ignore[method-assign]
+    diagnostics.Reporter.stop_on_errors = lambda self: None
 
 
 FAULTS = {
@@ -111,6 +122,15 @@ FAULTS = {
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
             "    out[s->model->nq % s->ny] = -out[s->model->nq % s->ny];\n",
+        ),
+    ),
+    "pushed": Fault(
+        "every acceleration is larger by 1",
+        _in_kernel(
+            "method.h",
+            "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
+            "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
+            "    for (int i = s->model->nq; i < s->model->nq + s->model->nv; i++) out[i] += 1;\n",
         ),
     ),
     "loose": Fault("tolerances are 1e5 times looser, fixed steps 10 times longer", _loosened),
@@ -126,8 +146,9 @@ FAULTS = {
         "events within a step are not seen",
         _in_kernel(
             "locate.c",
-            "    const int n = e->n, last = MECH_SAMPLES - 2;",
-            "    *hit = -1;\n    *part = 1;\n    if (s) return;\n    const int n = e->n, last = MECH_SAMPLES - 2;",
+            "void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n",
+            "void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n"
+            "    *hit = -1;\n    *part = 1;\n    if (s) return;\n",
         ),
     ),
     "not normalised": Fault(
@@ -139,6 +160,7 @@ FAULTS = {
         _in_kernel("advance.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
     ),
     "no refusal": Fault("failures of a run are swallowed", _failures_swallowed),
+    "moved start": Fault("initial states are off by 0.001", _start_moved),
     "not assembled": Fault("initial states stay as they are guessed", _not_assembled),
     "understated": Fault("the estimated error is always 1e-16", _estimate_understated),
     "no nominal": Fault("all nominal values are 1", _nominal_one),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import mpmath
 import numpy as np
@@ -68,7 +69,7 @@ def _model(c: float, x: float, y: float, v: float, stop: float, tolerance: float
     return TWO.format(c=c, x=x, y=y, v=v, stop=stop, tolerance=tolerance)
 
 
-def fast(t: Array) -> Array:
+def fast(t: Array) -> Any:
     return 1e-3 * np.sin(1e6 * np.sqrt(2) * t) / (1e6 * np.sqrt(2))
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.special import ellipj, ellipk
 
@@ -25,7 +27,7 @@ experiment(stop = {stop} s, tolerance = 1e-10);
 """
 
 
-def pendulum(t: Array) -> Array:
+def pendulum(t: Array) -> Any:
     """A pendulum of 1 m let go at 1 rad."""
     k, w = np.sin(0.5), np.sqrt(9.81)
     sn = ellipj(ellipk(k * k) - w * t, k * k)[0]
@@ -45,7 +47,7 @@ CASES = (
         "mass ratio 1e12: the upper bob holds only 1e-12 of the mass; both angles alike is not a motion",
         LINKS.format(m1=1e-12, m2=1, a=1, b=1, stop=1e-6),
         Followed("follows the reference to 1e-6", 1e-6),
-        fault="loose",
+        fault="sign",
     ),
     Case(
         "heavy lower bob, bent",
@@ -59,13 +61,13 @@ CASES = (
         "mass ratio 1e12: a million times faster",
         LINKS.format(m1=1e-12, m2=1, a=1, b=1.0001, stop=1e-5),
         Followed("follows the reference to 1e-5", 1e-5),
-        fault="loose",
+        fault="sign",
     ),
     Case(
         "energy of a heavy lower bob",
         "mass ratio 1e4",
         LINKS.format(m1=1e-4, m2=1, a=1, b=1.001, stop=2),
-        Measured("keeps the energy to 1e-8", drift, 1e-8),
+        Measured("keeps the energy to 1e-10", drift, 1e-10),
         fault="loose",
     ),
     Case(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from mechc.solution import Solution
@@ -46,7 +48,7 @@ def steady(spin: float, stop: float) -> Case:
         "examples/lagrange_top.mech",
         Known("the tilt to 1e-8, the precession to 1e-6",
               {"theta": lambda t: np.full_like(t, TILT), "phi": lambda t: w * t}, 1e-6),
-        fault="sign",
+        fault="pushed",
         options={"set": {"spin": spin, "precession": w}, "stop": stop, "tolerance": 1e-12},
     )  # fmt: skip
 
@@ -56,7 +58,7 @@ def turning(spin: float, stop: float) -> Case:
     rate = f"{{0 rad/s, {w * np.sin(TILT):.17g} rad/s, {spin:.17g} rad/s}}"
     start = f"rotx({TILT:.17g} rad)"
 
-    def across(t: Array) -> Array:
+    def across(t: Array) -> Any:
         return -np.sin(TILT) * np.cos(w * t)
 
     return Case(
@@ -64,9 +66,9 @@ def turning(spin: float, stop: float) -> Case:
         f"{spin * stop / 2 / np.pi:.0f} turns about the axis",
         ROTATION.format(start=start, rate=rate, stop=stop, tolerance=1e-12),
         Known(
-            "tilt and precession to 1e-6",
+            "tilt and precession to 5e-12",
             {"up": lambda t: np.full_like(t, np.cos(TILT)), "across": across},
-            1e-6,
+            5e-12,
         ),
         fault="loose",
     )

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.special import ellipj, ellipk
 
-from .case import Array, Case, Known, Measured, drift
+from .case import Array, Case, Formula, Known, Measured, drift
 
 NUMBER = 7
 TITLE = "Flips of the intermediate axis"
@@ -33,10 +35,10 @@ def rates(w: float) -> tuple[float, float, float]:
     return w, 1 / 3, w
 
 
-def middle(w: float):  # type: ignore[no-untyped-def]
+def middle(w: float) -> Formula:
     rate, m, size = rates(w)
 
-    def value(t: Array) -> Array:
+    def value(t: Array) -> Any:
         quarter = ellipk(m)
         return size * ellipj(np.mod(rate * t, 4 * quarter), m)[0]
 

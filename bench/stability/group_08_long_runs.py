@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.special import ellipj, ellipk
 
@@ -14,7 +16,7 @@ PENDULUM = "examples/pendulum.mech"
 PERIOD = float(4 * ellipk(np.sin(0.5) ** 2) / np.sqrt(9.81))
 
 
-def angle(t: Array) -> Array:
+def angle(t: Array) -> Any:
     k, w = np.sin(0.5), np.sqrt(9.81)
     quarter = ellipk(k * k)
     return 2 * np.arcsin(k * ellipj(np.mod(quarter - w * t, 4 * quarter), k * k)[0])

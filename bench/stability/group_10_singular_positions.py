@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.integrate import solve_ivp
 
 from mechc.solution import Solution
 
-from .case import Array, Case, Followed, Known, Measured
+from .case import Array, Case, Followed, Formula, Known, Measured
 
 NUMBER = 10
 TITLE = "Change points and dead centres"
@@ -40,7 +42,7 @@ experiment(stop = 10 s, tolerance = 1e-10);
 """
 
 
-def uniform(t: Array) -> Array:
+def uniform(t: Array) -> Any:
     return np.radians(30) + t
 
 
@@ -53,11 +55,11 @@ def piston(s: Solution) -> float:
     return float(max(off, np.ptp(energy) / energy[0]))
 
 
-def row(n: int):  # type: ignore[no-untyped-def]
+def row(n: int) -> Formula:
     """n + 1 posts and n couplers that stay parallel are one pendulum: I a'' = -V g cos(a)."""
     inertia, weight = (n + 1) / 3 + n, (n + 1) / 2 + n
 
-    def angle(t: Array) -> Array:
+    def angle(t: Array) -> Any:
         def rates(_: float, y: Array) -> list[float]:
             return [y[1], -weight / inertia * 9.81 * np.cos(y[0])]
 

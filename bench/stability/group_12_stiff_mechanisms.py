@@ -82,7 +82,7 @@ CASES = (
         "Andrews' squeezing mechanism, implicitly",
         "the same by radau5",
         "examples/squeezing_mechanism.mech",
-        Known("the published angles, to 1e-7", {name: ANDREWS[name] for name in ANGLES}, 1e-7),
+        Known("the published angles, to 1e-9", {name: ANDREWS[name] for name in ANGLES}, 1e-9),
         fault="loose",
         options={"tolerance": 1e-10, "method": "radau5"},
     ),

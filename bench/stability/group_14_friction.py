@@ -94,7 +94,7 @@ CASES = (
         "tan(slope) is smaller than mu by 1e-9",
         SLOPE.format(slope=math.atan(0.5 - 1e-9), v=0),
         Known("stays", {"s": lambda t: 0 * t}, 1e-12),
-        fault="sign",
+        fault="pushed",
     ),
     Case(
         "slope just steep enough",
