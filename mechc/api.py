@@ -95,6 +95,7 @@ class _Code:
     keep: frozenset[str] = frozenset()
     problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], _Code] = field(default_factory=dict)
+    kept: dict[frozenset[str], _Code] = field(default_factory=dict)
 
     @staticmethod
     def make(
@@ -299,9 +300,10 @@ class Model:
 
     def keeping(self, parts: Collection[str]) -> Model:
         """Return this model with parts built whether they are needed or not."""
-        code = self._code
-        kept = _Code.make(code.source, code.folder, code.model, code.structural, frozenset(parts))
-        return Model(kept, self._settings)
+        code, wanted = self._code, frozenset(parts)
+        if wanted not in code.kept:
+            code.kept[wanted] = _Code.make(code.source, code.folder, code.model, code.structural, wanted)
+        return Model(code.kept[wanted], self._settings)
 
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
         """Write the model as code and return the files: a Python module, or C with the kernel beside it.

@@ -8,11 +8,12 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
+from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .lang.units import UnitError, parse_unit
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.inputs import Table, read_tables
-from .runtime.outcome import Outcome, SimulationError
+from .runtime.outcome import Failure, Outcome, SimulationError
 from .runtime.simulate import Plan, plan_run
 from .runtime.simulate import simulate as run
 from .runtime.simulate import simulate_sweep as run_sweep
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
 TOO_MANY = "too many steps"
+AT_SINGULAR_POSITIONS = ("off constraints", "step too small", "not converged")
+"""What a run fails of where constraints become dependent."""
+REPEATED = "the run was repeated with multipliers of a small compliance"
 
 Runs = tuple[Sequence[Run], Sequence[Mapping[str, float]]]
 """Solutions, and the swept values of each."""
@@ -107,6 +111,38 @@ def sweep(model: Model, request: Request) -> Sweep:
 
 
 def _solve(
+    model: Model, request: Request, solve: Callable[[Problem, SimulationOptions], Runs]
+) -> tuple[Problem, Runs]:
+    """Run; where that meets a singular position which was not foreseen, run again with compliant multipliers.
+
+    Whether there are such positions is decided for the default values, along one motion (equations/singular.py).
+    """
+    problem, runs = _solve_as_it_is(model, request, solve)
+    foreseen = any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
+    if not problem.constraints or foreseen or problem.library is None or not any(map(_met, runs[0])):
+        return problem, runs
+    compliant = model.keeping({*model.compilation.parts, COMPLIANCE})
+    other, again = _solve_as_it_is(compliant, request, solve)
+    if any(map(_met, again[0])):
+        return problem, runs
+    for one, before in zip(again[0], runs[0], strict=True):
+        failure = _cause(before)
+        if failure is not None:
+            one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
+    return other, again
+
+
+def _cause(run: Run) -> Failure | None:
+    """What ended a run, or its companion run."""
+    return run.failure or run.accuracy.failure
+
+
+def _met(run: Run) -> bool:
+    failure = _cause(run)
+    return failure is not None and failure.kind in AT_SINGULAR_POSITIONS
+
+
+def _solve_as_it_is(
     model: Model, request: Request, solve: Callable[[Problem, SimulationOptions], Runs]
 ) -> tuple[Problem, Runs]:
     """Run by the method that was asked for; without one explicitly, and again with the Jacobian if that is stiff.

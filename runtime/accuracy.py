@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from .outcome import Failure
 from .problem import Array, Problem
 
 COMPANION_RATIO = 100.0
@@ -55,13 +56,15 @@ class ErrorEstimate:
 
 @dataclass(frozen=True, slots=True)
 class Accuracy:
-    """``error`` is None if no companion run was made, or if it failed: ``remark`` then says why."""
+    """``error`` is None if no companion run was made, or if it failed: ``remark`` then says why, and ``failure`` how
+    the companion run failed."""
 
     error: ErrorEstimate | None = None
     energy: Drift | None = None
     conserved: tuple[Drift, ...] = ()
     remark: str = ""
     constraints: tuple[ConstraintDrift, ...] = ()
+    failure: Failure | None = None
 
 
 def companion_tolerance(tolerance: float) -> tuple[float, float]:
@@ -117,8 +120,7 @@ def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
 
 def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
     drifts = [
-        _drift(problem, index, outputs[:, index], _largest(outputs[:, index]))
-        for index in problem.conserved
+        _drift(problem, index, outputs[:, index], _largest(outputs[:, index])) for index in problem.conserved
     ]
     # What is nothing but its own drift is zero: a share of it says nothing.
     return tuple(

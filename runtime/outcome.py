@@ -9,6 +9,9 @@ from enum import Enum
 
 from .problem import Array, Origin, Problem
 
+LISTED = 6
+"""Coordinates that a message names."""
+
 
 class Outcome(Enum):
     COMPLETED = "completed"
@@ -86,7 +89,7 @@ def step_too_small(problem: Problem, index: int, time: float, y: Array) -> Failu
     message = (
         f"the step became too small at {time_text(problem, time)}: the motion is singular there, "
         f"or the tolerance is below what rounding allows; '{quantity.name}' changes fastest"
-    )
+    ) + (f", with {configuration(problem, y)}" if problem.constraints else "")
     return Failure("step too small", time, quantity.name, message, quantity.origin, state_at(problem, y))
 
 
@@ -106,8 +109,21 @@ def not_converged(problem: Problem, time: float, y: Array) -> Failure:
 
 def off_constraints(problem: Problem, time: float, y: Array) -> Failure:
     at = time_text(problem, time)
-    message = f"the constraints can no longer be satisfied at {at}: the mechanism is locked or singular there"
+    message = (
+        f"the constraints can no longer be satisfied at {at}: the mechanism is locked or singular there, "
+        f"with {configuration(problem, y)}"
+    )
     return Failure("off constraints", time, "", message, None, state_at(problem, y))
+
+
+def configuration(problem: Problem, y: Array) -> str:
+    """List the coordinates, the first ``LISTED`` of many."""
+    shown = [
+        f"{q.name} = {value:.6g}" + (f" {q.unit}" if q.unit else "")
+        for q, value in zip(problem.states[: problem.nq], y, strict=False)
+    ]
+    more = len(shown) - LISTED
+    return ", ".join(shown[:LISTED] + ([f"and {more} more"] if more > 0 else []))
 
 
 def too_many_steps(problem: Problem, count: int, time: float, y: Array) -> Failure:

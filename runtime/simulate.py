@@ -25,7 +25,7 @@ from .functions import Functions, load_functions
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .nominal import nominal_values
-from .outcome import Outcome, SimulationError, time_text
+from .outcome import Failure, Outcome, SimulationError, time_text
 from .pilot import largest_values
 from .problem import Array, Problem
 from .scipy_methods import run_scipy
@@ -133,9 +133,9 @@ def _solve(plan: Plan) -> Solution:
     if main.failure is not None:
         main = replace(main, failure=with_cause(problem, functions, case, main.failure))
     outcome, message = _outcome(problem, main)
-    error, remark = None, "no companion run was asked for"
+    error, remark, missed = None, "no companion run was asked for", None
     if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
-        error, remark, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
+        error, remark, missed, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
         if interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
@@ -176,6 +176,7 @@ def _solve(plan: Plan) -> Solution:
             conserved_drifts(problem, outputs),
             remark,
             constraint_drifts(problem, functions, case, plan.nominal, main),
+            missed,
         ),
         events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
@@ -204,8 +205,8 @@ def _run(
 
 def _estimate(
     plan: Plan, main: Trajectory, progress: Progress | None
-) -> tuple[ErrorEstimate | None, str, bool]:
-    """Make the companion run; give the estimate, a remark, and whether it was interrupted."""
+) -> tuple[ErrorEstimate | None, str, Failure | None, bool]:
+    """Make the companion run; give the estimate, a remark, how it failed, and whether it was interrupted."""
     if plan.method.fixed_step:
         assert plan.case.step is not None
         step, factor = companion_step(plan.case.step, plan.method.order)
@@ -218,13 +219,13 @@ def _estimate(
     unbounded = replace(plan, options=replace(plan.options, max_steps=None), case=case)
     companion = _run(unbounded, tolerance, step, False, progress)
     if companion.interrupted:
-        return None, "the companion run was interrupted", True
+        return None, "the companion run was interrupted", None, True
     if companion.failure is not None:
-        return None, f"the companion run failed: {companion.failure.message}", False
+        return None, f"the companion run failed: {companion.failure.message}", companion.failure, False
     estimate = compare(
         plan.problem, main.y, companion.y, plan.nominal, factor, main.statistics.steps, tightened
     )
-    return estimate, "", False
+    return estimate, "", None, False
 
 
 def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:

@@ -75,6 +75,11 @@ class Solution(Results):
         rows = self._at(np.atleast_1d(at).ravel())
         return {name: rows[:, i].reshape(at.shape) for name, i in self._column.items()}
 
+    def add_remark(self, remark: str) -> None:
+        """Say something further about the run."""
+        self.remarks = (*self.remarks, remark)
+        self.report = self.summary()
+
     def final(self) -> dict[str, float]:
         """Give coordinates, rates, states and outputs at the last time."""
         shown = ("input", "discrete")

@@ -87,6 +87,13 @@ class ExperimentPlan:
     sweeps: tuple[tuple[SettingTarget, tuple[float, ...]], ...]
 
 
+SINGULAR = "singular positions"
+"""The topic of the choice that gives multipliers a compliance (singular.py)."""
+
+COMPLIANCE = "compliance"
+"""The part that does so although no singular position was found beforehand: where a run has met one."""
+
+
 @dataclass(frozen=True, slots=True)
 class Choice:
     """A decision and its reason, for ``mechc explain``: what was chosen or left out, and why.

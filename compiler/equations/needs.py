@@ -12,7 +12,7 @@ from ..graph import Node
 from ..graph.operations import LOOKUP
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout
-from .model import Choice, Function, HybridPlan
+from .model import COMPLIANCE, SINGULAR, Choice, Function, HybridPlan
 from .solve import Solved
 
 FACTS = {
@@ -136,7 +136,9 @@ def choices(
         result.append(Choice("independent subsystems", "solved apart", reason))
     if any(row.give is not None for row in solved.rows):
         reason = "the mechanism meets positions in which constraints depend on each other"
-        result.append(Choice("singular positions", "multipliers with a compliance of 1e-10", reason))
+        if COMPLIANCE in parts:
+            reason = "a run has met a position in which constraints depend on each other"
+        result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-10", reason))
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))

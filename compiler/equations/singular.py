@@ -46,12 +46,13 @@ def soften(
     rows: Sequence[Row],
     free: Sequence[int],
     values: Mapping[Node, float],
+    always: bool = False,
 ) -> tuple[Row, ...]:
     """Return the rows with a compliance where the mechanism meets singular positions, else as they are.
 
-    ``values``: parameters, inputs, time and a state close to a consistent one.
+    ``values``: parameters, inputs, time and a state close to a consistent one. ``always``: a run has met one.
     """
-    if not _Walk(system, rows, free, values).meets_singular_position():
+    if not always and not _Walk(system, rows, free, values).meets_singular_position():
         return tuple(rows)
     sizes = _inverse_inertias(system, residual, rows, free, values)
     graph = system.graph

@@ -22,6 +22,7 @@ from .accelerations import accelerations
 from .answers import Replies, answers, force_answers
 from .constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from .energies import Energies, energies
+from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
 from .residual import residual, seeds_of
 
@@ -102,7 +103,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     if rows:
         from .singular import soften
 
-        rows = soften(system, r, rows, free, values)
+        rows = soften(system, r, rows, free, values, always=COMPLIANCE in parts)
     if any(row.position is None for row in rows):
         from .integrable import note_integrable
 
