@@ -7,30 +7,41 @@ from pathlib import Path
 
 import fmpy
 import pytest
+from fmu_models import EXAMPLES, REPRESENTATIVE, packed
 
-from mechc.api import load
-from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.runtime.build import find_compiler
 
-EXAMPLES = Path(__file__).parents[4] / "examples"
+CHOSEN = ("rotation", "closed loop", "stiff", "contact", "friction", "input", "discrete controller", "terminates")
+MODELS = {
+    "free": (EXAMPLES / "damped_oscillator.mech", "dop853"),
+    **{name: REPRESENTATIVE[name] for name in CHOSEN},
+}
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
-@pytest.mark.parametrize("name", ["damped_oscillator", "heavy_top_rotation", "double_pendulum_bars"])
-def test_random_calls(name: str, tmp_path: Path) -> None:
-    model = load(EXAMPLES / f"{name}.mech")
-    start = start_of(model.problem("c", reproducible=True))
-    package = make_package(model.compilation.equations, start, fmi=3, method="dop853", platforms=())
+@pytest.mark.parametrize("fmi", [2, 3])
+@pytest.mark.parametrize("name", MODELS)
+def test_random_calls(name: str, fmi: int, tmp_path: Path) -> None:
+    source, method = MODELS[name]
+    package, start = packed(source, fmi, method)
     for file, data in package.files.items():
         if file.startswith("sources/"):
             (tmp_path / file.removeprefix("sources/")).write_bytes(data)
-    (tmp_path / "random_calls.c").write_bytes((Path(__file__).parent / "random_calls.c").read_bytes())
+    driver = f"random_calls{fmi}.c"
+    for file in ("random_calls.h", driver):
+        (tmp_path / file).write_bytes((Path(__file__).parent / file).read_bytes())
     flags = ["-std=c11", "-O1", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     headers = Path(fmpy.__file__).parent / "c-code"
     files = [p.name for p in sorted(tmp_path.glob("*.c"))]
     subprocess.run(["cc", *flags, f"-I{headers}", *files, "-o", "calls", "-lm"], cwd=tmp_path, check=True)
+    description = package.files["modelDescription.xml"].decode()
+    indicators = description.partition('numberOfEventIndicators="')[2].partition('"')[0] or "0"
     done = subprocess.run(
-        ["./calls", package.token], cwd=tmp_path, capture_output=True, text=True, timeout=300
+        ["./calls", package.token, str(len(start.problem.states)), indicators],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
     )
     assert (done.returncode, done.stderr) == (0, "")

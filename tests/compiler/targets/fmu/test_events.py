@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model, FMU3Slave
+from fmu_models import DRIVEN, by_cvode, packed, put, references, restore, save, written
 
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import native_points
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.build import find_compiler
-from fmu_models import DRIVEN, by_cvode, packed, put, references, restore, save, written
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
