@@ -65,7 +65,7 @@ class Solution(Results):
         self.accuracy = accuracy
         self.events = events
         self.energy = energy_accounts(problem, time, values)
-        self.remarks = remarks
+        self.remarks = (*remarks, *_creeps(listed, values))
         self.interpolation = interpolation
         self._at = at
         self.report = self.summary()
@@ -106,6 +106,17 @@ def quantities(problem: Problem) -> tuple[Quantity, ...]:
     """All quantities of a solution, in the order of its columns."""
     discretes = (quantity for quantity in problem.discretes if quantity.kind != "mode")
     return (*problem.states, *problem.outputs, *problem.inputs, *discretes)
+
+
+def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str]:
+    """Tell how fast regularized frictions moved where they ought to stick."""
+    found = []
+    for quantity in listed:
+        fastest = float(np.max(values[quantity.name], initial=0.0)) if quantity.kind == "creep" else 0.0
+        if fastest > 0:
+            name, unit = quantity.name.removeprefix("creep(")[:-1], quantity.unit
+            found.append(f"'{name}' creeps where it ought to stick, at up to {fastest:.3g} {unit}".rstrip())
+    return found
 
 
 def _event_summary(event: Event) -> dict[str, Any]:

@@ -45,7 +45,7 @@ def with_modes(
         law = row.multiplier
         if mode.kind == "friction":
             kinetic, _ = limits(system, mode, normals, answers)
-            side = mode.smooth if mode.smooth is not None else mode.sign
+            side = mode.smooth.side if mode.smooth is not None else mode.sign
             assert side is not None
             law = graph.add(law, graph.mul(side, kinetic))
             _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)

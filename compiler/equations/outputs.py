@@ -79,6 +79,7 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     ]
     for name in layout.accounts:
         rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
+    rows += _creeps(system, layout)
     described = {entry.name: entry for entry in (*layout.states, *(entry for entry, _ in rows))}
     for exact in system.exacts:
         unit = described[exact.name].unit
@@ -96,6 +97,22 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
             rows.append((Entry(name, "momentum", unit), node))
     return rows
+
+
+def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+    """Return the speeds of regularized frictions where they ought to stick; those of contacts while these are closed."""
+    closed = {rows.name: rows.mode.flag for rows in system.constraints if rows.mode is not None}
+    found: list[tuple[Entry, Node]] = []
+    for rows in system.constraints:
+        mode = rows.mode
+        if mode is None or mode.smooth is None:
+            continue
+        creep, name = mode.smooth.creep, mode.contact or rows.name
+        if mode.contact:
+            creep = system.graph.mul(closed[mode.contact], creep)
+        unit = "" if layout.dimensionless else mode.smooth.unit
+        found.append((Entry(f"creep({name})", "creep", unit), creep))
+    return found
 
 
 def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.units import preferred_unit
 
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Graph, Node
 from .forces import rate_of
 from .lower import Lowering
-from .modes import Mode
+from .modes import Mode, Regularized
 from .symbols import Symbols
 from .system import ConstraintRows
 
@@ -164,8 +165,8 @@ def _smooth(
     name: str,
     span: object,
     reporter: Reporter,
-) -> Node | None:
-    """Return tanh(s/v_stick) for a regularized law, or None."""
+) -> Regularized | None:
+    """Return the smooth law with tanh(s/v_stick) for a regularized friction, or None."""
     law = options.get("law")
     if not isinstance(law, Literal) or law.value != REGULARIZED:
         return None
@@ -177,9 +178,12 @@ def _smooth(
             law.span,
             help="add 'v_stick = 1 mm/s'; below this speed the force grows with the speed",
         )
-        return lowering.graph.zero
-    graph = lowering.graph
-    return graph.tanh(graph.div(slip, lowering.scalar(speed)))
+        return None
+    graph, limit = lowering.graph, lowering.scalar(speed)
+    size = graph.abs(slip)
+    creep = graph.select(graph.less(size, limit), size, graph.zero)
+    unit = preferred_unit(speed.type.dimension, speed.type.angle)
+    return Regularized(graph.tanh(graph.div(slip, limit)), creep, unit)
 
 
 def _coefficient(

@@ -9,14 +9,24 @@ from ..graph import Node
 
 
 @dataclass(frozen=True, slots=True)
+class Regularized:
+    """Friction as a smooth force: ``side`` tanh(s/v_stick) times its limit. ``creep``: the speed of sliding where it
+    is below v_stick, and so takes the place of sticking, else 0; ``unit`` its unit."""
+
+    side: Node
+    creep: Node
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
 class Mode:
     """How the rows of a constraint are switched; every symbol is a number in z.
 
     ``kind``: contact, friction, constraint. ``flag`` is 1 while the rows hold (a contact presses, friction sticks);
     ``sign`` is the direction of slip, -1, 0 or 1; ``enabled`` 0 for what was released. A friction has the limits
     ``kinetic`` and ``static`` of its force, or is in the contact ``contact`` with these as coefficients. ``smooth``
-    in -1..1 takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact
-    rests, negative for the default.
+    takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
+    negative for the default.
     """
 
     kind: str
@@ -27,7 +37,7 @@ class Mode:
     contact: str = ""
     kinetic: Node | None = None
     static: Node | None = None
-    smooth: Node | None = None
+    smooth: Regularized | None = None
     restitution: Node | None = None
     rest: Node | None = None
 

@@ -166,6 +166,25 @@ when time >= 2 s then engage hold; end when;
     assert closes(solution, 1e-12)
 
 
+def test_the_creep_of_regularized_friction_is_reported() -> None:
+    """Half of the limit pulls: tanh(v/v_stick) = 1/2. Sliding faster than v_stick is no creep."""
+    text = """
+coordinate s = 0 m;
+initial der(s) = 0.1 m/s;
+kinetic 1/2*(1 kg)*der(s)^2;
+friction 4 N on s, law = "regularized", v_stick = 1 mm/s;
+force 2 N on s;
+"""
+    solution = run(text, stop=1)
+    creep = 1e-3 * math.atanh(0.5)
+    assert solution["creep(friction[1])"][-1] == pytest.approx(creep, rel=1e-6)
+    assert solution["creep(friction[1])"][0] == 0 and solution.unit("creep(friction[1])") == "m/s"
+    assert np.max(solution["creep(friction[1])"]) < 1e-3
+    assert any("'friction[1]' creeps where it ought to stick" in remark for remark in solution.remarks)
+    sliding = run(text.replace("force 2 N", "force 6 N"), stop=1)
+    assert not any("creeps" in remark for remark in sliding.remarks)
+
+
 def test_chattering_stops_with_advice() -> None:
     text = """\
 coordinate s = 0 m;
