@@ -26,7 +26,7 @@ STEPS = 400
 REPEATS = 9
 SHARE = 1e-4
 """Length of the measured steps over that of the experiment: short, so that no motion runs away in them."""
-LARGEST = 20_000
+LARGEST = 30_000
 """Operations of a program above which it is not compiled to be measured."""
 
 
