@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import re
+import shutil
+import subprocess
+
+import pytest
 
 import mechc
 from mechc.compiler.targets.c import emit_c
@@ -34,6 +39,31 @@ def test_library() -> None:
         assert (len(problem.constraints) > 0, len(problem.assembly) > 0) == (present, present)
     assert tree.library is not None and loop.library is not None
     assert tree.library.stat().st_size < loop.library.stat().st_size
+
+
+@pytest.mark.skipif(shutil.which("nm") is None, reason="lists the symbols by nm")
+def test_symbols() -> None:
+    """What the model itself defines: a tree has the functions that every model has, and nothing else."""
+    found = []
+    for text in (TREE, LOOP):
+        library = mechc.loads(text).problem("c").library
+        listed = subprocess.run(["nm", str(library)], capture_output=True, text=True, check=True).stdout
+        found.append(set(re.findall(r" [tT] (\w+?)(?:\.\w+)*$", listed, re.M)))
+    tree, loop = found
+    assert {"rhs", "initial", "outputs", "parameters"} <= tree
+    assert loop - tree == {"assembly", "assembly_jacobian", *FUNCTIONS}
+
+
+def test_run() -> None:
+    """Nothing is assembled, nothing projected; no step looks for events."""
+    four_bar = LOOP.replace("cut", "Bar third;Revolute knee(other.b -> third.a, angle ~ -1 rad);cut")
+    four_bar = four_bar.replace("last(other.b", "last(third.b").replace("{1, 0} m", "{1.5, 0} m")
+    tree, loop = (mechc.loads(text).simulate(stop=0.1, estimate_error=False) for text in (TREE, four_bar))
+    assert tree.statistics.drift_position is None and tree.statistics.drift_velocity is None
+    assert loop.statistics.drift_position is not None and loop.statistics.drift_velocity is not None
+    assert (tree.accuracy.constraints, tree.events) == ((), ())
+    struct = load_functions(mechc.loads(TREE).problem("c")).struct
+    assert struct is not None and not struct.hybrid
 
 
 def test_it_is_said() -> None:
