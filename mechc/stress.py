@@ -202,7 +202,9 @@ def _checked(
     why, owed = "", dict(estimate.by_state)
     try:
         truth = true_errors(compile_for_reference(model), plan(model, request), solution, subject.seconds / 2)
-        errors, against = truth.by_state, f"{truth.precision} to t = {truth.horizon:.4g}"
+        errors, against = truth.by_state, truth.precision
+        if truth.horizon < solution.time[-1]:
+            why = f"compared up to {truth.horizon:.6g}: beyond, the reference is in doubt"
     except ReferenceFailed as failed:
         why = f"no reference: {failed}"
         try:
@@ -248,7 +250,7 @@ def _opinion(
     estimate = other.accuracy.error
     if estimate is None:
         raise ReferenceFailed(other.accuracy.remark)
-    return differences, estimate.by_state, f"{method} at {OPINION:g}, at the end"
+    return differences, estimate.by_state, f"{method} at {OPINION:g}"
 
 
 def _conditioning(model: Model, request: Request, solution: Solution) -> dict[str, float]:
@@ -281,12 +283,30 @@ def report(made: Stress) -> str:
 def line_of(row: Row | None) -> str:
     """Lay out one line of the table, or its head."""
     if row is None:
-        cells: Sequence[str] = ("extreme", "", "method", "outcome", "error", "claimed", "run time")
+        cells: Sequence[str] = (
+            "extreme",
+            "",
+            "method",
+            "outcome",
+            "error",
+            "claimed",
+            "checked by",
+            "run time",
+        )
         reason = ""
     else:
         error, claim = ("-" if x is None else f"{x:.0e}" for x in (row.error, row.claim))
         duration = f"{row.seconds * 1e3:.3g} ms" if row.method else "-"
-        cells = (row.group, row.text, row.method or "-", WORDS[row.kind], error, claim, duration)
+        cells = (
+            row.group,
+            row.text,
+            row.method or "-",
+            WORDS[row.kind],
+            error,
+            claim,
+            row.against or "-",
+            duration,
+        )
         reason = "  " + row.reason.splitlines()[0] if row.reason else ""
-    widths = (10, 40, 7, 22, 7, 7, 10)
+    widths = (9, 41, 7, 21, 6, 7, 15, 10)
     return ("".join(f"{cell:<{width}} " for cell, width in zip(cells, widths, strict=True)) + reason).rstrip()

@@ -21,7 +21,7 @@ MOST = 200
 
 def with_cause(problem: Problem, functions: Functions, case: Case, failure: Failure) -> Failure:
     """Say in the message of a failure that the mass matrix is singular, where it is."""
-    if failure.kind not in ("not finite", "step too small"):
+    if failure.kind not in ("not finite", "step too small", "modes", "impact"):
         return failure
     y = np.array([failure.state[quantity.name] for quantity in problem.states])
     names = without_inertia(problem, functions, case, failure.time, y)
