@@ -116,7 +116,7 @@ def main(quick: bool = False) -> None:
         "made before. Constrained models have the index-1 form for scipy, which has no other; the kernel projects as "
         "well. The ball bounces by `when`, for scipy by its own events. The error is the largest one over 41 output "
         "times and all states, relative to nominal + |value|, against a run in higher precision; runs are timed "
-        "without output, medians of repeats; times between two runs are interpolated in the logarithms. Goals: ratios "
+        "without output, medians of repeats (scipy: CPU time, so that other work on the machine does not count); times between two runs are interpolated in the logarithms. Goals: ratios "
         f"of 50, 10 and 3, and errors down to {ACCURATE:g}. `mechc bench MODEL --against scipy` gives the tables."
     )
     parts = [text, table([*head, "goal", "smallest error"], rows), *notes, *pictures]
