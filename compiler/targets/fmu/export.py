@@ -60,8 +60,8 @@ def start_of(
         given[setting.array].add(setting.index)
     for array, quantities in (("p", problem.parameters), ("y", problem.states), ("u", problem.inputs)):
         given[array] |= {i for i, q in enumerate(quantities) if q.name in (values or {})}
-    if problem.constraints:
-        given["y"] = set(range(problem.ny))
+    if problem.assembly:
+        given["y"] |= {i for i in range(problem.ny) if not case.known[i]}
     return Start(
         problem, case, u, nominal, frozenset(given["p"]), frozenset(given["y"]), frozenset(given["u"])
     )

@@ -137,7 +137,7 @@ def variable_table(equations: Equations, start: Start) -> Table:
         )
         return index
 
-    constrained = bool(equations.constraints)
+    constrained = bool(equations.constraints or equations.assembly)
     rates, initial = functions["rhs"].outputs, functions["initial"].outputs
     free = [
         not constrained and (i in start.given_states or not equations.graph.support(n))

@@ -70,6 +70,11 @@ typedef struct fmu_description {
     const unsigned char *y_given, *u_given, *p_given; /* 0: by the formulas of the model         */
     const unsigned char *p_settable;    /* 0: calculated from others                             */
     const unsigned char *y_settable;    /* states whose initial value may be changed             */
+    const unsigned char *y_held;        /* [ny] initial values that constraints must not move    */
+    int n_dependent;                    /* initial values that are stated with those of others   */
+    const int *dependent;               /* [n_dependent] in y                                    */
+    mech_function *others;              /* out[n_dependent]; NULL: there are none                */
+    int n_conditions;                   /* on expressions at the start: met by the exporter only */
     int initial_is_free;                /* no initial value depends on other quantities          */
     int inputs_move;                    /* an input that nobody sets depends on time             */
     const char *const *assertions;      /* [n_assertions]                                        */
@@ -110,6 +115,7 @@ struct fmu {
     fmu_state *st;
     mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
     mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
+    mech_real *room;  /* of starts.c                                                             */
     int n_w;          /* event indicators of the kernel                                          */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
@@ -169,6 +175,9 @@ void fmu_set_experiment(fmu *f);
 void fmu_list_tables(fmu *f);
 /* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */
 int fmu_project(fmu *f);
+/* The initial state after a change from outside; during initialisation it meets the constraints. */
+int fmu_start_values(fmu *f);
+int fmu_meet_constraints(fmu *f);
 /* Tells why a run failed; gives the status. */
 int fmu_failed(fmu *f, int outcome);
 int fmu_undefined(fmu *f, const char *what);

@@ -33,6 +33,7 @@ static int check_assertions(fmu *f)
 int fmu_exit_initialisation(fmu *f)
 {
     fmu_state *st = f->st;
+    const int unmet = st->off && f->d->n_conditions;
     int status = fmu_refresh_initial(f);
     if (!status) status = fmu_refresh_rates(f);
     if (!status) status = fmu_refresh_outputs(f);
@@ -47,7 +48,8 @@ int fmu_exit_initialisation(fmu *f)
         st->solver_stale = 0;
     }
     st->mode = f->is_co_simulation && !f->event_mode ? FMU_STEP : FMU_EVENT;
-    return FMU_OK;
+    return unmet ? fmu_fail(f, FMU_WARNING, "conditions on expressions at the start hold for the exported values only")
+                 : FMU_OK;
 }
 
 /* The largest distance of a unit quaternion from length one. */

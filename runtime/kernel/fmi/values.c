@@ -62,16 +62,12 @@ int fmu_refresh_initial(fmu *f)
     if (status || !st->stale_initial || st->mode > FMU_INITIALISATION) return status;
     const mech_model *m = f->m;
     if (m->discretes) m->discretes(st->t, f->y, f->u, f->scratch, f->p, f->z);
-    if (st->off) { /* else the values of the exporter hold */
-        m->initial(st->t, f->y, f->u, f->z, f->p, f->scratch);
-        for (int i = 0; i < f->ny; i++)
-            if (!f->y_set[i]) f->y[i] = f->scratch[i];
-    }
-    if (!fmu_finite(f->y, f->ny)) return fmu_undefined(f, "an initial value is not finite");
+    if (st->off) status = fmu_start_values(f); /* else the values of the exporter hold */
+    if (status) return status;
     if (st->mode == FMU_INITIALISATION) {
         fmu_list_tables(f);
-        if (st->off && fmu_project(f)) return fmu_fail(f, FMU_ERROR, "the initial state cannot meet the constraints");
-        if (m->hybrid) status = f->d->events->look(f);
+        if (st->off) status = fmu_meet_constraints(f);
+        if (!status && m->hybrid) status = f->d->events->look(f);
     }
     st->stale_initial = status != FMU_OK;
     fmu_touch(f);

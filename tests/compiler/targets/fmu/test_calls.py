@@ -11,7 +11,16 @@ from fmu_models import EXAMPLES, REPRESENTATIVE, packed
 
 from mechc.runtime.build import find_compiler
 
-CHOSEN = ("rotation", "closed loop", "stiff", "contact", "friction", "input", "discrete controller", "terminates")
+CHOSEN = (
+    "rotation",
+    "closed loop",
+    "stiff",
+    "contact",
+    "friction",
+    "input",
+    "discrete controller",
+    "terminates",
+)
 MODELS = {
     "free": (EXAMPLES / "damped_oscillator.mech", "dop853"),
     **{name: REPRESENTATIVE[name] for name in CHOSEN},

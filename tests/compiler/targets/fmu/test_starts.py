@@ -1,0 +1,84 @@
+"""Initial states of FMUs whose parameters or states were changed: as the native run of the changed model begins."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import pytest
+from fmu_models import put, references, states, written
+
+import mechc
+from mechc.compiler.targets.fmu import driver
+from mechc.runtime.build import find_compiler
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
+
+FOUR_BAR = """
+import mech.planar.*;
+
+model FourBar "the angle of the crank is stated, all others are guessed"
+  parameter phi = 60 deg;
+  parameter long = 0.5 m;
+  gravity {0, -9.81 m/s^2};
+  Bar crank(m = 1 kg, l = 0.2 m);
+  Bar coupler(m = 2 kg, l = long);
+  Bar rocker(m = 1.5 kg, l = 0.4 m);
+  frame pivot = world * trans({0.5 m, 0});
+  Revolute a(world -> crank.a, angle = phi);
+  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
+  Revolute d(pivot -> rocker.a, angle ~ 90 deg);
+  cut Revolute c(coupler.b -> rocker.b);
+  initial der(a.angle) = 1 rad/s;
+  experiment(stop = 1 s);
+end FourBar;
+"""
+
+FOLLOWS = """
+model Follows "one initial value is stated with another, and both with a parameter"
+  parameter h = 1 m;
+  coordinate x = h;
+  coordinate y = 2*x;
+  kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);
+  experiment(stop = 1 s);
+end Follows;
+"""
+
+
+@pytest.fixture(scope="module")
+def four_bar(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return written(tmp_path_factory.mktemp("starts"), FOUR_BAR, 3)[0]
+
+
+def start(path: Path, values: Mapping[str, float]) -> dict[str, float]:
+    at, names = references(path), states(path)
+    with driver.instance(path, "me") as fmu:
+        for name, value in values.items():
+            put(fmu, at[name], value)
+        driver.initialise(fmu, 0.0)
+        return dict(zip(names, driver.numbers(fmu, [at[n] for n in names]), strict=True))
+
+
+@pytest.mark.parametrize("values", [{}, {"phi": 1.3}, {"phi": 0.9, "long": 0.52}, {"a.angle": 0.7}])
+def test_what_is_stated_stays_and_the_rest_follows(four_bar: Path, values: dict[str, float]) -> None:
+    """Both solve to rounding; 1e-12 leaves room for the condition of the linkage."""
+    native = mechc.loads(FOUR_BAR).with_values(values).simulate(stop=1e-6, estimate_error=False)
+    found = start(four_bar, values)
+    assert found == pytest.approx({n: float(native[n][0]) for n in found}, rel=1e-12)
+
+
+def test_values_of_the_importer_go_before_those_of_the_model(four_bar: Path) -> None:
+    found = start(four_bar, {"d.angle": 1.6})
+    assert found["d.angle"] == pytest.approx(1.6, rel=1e-12)
+    assert found["a.angle"] != pytest.approx(1.0471975511965976, rel=1e-3)
+
+
+def test_values_that_cannot_be_met_are_an_error(four_bar: Path) -> None:
+    with pytest.raises(Exception, match="status 3"):
+        start(four_bar, {"long": 2.0})
+
+
+def test_values_that_are_stated_with_others_follow_them(tmp_path: Path) -> None:
+    path, _ = written(tmp_path, FOLLOWS, 3)
+    assert start(path, {"h": 3.0}) == {"x": 3.0, "y": 6.0, "der(x)": 0.0, "der(y)": 0.0}
+    assert start(path, {"x": 5.0}) == {"x": 5.0, "y": 10.0, "der(x)": 0.0, "der(y)": 0.0}
