@@ -158,15 +158,21 @@ def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
 
     def root(n: Node) -> Node:
         while group[n] != n:
-            n = group[n]
+            group[n] = n = group[group[n]]
         return n
 
     own = [(system.a[i], solved.residual[i]) for i in solved.free]
     own += [(row.multiplier, row.equation) for row in solved.rows]
+    within = {n: n for n in group}  # an unknown of each node that has any; the others are in its group
+    for n in graph.reach([equation for _, equation in own]):
+        found = [within[x] for x in graph.args(n) if x in within]
+        if found:
+            within[n] = found[0]
+        for other in found[1:]:
+            group[root(other)] = root(found[0])
     for unknown, equation in own:
-        for other in graph.support(equation):
-            if other in group:
-                group[root(other)] = root(unknown)
+        if equation in within:
+            group[root(within[equation])] = root(unknown)
     roots = [root(system.a[i]) for i in solved.free]
     return tuple(sorted((roots.count(n) for n in dict.fromkeys(roots)), reverse=True))
 

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..flat.model import Kind
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.differentiate import jacobian
-from ..graph.evaluate import Tape, evaluate
+from ..graph.evaluate import FLOATS, Numbers, Tape, evaluate
+from ..graph.operations import DIV
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
 
@@ -37,7 +38,15 @@ as singular: within about a degree of it."""
 WORK = 300_000
 """Operations that a walk may cost; larger mechanisms are searched for fewer steps."""
 
+BLOCK = 64
+"""Columns of a matrix that are evaluated at once."""
+
 Array = NDArray[np.float64]
+
+ARRAYS = Numbers(
+    FLOATS.constant, {**FLOATS.functions, DIV: lambda a, b: a / b if b else float("nan")}, FLOATS.interpolate
+)
+"""Floats, and arrays of them in what is affine."""
 
 
 def soften(
@@ -166,6 +175,22 @@ def _solve(squares: Array, basis: Array, threshold: float, right: Array) -> Arra
     return result
 
 
+def _slopes(
+    graph: Graph, outputs: Sequence[Node], symbols: Sequence[Node], values: Mapping[Node, float]
+) -> Array:
+    """Return the derivatives of outputs that are affine in the symbols: by unit changes, without new nodes."""
+    known = dict.fromkeys(graph.support(*outputs), 0.0) | {n: float(x) for n, x in values.items()}
+    base = evaluate(graph, outputs, known)
+    slopes = np.zeros((len(outputs), len(symbols)))
+    for begin in range(0, len(symbols), BLOCK):
+        block = symbols[begin : begin + BLOCK]
+        units = zip(block, np.eye(len(block)), strict=True)
+        moved = evaluate(graph, outputs, known | {n: known.get(n, 0.0) + unit for n, unit in units}, ARRAYS)
+        for i, (x, y) in enumerate(zip(moved, base, strict=True)):
+            slopes[i, begin : begin + len(block)] = x - y
+    return slopes
+
+
 def _inverse_inertias(
     system: MechanicalSystem,
     residual: Sequence[Node],
@@ -175,16 +200,7 @@ def _inverse_inertias(
 ) -> Array:
     """Return the diagonal of K M^-1 K^T: by how much each row gives way to a unit of its multiplier."""
     graph = system.graph
-    accelerations = [system.a[i] for i in free]
-    velocities = [system.v[i].node for i in free]
-    entries = [
-        *jacobian(graph, [residual[i] for i in free], accelerations),
-        *jacobian(graph, [row.rate for row in rows], velocities),
-    ]
-    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
-    matrix = np.zeros((len(entries), len(free)))
-    for (i, j, _), value in zip(flat, evaluate(graph, [n for *_, n in flat], values), strict=True):
-        matrix[i, j] = value
-    inertia, k = matrix[: len(free)], matrix[len(free) :]
+    inertia = _slopes(graph, [residual[i] for i in free], [system.a[i] for i in free], values)
+    k = _slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
     sizes: Array = np.einsum("ij,ji->i", k, np.linalg.pinv(inertia) @ k.T)
     return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)
