@@ -11,6 +11,7 @@ import fmpy
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
+from .compiler.targets.fmu.arrays import element_names, flattened
 from .compiler.targets.fmu.inspect import KINDS, kinds_of
 from .display import Display
 from .lang.units import UnitError, parse_unit
@@ -21,8 +22,6 @@ from .runtime.solution import Solution as Run
 from .runtime.trajectory import Statistics
 from .settings import UsageMistake, unknown_name
 from .solution import Solution
-
-NUMERIC = {"Real", "Float32", "Float64"}
 
 
 def run_fmu(
@@ -54,7 +53,7 @@ def run_fmu(
         if name not in known:
             raise unknown_name("variable that can be set", name, known)
     problem = _problem(description)
-    quantities = (*problem.states, *problem.outputs, *problem.inputs)
+    columns = {v.name for v in _shown(description)}
     begun = time.perf_counter()
     try:
         result = simulate_fmu(
@@ -63,7 +62,7 @@ def run_fmu(
             stop_time=stop,
             output_interval=every,
             start_values=dict(values or {}),
-            output=[q.name for q in quantities],
+            output=sorted(columns),
             validate=False,
         )
     except Exception as error:  # the same, for a binary that refuses
@@ -73,12 +72,17 @@ def run_fmu(
 
 def _problem(description: Any) -> Problem:
     """Describe the variables of an FMU as those of a model."""
-    states = [u.variable.derivative for u in description.derivatives if u.variable.derivative is not None]
-    names = {v.name for v in states}
-    of_states = [_quantity(v, _kind(v.name, names)) for v in states if v.type in NUMERIC]
-    rest = [v for v in description.modelVariables if v.name not in names and not v.dimensions]
-    outputs = [_quantity(v, "output") for v in rest if v.causality == "output" and v.type != "String"]
-    inputs = [_quantity(v, "input") for v in rest if v.causality == "input" and v.type in NUMERIC]
+    states = {id(s) for s in _states(description)}
+    names = {name for v in _states(description) for name in element_names(v.name, v.shape or ())}
+    of_states: list[Quantity] = []
+    outputs: list[Quantity] = []
+    inputs: list[Quantity] = []
+    for v in _shown(description):
+        for name in element_names(v.name, v.shape or ()):
+            if id(v) in states:
+                of_states.append(_quantity(v, name, _kind(name, names)))
+            else:
+                (inputs if v.causality == "input" else outputs).append(_quantity(v, name, v.causality))
     coordinates = sum(q.kind == "coordinate" for q in of_states)
     rates = sum(q.kind == "rate" for q in of_states)
     return Problem(
@@ -101,6 +105,20 @@ def _problem(description: Any) -> Problem:
     )
 
 
+def _states(description: Any) -> list[Any]:
+    return [u.variable.derivative for u in description.derivatives if u.variable.derivative is not None]
+
+
+def _shown(description: Any) -> list[Any]:
+    """Return the variables to show: states, then outputs and inputs."""
+    states = _states(description)
+    known = {id(v) for v in states}
+    rest = [
+        v for v in description.modelVariables if id(v) not in known and v.causality in ("input", "output")
+    ]
+    return [v for v in (*states, *rest) if v.type not in ("String", "Binary", "Clock")]
+
+
 def _kind(name: str, states: set[str]) -> str:
     """Tell coordinates and their rates from other states by their names."""
     if f"der({name})" in states:
@@ -108,7 +126,7 @@ def _kind(name: str, states: set[str]) -> str:
     return "rate" if name.startswith("der(") and name[4:-1] in states else "state"
 
 
-def _quantity(variable: Any, kind: str) -> Quantity:
+def _quantity(variable: Any, name: str, kind: str) -> Quantity:
     unit = variable.unit or ""
     try:
         parse_unit(unit or "1")
@@ -119,17 +137,18 @@ def _quantity(variable: Any, kind: str) -> Quantity:
         same = bool(unit) and parse_unit(display or "1").dimension == parse_unit(unit).dimension
     except UnitError:
         same = False
-    return Quantity(variable.name, kind, unit, display if same else "", doc=variable.description or "")
+    return Quantity(name, kind, unit, display if same else "", doc=variable.description or "")
 
 
 def _solution(problem: Problem, result: Any, kind: str, seconds: float) -> Solution:
     instants: Array = np.asarray(result["time"], dtype=np.float64)
     names = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs)]
-    columns = np.array([[float(v) for v in result[name]] for name in names]).T.reshape(len(instants), -1)
+    found = flattened(result)
+    columns = np.array([found[name] for name in names]).T.reshape(len(instants), -1)
 
     def at(times: Array) -> Array:
-        found = [np.interp(times, instants, column) for column in columns.T]
-        return np.array(found).T.reshape(len(times), -1)
+        values = [np.interp(times, instants, column) for column in columns.T]
+        return np.array(values).T.reshape(len(times), -1)
 
     run = Run(
         problem,

@@ -27,7 +27,7 @@ VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
 class FmuOptions:
     """``fmi``: 2, 3 or both; ``kind``: me, cs or both; ``check``: simulate and compare before writing.
 
-    ``platforms``: host, names of FMI 3 such as aarch64-linux, or all.
+    ``arrays``: arrays of FMI 3 in place of scalars with indices. ``platforms``: host, names of FMI 3 such as aarch64-linux, or all.
     """
 
     fmi: str = "3"
@@ -36,6 +36,7 @@ class FmuOptions:
     sources_only: bool = False
     check: bool = True
     platforms: tuple[str, ...] = ("host",)
+    arrays: bool = False
 
 
 def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[Path, ...]:
@@ -124,6 +125,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
                 platforms=platforms,
                 documents=placed(files, version),
                 parts=model.compilation.parts,
+                with_arrays=options.arrays and version == 3,
             ),
             start,
             method,

@@ -40,6 +40,14 @@ from .options import keep_all_option, kept, model_argument, model_option, set_op
     help="fmu: host (default), x86_64-linux, aarch64-linux, x86_64-windows, aarch64-windows, x86_64-darwin, "
     "aarch64-darwin or all; may be repeated. Others than host are built by zig (pip install ziglang).",
 )
+@click.option(
+    "--fmi3-arrays",
+    "arrays",
+    type=click.Choice(["on", "off"]),
+    default="off",
+    show_default=True,
+    help="fmu: arrays as variables with dimensions in FMI 3; some importers know scalars only.",
+)
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
 @keep_all_option
@@ -53,6 +61,7 @@ def command(
     kind: str,
     experiment: str | None,
     platforms: tuple[str, ...],
+    arrays: str,
     sources_only: bool,
     check: bool,
     keep_all: bool,
@@ -73,7 +82,9 @@ def command(
         from ..fmus import FmuOptions, export_fmu
         from ..settings import UsageMistake
 
-        options = FmuOptions(fmi, kind, experiment, sources_only, check, platforms or ("host",))
+        options = FmuOptions(
+            fmi, kind, experiment, sources_only, check, platforms or ("host",), arrays == "on"
+        )
         try:
             paths = export_fmu(loaded, Path(output) if output else None, options)
         except UsageMistake as mistake:

@@ -15,6 +15,7 @@ from mechc.runtime.functions import load_functions
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import FIRST_EVENTS, Solver
 
+from .arrays import element_names
 from .driver import co_simulation
 from .export import Package
 from .inspect import run_lines
@@ -80,7 +81,8 @@ def _check_motion(path: Path, made: Made) -> None:
 def _early(path: Path, times: Array, states: Array) -> Reference:
     """Return the first tenth of the native run as a reference: another integrator follows that far."""
     description = fmpy.read_model_description(str(path))
-    names = [unknown.variable.derivative.name for unknown in description.derivatives]
+    variables = [unknown.variable.derivative for unknown in description.derivatives]
+    names = [name for v in variables for name in element_names(v.name, tuple(v.shape or ()))]
     rows = max(2, POINTS // 10)
     return Reference("the native run", times[:rows], dict(zip(names, states[:rows].T, strict=True)))
 

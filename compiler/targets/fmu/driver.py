@@ -16,6 +16,8 @@ from fmpy.fmi3 import FMU3Model, FMU3Slave
 
 from mechc.runtime.problem import Array
 
+from .arrays import length
+
 
 @contextmanager
 def instance(path: Path, kind: str) -> Iterator[Any]:
@@ -56,10 +58,11 @@ def initialise(fmu: Any, start: float, stop: float | None = None, tolerance: flo
     fmu.exitInitializationMode()
 
 
-def numbers(fmu: Any, references: list[int]) -> list[float]:
-    """Get the values of variables."""
-    found = fmu.getReal(references) if isinstance(fmu, FMU2Model | FMU2Slave) else fmu.getFloat64(references)
-    return [float(v) for v in found]
+def numbers(fmu: Any, references: list[int], count: int | None = None) -> list[float]:
+    """Get the values of variables; ``count`` of them where arrays are among them."""
+    if isinstance(fmu, FMU2Model | FMU2Slave):
+        return [float(v) for v in fmu.getReal(references)]
+    return [float(v) for v in fmu.getFloat64(references, nValues=count)]
 
 
 def do_step(fmu: Any, begin: float, step: float) -> bool:
@@ -80,12 +83,13 @@ def co_simulation(path: Path, times: Array, step: float) -> Array:
     """Return the states at the given times, with a step of size ``step`` from each to the next."""
     description = fmpy.read_model_description(str(path))
     states = [unknown.variable.derivative.valueReference for unknown in description.derivatives]
+    count = sum(length(unknown.variable) for unknown in description.derivatives)
     with instance(path, "cs") as fmu:
         initialise(fmu, float(times[0]))
-        rows = [numbers(fmu, states)]
+        rows = [numbers(fmu, states, count)]
         for begin in times[:-1]:
             ended = do_step(fmu, float(begin), step)
-            rows.append(numbers(fmu, states))
+            rows.append(numbers(fmu, states, count))
             if ended:
                 break
         fmu.terminate()

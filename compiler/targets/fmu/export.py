@@ -19,7 +19,7 @@ from mechc.runtime.problem import Problem
 from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
-from . import terminals, xml2, xml3
+from . import arrays, terminals, xml2, xml3
 from .identity import Identity, checked_identifier, tool
 from .licences import licences
 from .platforms import HOST, binaries
@@ -77,9 +77,10 @@ def make_package(
     platforms: Sequence[str] = (HOST,),
     documents: Mapping[str, bytes] | None = None,
     parts: Collection[str] = (),
+    with_arrays: bool = False,
 ) -> Package:
     """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
-    by path; ``parts`` are kept though the model does without.
+    by path; ``parts`` are kept though the model does without; ``with_arrays`` (FMI 3) makes arrays of scalars that are alike.
 
     Raises CompileError, BuildError, CompilerMissing.
     """
@@ -88,17 +89,19 @@ def make_package(
     extended = with_sensitivities(equations, independent)
     program = lower(extended)
     table = variable_table(extended, start)
+    groups = arrays.grouped(table) if with_arrays else arrays.scalars(table)
+    sizes = arrays.sizes(groups, table) if with_arrays else []
     everything = repr(
         (
             program.name,
-            sources(program, start, table, "", method, fmi, parts=parts),
+            sources(program, start, table, "", method, fmi, parts=parts, sizes=sizes),
             table.variables,
             kinds,
             tool(),
         )
     )
     token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
-    texts = sources(program, start, table, token, method, fmi, parts=parts)
+    texts = sources(program, start, table, token, method, fmi, parts=parts, sizes=sizes)
     case = start.case
     identity = Identity(
         name=equations.name,
@@ -116,13 +119,13 @@ def make_package(
         ),
     )
     headers = standard_headers(fmi)
-    description = xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table)
+    description = xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table, groups)
     files: dict[str, bytes] = {"modelDescription.xml": description.encode()}
     for name, text in texts.items():
         files[f"sources/{name}"] = text.encode()
     if fmi == 3:
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.write(
-            table, icon=ICON in (documents or {})
+            groups, table, icon=ICON in (documents or {})
         ).encode()
         files["sources/buildDescription.xml"] = xml3.build_description(identity).encode()
     else:

@@ -14,6 +14,7 @@ from fmpy.simulation import simulate_fmu
 from mechc.runtime.problem import Array
 
 from . import driver
+from .arrays import element_names, flattened
 from .described import Finding
 from .reference import Reference, deviation, read_reference
 from .rules import check_file
@@ -143,7 +144,7 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
         result = simulate(str(path), kind) if reference is None else _as_reference(path, kind, reference)
     except Exception as error:
         return [Line(what, False, str(error), "run")]
-    columns = {name: np.array([float(v) for v in result[name]]) for name in result.dtype.names}
+    columns = dict(flattened(result))
     time = columns.pop("time")
     bad = [name for name, values in columns.items() if not np.all(np.isfinite(values))]
     if bad:
@@ -202,14 +203,18 @@ def _common_step(steps: Array) -> float:
 
 def _units(path: Path) -> dict[str, str]:
     description = fmpy.read_model_description(str(path), validate=False)
-    return {v.name: v.unit or "" for v in description.modelVariables}
+    return {name: v.unit or "" for v in description.modelVariables for name in _elements(v)}
+
+
+def _elements(variable: Any) -> list[str]:
+    return element_names(variable.name, tuple(variable.shape or ()))
 
 
 def _known(path: Path, reference: Reference) -> list[str]:
     """Return the variables of a reference that an FMU has."""
     description = fmpy.read_model_description(str(path), validate=False)
-    names = {v.name for v in description.modelVariables}
-    return [name for name in reference.columns if name in names]
+    names = set(reference.columns)
+    return [v.name for v in description.modelVariables if names.intersection(_elements(v))]
 
 
 def simulate(path: str, kind: str, stop: float | None = None) -> Any:

@@ -51,10 +51,12 @@ def sources(
     fmi: int,
     *,
     parts: Collection[str] = (),
+    sizes: Sequence[int] = (),
 ) -> dict[str, str]:
     """Return the text of each C file and header by name, without the headers of the standard.
 
     ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: the whole kernel.
+    ``sizes``: number of elements by value reference, if there are arrays.
     """
     import mechc.runtime
 
@@ -70,7 +72,7 @@ def sources(
         del glue["fmi_events.c"]
     own = {
         "model.c": emit_c(program),
-        "description.c": _description(program, start, table, token, method),
+        "description.c": _description(program, start, table, token, method, sizes),
     }
     chosen = _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
@@ -122,7 +124,9 @@ def _declares(text: str, position: int) -> bool:
     )
 
 
-def _description(program: Program, start: Start, table: Table, token: str, method: str) -> str:
+def _description(
+    program: Program, start: Start, table: Table, token: str, method: str, sizes: Sequence[int]
+) -> str:
     case = start.case
     ny, nu = program.nq + program.nv + program.nx, len(program.arrays["u"])
     n_seeds = sum(e.kind == "seed" for e in program.arrays["z"])
@@ -154,6 +158,7 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         _numbers("int", "dependent", program.dependent),
         _numbers("unsigned char", "z_type", [_TYPES.index(e.type) for e in discretes]),
         _numbers("int", "indicators", table.zero_crossings),
+        *([_numbers("int", "sizes", sizes)] if sizes else []),
         "static const char *const assertions[] = {",
         *(f"    {_string(a.message)}," for a in program.assertions),
         "    NULL};",
@@ -178,6 +183,7 @@ def _description(program: Program, start: Start, table: Table, token: str, metho
         f"    .others = {'initial_of_others' if program.dependent else 'NULL'},",
         f"    .n_conditions = {sum(row.kind == 'initial' for row in program.assembly)},",
         f"    .inputs_move = {int(table.inputs_move)},",
+        f"    .n_sizes = {len(sizes)}, .sizes = {'sizes' if sizes else 'NULL'},",
         "    .assertions = assertions,",
         *(
             ["    .branches = branches, .ends = ends, .rows = rows, .checks = checks,"]

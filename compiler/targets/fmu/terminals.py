@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from .variables import Table, Variable
+from .arrays import Group
+from .variables import Table
 
 SIDE = "100.0"
 _ELEMENT = re.compile(r"(?P<base>[\w.]+)\[(?P<member>[\d,]+)\]")
@@ -27,26 +28,27 @@ class Terminal:
     members: tuple[tuple[str, str], ...]
 
 
-def terminals(variables: Sequence[Variable]) -> tuple[Terminal, ...]:
-    """Return the terminals of at least two variables, in the order of the variables."""
-    groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
-    for v in variables:
+def terminals(groups: Sequence[Group], table: Table) -> tuple[Terminal, ...]:
+    """Return the terminals of at least two variables, in the order of the variables; an array needs none."""
+    members_of: dict[tuple[str, str], list[tuple[str, str]]] = {}
+    for group in groups:
+        v = table.at(group.members[0])
         if v.causality not in ("input", "output") or v.entry.kind not in ("input", "output"):
             continue
         for pattern, rule in ((_ELEMENT, "sequence"), (_MEMBER, "bus")):
-            if found := pattern.fullmatch(v.name):
-                groups.setdefault((found["base"], rule), []).append((found["member"], v.name))
+            if found := pattern.fullmatch(group.name):
+                members_of.setdefault((found["base"], rule), []).append((found["member"], group.name))
                 break
     taken: set[str] = set()
     result = []
-    for (name, rule), members in groups.items():
+    for (name, rule), members in members_of.items():
         if len(members) > 1 and name not in taken:
             taken.add(name)
             result.append(Terminal(name, rule, tuple(members)))
     return tuple(result)
 
 
-def write(table: Table, *, icon: bool) -> str:
+def write(groups: Sequence[Group], table: Table, *, icon: bool) -> str:
     """Return the text of ``terminalsAndIcons/terminalsAndIcons.xml``; an icon fills the square of the model."""
     root = Element("fmiTerminalsAndIcons", fmiVersion="3.0")
     if icon:
@@ -54,7 +56,7 @@ def write(table: Table, *, icon: bool) -> str:
         corners = {"x1": f"-{SIDE}", "y1": f"-{SIDE}", "x2": SIDE, "y2": SIDE}
         SubElement(drawn, "CoordinateSystem", {**corners, "suggestedScalingFactorTo_mm": "0.1"})
         SubElement(drawn, "Icon", corners)
-    found = terminals(table.variables)
+    found = terminals(groups, table)
     if found:
         top = SubElement(root, "Terminals")
         for terminal in found:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from .arrays import Group
 from .identity import CATEGORIES, DATE, Identity, tool
 from .units import number, shown_unit, unit_definitions
 from .variables import Table, Variable
 from .xml2 import first_line
 
 
-def write(identity: Identity, table: Table) -> str:
-    """Return the text of ``modelDescription.xml``."""
+def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
+    """Return the text of ``modelDescription.xml``; ``groups`` are its variables, arrays among them."""
     root = Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -60,17 +62,18 @@ def write(identity: Identity, table: Table) -> str:
         stepSize=number(identity.step),
     )
     variables = SubElement(root, "ModelVariables")
-    for variable in table.variables:
-        _variable(variables, variable, table)
+    for group in groups:
+        _variable(variables, group, table)
     structure = SubElement(root, "ModelStructure")
-    for k in table.outputs:
-        _unknown(structure, "Output", table, k, table.at(k).depends)
-    for k in table.derivatives:
-        _unknown(structure, "ContinuousStateDerivative", table, k, table.at(k).depends)
-    for k in table.initial_unknowns:
-        _unknown(structure, "InitialUnknown", table, k, table.at(k).initially)
-    for k in table.indicators:
-        _unknown(structure, "EventIndicator", table, k, None)
+    own = {k: group for group in groups for k in group.members}
+    for title, unknowns, knowns in (
+        ("Output", table.outputs, [v.depends for v in table.variables]),
+        ("ContinuousStateDerivative", table.derivatives, [v.depends for v in table.variables]),
+        ("InitialUnknown", table.initial_unknowns, [v.initially for v in table.variables]),
+        ("EventIndicator", table.indicators, [None] * len(table.variables)),
+    ):
+        for group in dict.fromkeys(own[k] for k in unknowns):
+            _unknown(structure, title, table, group, [knowns[k - 1] for k in group.members], own)
     return _text(root)
 
 
@@ -93,9 +96,11 @@ def _text(root: Element) -> str:
 _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
 
 
-def _variable(parent: Element, variable: Variable, table: Table) -> None:
+def _variable(parent: Element, group: Group, table: Table) -> None:
+    members = [table.at(k) for k in group.members]
+    variable = members[0]
     entry = variable.entry
-    attributes = {"name": variable.name, "valueReference": str(variable.reference)}
+    attributes = {"name": group.name, "valueReference": str(variable.reference)}
     if entry.doc.strip():
         attributes["description"] = first_line(entry.doc)
     attributes["causality"] = variable.causality
@@ -108,20 +113,37 @@ def _variable(parent: Element, variable: Variable, table: Table) -> None:
         attributes["unit"] = entry.unit
         if shown_unit(entry):
             attributes["displayUnit"] = shown_unit(entry)
-    for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", variable.nominal)):
+    for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", _nominal(members))):
         if value is not None:
             attributes[name] = number(value)
     if variable.start is not None:
-        attributes["start"] = number(variable.start)
+        attributes["start"] = " ".join(number(v.start) for v in members if v.start is not None)
     if variable.derivative:
         attributes["derivative"] = str(table.at(variable.derivative).reference)
     if variable.reinit:
         attributes["reinit"] = "true"
-    SubElement(parent, _ELEMENTS[entry.type], attributes)
+    element = SubElement(parent, _ELEMENTS[entry.type], attributes)
+    for size in group.shape:
+        SubElement(element, "Dimension", start=str(size))
 
 
-def _unknown(parent: Element, title: str, table: Table, index: int, depends: frozenset[int] | None) -> None:
-    attributes = {"valueReference": str(table.at(index).reference)}
-    if depends is not None:
-        attributes["dependencies"] = " ".join(str(table.at(k).reference) for k in sorted(depends))
+def _nominal(members: Sequence[Variable]) -> float | None:
+    """Return the nominal value of an array, which has one only: the largest of its elements."""
+    return max((v.nominal for v in members if v.nominal is not None), default=None)
+
+
+def _unknown(
+    parent: Element,
+    title: str,
+    table: Table,
+    group: Group,
+    depends: Sequence[frozenset[int] | None],
+    own: Mapping[int, Group],
+) -> None:
+    """Write an unknown with all that one of its elements depends on, where that is known of each."""
+    attributes = {"valueReference": str(table.at(group.members[0]).reference)}
+    known = [d for d in depends if d is not None]
+    if len(known) == len(depends):
+        firsts = {own[k].members[0] for k in frozenset().union(*known)}
+        attributes["dependencies"] = " ".join(str(table.at(k).reference) for k in sorted(firsts))
     SubElement(parent, title, attributes)

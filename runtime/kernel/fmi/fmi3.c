@@ -129,16 +129,14 @@ fmi3Status fmi3GetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t 
                           size_t n_values)
 {
     CHECK(ANY | FMU_INTERMEDIATE, "fmi3GetFloat64");
-    if (n_values != n) return (fmi3Status)fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each");
-    return (fmi3Status)fmu_get(c, FMU_REAL, vr, n, values);
+    return (fmi3Status)fmu_get_arrays(c, vr, n, values, n_values);
 }
 
 fmi3Status fmi3SetFloat64(fmi3Instance c, const fmi3ValueReference vr[], size_t n, const fmi3Float64 values[],
                           size_t n_values)
 {
     CHECK(ANY & ~FMU_TERMINATED, "fmi3SetFloat64");
-    if (n_values != n) return (fmi3Status)fmu_fail(c, FMU_ERROR, "all variables are scalars: give one value each");
-    return (fmi3Status)fmu_set(c, vr, n, values);
+    return (fmi3Status)fmu_set_arrays(c, vr, n, values, n_values);
 }
 
 /* Integers and truth values are numbers inside. */
@@ -229,9 +227,8 @@ fmi3Status fmi3GetDirectionalDerivative(fmi3Instance c, const fmi3ValueReference
                                         size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
 {
     CHECK(SOME_TIME | FMU_INTERMEDIATE, "fmi3GetDirectionalDerivative");
-    if (n_seed != n_knowns || n_sensitivity != n_unknowns)
-        return (fmi3Status)fmu_fail(c, FMU_ERROR, "seeds belong to the knowns, sensitivities to the unknowns");
-    return (fmi3Status)fmu_derivative(c, 0, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
+    return (fmi3Status)fmu_derivative_arrays(c, 0, unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, sensitivity,
+                                             n_sensitivity);
 }
 
 fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unknowns[], size_t n_unknowns,
@@ -239,9 +236,8 @@ fmi3Status fmi3GetAdjointDerivative(fmi3Instance c, const fmi3ValueReference unk
                                     size_t n_seed, fmi3Float64 sensitivity[], size_t n_sensitivity)
 {
     CHECK(SOME_TIME | FMU_INTERMEDIATE, "fmi3GetAdjointDerivative");
-    if (n_seed != n_unknowns || n_sensitivity != n_knowns)
-        return (fmi3Status)fmu_fail(c, FMU_ERROR, "seeds belong to the unknowns, sensitivities to the knowns");
-    return (fmi3Status)fmu_derivative(c, 1, unknowns, n_unknowns, knowns, n_knowns, seed, sensitivity);
+    return (fmi3Status)fmu_derivative_arrays(c, 1, unknowns, n_unknowns, knowns, n_knowns, seed, n_seed, sensitivity,
+                                             n_sensitivity);
 }
 
 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance c, fmi3Boolean *again, fmi3Boolean *terminate,

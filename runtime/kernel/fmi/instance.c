@@ -131,6 +131,7 @@ void fmu_reset(fmu *f)
         f->p[i] = d->p[i];
     }
     for (int i = 0; i < f->ny; i++) {
+        f->y_set[i] = d->y_given[i];
         f->y[i] = d->y[i];
         f->atol[i] = d->tolerance * d->nominal[i];
     }
@@ -189,9 +190,8 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     const int own = widest + m->n_assertions + m->nz;
     f->scratch = calloc((size_t)(own + f->n_w), sizeof *f->scratch);
     f->w = f->scratch ? f->scratch + own : NULL;
-    if (m->n_velocity)
-        f->room = calloc((size_t)(2 * (m->nv + m->n_velocity) + m->nv * (2 * m->nv + 5) + m->nq), sizeof *f->room);
-    if (!f->name || !f->st || !f->tables || !f->scratch || (m->n_velocity && !f->room)) {
+    f->elements = calloc(2 * (size_t)d->n_sizes + 1, sizeof *f->elements);
+    if (!f->name || !f->st || !f->tables || !f->scratch || !f->elements) {
         fmu_destroy(f);
         return NULL;
     }
@@ -220,8 +220,8 @@ void fmu_destroy(fmu *f)
     if (!f) return;
     mech_free(f->s);
     free(f->saved);
+    free(f->elements);
     free(f->scratch);
-    free(f->room);
     free(f->tables);
     free(f->st);
     free(f->name);

@@ -77,6 +77,8 @@ typedef struct fmu_description {
     int n_conditions;                   /* on expressions at the start: met by the exporter only */
     int initial_is_free;                /* no initial value depends on other quantities          */
     int inputs_move;                    /* an input that nobody sets depends on time             */
+    int n_sizes;
+    const int *sizes;                   /* [n_sizes] elements by reference, 0: none; NULL: scalars */
     const char *const *assertions;      /* [n_assertions]                                        */
     const char *const *branches, *const *ends, *const *rows; /* names; messages of terminate or NULL */
     const char *const *const *checks;   /* messages of the assertions of each branch             */
@@ -119,6 +121,7 @@ struct fmu {
     int n_w;          /* event indicators of the kernel                                          */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
+    uint32_t *elements; /* references of the elements of arrays, for derivatives                   */
     void *saved; /* all that changes, before a step */
     fmu_logger *log;
     void *environment, *callback; /* for the functions of one version */
@@ -158,6 +161,11 @@ int fmu_update(fmu *f, fmu_news *news);
 
 int fmu_derivative(fmu *f, int adjoint, const uint32_t *unknowns, size_t n_unknowns, const uint32_t *knowns,
                    size_t n_knowns, const mech_real *seed, mech_real *result);
+/* The same with arrays: counts of values are those of their elements. */
+int fmu_get_arrays(fmu *f, const uint32_t *vr, size_t n, mech_real *value, size_t n_values);
+int fmu_set_arrays(fmu *f, const uint32_t *vr, size_t n, const mech_real *value, size_t n_values);
+int fmu_derivative_arrays(fmu *f, int adjoint, const uint32_t *unknowns, size_t n_unknowns, const uint32_t *knowns,
+                          size_t n_knowns, const mech_real *seed, size_t n_seed, mech_real *result, size_t n_result);
 /* Derivatives of outputs by time, of first order, with inputs at rest. */
 int fmu_output_derivative(fmu *f, uint32_t vr, int order, mech_real *result);
 
