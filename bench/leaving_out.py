@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import CompileError
 from mechc.lang.read import read_source
 from mechc.runtime.build import BuildError
 from mechc.runtime.outcome import SimulationError
-from mechc.savings import LARGEST, Cost, cost
+from mechc.savings import LARGEST, SQUARE, Cost, cost
 from mechc.settings import UsageMistake
 
 from .instructions import instructions, make_driver
@@ -20,8 +20,6 @@ from .machine import table, write
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 AS_FMU = ("double_pendulum", "four_bar", "heavy_symmetric_top", "kepler", "hanging_chain")
-LARGE = frozenset({"jacobian", "momenta", "structure"})
-"""Parts that grow with the square of a model; they are left out of keep-all where they make it too large."""
 
 
 def main(quick: bool = False) -> None:
@@ -84,7 +82,7 @@ def builds(path: Path) -> tuple[mechc.Model, mechc.Model, bool]:
     everything = lean.keeping(EVERYTHING)
     if sum(f.operations for f in everything.compilation.program.functions) <= LARGEST:
         return lean, everything, False
-    return lean, lean.keeping(EVERYTHING - LARGE), True
+    return lean, lean.keeping(EVERYTHING - SQUARE), True
 
 
 def operations_without_values(path: Path) -> int:

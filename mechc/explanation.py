@@ -87,6 +87,8 @@ def _difference(cost: Cost, lean: Cost) -> dict[str, float | None]:
 
 def _said(saved: Savings, choice: Choice) -> str:
     """Say what a part that is left out would have cost."""
+    if choice.part and choice.part not in saved.parts:
+        return "too large to be formed for a comparison"
     if choice.part not in saved.parts:
         return ""
     cost = saved.parts[choice.part]

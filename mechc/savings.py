@@ -26,6 +26,10 @@ STEPS = 400
 REPEATS = 9
 SHARE = 1e-4
 """Length of the measured steps over that of the experiment: short, so that no motion runs away in them."""
+SQUARE = frozenset({"jacobian", "momenta", "structure"})
+"""Parts whose size grows with the square of the number of states, or faster."""
+LARGEST_SQUARE = 100
+"""States above which they are not formed for a comparison."""
 LARGEST = 30_000
 """Operations of a program above which it is not compiled to be measured."""
 
@@ -44,7 +48,7 @@ class Cost:
 
 @dataclass(frozen=True, slots=True)
 class Savings:
-    """``parts``: cost of the model with one part more, by name."""
+    """``parts``: cost of the model with one part more, by name; without those that a large model does not form."""
 
     target: Code
     lean: Cost
@@ -57,12 +61,14 @@ def savings(model: Model, target: Code = "c", *, measured: bool = True) -> Savin
 
     ``measured``: sizes and times too, for which code is compiled. Raises CompilerMissing, BuildError.
     """
-    absent = [choice.part for choice in model.compilation.equations.choices if choice.part]
+    equations = model.compilation.equations
+    beyond = SQUARE if len(equations.states) > LARGEST_SQUARE else frozenset()
+    absent = [choice.part for choice in equations.choices if choice.part and choice.part not in beyond]
     lean = model.keeping(())
     return Savings(
         target,
         cost(lean, target, measured),
-        cost(lean.keeping(EVERYTHING), target, measured),
+        cost(lean.keeping(EVERYTHING - beyond), target, measured),
         {part: cost(lean.keeping((part,)), target, measured) for part in absent},
     )
 
