@@ -21,7 +21,7 @@ from .model import (
     Slot,
     SwitchText,
 )
-from .modes import limits
+from .modes import across, limits
 from .needs import NEVER
 from .plans import branch_plans, impulse_of, one_line, row_plans, simultaneous
 from .solve import Solved
@@ -200,7 +200,7 @@ def _functions(
         if nodes:
             functions.append(Function(name, doc, switches.apply(system, nodes)))
 
-    tests = [_indicator(system, row, values[8 * k : 8 * k + 8]) for k, row in enumerate(rows)]
+    tests = [_indicator(system, row, rows, values) for row in rows]
     idle = [graph.one] * len(steps)
     add(
         "indicators",
@@ -241,15 +241,20 @@ def _functions(
     return functions
 
 
-def _indicator(system: MechanicalSystem, row: Row, values: Sequence[Node]) -> tuple[Node, Node]:
+def _indicator(
+    system: MechanicalSystem, row: Row, rows: Sequence[Row], values: Sequence[Node]
+) -> tuple[Node, Node]:
     """Return what stays positive in the present mode of a row, and its rate where it is known."""
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
-    gap, rate, _, second, force, limit, _, _ = values
+    number = rows.index(row)
+    gap, rate, _, second, force, limit, _, _ = values[8 * number : 8 * number + 8]
     zero = graph.zero
     match mode.kind:
         case "contact":
             found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
+        case "friction" if len(across(row, rows)) == 2:
+            return _on_surface(system, row, rows, values)
         case "friction":
             assert mode.sign is not None
             margin = graph.sub(limit, graph.abs(force))
@@ -262,6 +267,33 @@ def _indicator(system: MechanicalSystem, row: Row, values: Sequence[Node]) -> tu
     if mode.enabled is not None:
         return graph.select(mode.enabled, found[0], graph.one), graph.select(mode.enabled, found[1], zero)
     return found
+
+
+def _on_surface(
+    system: MechanicalSystem, row: Row, rows: Sequence[Row], values: Sequence[Node]
+) -> tuple[Node, Node]:
+    """Return the indicator of friction on a surface with its first row: the slip along where it began to slide."""
+    graph, zero = system.graph, system.graph.zero
+    both = across(row, rows)
+    if row is not both[0]:
+        return graph.one, zero
+    begun = along = change = force = sticks = limit = zero
+    for r in both:
+        mode, number = r.constraint.mode, rows.index(r)
+        assert mode is not None and mode.sign is not None
+        _, rate, _, second, part, limit, _, _ = values[8 * number : 8 * number + 8]
+        begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
+        along = graph.add(along, graph.mul(mode.sign, rate))
+        change = graph.add(change, graph.mul(mode.sign, second))
+        force = graph.add(force, graph.mul(part, part))
+        sticks = graph.add(sticks, mode.flag)
+    slides, stuck = graph.less(zero, begun), graph.less(zero, sticks)
+    size = graph.sqrt(begun)
+    margin = graph.sub(limit, graph.sqrt(force))
+    return (
+        graph.select(stuck, margin, graph.select(slides, graph.div(along, size), zero)),
+        graph.select(stuck, zero, graph.select(slides, graph.div(change, size), zero)),
+    )
 
 
 def _respond(

@@ -45,9 +45,7 @@ def with_modes(
         law = row.multiplier
         if mode.kind == "friction":
             kinetic, _ = limits(system, mode, normals, answers)
-            side = mode.smooth.side if mode.smooth is not None else mode.sign
-            assert side is not None
-            law = graph.add(law, graph.mul(side, kinetic))
+            law = graph.add(law, graph.mul(_side(system, row, rows), kinetic))
             _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
         equation = (
             law
@@ -56,6 +54,38 @@ def with_modes(
         )
         result.append(replace(row, equation=equation))
     return tuple(result)
+
+
+def across(row: Row, rows: Sequence[Row]) -> tuple[Row, ...]:
+    """Return the rows of the friction that a row belongs to: two where it acts on a surface."""
+    contact = row.constraint.mode.contact if row.constraint.mode is not None else ""
+    if not contact:
+        return (row,)
+    return tuple(r for r in rows if r.constraint.mode is not None and r.constraint.mode.contact == contact)
+
+
+def _side(system: MechanicalSystem, row: Row, rows: Sequence[Row]) -> Node:
+    """Return the part of the limit that acts against a slip in the direction of a row.
+
+    On a surface it is (s + z)/|s + z|, where z, from the kernel, has the direction of the slip when it began and the
+    size of no speed at all, so that a slip that begins has a direction; it is 0 where nothing slides.
+    """
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None and mode.sign is not None
+    if mode.smooth is not None:
+        return mode.smooth.side
+    both = across(row, rows)
+    if len(both) == 1:
+        return mode.sign
+    begun = square = graph.zero
+    for r in both:
+        assert r.constraint.mode is not None and r.constraint.mode.sign is not None
+        sign = r.constraint.mode.sign
+        slip = graph.add(r.rate, sign)
+        begun = graph.add(begun, graph.mul(sign, sign))
+        square = graph.add(square, graph.mul(slip, slip))
+    part = graph.div(graph.add(row.rate, mode.sign), graph.sqrt(square))
+    return graph.select(graph.less(graph.zero, begun), part, graph.zero)
 
 
 def limits(

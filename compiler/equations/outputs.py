@@ -105,7 +105,7 @@ def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]
     found: list[tuple[Entry, Node]] = []
     for rows in system.constraints:
         mode = rows.mode
-        if mode is None or mode.smooth is None:
+        if mode is None or mode.smooth is None or mode.smooth.creep is None:
             continue
         creep, name = mode.smooth.creep, mode.contact or rows.name
         if mode.contact:

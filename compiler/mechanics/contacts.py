@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from mechc.lang.diagnostics import Reporter
@@ -104,32 +104,29 @@ def _contact(
         )
         return rows
     slips = lowering.numbers(contact.along)
-    if len(slips) > 1:
-        reporter.error(
-            "E0704",
-            f"friction on a surface is not supported yet: the slip velocity of '{name}' has two components",
-            contact.along.span,
-            help="give a contact of its own to each direction, or use a scalar slip velocity",
-        )
-        return rows
     kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", "E0701", None, reporter)
     static = kinetic
     if contact.static is not None:
         static = _coefficient(lowering, contact.static, "coefficient of friction", "E0701", None, reporter)
-    own = f"{name}.friction"
-    friction = Mode(
-        "friction",
-        graph.symbol(f"sticks({name})"),
-        (graph.symbol(f"#impulse {own}"),),
-        sign=graph.symbol(f"slip({name})"),
-        contact=name,
-        kinetic=kinetic,
-        static=static,
-        smooth=_smooth(lowering, contact.options, slips[0], name, span, reporter),
-    )
-    rows.append(
-        ConstraintRows(own, "velocity", slips, (_unit(contact.along),), "", "", contact.origin, friction)
-    )
+    smooth = _smooth(lowering, contact.options, slips, name, span, reporter)
+    for k, slip in enumerate(slips):
+        component = "" if len(slips) == 1 else f"[{k + 1}]"
+        own = f"{name}.friction{component}"
+        friction = Mode(
+            "friction",
+            graph.symbol(f"sticks({name}){component}"),
+            (graph.symbol(f"#impulse {own}"),),
+            sign=graph.symbol(f"slip({name}){component}"),
+            contact=name,
+            kinetic=kinetic,
+            static=static,
+            smooth=smooth[k] if smooth else None,
+        )
+        rows.append(
+            ConstraintRows(
+                own, "velocity", (slip,), (_unit(contact.along),), "", "", contact.origin, friction
+            )
+        )
     return rows
 
 
@@ -146,6 +143,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
                 expression.span,
                 caption="this is a size: zero or positive",
             )
+    smooth = _smooth(lowering, friction.options, slips, name, friction.origin.span, reporter)
     mode = Mode(
         "friction",
         graph.symbol(f"sticks({name})"),
@@ -153,7 +151,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
         sign=graph.symbol(f"slip({name})"),
         kinetic=kinetic,
         static=static,
-        smooth=_smooth(lowering, friction.options, slips[0], name, friction.origin.span, reporter),
+        smooth=smooth[0] if smooth else None,
     )
     return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
 
@@ -161,15 +159,15 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
 def _smooth(
     lowering: Lowering,
     options: Mapping[str, Expression],
-    slip: Node,
+    slips: Sequence[Node],
     name: str,
     span: object,
     reporter: Reporter,
-) -> Regularized | None:
-    """Return the smooth law with tanh(s/v_stick) for a regularized friction, or None."""
+) -> tuple[Regularized, ...]:
+    """Return the smooth law with tanh(|s|/v_stick) s/|s| for a regularized friction, or nothing."""
     law = options.get("law")
     if not isinstance(law, Literal) or law.value != REGULARIZED:
-        return None
+        return ()
     speed = options.get("v_stick")
     if speed is None:
         reporter.error(
@@ -178,12 +176,20 @@ def _smooth(
             law.span,
             help="add 'v_stick = 1 mm/s'; below this speed the force grows with the speed",
         )
-        return None
+        return ()
     graph, limit = lowering.graph, lowering.scalar(speed)
-    size = graph.abs(slip)
+    square = graph.zero
+    for slip in slips:
+        square = graph.add(square, graph.mul(slip, slip))
+    size = graph.abs(slips[0]) if len(slips) == 1 else graph.sqrt(square)
     creep = graph.select(graph.less(size, limit), size, graph.zero)
     unit = preferred_unit(speed.type.dimension, speed.type.angle)
-    return Regularized(graph.tanh(graph.div(slip, limit)), creep, unit)
+    if len(slips) == 1:
+        return (Regularized(graph.tanh(graph.div(slips[0], limit)), creep, unit),)
+    share = graph.div(graph.tanh(graph.div(size, limit)), size)
+    share = graph.select(graph.less(graph.zero, square), share, graph.div(graph.one, limit))
+    first, second = (graph.mul(share, slip) for slip in slips)
+    return Regularized(first, creep, unit), Regularized(second, None, unit)
 
 
 def _coefficient(

@@ -11,10 +11,11 @@ from ..graph import Node
 @dataclass(frozen=True, slots=True)
 class Regularized:
     """Friction as a smooth force: ``side`` tanh(s/v_stick) times its limit. ``creep``: the speed of sliding where it
-    is below v_stick, and so takes the place of sticking, else 0; ``unit`` its unit."""
+    is below v_stick, and so takes the place of sticking, else 0; None with the second direction of a surface; ``unit``
+    its unit."""
 
     side: Node
-    creep: Node
+    creep: Node | None
     unit: str
 
 

@@ -83,6 +83,10 @@ void mech_note(mech_solver *s, int kind, int index, mech_real value);
 void mech_read_rows(mech_solver *s);
 /* MECH_OUT_OF_RANGE where a coefficient of the rows read last is; `limits`: where a limit of friction is, too. */
 int mech_check_rows(mech_solver *s, int limits);
+/* The second row of a friction on a surface, of which i is the first, or -1. */
+int mech_partner(const mech_solver *s, int i);
+/* The size of a value of a friction, over both rows on a surface. */
+mech_real mech_size_of(const mech_solver *s, int i, int which);
 int mech_touches(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_falls_back(const mech_solver *s, int i, mech_real rate);

@@ -26,117 +26,9 @@ static mech_real response(const mech_solver *s, int i, int j)
     return s->modes->response[j * (nv + s->modes->n_rows) + nv + i];
 }
 
-void mech_read_rows(mech_solver *s)
-{
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    const mech_real t = s->run->report.t;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
-    for (int i = 0; i < e->n_rows; i++) {
-        e->speed[i] = mech_max(e->speed[i], mech_abs(*rate(s, i)));
-        if (row_of(s, i)->kind != MECH_STEP_ROW)
-            e->force[i] = mech_max(e->force[i], mech_abs(value(s, i, MECH_FORCE)));
-    }
-}
-
-mech_real mech_still(const mech_solver *s, int i) { return MECH_C(1e-11) * s->modes->speed[i]; }
-
-/* Whether a contact is closed at present, as far as numbers tell. */
-int mech_touches(const mech_solver *s, int i)
-{
-    const mech_row *row = row_of(s, i);
-    if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->modes->z[row->enabled] > MECH_C(0.5)))) return 0;
-    const int closed = s->modes->z[row->flag] > MECH_C(0.5);
-    return mech_abs(value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->modes->gap_scale[i];
-}
-
 static int engaged(const mech_solver *s, int i)
 {
     return row_of(s, i)->kind == MECH_BILATERAL && s->modes->z[row_of(s, i)->flag] > MECH_C(0.5);
-}
-
-void mech_find_response(mech_solver *s)
-{
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    for (int j = 0; j < e->n_rows; j++) {
-        e->z[row_of(s, j)->impulse] = 1;
-        m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
-        e->z[row_of(s, j)->impulse] = 0;
-    }
-}
-
-int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
-{
-    /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
-    mech_real *a = s->modes->matrix;
-    const int width = n + 1;
-    int rank = 0;
-    int column[64], used[64];
-    if (n > 64) return -1;
-    mech_real largest = 0;
-    for (int i = 0; i < n; i++) {
-        column[i] = i;
-        used[i] = i;
-        for (int j = 0; j < n; j++) {
-            a[i * width + j] = response(s, set[i], set[j]);
-            largest = mech_max(largest, mech_abs(a[i * width + j]));
-        }
-        a[i * width + n] = target[i];
-    }
-    for (; rank < n; rank++) {
-        int p = rank, q = rank;
-        for (int i = rank; i < n; i++)
-            for (int j = rank; j < n; j++)
-                if (mech_abs(a[used[i] * width + column[j]]) > mech_abs(a[used[p] * width + column[q]])) {
-                    p = i;
-                    q = j;
-                }
-        if (!(mech_abs(a[used[p] * width + column[q]]) > MECH_C(1e-11) * largest)) break;
-        const int ip = used[p], jq = column[q];
-        used[p] = used[rank];
-        used[rank] = ip;
-        column[q] = column[rank];
-        column[rank] = jq;
-        for (int i = rank + 1; i < n; i++) {
-            const mech_real f = a[used[i] * width + jq] / a[ip * width + jq];
-            for (int j = rank; j < n; j++) a[used[i] * width + column[j]] -= f * a[ip * width + column[j]];
-            a[used[i] * width + n] -= f * a[ip * width + n];
-        }
-    }
-    for (int i = 0; i < n; i++) x[i] = 0;
-    for (int k = rank - 1; k >= 0; k--) {
-        mech_real sum = a[used[k] * width + n];
-        for (int j = k + 1; j < rank; j++) sum -= a[used[k] * width + column[j]] * x[column[j]];
-        x[column[k]] = sum / a[used[k] * width + column[k]];
-    }
-    return rank;
-}
-
-void mech_apply_impulses(mech_solver *s)
-{
-    const mech_model *m = s->model;
-    const mech_hybrid *h = m->hybrid;
-    mech_modes *e = s->modes;
-    const int width = m->nv + e->n_rows;
-    mech_real lost = 0, supplied = 0;
-    memset(e->change, 0, (size_t)width * sizeof(mech_real));
-    for (int j = 0; j < e->n_rows; j++)
-        for (int i = 0; e->impulse[j] != 0 && i < width; i++)
-            e->change[i] += e->impulse[j] * e->response[j * width + i];
-    for (int i = 0; i < e->n_rows; i++) {
-        const mech_real *change = e->change + m->nv + i;
-        if (row_of(s, i)->kind != MECH_STEP_ROW) {
-            lost -= e->impulse[i] * (*rate(s, i) + *change / 2);
-            supplied -= e->impulse[i] * value(s, i, MECH_DRIFT);
-        }
-        *rate(s, i) += *change;
-        e->impulse[i] = 0;
-    }
-    for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
-    if (h->dissipated >= 0) s->y[h->dissipated] += lost;
-    if (h->supplied >= 0) s->y[h->supplied] += supplied;
 }
 
 /* What the present impulses take out of the energy. */
@@ -174,48 +66,63 @@ static void set_impulses(mech_solver *s, int n, const int *set, const mech_real 
     for (int k = 0; k < n; k++) s->modes->impulse[set[k]] = x[k];
 }
 
+/* The contact slides: its impulse and that of its friction lie on the cone and act as one. `push`: the direction of
+ * the impulse of friction, in one row or two from `first` on; `set`: n rows, the last one the contact. */
+static int hit_sliding(mech_solver *s, int n, const int *set, const mech_real *target, int first,
+                       const mech_real *push)
+{
+    mech_modes *e = s->modes;
+    const int width = s->model->nv + e->n_rows, count = mech_partner(s, first) < 0 ? 1 : 2;
+    mech_real *b = e->response + set[n - 1] * width, x[64];
+    const mech_real kinetic = value(s, first, MECH_EXTRA);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < width; i++) b[i] += kinetic * push[k] * e->response[(first + k) * width + i];
+    const int rank = mech_solve_rows(s, n, set, target, x);
+    for (int k = 0; k < count; k++)
+        for (int i = 0; i < width; i++) b[i] -= kinetic * push[k] * e->response[(first + k) * width + i];
+    set_impulses(s, n, set, x);
+    for (int k = 0; k < count; k++) e->impulse[first + k] = kinetic * push[k] * x[n - 1];
+    return rank == n && x[n - 1] >= 0 ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, set[n - 1]);
+}
+
 /* One contact hits: its impulse, that of its friction, and those of constraints that are engaged. */
 static int hit_alone(mech_solver *s, int contact)
 {
     mech_modes *e = s->modes;
     int set[64], n = 0, slips = -1;
     mech_real target[64], x[64];
-    for (int i = 0; i < e->n_rows && n < 62; i++)
+    for (int i = 0; i < e->n_rows && n < 61; i++)
         if (engaged(s, i)) {
             set[n] = i;
             target[n++] = -*rate(s, i);
         }
     set[n] = contact;
     target[n++] = -(1 + restitution(s, contact)) * *rate(s, contact);
-    for (int i = 0; i < e->n_rows; i++)
+    for (int i = e->n_rows - 1; i >= 0; i--)
         if (row_of(s, i)->kind == MECH_FRICTION && row_of(s, i)->normal == contact && value(s, i, MECH_COEFFICIENT) > 0)
             slips = i;
-    if (slips >= 0) {
-        set[n] = slips;
-        target[n] = -*rate(s, slips);
-        mech_solve_rows(s, n + 1, set, target, x);
-        const mech_real normal = x[n - 1], tangential = x[n];
-        if (mech_abs(tangential) <= value(s, slips, MECH_COEFFICIENT) * normal) {
-            set_impulses(s, n + 1, set, x);
-            return MECH_RUNNING;
-        }
-        /* It slides: the impulse lies on the cone, against the slip. */
-        const mech_real slip = *rate(s, slips);
-        const mech_real side = mech_abs(slip) > mech_still(s, slips) ? (slip > 0 ? -1 : 1) : (tangential > 0 ? 1 : -1);
-        const mech_real share = side * value(s, slips, MECH_EXTRA);
-        mech_real *a = e->response + slips * (s->model->nv + e->n_rows);
-        mech_real *b = e->response + contact * (s->model->nv + e->n_rows);
-        const int width = s->model->nv + e->n_rows;
-        for (int i = 0; i < width; i++) b[i] += share * a[i]; /* the two act as one */
-        const int rank = mech_solve_rows(s, n, set, target, x);
-        for (int i = 0; i < width; i++) b[i] -= share * a[i];
+    if (slips < 0) {
+        mech_solve_rows(s, n, set, target, x);
         set_impulses(s, n, set, x);
-        e->impulse[slips] = share * x[n - 1];
-        return rank == n && x[n - 1] >= 0 ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, contact);
+        return MECH_RUNNING;
     }
-    mech_solve_rows(s, n, set, target, x);
-    set_impulses(s, n, set, x);
-    return MECH_RUNNING;
+    const int count = mech_partner(s, slips) < 0 ? 1 : 2;
+    for (int k = 0; k < count; k++) {
+        set[n + k] = slips + k;
+        target[n + k] = -*rate(s, slips + k);
+    }
+    mech_solve_rows(s, n + count, set, target, x);
+    const mech_real normal = x[n - 1], *tangential = x + n;
+    const mech_real size = count == 1 ? mech_abs(x[n]) : mech_sqrt(x[n] * x[n] + x[n + 1] * x[n + 1]);
+    if (size <= value(s, slips, MECH_COEFFICIENT) * normal) {
+        set_impulses(s, n + count, set, x);
+        return MECH_RUNNING;
+    }
+    const mech_real slip = mech_size_of(s, slips, MECH_RATE);
+    mech_real push[2];
+    for (int k = 0; k < count; k++)
+        push[k] = slip > mech_still(s, slips) ? -*rate(s, slips + k) / slip : tangential[k] / size;
+    return hit_sliding(s, n, set, target, slips, push);
 }
 
 /* All hits at once: 0 <= p, r+ + e r- >= 0, one of them zero in each touching row; r+ = 0 where engaged. */

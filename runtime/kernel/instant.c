@@ -224,6 +224,13 @@ static int rounds(mech_solver *s, int hit, int ticks)
     }
 }
 
+/* Whether row i belongs to the row before it: of a constraint of vectors, or of friction on a surface. */
+static int belongs(const mech_solver *s, int i)
+{
+    const mech_row *rows = s->model->hybrid->rows;
+    return i && (rows[i - 1].flag == rows[i].flag || mech_partner(s, i - 1) == i);
+}
+
 void mech_note_modes(mech_solver *s, int quiet)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -231,15 +238,20 @@ void mech_note_modes(mech_solver *s, int quiet)
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->flag < 0) continue;
-        const mech_real flag = e->z[row->flag], sign = row->sign < 0 ? 0 : e->z[row->sign];
+        const int partner = mech_partner(s, i);
+        mech_real flag = e->z[row->flag], sign = row->sign < 0 ? 0 : e->z[row->sign];
+        if (partner >= 0) {
+            flag = mech_max(flag, e->z[h->rows[partner].flag]);
+            sign = mech_max(mech_abs(sign), mech_abs(e->z[h->rows[partner].sign]));
+        }
         if (!quiet && flag != e->flags[i]) {
             const int kinds[3][2] = {
                 {MECH_LIFT_OFF, MECH_REST}, {MECH_SLIP, MECH_STICK}, {MECH_RELEASED, MECH_ENGAGED}};
             const int open = row->normal >= 0 && !(e->z[h->rows[row->normal].flag] > MECH_C(0.5));
-            const int again = i && h->rows[i - 1].flag == row->flag; /* a vector constraint */
             const int idle = row->kind == MECH_FRICTION && !(flag > MECH_C(0.5)) && sign == 0; /* others hold it */
-            if (!open && !again && !idle) mech_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);
-        } else if (!quiet && row->kind == MECH_FRICTION && sign * e->signs[i] < 0) {
+            if (!open && !idle && !belongs(s, i))
+                mech_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);
+        } else if (!quiet && row->kind == MECH_FRICTION && sign * e->signs[i] < 0 && !belongs(s, i)) {
             mech_note(s, MECH_SLIP, i, 0);
         }
         e->flags[i] = flag;

@@ -15,7 +15,9 @@ static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->h
 
 static int on(const mech_solver *s, int i) { return s->modes->z[row_of(s, i)->flag] > MECH_C(0.5); }
 
-static void set(mech_solver *s, int i, int flag, int sign)
+static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_partner(s, i - 1) == i; }
+
+static void set(mech_solver *s, int i, int flag, mech_real sign)
 {
     const mech_row *row = row_of(s, i);
     s->modes->z[row->flag] = flag;
@@ -24,6 +26,20 @@ static void set(mech_solver *s, int i, int flag, int sign)
 
 static int side(mech_real x) { return x > 0 ? 1 : -1; }
 
+/* Lets a friction slide along a, or on a surface along (a, b): that is kept with the size of no speed. */
+static void slide(mech_solver *s, int i, mech_real a, mech_real b)
+{
+    const int j = mech_partner(s, i);
+    if (j < 0) {
+        set(s, i, 0, side(a));
+        return;
+    }
+    const mech_real speed = MECH_C(1e-9) * mech_max(s->modes->speed[i], s->modes->speed[j]);
+    const mech_real share = speed / mech_sqrt(a * a + b * b);
+    set(s, i, 0, share * a);
+    set(s, j, 0, share * b);
+}
+
 /* Whether row i is independent of the n rows already held. */
 static int independent(mech_solver *s, int *held, int n, int i)
 {
@@ -31,12 +47,6 @@ static int independent(mech_solver *s, int *held, int n, int i)
     if (n >= 63) return 0;
     held[n] = i;
     return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
-}
-
-int mech_falls_back(const mech_solver *s, int i, mech_real rate)
-{
-    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i];
-    return rate * rate <= -2 * value(s, i, MECH_SECOND) * height;
 }
 
 /* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
@@ -60,19 +70,36 @@ static void propose(mech_solver *s)
         }
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
-        if (row->kind != MECH_FRICTION) continue;
-        if (row->normal >= 0 && !on(s, row->normal)) {
-            set(s, i, 0, 0);
-        } else if (mech_abs(value(s, i, MECH_RATE)) > 10 * mech_still(s, i)) {
-            set(s, i, 0, side(value(s, i, MECH_RATE)));
-        } else if (slides[i] != 0) {
-            set(s, i, 0, side(slides[i]));
+        if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
+        const int j = mech_partner(s, i), open_normal = row->normal >= 0 && !on(s, row->normal);
+        const mech_real other = j < 0 ? 0 : slides[j];
+        if (!open_normal && mech_size_of(s, i, MECH_RATE) > 10 * mech_still(s, i)) {
+            slide(s, i, value(s, i, MECH_RATE), j < 0 ? 0 : value(s, j, MECH_RATE));
+        } else if (!open_normal && (slides[i] != 0 || other != 0)) {
+            slide(s, i, slides[i], other);
         } else {
-            const int holds = independent(s, held, n, i);
-            n += holds;
-            set(s, i, holds, 0);
+            for (int k = i; k <= (j < 0 ? i : j); k++) {
+                const int holds = !open_normal && independent(s, held, n, k);
+                n += holds;
+                set(s, k, holds, 0);
+            }
         }
     }
+}
+
+static int sticks(const mech_solver *s, int i)
+{
+    const int j = mech_partner(s, i);
+    return on(s, i) || (j >= 0 && on(s, j));
+}
+
+/* A friction gives way: it slides against its force. */
+static void let_slide(mech_solver *s, int i)
+{
+    const int j = mech_partner(s, i);
+    const mech_real size = mech_size_of(s, i, MECH_FORCE);
+    s->modes->slides[i] = j < 0 ? -side(value(s, i, MECH_FORCE)) : -value(s, i, MECH_FORCE) / size;
+    if (j >= 0) s->modes->slides[j] = -value(s, j, MECH_FORCE) / size;
 }
 
 /* The row that fits least, or -1; `hit` was located where its mode ends. */
@@ -89,8 +116,8 @@ static int misfit(mech_solver *s, int hit)
         mech_real over = 0;
         if (row->kind == MECH_CONTACT && on(s, i))
             over = i == hit ? e->force[i] : -force - slack;
-        else if (row->kind == MECH_FRICTION && on(s, i))
-            over = i == hit ? e->force[i] : mech_abs(force) - value(s, i, MECH_LIMIT) - slack;
+        else if (row->kind == MECH_FRICTION && !is_partner(s, i) && sticks(s, i))
+            over = i == hit ? e->force[i] : mech_size_of(s, i, MECH_FORCE) - value(s, i, MECH_LIMIT) - slack;
         if (over > 0 && over > excess) {
             excess = over;
             worst = i;
@@ -100,7 +127,7 @@ static int misfit(mech_solver *s, int hit)
         if (row_of(s, worst)->kind == MECH_CONTACT)
             open[worst] = 1;
         else
-            slides[worst] = -side(value(s, worst, MECH_FORCE));
+            let_slide(s, worst);
         return worst;
     }
     /* What was let go must move away, or slide the way its friction assumes. */
@@ -112,8 +139,11 @@ static int misfit(mech_solver *s, int hit)
             open[i] = 0;
             return i;
         }
-        if (slides[i] != 0 && slides[i] * second < -slack) {
+        const int j = mech_partner(s, i);
+        const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * value(s, j, MECH_SECOND));
+        if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
+            if (j >= 0) slides[j] = 0;
             return i;
         }
         const mech_real rate = value(s, i, MECH_RATE);
@@ -136,7 +166,7 @@ int mech_choose_modes(mech_solver *s, int hit)
     mech_read_rows(s);
     mech_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
-    const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && on(s, hit) ? hit : -1;
+    const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     propose(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
         mech_read_rows(s);

@@ -80,7 +80,11 @@ mech_real mech_catch_rows(mech_solver *s)
         const mech_real *z = s->modes->z;
         if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
         if (row->normal >= 0 && !(z[h->rows[row->normal].flag] > MECH_C(0.5))) continue;
-        if (z[row->sign] * value(s, i, MECH_RATE) < 0) rows[n++] = i;
+        const int partner = mech_partner(s, i);
+        mech_real along = z[row->sign] * value(s, i, MECH_RATE);
+        if (partner >= 0) along += z[h->rows[partner].sign] * value(s, partner, MECH_RATE);
+        if (along < 0) rows[n++] = i;
+        if (along < 0 && partner >= 0 && n < 64) rows[n++] = partner;
     }
     if (n > held) mech_stop_rates(s, n, rows);
     return present - s->run->report.t;

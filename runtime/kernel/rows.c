@@ -1,0 +1,148 @@
+/* Rows that can be switched: what they measure at present, and how velocities answer to impulses along them. */
+#include <string.h>
+
+#include "hybrid.h"
+
+static mech_real value(const mech_solver *s, int i, int which)
+{
+    return s->modes->row[i * MECH_ROW_VALUES + which];
+}
+
+static mech_real *rate(const mech_solver *s, int i) { return s->modes->row + i * MECH_ROW_VALUES + MECH_RATE; }
+
+static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
+
+/* Change of the rate of row i by a unit impulse along row j. */
+static mech_real response(const mech_solver *s, int i, int j)
+{
+    const int nv = s->model->nv;
+    return s->modes->response[j * (nv + s->modes->n_rows) + nv + i];
+}
+
+void mech_read_rows(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    const mech_real t = s->run->report.t;
+    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
+    for (int i = 0; i < e->n_rows; i++) {
+        e->speed[i] = mech_max(e->speed[i], mech_abs(*rate(s, i)));
+        if (row_of(s, i)->kind != MECH_STEP_ROW)
+            e->force[i] = mech_max(e->force[i], mech_abs(value(s, i, MECH_FORCE)));
+    }
+}
+
+mech_real mech_still(const mech_solver *s, int i) { return MECH_C(1e-11) * s->modes->speed[i]; }
+
+/* Whether a contact is closed at present, as far as numbers tell. */
+int mech_touches(const mech_solver *s, int i)
+{
+    const mech_row *row = row_of(s, i);
+    if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->modes->z[row->enabled] > MECH_C(0.5)))) return 0;
+    const int closed = s->modes->z[row->flag] > MECH_C(0.5);
+    return mech_abs(value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->modes->gap_scale[i];
+}
+
+void mech_find_response(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    for (int j = 0; j < e->n_rows; j++) {
+        e->z[row_of(s, j)->impulse] = 1;
+        m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
+        e->z[row_of(s, j)->impulse] = 0;
+    }
+}
+
+int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
+{
+    /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
+    mech_real *a = s->modes->matrix;
+    const int width = n + 1;
+    int rank = 0;
+    int column[64], used[64];
+    if (n > 64) return -1;
+    mech_real largest = 0;
+    for (int i = 0; i < n; i++) {
+        column[i] = i;
+        used[i] = i;
+        for (int j = 0; j < n; j++) {
+            a[i * width + j] = response(s, set[i], set[j]);
+            largest = mech_max(largest, mech_abs(a[i * width + j]));
+        }
+        a[i * width + n] = target[i];
+    }
+    for (; rank < n; rank++) {
+        int p = rank, q = rank;
+        for (int i = rank; i < n; i++)
+            for (int j = rank; j < n; j++)
+                if (mech_abs(a[used[i] * width + column[j]]) > mech_abs(a[used[p] * width + column[q]])) {
+                    p = i;
+                    q = j;
+                }
+        if (!(mech_abs(a[used[p] * width + column[q]]) > MECH_C(1e-11) * largest)) break;
+        const int ip = used[p], jq = column[q];
+        used[p] = used[rank];
+        used[rank] = ip;
+        column[q] = column[rank];
+        column[rank] = jq;
+        for (int i = rank + 1; i < n; i++) {
+            const mech_real f = a[used[i] * width + jq] / a[ip * width + jq];
+            for (int j = rank; j < n; j++) a[used[i] * width + column[j]] -= f * a[ip * width + column[j]];
+            a[used[i] * width + n] -= f * a[ip * width + n];
+        }
+    }
+    for (int i = 0; i < n; i++) x[i] = 0;
+    for (int k = rank - 1; k >= 0; k--) {
+        mech_real sum = a[used[k] * width + n];
+        for (int j = k + 1; j < rank; j++) sum -= a[used[k] * width + column[j]] * x[column[j]];
+        x[column[k]] = sum / a[used[k] * width + column[k]];
+    }
+    return rank;
+}
+
+void mech_apply_impulses(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *h = m->hybrid;
+    mech_modes *e = s->modes;
+    const int width = m->nv + e->n_rows;
+    mech_real lost = 0, supplied = 0;
+    memset(e->change, 0, (size_t)width * sizeof(mech_real));
+    for (int j = 0; j < e->n_rows; j++)
+        for (int i = 0; e->impulse[j] != 0 && i < width; i++)
+            e->change[i] += e->impulse[j] * e->response[j * width + i];
+    for (int i = 0; i < e->n_rows; i++) {
+        const mech_real *change = e->change + m->nv + i;
+        if (row_of(s, i)->kind != MECH_STEP_ROW) {
+            lost -= e->impulse[i] * (*rate(s, i) + *change / 2);
+            supplied -= e->impulse[i] * value(s, i, MECH_DRIFT);
+        }
+        *rate(s, i) += *change;
+        e->impulse[i] = 0;
+    }
+    for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
+    if (h->dissipated >= 0) s->y[h->dissipated] += lost;
+    if (h->supplied >= 0) s->y[h->supplied] += supplied;
+}
+
+int mech_partner(const mech_solver *s, int i)
+{
+    const mech_row *row = row_of(s, i), *next = row + 1;
+    if (i + 1 >= s->modes->n_rows || row->kind != MECH_FRICTION || next->kind != MECH_FRICTION) return -1;
+    return row->normal >= 0 && next->normal == row->normal ? i + 1 : -1;
+}
+
+mech_real mech_size_of(const mech_solver *s, int i, int which)
+{
+    const int j = mech_partner(s, i);
+    const mech_real a = value(s, i, which), b = j < 0 ? 0 : value(s, j, which);
+    return j < 0 ? mech_abs(a) : mech_sqrt(a * a + b * b);
+}
+
+int mech_falls_back(const mech_solver *s, int i, mech_real rate)
+{
+    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i];
+    return rate * rate <= -2 * value(s, i, MECH_SECOND) * height;
+}
