@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from importlib import import_module
 
@@ -30,6 +31,7 @@ def main(arguments: list[str]) -> int:
     if unknown:
         print(f"no page '{unknown[0]}'; there are {', '.join(PAGES)}", file=sys.stderr)
         return 2
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
     for name in names:
         import_module(f".{name}", __package__).main(quick=quick)
     import_module(".index", __package__).main()

@@ -80,6 +80,8 @@ def mechc() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and leave the process with its exit code."""
+    # read by NumPy when it is imported: on matrices as small as ours threads only wait for each other
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.exit(run(arguments))
 
 
