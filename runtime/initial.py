@@ -25,6 +25,9 @@ from .movable import (
 )
 from .problem import Array, Problem
 
+ROUNDING = 1e-12
+"""Of assembled coordinates, in radians or characteristic lengths."""
+
 NEAR = 0.3
 """A second assembly within this distance, in radians or characteristic lengths, is told."""
 
@@ -58,6 +61,15 @@ def assemble(
     moving = _velocities(task, placed.x, weights, length)
     remarks = _second_assembly(task, y0, placed, weights, length)
     return Assembled(moving.x, weights, before, (placed.steps, moving.steps), remarks)
+
+
+def unmoved(problem: Problem, assembled: Assembled, wanted: Array) -> Array:
+    """Return the assembled state with what was wanted where the assembly moved a coordinate by no more than rounding."""
+    y = assembled.y.copy()
+    for j, i in enumerate(partners(problem)):
+        if i not in problem.rotations and abs(y[i] - wanted[i]) * assembled.weights[j] < ROUNDING:
+            y[i] = wanted[i]
+    return y
 
 
 # ---------------------------------------------------------------- the two stages

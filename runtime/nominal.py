@@ -13,8 +13,9 @@ in metres runs alike. The rules, in this order:
    rate at the start would lead to in the duration of the run;
 7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
 
-Values at the start, and rates, below 1e-12 of the largest one of their kind and unit count as zero: they are what
-rounding leaves of a zero that assembly has computed, or of forces that cancel.
+Values at the start, and rates, below 1e-12 of the largest one of their kind and unit count as zero, and so do rates below
+1e-12 of the fastest one, each over the nominal of its coordinate: they are what rounding leaves of a zero that assembly
+has computed, or of forces that cancel.
 No nominal is below 1e-6 times the largest one of its kind and unit, as smaller ones would be below rounding where
 the states are coupled; but not above what the state reaches in the pilot run, as then it is of its own size.
 An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
@@ -96,9 +97,11 @@ def _by_rules(
             nominal[i] = (far if reached is None or reached[i] == 0 else float(reached[i])) or 1.0
 
     partner = _coordinate_of_velocity(problem)
-    for i in velocities:
-        own = _own_size(problem.states[i], y0[i])
-        if problem.states[i].nominal is None:
+    first, second = ([abs(x[i]) / nominal[partner[i]] for i in velocities] for x in (y0, rates))
+    noise = ROUNDING * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)))
+    for i, speed, acceleration in zip(velocities, first, second, strict=True):
+        own = _own_size(problem.states[i], y0[i] if speed > noise else 0.0)
+        if problem.states[i].nominal is None and acceleration > noise**2 / ROUNDING:
             own = max(own, math.sqrt(abs(rates[i]) * nominal[partner[i]]))
         nominal[i] = own
     unsized += _share(problem, nominal, velocities, sizes)

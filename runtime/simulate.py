@@ -22,6 +22,7 @@ from .constraint_drift import constraint_drifts
 from .diagnosis import undefined_energy, with_cause
 from .evaluate import evaluate_rows, solution_columns
 from .functions import Functions, load_functions
+from .initial import unmoved
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .nominal import nominal_values
@@ -116,7 +117,7 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     duration = case.stop - case.begin
     nominal = nominal_values(
         problem,
-        case.y0,
+        unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
         rates,
         case.p,
         energies,

@@ -92,16 +92,16 @@ def test_bicycle_wheel_on_a_hook() -> None:
     solution = run("bicycle_wheel")
     rate = g * 0.2 / (0.3**2 * 30)
     t = solution.time
-    assert solution["path[1]"] == pytest.approx(0.2 * cos(rate * t), abs=1e-11)
-    assert solution["path[2]"] == pytest.approx(0.2 * sin(rate * t), abs=1e-11)
-    assert solution["path[3]"] == pytest.approx(0, abs=1e-11)
-    assert solution["pull[3]"] == pytest.approx(2 * g, rel=1e-10)
+    assert solution["path[1]"] == pytest.approx(0.2 * cos(rate * t), abs=1e-8)
+    assert solution["path[2]"] == pytest.approx(0.2 * sin(rate * t), abs=1e-8)
+    assert solution["path[3]"] == pytest.approx(0, abs=1e-8)
+    assert solution["pull[3]"] == pytest.approx(2 * g, rel=1e-8)
     inwards = np.hypot(solution["pull[1]"], solution["pull[2]"])
-    assert inwards == pytest.approx(2 * 0.2 * rate**2, rel=1e-9)
+    assert inwards == pytest.approx(2 * 0.2 * rate**2, rel=1e-7)
     dropped = run("bicycle_wheel", "dropped")
     depth = 2 * 2 * g * 0.2**2 * 2 * (0.3**2 / 2 + 0.2**2) / (2 * 0.3**2 * 30) ** 2  # of its nod, if small
     assert dropped["path[3]"].min() == pytest.approx(-depth, rel=0.01)
-    assert dropped["path[3]"].max() < 1e-9
+    assert dropped["path[3]"].max() < 1e-8
 
 
 def test_wheel_in_a_parabolic_valley() -> None:

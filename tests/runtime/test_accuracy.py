@@ -185,6 +185,10 @@ def test_rounding_is_no_size() -> None:
     exact = nominal(p, [5, 0, 0, 0.1], [0, 0.1, -0.002, 0], [1, 1, 0.6], 1)
     rounded = nominal(p, [5, 1e-16, -1e-18, 0.1], [1e-18, 0.1, -0.002, 1e-17], [1, 1, 0.6], 1)
     assert rounded.tolist() == exact.tolist()
+    turning = problem("Turning", q=[("x", "m"), ("a", "rad")], functions={})
+    falling = nominal(turning, [1, 0.5, 0, 0], [0, 0, -10, 0], [], 1)
+    rounded = nominal(turning, [1, 0.5, 0, 1e-17], [0, 0, -10, -1e-15], [], 1)
+    assert rounded.tolist() == falling.tolist()
 
 
 def test_nominal_values_of_lengths() -> None:

@@ -226,3 +226,21 @@ def test_far_guesses_reach_the_constraint() -> None:
     solution = mechc.loads(text).simulate(stop=1e-9, target="python", estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     assert solution["length"][0] == pytest.approx(0.36, abs=1e-11)
+
+
+def test_rounding_of_the_assembly_is_no_size() -> None:
+    """A loop that hangs on a hinge which nothing turns: its angle is zero but for rounding, and the run goes on."""
+    text = """
+    import mech.planar.*;
+    gravity {0.3, -9.81} m/s^2;
+    Body b0(m = 3 kg, J = 0.056 kg.m^2, com = {-0.189, -0.228} m);
+    Prismatic j0(world * trans({0.162, 0.691} m) -> b0.a, axis = {-0.537, 0.919});
+    Body b1(m = 2.81 kg, J = 0.221 kg.m^2, com = {0.125, -0.271} m);
+    Revolute j1(b0.a * trans({-0.303, -0.496} m) -> b1.a);
+    Body b3(m = 2.89 kg, J = 0.115 kg.m^2, com = {-0.113, 0.169} m);
+    Translation j3(b1.a * trans({-0.353, -0.367} m) -> b3.a);
+    cut Revolute c1(b3.a * trans({-0.081, -0.248} m) -> b1.a * trans({0.035, -0.181} m));
+    """
+    solution = mechc.loads(text).simulate(stop=1, tolerance=1e-9)
+    assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
+    assert all(drift.after < 1e-12 for drift in solution.accuracy.constraints)
