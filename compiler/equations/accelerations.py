@@ -51,7 +51,7 @@ def accelerations(
         variants = () if whole and len(unknowns) <= LARGEST_WHOLE else VARIANTS
         found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
-        raise _massless(system, residual, free, rows, singular, reporter) from None
+        raise massless(system, residual, free, rows, singular, reporter) from None
     count = len(free)
     return Accelerations(found.solutions[:count], found.solutions[count:], found)
 
@@ -65,7 +65,7 @@ def _coupled(
     return list(dict.fromkeys(names)) if unknown in row else []
 
 
-def _massless(
+def massless(
     system: MechanicalSystem,
     residual: Sequence[Node],
     free: Sequence[int],
@@ -73,6 +73,7 @@ def _massless(
     singular: ZeroPivot,
     reporter: Reporter,
 ) -> Exception:
+    """Report which accelerations, or which reaction of the ``rows``, cannot be found."""
     if singular.unknown < len(free):
         scalar = system.v[free[singular.unknown]]
         coupled = _coupled(system, [residual[i] for i in free], free, singular.unknown)

@@ -8,8 +8,10 @@ from mechc.lang.diagnostics import Reporter
 
 from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
+from ..graph.path import ZeroPivot
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
+from .accelerations import massless
 from .assembly import Resolve, assembly
 from .constraints import Projection
 from .dead_symbols import without_dead_symbols
@@ -44,12 +46,15 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     solved = solve_system(system, reporter, parts)
     reporter.stop_on_errors()
     layout = layout_of(system, solved.driven, solved.energies, parts)
-    listed = list_outputs(system, solved, layout, parts)
-    functions = _functions(system, solved, layout, listed, parts)
-    check_rates(system, [n for f in functions for n in f.outputs], reporter)
-    assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
-    functions = (*functions, *assembly_functions)
-    hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
+    try:
+        listed = list_outputs(system, solved, layout, parts)
+        functions = _functions(system, solved, layout, listed, parts)
+        check_rates(system, [n for f in functions for n in f.outputs], reporter)
+        assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
+        functions = (*functions, *assembly_functions)
+        hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
+    except ZeroPivot as singular:  # what only sticking friction or a closed contact holds
+        raise massless(system, solved.residual, solved.free, solved.rows, singular, reporter) from None
     if hybrid is not None:
         layout, functions = hybrid.layout, hybrid.functions
     plans, plan_functions = experiment_plans(system, layout, reporter)

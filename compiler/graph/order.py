@@ -22,7 +22,8 @@ def elimination_order(
     heights, reached = _heights(system)
     waiting = dict(after) if after is not None else {}
     for k, found in _absent(system, rows).items():
-        waiting.setdefault(k, found)
+        # what waits for k comes behind it
+        waiting.setdefault(k, {i for i in found if k not in waiting.get(i, ())})
     keys = [(heights.get(v, 0), reached.get(v, 0).bit_count(), -i) for i, v in enumerate(system.unknowns)]
     ranked = sorted(range(count), key=keys.__getitem__)
     blocked = {k: set(s) for k, s in waiting.items() if s}

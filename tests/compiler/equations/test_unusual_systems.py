@@ -190,6 +190,20 @@ def test_rows_that_cancel_are_constraints_all_the_same() -> None:
     assert not conserved(text) & {"momentum(x)", "momentum(y)"}
 
 
+def test_friction_holds_nothing_that_has_no_mass() -> None:
+    """While it sticks the coordinate is determined, while it slides nothing is: told before the run."""
+    text = """
+    gravity {0, -9.81} m/s^2;
+    coordinate x = 0 m; coordinate y = 1 m; coordinate Angle a = 0 rad;
+    mass 1 kg at world * {x, y};
+    contact floor: y friction 0.2 along der(x) + (1 m)*der(a);
+    """
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("E0520", "nothing with mass moves with 'a'")
+
+
 def test_a_combination_without_mass_is_named() -> None:
     text = "coordinate x[2] = {1, 2} m; kinetic 1/2*1 kg*(der(x[1]) + der(x[2]))^2; potential 1 N/m*x[1]^2;"
     with pytest.raises(CompileError) as caught:
