@@ -21,7 +21,6 @@ def _module(name: str) -> Any:
 accuracy, case, inputs = _module("runtime.accuracy"), _module("runtime.case"), _module("runtime.inputs")
 kernel_run, native = _module("runtime.kernel_run"), _module("runtime.native")
 simulate, solver = _module("runtime.simulate"), _module("runtime.solver")
-diagnostics = _module("lang.diagnostics")
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,10 +76,14 @@ def _start_moved() -> None:
 
 
 def _not_assembled() -> None:
-    make = case.assemble
+    make, error = case.assemble, _module("runtime.outcome").SimulationError
+    Assembled = _module("runtime.initial").Assembled
 
     def as_wanted(problem: Any, functions: Any, t: float, wanted: Any, *rest: Any) -> Any:
-        return replace(make(problem, functions, t, wanted, *rest), y=wanted)
+        try:
+            return replace(make(problem, functions, t, wanted, *rest), y=wanted)
+        except error:
+            return Assembled(wanted, np.ones(problem.nv), np.zeros(len(problem.assembly)), (0, 0), ())
 
     case.assemble = as_wanted
 
@@ -109,9 +112,17 @@ def _checks_ignored() -> None:
     case._check_state = lambda *_: None
 
 
-def _errors_ignored() -> None:
-    """Errors of the compiler become warnings."""
-    diagnostics.Reporter.stop_on_errors = lambda self: None
+def _masses_unchecked() -> None:
+    _module("compiler.equations.accelerations")._massless = lambda *_: ZeroDivisionError("a pivot is zero")
+
+
+def _tables_unchecked() -> None:
+    make = inputs.make_table
+
+    def spread(times: Any, values: Any, *rest: Any, **more: Any) -> Any:
+        return make(np.array(times, float) + 1e-6 * np.arange(len(times)), values, *rest, **more)
+
+    inputs.make_table = spread
 
 
 FAULTS = {
@@ -166,5 +177,14 @@ FAULTS = {
     "no nominal": Fault("all nominal values are 1", _nominal_one),
     "kinks ignored": Fault("steps go across the kinks of inputs", _kinks_ignored),
     "checks ignored": Fault("values out of range begin a run", _checks_ignored),
-    "errors ignored": Fault("errors of the compiler do not stop it", _errors_ignored),
+    "masses unchecked": Fault("a zero pivot is not explained", _masses_unchecked),
+    "tables unchecked": Fault("times of tables are made to increase", _tables_unchecked),
+    "missed times": Fault(
+        "events at known times are not seen",
+        _in_kernel(
+            "instant.c",
+            "int mech_set_times(mech_solver *s, int ticks)\n{\n",
+            "int mech_set_times(mech_solver *s, int ticks)\n{\n    if (s->run->report.t > s->o.t0) return 0;\n",
+        ),
+    ),
 }

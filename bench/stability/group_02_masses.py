@@ -82,6 +82,6 @@ CASES = (
         "the second link carries nothing",
         LINKS.format(m1=1, m2=0, a=1, b=0.5, stop=5).replace("mass m2 at tip;", "damping 1 N.m.s on b;"),
         Refusal("is refused by the compiler", ("E05", "b")),
-        fault="errors ignored",
+        fault="masses unchecked",
     ),
 )

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.special import ellipj, ellipk
 
+from mechc.solution import Solution
+
 from .case import Array, Case, Formula, Known, Measured, drift
 
 NUMBER = 7
@@ -60,7 +62,31 @@ output L = direction(body, {{1*der(R)[1], 2*der(R)[2], 3*der(R)[3]}});
 experiment(stop = {stop}, tolerance = 1e-13);
 """
 
+TURNING = """
+dimensionless;
+coordinate Rotation R = rotx(0.5 rad);
+initial der(R) = {0.3, 0.2, 1};
+frame body = world * R;
+inertia diag({1, 1.3, 1.7}) on body;
+output axis = direction(body, {0, 0, 1});
+experiment(stop = 1000, tolerance = 1e-3);
+"""
+
+
+def stretched(s: Solution) -> float:
+    """How far the length of a unit vector of the body is from 1."""
+    length = np.sqrt(sum(s[f"axis[{k}]"] ** 2 for k in (1, 2, 3)))
+    return float(np.abs(length - 1).max())
+
+
 CASES = (
+    Case(
+        "rotation at a loose tolerance",
+        "1000 rad at a tolerance of 1e-3",
+        TURNING,
+        Measured("stays a rotation: unit vectors to 1e-14", stretched, 1e-14),
+        fault="not normalised",
+    ),
     Case(
         "1000 flips",
         "a long periodic motion in space",
@@ -77,7 +103,7 @@ CASES = (
             lambda s: max(drift(s), *(float(np.ptp(s[f"L[{k}]"])) for k in (1, 2, 3))),
             1e-8,
         ),
-        fault="not normalised",
+        fault="loose",
     ),
     Case(
         "spin about the middle axis",

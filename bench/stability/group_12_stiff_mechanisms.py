@@ -69,6 +69,7 @@ CASES = (
             "follows the reference to 1e-5, in as many steps", 1e-5, (by("radau5"), within(5000)), seconds=20
         ),
         fault="not switched",
+        options={"tolerance": 1e-9},
     ),
     Case(
         "Andrews' squeezing mechanism",

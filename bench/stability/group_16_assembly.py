@@ -119,7 +119,7 @@ CASES = (
         "x = 1 and x = 2",
         TWO_PLACES.format(there="2 m"),
         Refusal("is refused, both constraints named", ("here", "there")),
-        fault="errors ignored",
+        fault="not assembled",
     ),
     Case(
         "circles that do not meet",

@@ -88,7 +88,7 @@ CASES = (
         "masses of 1e-26 kg, lengths of 1e-12 m, times of 1e-14 s",
         BOND.format(c=0),
         Known("both places, to 1e-7", dict(zip("xy", bond(2e-12), strict=True)), 1e-7),
-        fault="no nominal",
+        fault="loose",
     ),
     Case(
         "motion of 1e-20 m",
@@ -96,6 +96,13 @@ CASES = (
         "coordinate Length x = 0 m;\nkinetic 1/2*1 kg*der(x)^2;\nforce 1e-20 N on x;\nexperiment(stop = 1 s);",
         Measured("the parabola to 1e-9", quiet, 1e-9),
         fault="sign",
+    ),
+    Case(
+        "swing of 1e-20 m",
+        "a millionth of the diameter of a nucleus",
+        "coordinate Length x = 1e-20 m;\nkinetic 1/2*1 kg*der(x)^2;\npotential 1/2*1 N/m*x^2;\nexperiment(stop = 20 s);",
+        Known("the place, to 1e-6 of the swing", {"x": lambda t: 1e-20 * np.cos(t)}, 1e-6),
+        fault="no nominal",
     ),
     Case(
         "large beside small",

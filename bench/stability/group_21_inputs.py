@@ -100,14 +100,14 @@ CASES = (
         "the same written with time",
         JUMP.format(stop=10),
         Known("the path to 1e-9", {"x": jump}, 1e-9),
-        fault="missed events",
+        fault="missed times",
     ),
     Case(
         "table that is not increasing",
         "a time given twice",
         PUSHED.format(how="linear"),
         Refusal("is refused", ("increas",)),
-        fault="checks ignored",
+        fault="tables unchecked",
         options={"inputs": {"push": table("twice", ((0.0, 0.0), (1.0, 1.0), (1.0, 2.0)))}},
     ),
     Case(
