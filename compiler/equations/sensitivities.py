@@ -20,7 +20,10 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     ``independent``: the parameters that do not follow from others. The seeds lie in z behind the discrete
     variables: of the tangent one for each of y, u, time and p, of the adjoint one for each of dy/dt and the outputs.
     ``tangent`` gives J seed, ``adjoint`` J^T seed, in the same orders; entries of dependent parameters are zero.
+    ``start_tangent`` and ``start_adjoint`` are the same for the initial state by u, time and p, where formulas give
+    it: out[ny], and out[nu + 1 + np] of seeds for y.
     """
+    functions = {f.name: f for f in equations.functions}
     graph, unknowns = equations.graph, total(equations, independent, _unknowns(equations))
     places = {slot: n for n, slot in equations.layout.items()}
     ny, nu, n_p = len(equations.states), len(equations.inputs), len(equations.parameters)
@@ -34,6 +37,24 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     forward = jvp(graph, unknowns, tangents)
     there = [n for n in knowns if n is not None]
     backward = dict(zip(there, vjp(graph, list(zip(unknowns, seeds, strict=False)), there), strict=True))
+    at_start: tuple[Function, ...] = ()
+    initial = total(equations, independent, functions["initial"].outputs)
+    if not equations.assembly and not equations.dependent and any(graph.support(n) for n in initial):
+        given = {n: seeds[i] for i, n in enumerate(knowns) if n is not None and i >= ny}
+        back = vjp(graph, list(zip(initial, seeds, strict=False)), list(given))
+        by_known = dict(zip(given, back, strict=True))
+        at_start = (
+            Function(
+                "start_tangent",
+                "directional derivative of the initial state",
+                tuple(jvp(graph, initial, given)),
+            ),
+            Function(
+                "start_adjoint",
+                "adjoint derivative of the initial state",
+                tuple(graph.zero if n is None else by_known[n] for n in knowns[ny:]),
+            ),
+        )
     return replace(
         equations,
         layout={**equations.layout, **{n: Slot("z", first + i) for i, n in enumerate(seeds)}},
@@ -46,6 +67,7 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
                 "adjoint derivative of rates and outputs",
                 tuple(graph.zero if n is None else backward[n] for n in knowns),
             ),
+            *at_start,
         ),
     )
 

@@ -14,6 +14,9 @@ from .variables import Start, Table
 _TYPES = ("real", "integer", "boolean")
 """In the order of ``fmu_type``."""
 
+STARTS = ("start_tangent", "start_adjoint")
+"""Functions for derivatives during initialisation, where formulas give the initial state."""
+
 METHOD_PARTS = {"auto": ("auto", "dop853", "radau5")}
 """Methods that consist of others."""
 
@@ -143,6 +146,7 @@ def _description(
         "",
         f"void tangent({signature}, mech_real *out);",
         f"void adjoint({signature}, mech_real *out);",
+        *(f"void {name}({signature}, mech_real *out);" for name in STARTS if program.function(name)),
         *([f"void initial_of_others({signature}, mech_real *out);"] if program.dependent else []),
         "",
         _numbers("mech_real", "nominal", start.nominal),
@@ -192,6 +196,7 @@ def _description(
         ),
         f"    .events = {'&fmu_events_of_models' if program.hybrid else 'NULL'},",
         "    .tangent = tangent, .adjoint = adjoint,",
+        *(f"    .{name} = {name}," for name in STARTS if program.function(name)),
         "};",
     ]
     return "\n".join(lines) + "\n"

@@ -187,8 +187,9 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     f->st = calloc(1, f->size);
     f->tables = calloc((size_t)m->nu + 1, sizeof *f->tables);
     const int widest = ny + m->nu + 1 + m->np + m->n_outputs;
-    const int own = widest + m->n_assertions + m->nz;
+    const int slopes = ny + m->nu + 1 + m->np, own = widest + m->n_assertions + m->nz + slopes;
     f->scratch = calloc((size_t)(own + f->n_w), sizeof *f->scratch);
+    f->slopes = f->scratch ? f->scratch + own - slopes : NULL;
     f->w = f->scratch ? f->scratch + own : NULL;
     f->elements = calloc(2 * (size_t)d->n_sizes + 1, sizeof *f->elements);
     if (!f->name || !f->st || !f->tables || !f->scratch || !f->elements) {

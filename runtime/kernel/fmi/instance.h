@@ -84,6 +84,7 @@ typedef struct fmu_description {
     const char *const *const *checks;   /* messages of the assertions of each branch             */
     const fmu_event_functions *events;  /* NULL: the model has none                              */
     mech_function *tangent, *adjoint;   /* J seed: out[ny + n_outputs]; J^T seed: out[ny + nu + 1 + np] */
+    mech_function *start_tangent, *start_adjoint; /* of the initial state by u, t, p; NULL: not by formulas */
 } fmu_description;
 
 enum fmu_place { FMU_TIME, FMU_Y, FMU_DY, FMU_U, FMU_P, FMU_OUT, FMU_Z, FMU_W, FMU_NOTHING };
@@ -116,6 +117,7 @@ struct fmu {
     size_t size;         /* bytes of the block                   */
     fmu_state *st;
     mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
+    mech_real *slopes; /* [ny + nu + 1 + np] of derivatives.c                                   */
     mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
     mech_real *room;  /* of starts.c                                                             */
     int n_w;          /* event indicators of the kernel                                          */
