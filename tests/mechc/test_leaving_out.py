@@ -120,7 +120,8 @@ def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion 
     largest = np.abs(done.y).max(axis=0)
     sizes: dict[str, float] = {}
     for k, q in enumerate(problem.states):
-        sizes[q.unit] = max(sizes.get(q.unit, 0.0), float(largest[k]))
+        rounding = q.kind == "account" and largest[k] < 1e-12  # nothing is lost where a wheel rolls
+        sizes[q.unit] = max(sizes.get(q.unit, 0.0), 0.0 if rounding else float(largest[k]))
     states = {q.name: done.y[:, k] for k, q in enumerate(problem.states)}
     return Motion(done.t, states, {q.name: sizes[q.unit] or 1.0 for q in problem.states})
 
