@@ -76,12 +76,12 @@ def draw_small(made: Benchmark, path: Path) -> None:
     """Draw the diagram for a table of many: no title, few pixels."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(4.2, 2.8), layout="constrained")
+    figure = Figure(figsize=(3.6, 2.4), layout="constrained")
     axes = figure.add_subplot()
     _curves(made, axes)
-    axes.tick_params(labelsize=7)
-    axes.legend(fontsize=6)
-    figure.savefig(path, dpi=60, pil_kwargs={"optimize": True})
+    axes.tick_params(labelsize=6)
+    axes.legend(fontsize=5)
+    figure.savefig(path, dpi=64, pil_kwargs={"optimize": True})
 
 
 def _curves(made: Benchmark, axes: Axes) -> None:
