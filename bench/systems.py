@@ -104,7 +104,7 @@ model StiffSpring "a heavy body on a soft spring, a light one on it by a stiff s
   parameter stiff = 1e5 N/m;
   parameter c = 10 kg/s;
   coordinate x = 1 m;
-  coordinate y = 1.001 m;
+  coordinate y = 1 m;
   kinetic 1/2*M*der(x)^2 + 1/2*m*der(y)^2;
   potential 1/2*soft*x^2 + 1/2*stiff*(y - x)^2;
   dissipation 1/2*c*(der(y) - der(x))^2;
