@@ -251,6 +251,7 @@ ROWS = (
     row("engineering", "clutch", FRICTION, T, "der(a) der(b)"),
     row("textbook", "spinning_bounce", IMPACTS, "path[1]", "path[2]", "- slow"),
     row("engineering", "falling_box", IMPACTS, T, "free.position[3] height", "", 2),
+    row("textbook", "masse_shot", FRICTION, "x", "y"),
 )
 
 HEAD = """# Gallery

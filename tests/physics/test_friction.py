@@ -259,6 +259,25 @@ def test_bowling_ball_begins_to_roll(experiment: str | None, spin: float) -> Non
     assert solution["energy.dissipated"][-1] == pytest.approx(7 * (v + R * spin) ** 2 / 7, rel=1e-10)
 
 
+def test_masse_shot() -> None:
+    """G. G. Coriolis (1835): the direction of sliding stays, so the way is a parabola; rolls with v - 2/7 u."""
+    r, mu = 0.0305, 0.2
+    v, u = np.array([2.0, 0.0]), np.array([2.0 + r * 80, r * 60])  # vel + spin x (0, 0, -r)
+    slips = math.hypot(*u)
+    t, push = 2 * slips / (7 * mu * g), mu * g * u / slips
+    solution = follow("masse_shot")
+    assert times(solution, "stick") == pytest.approx([t], rel=1e-10)
+    for at in (0.3 * t, 0.9 * t):
+        found = solution(at)
+        assert [found["x"], found["y"]] == pytest.approx(v * at - push * at**2 / 2, rel=1e-9)
+        assert found["slip_y"] / found["slip_x"] == pytest.approx(u[1] / u[0], rel=1e-9)
+    end = v - 2 / 7 * u
+    assert [solution["der(x)"][-1], solution["der(y)"][-1]] == pytest.approx(end, rel=1e-9)
+    place = v * t - push * t**2 / 2 + end * (1.5 - t)
+    assert [solution["x"][-1], solution["y"][-1]] == pytest.approx(place, rel=1e-9)
+    assert solution["energy.dissipated"][-1] == pytest.approx(0.2 * slips**2 / 7, rel=1e-9)
+
+
 def test_cylinder_rolls_up_to_three_mu() -> None:
     """U126: (2/3) g sin(slope) while it rolls; beyond, g (sin - mu cos), and it turns at 2 mu g cos/R."""
     R, mu = 0.05, 0.2
