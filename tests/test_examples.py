@@ -35,7 +35,7 @@ def test_runs(name: str) -> None:
     if balance is not None and balance.relative is not None:
         assert balance.relative < 100 * TOLERANCE
     for drift in solution.accuracy.constraints:
-        assert drift.before is not None and drift.before < 1000 * TOLERANCE or name in SINGULAR
+        assert (drift.before is not None and drift.before < 1000 * TOLERANCE) or name in SINGULAR
         assert drift.after < (1e-5 if name in SINGULAR else 1e-12), drift
     constrained = bool(load(name).compilation.equations.constraints)
     assert constrained == bool(solution.accuracy.constraints)

@@ -162,10 +162,12 @@ def test_friction_that_falls_with_the_speed() -> None:
     assert np.diff(slips) == pytest.approx(period, rel=1e-10)
 
 
-def test_a_little_damping_makes_the_rest_stable() -> None:
-    solution = follow("belt_with_rosin", "damped")
+@pytest.mark.parametrize(("changed", "damping"), [({"c": 0.3}, 0.1), ({"slope": 0.0}, 0.0)])
+def test_rest_on_the_belt_is_stable(changed: dict[str, float], damping: float) -> None:
+    """With a little damping more than friction loses; a centre where friction does not depend on the speed."""
+    solution = follow("belt_with_rosin", set=changed)
     assert not solution.events
-    at = spiral(0.1, 0, 0.1)
+    at = spiral(0.1, 0, damping)
     assert solution["x"] - 2 == pytest.approx(np.array([at(t)[0] for t in solution.time]), abs=1e-10)
 
 
