@@ -131,7 +131,6 @@ void fmu_reset(fmu *f)
         f->p[i] = d->p[i];
     }
     for (int i = 0; i < f->ny; i++) {
-        f->y_set[i] = d->y_given[i];
         f->y[i] = d->y[i];
         f->atol[i] = d->tolerance * d->nominal[i];
     }
