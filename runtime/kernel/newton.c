@@ -91,3 +91,26 @@ void mech_newton_correct(const mech_newton *k, const mech_real *f, const mech_re
                                    d_re, d_im, k->room);
     }
 }
+
+/* Two steps of the power method each time: two, as it may be one of a pair of complex ones. */
+mech_real mech_dominant(const mech_model *model, const mech_real *jacobian, const mech_real *scale, mech_real *x,
+                        mech_real *image)
+{
+    const int n = model->nq + model->nv + model->nx;
+    mech_real before = 0, after = 0;
+    for (int i = 0; i < n; i++) before += x[i] * scale[i] * x[i] * scale[i];
+    for (int l = 0; l < 2; l++) {
+        for (int i = 0; i < n; i++) image[i] = 0;
+        for (int e = 0; e < model->n_jacobian; e++)
+            image[model->jac_row[e]] += jacobian[e] * x[model->jac_col[e]];
+        for (int i = 0; i < n; i++) x[i] = image[i];
+    }
+    for (int i = 0; i < n; i++) after += x[i] * scale[i] * x[i] * scale[i];
+    if (!(after > 0) || !mech_finite(after) || !(before > 0)) {
+        for (int i = 0; i < n; i++) x[i] = 1 / scale[i]; /* begin anew */
+        return before > 0 ? 0 : (mech_real)INFINITY;
+    }
+    const mech_real inverse = 1 / mech_sqrt(after);
+    for (int i = 0; i < n; i++) x[i] *= inverse;
+    return mech_sqrt(mech_sqrt(after / before));
+}

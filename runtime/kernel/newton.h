@@ -41,4 +41,9 @@ void mech_newton_correct(const mech_newton *k, const mech_real *f, const mech_re
 /* z[stages][n] = (matrix x 1) w, matrix[stages][stages]. */
 void mech_mix_stages(int stages, int n, const mech_real *matrix, const mech_real *w, mech_real *z);
 
+/* |lambda| of the largest eigenvalue of J, better with each call: x[n] is its vector as far as it is known. Infinite
+   where x was lost. image[n] is room; sizes are times scale[n]. */
+mech_real mech_dominant(const mech_model *model, const mech_real *jacobian, const mech_real *scale, mech_real *x,
+                        mech_real *image);
+
 #endif

@@ -273,7 +273,7 @@ static mech_real find_stages(mech_solver *s, radau *r, const arrays *k, mech_rea
         const enum outcome outcome = iterate(s, r, k, h, 0, &factor);
         if (outcome == CONVERGED) return 0;
         if (outcome == UNDEFINED) return (mech_real)NAN;
-        if (!r->jacobian_is_here || r->h_old == 0) return refuse(s, r, factor);
+        if (!r->jacobian_is_here || r->h_old == 0 || !r->stages.matrix) return refuse(s, r, factor);
         r->rescues = r->rescues < 5 ? r->rescues + 1 : 5;
         r->own = 4 << r->rescues;
         r->eta = 1;
@@ -345,30 +345,12 @@ static mech_real control(mech_solver *s, mech_real h, mech_real error)
     return r->theta <= FAST && factor >= 1 && factor <= SAME_STEP ? 1 : factor;
 }
 
-/* |h lambda| of the largest eigenvalue, by two steps of the power method each time: two, as it may be one of
-   a pair of complex ones. */
 static mech_real stiffness(mech_solver *s, mech_real h)
 {
     const radau *r = (const radau *)mech_extra(s);
     const arrays k = arrays_of(s);
-    const mech_model *m = s->model;
-    const int n = s->ny;
-    mech_real *x = k.dominant, *image = k.d, before = 0, after = 0;
-    for (int i = 0; i < n; i++) before += x[i] * k.scale[i] * x[i] * k.scale[i];
-    for (int l = 0; l < 2; l++) {
-        for (int i = 0; i < n; i++) image[i] = 0;
-        for (int e = 0; e < m->n_jacobian; e++)
-            image[m->jac_row[e]] += r->newton.jacobian[e] * x[m->jac_col[e]];
-        for (int i = 0; i < n; i++) x[i] = image[i];
-    }
-    for (int i = 0; i < n; i++) after += x[i] * k.scale[i] * x[i] * k.scale[i];
-    if (!(after > 0) || !mech_finite(after) || !(before > 0)) {
-        for (int i = 0; i < n; i++) x[i] = 1 / k.scale[i]; /* begin anew */
-        return before > 0 ? 0 : s->method->stiffness_bound;
-    }
-    const mech_real inverse = 1 / mech_sqrt(after);
-    for (int i = 0; i < n; i++) x[i] *= inverse;
-    return h * mech_sqrt(mech_sqrt(after / before));
+    const mech_real size = mech_dominant(s->model, r->newton.jacobian, k.scale, k.dominant, k.d);
+    return mech_finite(size) ? h * size : s->method->stiffness_bound;
 }
 
 static void dense(mech_solver *s, mech_real h)

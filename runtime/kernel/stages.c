@@ -11,7 +11,8 @@ static size_t integers(int n)
 
 size_t mech_stages_size(const mech_model *model, const mech_spectrum *spectrum)
 {
-    const int n = spectrum->stages * (model->nq + model->nv + model->nx);
+    const int ny = model->nq + model->nv + model->nx, n = spectrum->stages * ny;
+    if (ny > MECH_MOST_STAGED) return 0;
     return (size_t)(spectrum->stages * model->n_jacobian) + (size_t)n * (size_t)n + (size_t)n + integers(n);
 }
 
@@ -36,7 +37,9 @@ static void recompose(const mech_spectrum *c, int inverted, mech_real *out)
 void mech_stages_prepare(mech_stages *k, const mech_model *model, const mech_spectrum *spectrum,
                          mech_real *memory)
 {
-    const int n = spectrum->stages * (model->nq + model->nv + model->nx);
+    const int ny = model->nq + model->nv + model->nx, n = spectrum->stages * ny;
+    k->matrix = NULL;
+    if (ny > MECH_MOST_STAGED) return;
     k->stages = spectrum->stages;
     recompose(spectrum, 0, k->inverse);
     recompose(spectrum, 1, k->a);

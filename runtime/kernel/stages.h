@@ -11,12 +11,15 @@
 
 #include "newton.h"
 
+/* Most states of a model for which this is done: the matrix of the stages is dense. */
+enum { MECH_MOST_STAGED = 150 };
+
 typedef struct mech_stages {
     int stages;
     mech_real h; /* of the factors */
     mech_real a[MECH_MAX_STAGES * MECH_MAX_STAGES], inverse[MECH_MAX_STAGES * MECH_MAX_STAGES];
     mech_real *jacobian; /* [stages][n_jacobian] */
-    mech_real *matrix, *room;
+    mech_real *matrix, *room; /* NULL for larger models */
     int *pivot;
 } mech_stages;
 
