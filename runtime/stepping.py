@@ -16,6 +16,9 @@ from .problem import Array, Problem
 from .simulate import plan_run
 from .solver import Solver
 
+LONGEST = 1000
+"""The longest step over that of the experiment's run: how far the caller will go is not known."""
+
 SLICE = 100_000
 """Steps in one call of the kernel."""
 
@@ -42,7 +45,10 @@ class Stepper:
             k: constant(float(probes[0][k])) for k in range(count) if len({float(u[k]) for u in probes}) == 1
         }
         self._case = replace(
-            plan.case, tables={**plan.case.tables, **self._held}, grid=np.empty(0), max_step=1e300
+            plan.case,
+            tables={**plan.case.tables, **self._held},
+            grid=np.empty(0),
+            max_step=LONGEST * plan.case.max_step,
         )
         self._problem, self._functions = problem, plan.functions
         self._kernel = native.load_kernel(options.reproducible)

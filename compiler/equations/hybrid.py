@@ -32,6 +32,10 @@ UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assem
 """Functions in which relations are evaluated as they stand."""
 
 
+ENDS = 30
+"""A slide on a surface ends where its slip is this many times z: half of that with which the kernel lets it begin."""
+
+
 @dataclass(frozen=True, slots=True)
 class Hybrid:
     """Layout, functions and plan of a model with events."""
@@ -289,9 +293,10 @@ def _on_surface(
         sticks = graph.add(sticks, mode.flag)
     slides, stuck = graph.less(zero, begun), graph.less(zero, sticks)
     size = graph.sqrt(begun)
+    least = graph.mul(graph.constant(ENDS), size)
     margin = graph.sub(limit, graph.sqrt(force))
     return (
-        graph.select(stuck, margin, graph.select(slides, graph.div(along, size), zero)),
+        graph.select(stuck, margin, graph.select(slides, graph.sub(graph.div(along, size), least), zero)),
         graph.select(stuck, zero, graph.select(slides, graph.div(change, size), zero)),
     )
 

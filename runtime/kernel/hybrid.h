@@ -9,6 +9,7 @@
 
 #include "method.h"
 
+enum { MECH_SLIDES = 60 }; /* the slip with which a slide on a surface begins, over what z holds */
 enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step, and room for one more */
 
 typedef struct mech_modes {
@@ -34,7 +35,9 @@ typedef struct mech_modes {
     mech_real *counters;    /* [COUNTERS]                                                    */
 } mech_modes;
 
-enum { MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_COUNTERS };
+enum {
+    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_COUNTERS
+};
 
 /* Numbers that a model needs, and their places in memory that begins at `memory`. */
 size_t mech_modes_numbers(const mech_model *model);

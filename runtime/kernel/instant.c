@@ -4,7 +4,7 @@
 #include "advance.h"
 #include "hybrid.h"
 
-enum { MOST_ROUNDS = 100, MOST_TURNS = 6 };
+enum { MOST_ROUNDS = 100, MOST_TURNS = 6, CROWD = 1000 };
 
 void mech_note(mech_solver *s, int kind, int index, mech_real value)
 {
@@ -274,20 +274,31 @@ void mech_write_instant(mech_solver *s)
     r->n_instants++;
 }
 
-/* Many instants without a step between them. */
+/* Names what goes on happening: a branch, a row, or a switch. */
+static int fail_to_progress(mech_solver *s, int hit)
+{
+    const mech_modes *e = s->modes;
+    const int row = hit - s->model->hybrid->n_switches;
+    if (row >= 0) return mech_fail(s, MECH_NO_MODE, row);
+    if (e->counters[MECH_FIRED] > 0) return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH]);
+    return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
+}
+
+/* Many instants without a step between them, or crowds of them with steps that lead nowhere. */
 static int check_progress(mech_solver *s, int hit)
 {
-    mech_modes *e = s->modes;
-    const mech_real t = s->run->report.t;
-    if (t - e->counters[MECH_LAST_TIME] > 1000 * MECH_EPSILON * mech_abs(t)) {
-        e->counters[MECH_STANDING] = 0;
-        e->counters[MECH_LAST_TIME] = t;
-    } else if ((e->counters[MECH_STANDING] += 1) > MOST_ROUNDS) {
-        const int row = hit >= s->model->hybrid->n_switches;
-        if (e->counters[MECH_FIRED] > 0 && !row)
-            return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH]);
-        return row ? mech_fail(s, MECH_NO_MODE, hit - s->model->hybrid->n_switches)
-                   : mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
+    mech_real *counters = s->modes->counters;
+    const mech_real t = s->run->report.t, moment = MECH_C(1e-9) * mech_min(s->o.dt_max, mech_abs(t));
+    if ((counters[MECH_CROWD] += 1) >= CROWD) {
+        if (t - counters[MECH_CROWD_TIME] < moment) return fail_to_progress(s, hit);
+        counters[MECH_CROWD] = 0;
+        counters[MECH_CROWD_TIME] = t;
+    }
+    if (t - counters[MECH_LAST_TIME] > 1000 * MECH_EPSILON * mech_abs(t)) {
+        counters[MECH_STANDING] = 0;
+        counters[MECH_LAST_TIME] = t;
+    } else if ((counters[MECH_STANDING] += 1) > MOST_ROUNDS) {
+        return fail_to_progress(s, hit);
     }
     return MECH_RUNNING;
 }

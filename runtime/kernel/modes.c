@@ -34,7 +34,7 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
         set(s, i, 0, side(a));
         return;
     }
-    const mech_real speed = MECH_C(1e-9) * mech_max(s->modes->speed[i], s->modes->speed[j]);
+    const mech_real speed = MECH_C(1e-12) * mech_max(s->modes->speed[i], s->modes->speed[j]);
     const mech_real share = speed / mech_sqrt(a * a + b * b);
     set(s, i, 0, share * a);
     set(s, j, 0, share * b);
@@ -156,6 +156,45 @@ static int misfit(mech_solver *s, int hit)
     return -1;
 }
 
+/* Changes the velocities so that n rows have the rates `aim`. */
+static void set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    mech_real target[64] = {0}, x[64];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = aim[k] - value(s, rows[k], MECH_RATE);
+    mech_solve_rows(s, n, rows, target, x);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+}
+
+/* Gives frictions on surfaces that begin to slide a slip of no size, in the direction in which they do: without one
+ * they would have none. Their indicator ends the slide at half of it. */
+static void begin_slides(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_real aim[64];
+    int rows[64], n = mech_held_rows(s, rows), begun = n;
+    for (int k = 0; k < n; k++) aim[k] = 0;
+    for (int i = 0; i < h->n_rows && n < 63; i++) {
+        const int j = mech_partner(s, i);
+        if (j < 0) continue;
+        const mech_real a = s->modes->z[h->rows[i].sign], b = s->modes->z[h->rows[j].sign];
+        const mech_real along = a * value(s, i, MECH_RATE) + b * value(s, j, MECH_RATE);
+        if ((a == 0 && b == 0) || along > MECH_SLIDES / 2 * MECH_C(1.01) * (a * a + b * b)) continue;
+        rows[n] = i;
+        aim[n++] = MECH_SLIDES * a;
+        rows[n] = j;
+        aim[n++] = MECH_SLIDES * b;
+    }
+    if (n == begun) return;
+    mech_read_rows(s);
+    mech_find_response(s);
+    set_rates(s, n, rows, aim);
+}
+
 int mech_choose_modes(mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -174,6 +213,7 @@ int mech_choose_modes(mech_solver *s, int hit)
             for (int i = 0; i < h->n_rows; i++)
                 if (!mech_finite(value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
             mech_hold_rows(s);
+            begin_slides(s);
             return mech_check_rows(s, 1);
         }
         propose(s);
@@ -204,15 +244,8 @@ void mech_close_gaps(mech_solver *s, int n, const int *rows)
 
 void mech_stop_rates(mech_solver *s, int n, const int *rows)
 {
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    mech_real target[64] = {0}, x[64];
-    const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_RATE);
-    mech_solve_rows(s, n, rows, target, x);
-    for (int k = 0; k < n; k++)
-        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
-    mech_rhs(s, s->run->report.t, s->y, s->dy);
+    const mech_real aim[64] = {0};
+    set_rates(s, n, rows, aim);
 }
 
 int mech_held_rows(mech_solver *s, int *held)

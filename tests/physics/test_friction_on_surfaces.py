@@ -102,7 +102,7 @@ def test_a_ball_slides_until_it_rolls() -> None:
     slip = np.array([3.0, 1.0]) + np.cross(spin, [0, 0, -0.1])[:2]
     solution = run(BALL, stop=2)
     (rolls,) = times(solution, "stick")
-    assert rolls == pytest.approx(2 * np.linalg.norm(slip) / (7 * 0.2 * GRAVITY), rel=1e-9)
+    assert rolls == pytest.approx(2 * np.linalg.norm(slip) / (7 * 0.2 * GRAVITY), rel=1e-8)
     assert solution["der(x)"][-1] == pytest.approx(3 - 2 / 7 * slip[0], abs=1e-8)
     assert solution["der(y)"][-1] == pytest.approx(1 - 2 / 7 * slip[1], abs=1e-8)
     assert abs(solution["slip_x"][-1]) + abs(solution["slip_y"][-1]) < 1e-10

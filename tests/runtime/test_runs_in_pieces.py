@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import pytest
 
 import mechc
@@ -85,3 +87,11 @@ def test_a_snapshot_between_events_goes_on_bit_for_bit() -> None:
             sim.step(at + 3)
             assert [sim[name] for name in names] == there
             sim.restore(saved)
+
+
+def test_steps_may_be_repeated_with_smaller_ones() -> None:
+    """A tenth of a second is far too long a step for a spring that swings a thousand times in it."""
+    spring = "coordinate x = 1 m;\nkinetic 1/2*(1 kg)*der(x)^2;\npotential 1/2*(1e10 N/m)*x^2;\n"
+    with mechc.loads(spring).start() as sim:
+        sim.step(1e-3)
+        assert sim["x"] == pytest.approx(math.cos(100), rel=1e-5)

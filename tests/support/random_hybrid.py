@@ -1,4 +1,4 @@
-"""Random models in which something switches, as text: seven families, each drawn by hypothesis."""
+"""Random models in which something switches, as text: eight families, each drawn by hypothesis."""
 
 from __future__ import annotations
 
@@ -175,6 +175,24 @@ def ropes(draw: st.DrawFn) -> HybridModel:
     return d.model(2)
 
 
+def rough_balls(draw: st.DrawFn) -> HybridModel:
+    d = Drawn(draw)
+    d.add(f"gravity {{{d.one_of(0, -1.5, 2)}, 0, -9.81}} m/s^2;", "coordinate Rotation R;")
+    d.add("coordinate Length x = 0 m;", "coordinate Length y = 0 m;")
+    d.add(f"coordinate Length z = {d.one_of(0.1, 0.3, 0.6)} m;")
+    for rate in ("der(x)", "der(y)"):
+        d.add(f"initial {rate} = {d.number(-3, 3)} m/s;")
+    spin = ", ".join(str(d.number(-20, 20)) for _ in range(3))
+    d.add(f"initial der(R) = {{{spin}}} rad/s;", "frame ball = world * trans({x, y, z}) * R;")
+    d.add("mass 1 kg at ball;", "inertia diag({0.0038, 0.004, 0.0037} kg.m^2) on ball;")
+    d.add("let s = vel_at(ball, world * {x, y, z - 0.1 m});")
+    d.add("let w = vel_at(ball, world * {x + 0.1 m, y, z});")
+    coefficient, restitution = d.number(0.05, 0.9), d.one_of(0, 0, 0.5, 0.8)
+    d.contact("floor", "z - 0.1 m", restitution, f" friction {coefficient} along {{s[1], s[2]}}")
+    d.contact("wall", "0.5 m - x - 0.1 m", restitution, f" friction {coefficient} along {{w[2], w[3]}}")
+    return d.model(2)
+
+
 FAMILIES: tuple[Callable[[st.DrawFn], HybridModel], ...] = (
     balls_in_a_box,
     stacked_masses,
@@ -183,4 +201,5 @@ FAMILIES: tuple[Callable[[st.DrawFn], HybridModel], ...] = (
     falling_block,
     controller,
     ropes,
+    rough_balls,
 )
