@@ -77,7 +77,8 @@ static int lacks(const mech_model *m)
         m->nq == m->nv && m->nx == m->n_accounts && !m->n_rotations && m->n_position == m->n_velocity;
     const int enough = m->momentum && m->force && m->mass;
     const int constrained = !m->n_velocity || (m->constraints && m->constraint_jacobian);
-    return plain && enough && constrained ? MECH_RUNNING : MECH_NEEDS_MOMENTA;
+    const int switching = m->hybrid && m->hybrid->n_rows; /* their forces are in no function of the model */
+    return plain && enough && constrained && !switching ? MECH_RUNNING : MECH_NEEDS_MOMENTA;
 }
 
 static void call(mech_solver *s, mech_function *f, mech_real t, const mech_real *y, mech_real *out)
