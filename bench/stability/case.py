@@ -209,6 +209,7 @@ class Row:
     seconds: float = 0.0
     steps: int = 0
     reason: str = ""
+    fault: str = ""
 
 
 def claimed(s: Solution, name: str, at_end: bool) -> float | None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections import Counter
 from pathlib import Path
+from tempfile import gettempdir
 
 from ..machine import described, table
 from .case import Row
+from .faults import FAULTS
 
 PAGE = Path(__file__).parents[2] / "docs" / "stability.md"
 LEAD = """\
@@ -14,8 +17,7 @@ LEAD = """\
 
 Each case states what is expected of it: an answer that is known within a bound, or a refusal that names time, state
 and cause. `python -m bench.stability --quick` runs them and writes this page, `--full` adds the long ones;
-`--planted` runs every case with a fault planted (projection off, tolerances loosened, events missed, a wrong sign,
-...) under which its expectation must fail. *Error* is the true one in the measure of the expectation, *estimated* what
+`--planted` runs every case with the fault planted under which its expectation must fail (column *fails if*). *Error* is the true one in the measure of the expectation, *estimated* what
 the run itself reports for the same states, relative to nominal + |value|. A run is *silent* if it is wrong and
 does not say so; a case that hangs or crashes is ended by a watchdog and shown as such. Run time is that of the main
 run in the kernel. `mechc stress MODEL` makes such cases out of any model.
@@ -37,7 +39,7 @@ def write(rows: list[Row], titles: dict[int, str], *, full: bool, seconds: float
     counts = ", ".join(
         f"{kinds[k]} {words}" for k, words in KINDS.items() if kinds[k] or k in ("met", "silent")
     )
-    parts = [LEAD, f"{len(rows)} cases ({'all' if full else 'without the long ones'}): {counts}."]
+    parts = [LEAD.rstrip(), f"{len(rows)} cases ({'all' if full else 'without the long ones'}): {counts}."]
     for number, title in sorted(titles.items()):
         own = [row for row in rows if row.group == number]
         if own:
@@ -53,7 +55,19 @@ KINDS = {
     "crashed": "crashed",
     "hung": "hung",
 }
-HEAD = ("case", "extreme", "expected", "method", "outcome", "error", "estimated", "steps", "run time", "")
+HEAD = (
+    "case",
+    "extreme",
+    "expected",
+    "method",
+    "outcome",
+    "error",
+    "estimated",
+    "steps",
+    "run time",
+    "fails if",
+    "",
+)
 
 
 def _cells(row: Row) -> list[str]:
@@ -61,10 +75,10 @@ def _cells(row: Row) -> list[str]:
     time = f"{row.seconds * 1e3:.3g} ms" if row.method else "-"
     verdict = KINDS[row.kind] + (f": {_short(row.reason)}" if row.reason else "")
     cells = [row.name, row.extreme, row.expects, row.method or "-", _short(row.outcome), *number]
-    cells += [str(row.steps) if row.method else "-", time, verdict]
+    cells += [str(row.steps) if row.method else "-", time, FAULTS[row.fault].text, verdict]
     return [cell.replace("|", "\\|").replace("\n", " ") for cell in cells]
 
 
 def _short(text: str) -> str:
-    text = text.splitlines()[0] if text else ""
+    text = text.splitlines()[0].replace(gettempdir() + os.sep, "") if text else ""
     return text if len(text) <= 160 else text[:157] + "..."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -59,15 +60,20 @@ def watched(dog: Watchdog[Question, Row], question: Question) -> Row:
     case = case_of(question)
     truth = 2 * case.expects.seconds if isinstance(case.expects, Followed) else 0.0
     reply = dog.ask(question, case.seconds + truth)
-    number = _group(question[0]).NUMBER
     match reply:
         case Crashed(how):
-            return Row(number, case.name, case.extreme, case.expects.text, "crashed", reason=how)
+            row = _unfinished(question, "crashed", how)
         case Hung(seconds):
-            why = f"no answer within {seconds:g} s"
-            return Row(number, case.name, case.extreme, case.expects.text, "hung", reason=why)
-        case row:
-            return row
+            row = _unfinished(question, "hung", f"no answer within {seconds:g} s")
+        case done:
+            row = done
+    return replace(row, fault=case.fault)
+
+
+def _unfinished(question: Question, kind: str, reason: str) -> Row:
+    case = case_of(question)
+    number: int = _group(question[0]).NUMBER
+    return Row(number, case.name, case.extreme, case.expects.text, kind, reason=reason)
 
 
 def maker(fault: str) -> Callable[[Question], Row]:
