@@ -39,6 +39,12 @@
 
 #define LOOP
 
+#if defined(MECH_STATES) && MECH_STATES >= 2 && MECH_STATES <= 9
+/* built for models of this many states alone */
+static mech_real attempt_any(mech_solver *s, mech_real h) { return attempt_small(s, h, MECH_STATES); }
+#elif defined(MECH_STATES)
+static mech_real attempt_any(mech_solver *s, mech_real h) { return attempt_large(s, h, s->ny); }
+#else
 #define SIZED(N) static mech_real attempt_##N(mech_solver *s, mech_real h) { return attempt_small(s, h, N); }
 SIZED(2)
 SIZED(3)
@@ -63,6 +69,7 @@ static mech_real attempt_any(mech_solver *s, mech_real h)
     default: return attempt_large(s, h, s->ny);
     }
 }
+#endif
 
 /* The last stage and the new state are two nearby points at t + h: the ratio of the differences of derivative
    and state bounds the dominant eigenvalue from below. */

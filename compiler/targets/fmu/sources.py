@@ -70,6 +70,8 @@ def sources(
     if not EVERYTHING.issubset(parts):
         methods = [*METHOD_PARTS.get(method, (method,)), *(m for p in parts for m in PART_METHODS.get(p, ()))]
         kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
+        states = program.nq + program.nv + program.nx
+        kernel["dop853.c"] = f"#define MECH_STATES {states}\n{kernel['dop853.c']}"
     if program.hybrid is None:
         kernel["events.c"] = _NO_EVENTS
         del glue["fmi_events.c"]
