@@ -29,7 +29,7 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     "--against", metavar="A,B", callback=_list, help="Others on the same functions: scipy, scipy:DOP853."
 )
 @click.option(
-    "--seconds", type=float, default=60.0, show_default=True, help="How long the reference may take."
+    "--seconds", type=float, default=60.0, show_default=True, help="CPU seconds that the reference may take."
 )
 @click.option(
     "--json", "json_file", metavar="FILE", help="Write the table as JSON; - for standard output alone."
