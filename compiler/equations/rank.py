@@ -20,6 +20,9 @@ SAMPLES = 4
 TOLERANCE = 1e-9
 """A row is dependent if its part orthogonal to the earlier ones is smaller than this share of it."""
 
+REACHED = 1e-6
+"""A residual below this, in SI units, counts as none."""
+
 Vector = NDArray[np.float64]
 
 
@@ -33,6 +36,8 @@ class Rank:
     independent: tuple[int, ...]
     ranks: tuple[int, ...]
     supports: tuple[frozenset[int], ...]
+    unfulfilled: frozenset[int]
+    """Rows that hold at none of the samples: they contradict others, or the mechanism does not reach."""
 
 
 def rank(
@@ -55,11 +60,15 @@ def rank(
     counts: list[int] = []
     touched = np.zeros((len(rows), len(velocities)), dtype=bool)
     chosen: tuple[int, ...] = ()
+    unfulfilled = set(range(len(rows)))
+    positions = [graph.zero if row.position is None else row.position for row in rows]
     for sample in range(SAMPLES):
         values = dict(parameters) | dict(start)
         if sample:
             values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
         values = _assembled(system, rows, velocities, values)
+        residuals = evaluate(graph, positions, values)
+        unfulfilled = {k for k in unfulfilled if not abs(residuals[k]) <= REACHED}
         matrix = _matrix(graph, flat, (len(rows), len(velocities)), values)
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
@@ -68,7 +77,7 @@ def rank(
             chosen = independent
         counts.append(len(independent))
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
-    return Rank(chosen, tuple(counts), supports)
+    return Rank(chosen, tuple(counts), supports, frozenset(unfulfilled))
 
 
 def _matrix(

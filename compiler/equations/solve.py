@@ -274,7 +274,7 @@ def _independent(
         values |= dict(zip(fixed, numbers, strict=True))
     found = rank(system, rows, free, values, {})
     kept = tuple(sorted((rows[i] for i in found.independent), key=lambda row: row.position is None))
-    dropped = [row for row in rows if row not in kept]
+    dropped = [row for i, row in enumerate(rows) if row not in kept and i not in found.unfulfilled]
     for name in dict.fromkeys(row.constraint.name for row in dropped):
         report_superfluous([row for row in dropped if row.constraint.name == name], reporter)
     return kept, found, values

@@ -287,3 +287,16 @@ def test_a_loop_that_no_coordinate_can_close() -> None:
     with pytest.raises(SimulationError) as refused:
         mechc.loads(TWO_BARS).simulate(stop=1, set={"h": 0.2})
     assert refused.value.code == "E0606" and "'c[3]' is off by 0.2 m" in refused.value.notes[0]
+
+
+def test_what_contradicts_does_not_repeat() -> None:
+    """2 x = 3 is not implied by x = 1: the assembly tells, and nothing is said to be superfluous before."""
+    text = (
+        "coordinate x ~ 0 m;coordinate y = 0 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint a: x = 1 m;"
+    )
+    assert [d.code for d in mechc.loads(text + "constraint b: 2*x = 2 m;").diagnostics] == ["W0513"]
+    wrong = mechc.loads(text + "constraint b: 2*x = 3 m;")
+    assert wrong.diagnostics == ()
+    with pytest.raises(SimulationError) as refused:
+        wrong.simulate(stop=1)
+    assert refused.value.code == "E0605" and len(refused.value.notes) == 2
