@@ -143,6 +143,9 @@ mech_real mech_size_of(const mech_solver *s, int i, int which)
 
 int mech_falls_back(const mech_solver *s, int i, mech_real rate)
 {
-    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i];
+    mech_real length = 0; /* what rounding of the coordinates leaves of a gap goes with their size */
+    for (int k = 0; k < s->model->nq; k++)
+        length = mech_max(length, mech_max(mech_nominal(s, k), mech_abs(s->y[k])));
+    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i] + 100 * MECH_EPSILON * length;
     return rate * rate <= -2 * value(s, i, MECH_SECOND) * height;
 }

@@ -361,3 +361,26 @@ def test_coefficients_that_parameters_put_out_of_range_are_told(statement: str, 
     solution = run(BALL + "parameter wrong = 1.5;\n" + statement + "\n", stop=2)
     assert solution.outcome is Outcome.FAILED
     assert words in solution.message
+
+
+@pytest.mark.parametrize("tolerance", [1.2e-7, 3e-8, 1e-11, 1e-14])
+def test_the_end_of_rocking_does_not_depend_on_rounding(tolerance: float) -> None:
+    """With rebounds as low as rounding, one of these found impacts of noise at one instant for ever."""
+    text = """\
+parameter b = 0.2 m;
+parameter h = 0.8 m;
+gravity {0, -9.81} m/s^2;
+coordinate Angle theta = 0.02 rad;
+coordinate Length x = -b + b*cos(0.02 rad) - h*sin(0.02 rad);
+coordinate Length y = b*sin(0.02 rad) + h*cos(0.02 rad);
+frame block = world * trans({x, y}) * rot(theta);
+mass 1 kg at block;
+inertia (1 kg)*(b^2 + h^2)/3 on block;
+point left = block * {-b, -h};
+point right = block * {b, -h};
+contact on_left: left[2] friction 10 along vel(left)[1];
+contact on_right: right[2] friction 10 along vel(right)[1];
+"""
+    solution = run(text, stop=8, tolerance=tolerance)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    assert abs(solution["theta"][-1]) < 1e-11
