@@ -65,7 +65,8 @@ def best(made: Benchmark, error: float, *, scipy: bool) -> tuple[float, str] | N
 
 
 def row(system: System, made: Benchmark) -> list[str]:
-    cells = [f"`{system.name}`", str(made.digits)]
+    until = f"{made.horizon:.3g}" + (f" of {made.stop:.3g}" if made.horizon < made.stop else "")
+    cells = [f"`{system.name}`", until, str(made.digits)]
     for error in LEVELS:
         mine, other = best(made, error, scipy=False), best(made, error, scipy=True)
         cells.append(f"{mine[0] * 1e3:.3g} ms, {mine[1]}" if mine else "-")
@@ -92,7 +93,7 @@ def main(quick: bool = False) -> None:
                 methods=METHODS,
                 against=("scipy",),
                 tolerances=TOLERANCES[::3] if quick else TOLERANCES,
-                seconds=5 if quick else 40,
+                seconds=5 if quick else 60,
                 experiment=system.experiment,
                 stop=system.stop,
             )
@@ -107,7 +108,7 @@ def main(quick: bool = False) -> None:
             notes.append(f"`{system.name}`: the error does not fall with the tolerance all the way.")
         notes += [f"`{system.name}`, {name}: {why}." for name, why in made.skipped]
         print(*rows[-1], flush=True)
-    head = ["model", "digits of the reference"]
+    head = ["model", "measured to", "digits of the reference"]
     for error in LEVELS:
         head += [f"kernel at {error:g}", f"best of scipy at {error:g}", "ratio"]
     text = (
