@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,16 @@ import numpy as np
 import pytest
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model, FMU3Slave
-from fmu_models import DRIVEN, by_cvode, packed, put, references, restore, save, written
+from fmu_models import DRIVEN, by_cvode, packed, put, references, restore, save, states, written
 
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import native_points
 from mechc.compiler.targets.fmu.rules import check_file
+from mechc.runtime import native
 from mechc.runtime.build import find_compiler
+from mechc.runtime.functions import load_functions
+from mechc.runtime.inputs import constant
+from mechc.runtime.solver import Solver
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -350,6 +355,30 @@ def test_inputs_make_a_block_slip_and_stick(fmi: int, tmp_path: Path) -> None:
     speeds = run(0.25, lambda t: 0.0 if t < 0.5 else pull(t))
     # 3 m/s^2 for half a second, then -2 - 2.5 N: at rest after a third of a second
     assert speeds == pytest.approx([0.5, 0, 0.75, 1.5, 0.375, 0, 0, 0], abs=1e-12)
+
+
+def test_a_table_of_inputs_has_the_bits_of_the_native_run(tmp_path: Path) -> None:
+    """Values that are given at the communication points, to both."""
+    path, start = written(tmp_path, DRIVEN, 3)
+    at, step = references(path), 0.25
+    forces = [float(f) for f in np.sin(np.arange(1, 21))]
+    case = replace(start.case, tables={0: constant(forces[0])})
+    kernel, functions = native.load_kernel(True), load_functions(start.problem)
+    rows, found = [], []
+    with Solver(kernel, functions, case, "dop853", case.tolerance, case.tolerance * start.nominal) as solver:
+        for k, force in enumerate(forces):
+            if k:
+                solver.set_constant(0, force)
+            assert solver.advance((k + 1) * step, 10000) == native.REACHED
+            rows.append(solver.report()[1].tolist())
+    with driver.instance(path, "cs") as fmu:
+        put(fmu, at["F"], forces[0])
+        driver.initialise(fmu, 0.0)
+        for k, force in enumerate(forces):
+            put(fmu, at["F"], force)
+            driver.do_step(fmu, k * step, step)
+            found.append(driver.numbers(fmu, [at[n] for n in states(path)]))
+    assert found == rows
 
 
 def test_lean_sources(tmp_path: Path) -> None:
