@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from .runtime.problem import Array
     from .runtime.solution import Solution
 
-CLEAR = 0.1
-"""The reference is right where its own doubt is below this share of the error that it tells."""
+CLEAR = 1.0
+"""Share of the error of a run up to which the reference may be in doubt: that is the error of the looser one of its
+two best runs, which the other one is a hundred times nearer to the truth than."""
 ROUNDING = 1e3 * float(np.finfo(float).eps)
 """Errors below are not told apart."""
 LADDERS = {"dop853": (1e-13, 1e-16, 1e-19, 1e-22), "radau5": (1e-9, 1e-12, 1e-15)}
