@@ -11,12 +11,12 @@ MODEL  := examples/double_pendulum.mech
 JOBS   ?= 2
 EDITS  ?= 1000000
 
-.PHONY: demo test test-slow fuzz check check-format check-lint check-types check-floors format bench fmu-gallery clean help
+.PHONY: demo test test-slow fuzz check check-format check-lint check-types check-floors format bench stability fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make fuzz EDITS=1000000, make check, make format, make bench, make fmu-gallery, make clean"
+	@echo "make test-slow, make fuzz EDITS=1000000, make check, make format, make bench, make stability, make fmu-gallery, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -66,6 +66,9 @@ bench: $(VENV)/installed-dev
 
 fmu-gallery: $(VENV)/installed
 	$(BIN)/python -m bench.fmu_gallery
+
+stability: $(VENV)/installed-dev
+	$(BIN)/python -m bench.stability
 
 clean:
 	rm -rf build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
