@@ -94,7 +94,11 @@ def _obstacles(model: native.ModelStruct, lacks: int) -> list[str]:
         obstacles.append("constraints, for which there are 'rattle', 'lobatto4' and 'lobatto6'")
     elif model.n_velocity > model.n_position:
         obstacles.append("constraints between velocities")
-    if lacks == native.NEEDS_MOMENTA and model.hybrid and native.HybridStruct.from_address(model.hybrid).n_rows:
+    if (
+        lacks == native.NEEDS_MOMENTA
+        and model.hybrid
+        and native.HybridStruct.from_address(model.hybrid).n_rows
+    ):
         obstacles.append("contacts, dry friction or constraints that switch")
     if lacks == native.NEEDS_SEPARABLE and not obstacles:
         obstacles.append("accelerations that depend on velocities")

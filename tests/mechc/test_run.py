@@ -187,9 +187,8 @@ def test_inputs_and_discrete_variables_in_a_table_with_both_sides_of_an_event(
         header, *rows = csv.reader(file)
     assert header == ["time [s]", "push [N]", "n"]
     changes = [(a, b) for a, b in pairwise(rows) if a[2] != b[2]]
-    assert [(float(a[0]), a[2], b[2]) for a, b in changes] == [
-        (pytest.approx(math.pi / 2 / OMEGA), "0.0", "1.0")
-    ]
+    assert [(a[2], b[2]) for a, b in changes] == [("0.0", "1.0")]
+    assert float(changes[0][0][0]) == pytest.approx(math.pi / 2 / OMEGA)
     assert all(a[0] == b[0] for a, b in changes), "both rows have the time of the event"
 
 
