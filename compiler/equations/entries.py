@@ -15,7 +15,6 @@ from ..mechanics.system import MechanicalSystem
 from .energies import Energies
 from .model import Entry, Slot
 
-
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
 
 
