@@ -29,6 +29,8 @@ STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
 REPEATS = 9
 PATIENCE = 0.3
 """Seconds for which a measurement is repeated; longer runs are made once."""
+MOST_STEPS = 1_000_000
+"""Steps after which a run counts as failed."""
 LONGEST = 5.0
 """Seconds of a run after which the rest of the ladder is left out, and said to be."""
 
@@ -119,7 +121,7 @@ def _point(
             nominal=nominal,
             step=setting if method.fixed_step else None,
             dense=False,
-            max_steps=None,
+            max_steps=MOST_STEPS,
             progress=None,
         )
 
