@@ -13,6 +13,13 @@ if TYPE_CHECKING:
     from .compiler.mechanics.system import MechanicalSystem
 
 
+SWITCHING = {
+    "contact": ("contact", "counted as open"),
+    "friction": ("friction", "counted as sliding"),
+}
+"""Words for rows that hold at times only, by kind of mode; they take no freedom away for good."""
+
+
 def structure(model: Model, style: Style = PLAIN) -> str:
     """Return what moves, what holds it, and how many freedoms are left, for the default parameters.
 
@@ -54,10 +61,11 @@ def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
     if prescribed:
         yield "prescribed", _plural(prescribed, "motion")
     stated: dict[str, int] = {}
-    for row in system.constraints:
+    lasting = [row for row in system.constraints if row.mode is None]
+    for row in lasting:
         stated[row.name] = stated.get(row.name, 0) + len(row.residuals)
     closing = {joint.name for joint in system.topology.closures}
-    levels = {row.name: row.level for row in system.constraints}
+    levels = {row.name: row.level for row in lasting}
     for name, count in stated.items():
         titles = {name, *(f"{name}[{k}]" for k in range(1, count + 1))}
         rank = sum(entry.name in titles for entry in equations.constraints)
@@ -70,6 +78,10 @@ def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
         yield f"{what} {name}", words
     if stated:
         yield "equations", f"{sum(stated.values())}, rank {len(equations.constraints)}"
+    switching = {row.name: row.mode.kind for row in system.constraints if row.mode is not None}
+    for name, kind in switching.items():
+        what, words = SWITCHING.get(kind, ("switching", "not counted"))
+        yield f"{what} {name}", words
 
 
 def _freedoms(system: MechanicalSystem, joint: Joint) -> int:

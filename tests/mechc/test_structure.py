@@ -77,3 +77,16 @@ def test_freely_jointed_chain(library: str, size: int, n: int) -> None:
         + "); Distance rod[i in 1:n - 1](bead[i].a -> bead[i + 1].a);"
     )
     assert rows(structure(loads(text)))["degrees of freedom"] == str(n + 1 if size == 2 else 2 * n + 1)
+
+
+def test_contacts_and_friction_take_no_freedom() -> None:
+    text = """
+    coordinate x = 1 m; coordinate y = 1 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    constraint slope: x = y;
+    contact floor: y;
+    friction 0.1 N on x;
+    """
+    lines = rows(structure(loads(text)))
+    assert lines["contact floor"] == "counted as open"
+    assert lines["equations"] == "1, rank 1" and lines["degrees of freedom"] == "1"

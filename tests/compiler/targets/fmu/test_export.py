@@ -12,41 +12,17 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmu_models import DRIVEN, EXAMPLES, packed
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import Made, check_package, native_points
-from mechc.compiler.targets.fmu.export import Package, make_package, start_of
+from mechc.compiler.targets.fmu.export import Package
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmus import FmuOptions, export_fmu
 from mechc.runtime.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
-
-EXAMPLES = Path(__file__).parents[4] / "examples"
-
-DRIVEN = """
-model Driven "a damped oscillator with a force from outside"
-  parameter m = 2 kg;
-  parameter k = 8 N/m;
-  parameter c = 0.02 s*k;
-  input Force F = 0.5 N;
-  coordinate x = 0.3 m;
-  initial der(x) = 0.1 m/s;
-  kinetic 1/2*m*der(x)^2;
-  potential 1/2*k*x^2;
-  damping c on x;
-  force F*cos(x/(1 m)) on x;
-  output Force stretch = k*x;
-  experiment(stop = 5 s, tolerance = 1e-8);
-end Driven;
-"""
-
-
-def packed(source: str | Path, fmi: int, method: str = "dop853") -> tuple[Package, Start]:
-    model = (load(source) if isinstance(source, Path) else loads(source)).for_experiment(None)
-    start = start_of(model.problem("c", reproducible=True, method=method))
-    return make_package(model.compilation.equations, start, fmi=fmi, method=method), start
 
 
 @pytest.fixture(scope="module", params=[pytest.param(2, marks=pytest.mark.slow), 3])
