@@ -16,6 +16,7 @@ from mechc.compiler.mechanics.build import build
 from mechc.compiler.problem import header
 from mechc.compiler.program.lower import lower
 from mechc.compiler.targets.c import emit_c
+from mechc.compiler.uncollected import uncollected
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
@@ -37,18 +38,19 @@ def formed(system: System, n: int) -> tuple[list[float], int, str]:
     def tick() -> None:
         clock.append(time.process_time())
 
-    tree = parse(source, reporter)
-    tick()
-    flat = flatten(tree, reporter, structural={"n": Fraction(n)}, search=())
-    tick()
-    mechanics = build(flat, reporter)
-    tick()
-    equations = assemble(mechanics, reporter)
-    tick()
-    program = lower(equations)
-    tick()
-    text = emit_c(program)
-    tick()
+    with uncollected():  # like the pipeline
+        tree = parse(source, reporter)
+        tick()
+        flat = flatten(tree, reporter, structural={"n": Fraction(n)}, search=())
+        tick()
+        mechanics = build(flat, reporter)
+        tick()
+        equations = assemble(mechanics, reporter)
+        tick()
+        program = lower(equations)
+        tick()
+        text = emit_c(program)
+        tick()
     rhs = next(f for f in equations.functions if f.name == "rhs")
     operations = equations.graph.count_operations(rhs.outputs)
     return [b - a for a, b in pairwise(clock)], operations, text

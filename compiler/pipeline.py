@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import gc
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -23,6 +21,7 @@ from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
+from .uncollected import uncollected
 
 Structural = Mapping[str, Fraction | bool | str]
 
@@ -55,25 +54,13 @@ def compile_source(
     ``parts`` are built whether the equations need them or not (equations/needs.py).
     """
     reporter = Reporter()
-    with _uncollected():
+    with uncollected():
         tree = parse(source, reporter)
         flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
         system = build(flat, reporter, by_value=by_value)
         equations = assemble(system, reporter, parts)
         program = lower(equations, hoist="constants" not in parts)
     return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
-
-
-@contextmanager
-def _uncollected() -> Iterator[None]:
-    """Pause the search for cyclic garbage: a compilation makes many values and hardly any cycles (saves 15 %)."""
-    was_on = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if was_on:
-            gc.enable()
 
 
 def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bool = False) -> Program:
@@ -104,7 +91,7 @@ def check_source(
 ) -> tuple[Diagnostic, ...]:
     """Check a source text through the equations; return warnings and notes, raise CompileError on errors."""
     reporter = Reporter()
-    with _uncollected():
+    with uncollected():
         tree = parse(source, reporter)
         flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
         assemble(build(flat, reporter), reporter)

@@ -120,6 +120,8 @@ def _is_spatial(system: MechanicalSystem) -> bool:
 
 def _has_tables(system: MechanicalSystem, functions: Sequence[Function]) -> bool:
     graph = system.graph
+    if not graph.tables:
+        return False
     outputs: list[Node] = [n for f in functions for n in f.outputs]
     return any(graph.op(n) == LOOKUP for n in graph.reach(outputs))
 

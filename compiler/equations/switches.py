@@ -60,6 +60,8 @@ def find_switches(
     """
     graph = system.graph
     written = list(system.lowering.relations)
+    if not written:
+        return Switches((), (), {})
     images = substitute(graph, written, resolve) if resolve else written
     reached = set(graph.reach(list(formulas)))
     time = system.symbols.time

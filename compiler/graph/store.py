@@ -140,27 +140,32 @@ class Store:
 
     def reach(self, outputs: Iterable[Node], known: Iterable[Node] = ()) -> list[Node]:
         """Return the outputs and all they depend on, ascending; neither ``known`` nodes nor what is below them."""
-        stack = list(outputs)
-        seen = bytearray(max(stack, default=-1) + 1)
+        wanted = list(outputs)
+        seen = bytearray(max(wanted, default=-1) + 1)
         for n in known:
             if n < len(seen):
                 seen[n] = 1
         left, right, code = self._left, self._right, self._code
         found: list[Node] = []
-        while stack:
-            n = stack.pop()
-            if seen[n]:
-                continue
-            seen[n] = 1
-            found.append(n)
+        add = found.append
+        for n in wanted:
+            if not seen[n]:
+                seen[n] = 1
+                add(n)
+        for n in found:  # grows while it is walked through
             a = left[n]
             if a >= 0:
-                stack.append(a)
+                if not seen[a]:
+                    seen[a] = 1
+                    add(a)
                 b = right[n]
                 if b >= 0:
-                    stack.append(b)
-                    if code[n] == SELECT:
-                        stack.append(self._third[n])
+                    if not seen[b]:
+                        seen[b] = 1
+                        add(b)
+                    if code[n] == SELECT and not seen[c := self._third[n]]:
+                        seen[c] = 1
+                        add(c)
         found.sort()
         return found
 

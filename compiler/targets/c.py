@@ -12,6 +12,7 @@ from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
 from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
+from ..uncollected import uncollected
 from .c_forms import DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -111,7 +112,8 @@ def emit_c(program: Program, chunk_size: int | None = None) -> str:
         program = chunk(program)
     elif chunk_size > 0:
         program = chunk(program, chunk_size)
-    return "\n".join(_File(program).lines()) + "\n"
+    with uncollected():
+        return "\n".join(_File(program).lines()) + "\n"
 
 
 class _File:
