@@ -55,7 +55,7 @@ def rank(
     velocities = [system.v[i].node for i in free]
     rates = [row.rate for row in rows]
     entries = jacobian(graph, rates, velocities)
-    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+    flat = _flat(entries)
     seeds = np.random.default_rng(20)
     counts: list[int] = []
     touched = np.zeros((len(rows), len(velocities)), dtype=bool)
@@ -66,7 +66,7 @@ def rank(
         values = dict(parameters) | dict(start)
         if sample:
             values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
-        values = _assembled(system, rows, velocities, values)
+        values = _assembled(system, rows, entries, velocities, values)
         residuals = evaluate(graph, positions, values)
         unfulfilled = {k for k in unfulfilled if not abs(residuals[k]) <= REACHED}
         matrix = _matrix(graph, flat, (len(rows), len(velocities)), values)
@@ -80,6 +80,10 @@ def rank(
     return Rank(chosen, tuple(counts), supports, frozenset(unfulfilled))
 
 
+def _flat(entries: Sequence[Mapping[int, Node]]) -> list[tuple[int, int, Node]]:
+    return [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+
+
 def _matrix(
     graph: Graph, flat: Sequence[tuple[int, int, Node]], shape: tuple[int, int], values: Mapping[Node, float]
 ) -> Vector:
@@ -90,16 +94,22 @@ def _matrix(
 
 
 def _assembled(
-    system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node], values: dict[Node, float]
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    entries: Sequence[Mapping[int, Node]],
+    velocities: Sequence[Node],
+    values: dict[Node, float],
 ) -> dict[Node, float]:
-    """Return ``values`` with the coordinates moved onto the position constraints (damped Gauss-Newton)."""
+    """Return ``values`` with the coordinates moved onto the position constraints (damped Gauss-Newton).
+
+    ``entries``: of K, for each of the ``rows``.
+    """
     graph = system.graph
-    located = [row for row in rows if row.position is not None]
+    located = [(row.position, k) for row, k in zip(rows, entries, strict=True) if row.position is not None]
     if not located:
         return values
-    residuals = [row.position for row in located if row.position is not None]
-    entries = jacobian(graph, [row.rate for row in located], velocities)
-    flat = [(i, j, n) for i, row in enumerate(entries) for j, n in row.items()]
+    residuals = [position for position, _ in located]
+    flat = _flat([k for _, k in located])
     shape = (len(located), len(velocities))
     constraints = Tape(graph, [*residuals, *(n for *_, n in flat)], values)
     motion = Tape(graph, system.qdot, {**values, **dict.fromkeys(velocities, 0.0)})

@@ -107,6 +107,7 @@ class _Walk:
             if (
                 ratios[-1] < CLOSE
                 and ratios[-2] >= ratios[-1] <= ratio
+                and _lowest(ratios[-2], ratios[-1], ratio) < CLOSE / 2
                 and self._closest(states[-2]) < SINGULAR
             ):
                 return True
@@ -165,6 +166,14 @@ class _Walk:
             nodes = [s.node for s in system.q[first : first + 4]]
             size = float(np.sqrt(sum(self.values[n] ** 2 for n in nodes)))
             self.values |= {n: self.values[n] / size for n in nodes}
+
+
+def _lowest(before: float, lowest: float, after: float) -> float:
+    """Return the smallest value between three equidistant ones: near its minimum the square is a parabola."""
+    a, b, c = before**2, lowest**2, after**2
+    curvature = a - 2 * b + c
+    smallest = b - (c - a) ** 2 / (8 * curvature) if curvature > 0 else b
+    return float(np.sqrt(max(smallest, 0.0)))
 
 
 def _solve(squares: Array, basis: Array, threshold: float, right: Array) -> Array:

@@ -74,13 +74,13 @@ def solve(
     order = elimination_order(system, rows, after)
     best: tuple[int, str, Solution, Graph] | None = None
     made = 0
-    unswept: set[tuple[Choice, int]] = set()
+    done: list[tuple[Variant, frozenset[int]]] = []
     tried = 0
     for attempt in _attempts(system, variants, dense):
         if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
             break
-        if attempt and any(c is attempt.choice and w <= attempt.frontier for c, w in unswept):
-            continue  # neither that attempt nor this one has anything to sweep
+        if attempt and any(_same(attempt, variant, widths) for variant, widths in done):
+            continue
         tried += 1
         # an attempt much worse than the best one is not carried to its end
         limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
@@ -94,8 +94,8 @@ def solve(
             continue
         finally:
             made += len(fork) - len(graph)
-        if attempt and found.widest <= attempt.frontier:
-            unswept.add((attempt.choice, found.widest))
+        if attempt:
+            done.append((attempt, found.widths))
         operations = fork.count_operations(found.unknowns)
         if best is None or operations < best[0]:
             best = (operations, attempt.name if attempt else "dense elimination", found, fork)
@@ -116,6 +116,12 @@ def solve_dense(
     found = eliminate_dense(graph, system, rows, order)
     operations = graph.count_operations(found.unknowns)
     return _elimination(found, "dense elimination", operations)
+
+
+def _same(attempt: Variant, done: Variant, widths: frozenset[int]) -> bool:
+    """Tell whether an attempt repeats one that met rows and columns of these widths: it sweeps the same ones."""
+    low, high = sorted((attempt.frontier, done.frontier))
+    return attempt.choice is done.choice and not any(low < width <= high for width in widths)
 
 
 def _elimination(found: Solution, variant: str, operations: int) -> Elimination:

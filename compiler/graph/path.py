@@ -64,8 +64,8 @@ class Variant:
 class Solution:
     """``unknowns`` in the order given; ``pivots[k]`` is that of unknown ``order[k]`` in residual ``rows[k]``.
 
-    ``work`` counts products. ``widest`` is the largest number of entries that a row or column of a pivot had
-    before it was swept.
+    ``work`` counts products. ``widths`` are the numbers of entries that rows and columns of pivots had before they
+    were swept.
     """
 
     unknowns: tuple[Node, ...]
@@ -73,7 +73,7 @@ class Solution:
     order: tuple[int, ...]
     rows: tuple[int, ...]
     work: int
-    widest: int
+    widths: frozenset[int]
 
 
 def eliminate(
@@ -94,7 +94,7 @@ def eliminate(
     pending = list(order)
     pivots: list[Node] = []
     done: list[int] = []
-    widest = 0
+    widths: set[int] = set()
     while pending:
         for i in pending:
             unknown, row = system.unknowns[i], ~row_of[i]
@@ -104,14 +104,17 @@ def eliminate(
         else:
             i = _exchange(state, row_of, pending, variant.choice)
             unknown, row = system.unknowns[i], ~row_of[i]
-        widest = max(widest, len(state.rows[row]), len(state.users[unknown]))
+        widths.add(len(state.rows[row]))
         state.sweep_row(unknown, row, variant.frontier)
+        widths.add(len(state.users[unknown]))
         state.sweep_column(unknown, row, variant.frontier)
         pivots.append(state.pivot(unknown, row))
         pending.remove(i)
         done.append(i)
     paired = tuple(row_of[i] for i in done)
-    return Solution(state.back_substitute(), tuple(pivots), tuple(done), paired, state.work, widest)
+    return Solution(
+        state.back_substitute(), tuple(pivots), tuple(done), paired, state.work, frozenset(widths)
+    )
 
 
 def _exchange(state: _State, row_of: list[int], pending: list[int], choice: Choice) -> int:

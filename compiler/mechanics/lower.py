@@ -96,7 +96,9 @@ class Lowering:
             case Element(base=base, indices=indices):
                 result = self.value(base)
                 if isinstance(result, Placement) and isinstance(base, Name):
-                    result = self._symbols.values[base.name]  # R[1] is the scalar part of the quaternion
+                    result = self._symbols.values[
+                        self._renamed(base.name)
+                    ]  # R[1] is the scalar part of the quaternion
                 if isinstance(result, Point):
                     result = self.kinematics.position(result)
                 for i in indices:
@@ -233,6 +235,12 @@ class Lowering:
         self._values[name] = value
         return value
 
+    def _renamed(self, name: str) -> str:
+        """Return the variable behind a name, through definitions that only give it another one."""
+        while name in self._definitions and isinstance(other := self._definitions[name].value, Name):
+            name = other.name
+        return name
+
     # ------------------------------------------------------------ kinds of expressions
 
     def _literal(self, value: Fraction | bool | str) -> Value:
@@ -248,7 +256,7 @@ class Lowering:
     def _derivative(self, operand: Expression, order: int) -> Value:
         result: Value
         if operand.type.kind is Kind.ROTATION and isinstance(operand, Name):
-            result = self._symbols.rates[operand.name]
+            result = self._symbols.rates[self._renamed(operand.name)]
             order -= 1
         else:
             result = self._numbers(self.value(operand))

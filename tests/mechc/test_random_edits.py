@@ -62,6 +62,14 @@ FOUND = {
     "sweep over a power": ("experiment s(x in {0, 0.7^0.9}, stop = 1);", None),
     "empty slice": ("constraint c: y[2:1] = y[1:2];", "E0305"),
     "unknown unit of the independent variable": ("independent s s;", "E0203"),
+    "element of a rotation by another name": (
+        "coordinate Rotation R; frame b = world * R; inertia diag({1, 2, 3}) on b; let w = R; output e = w[2];",
+        None,
+    ),
+    "rate of a rotation by another name": (
+        "coordinate Rotation R; frame b = world * R; inertia diag({1, 2, 3}) on b; let w = R; output e = der(w)[2];",
+        None,
+    ),
     "element of an answer about an array": ("output P = sum(momentum(z[i]) for i in 1:2);", None),
     "parameter from a reaction": ("constraint c: x = y[1]; parameter p = multiplier(c);", "E0810"),
     "parameter from a frame that moves": (
