@@ -12,12 +12,13 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from .runtime.accuracy import Accuracy, Drift
     from .runtime.outcome import SimulationError
-    from .runtime.problem import Origin
+    from .runtime.problem import Origin, Quantity
     from .simulation import Sweep
     from .solution import Solution
 
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
+MOST_OUTPUTS = 12
 MOST_EVENTS = 8
 MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
@@ -158,11 +159,13 @@ def _method(solution: Solution) -> str:
 
 
 def _values(solution: Solution, style: Style) -> list[str]:
-    """The last value of each state with its estimated errors."""
+    """The last value of each state with its estimated errors, then of each output and discrete variable."""
     if not len(solution.time):
         return []
     estimate = solution.accuracy.error
     states = [quantity for quantity in solution.problem.states if quantity.kind != "account"]
+    listed = (*solution.problem.outputs, *solution.problem.discretes)
+    outputs = [q for q in listed if q.kind in ("coordinate", "rate", "output", "discrete")]
     total = len(states)
     if len(states) > MOST_STATES:
         if estimate:
@@ -172,19 +175,23 @@ def _values(solution: Solution, style: Style) -> list[str]:
     head += ["estimated error", "largest"] if estimate else []
     table = [head]
     for quantity in states:
-        unit, factor = solution.shown_unit(quantity.name)
-        value = float(solution[quantity.name][-1]) * factor
-        row = [quantity.name, number(value), "" if unit == "1" else unit]
+        row = _last(solution, quantity)
         if estimate:
             row += [
                 f"{estimate.by_state_at_end[quantity.name]:.1e}",
                 f"{estimate.by_state[quantity.name]:.1e}",
             ]
         table.append(row)
-    rows = _aligned(table, style)
+    empty = [""] * (len(head) - 3)
+    last = [[*_last(solution, quantity), *empty] for quantity in outputs[:MOST_OUTPUTS]]
+    rows = _aligned(table + last, style)
+    after = 1 + len(states)
+    if len(outputs) > MOST_OUTPUTS:
+        rows.append(style.dim(f"  ... and {len(outputs) - MOST_OUTPUTS} more outputs"))
     left_out = total - len(states)
     if left_out:
-        rows.append(style.dim(f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")))
+        more = f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")
+        rows.insert(after, style.dim(more))
     if estimate:
         rows.append(
             style.dim(
@@ -194,6 +201,13 @@ def _values(solution: Solution, style: Style) -> list[str]:
     elif solution.accuracy.remark:
         rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
     return rows
+
+
+def _last(solution: Solution, quantity: Quantity) -> list[str]:
+    """Name, last value and unit."""
+    unit, factor = solution.shown_unit(quantity.name)
+    value = float(solution[quantity.name][-1]) * factor
+    return [quantity.name, number(value), "" if unit == "1" else unit]
 
 
 def _energy(solution: Solution, style: Style) -> list[str]:
@@ -243,10 +257,11 @@ def _events(solution: Solution, style: Style) -> list[str]:
     events = solution.events
     if not events:
         return []
+    unit = _with_unit(solution.problem.time.unit)
+    shown = events[:MOST_EVENTS]
+    names = max(width(event.name) for event in shown)
     rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
-    rows += [
-        f"  {event.time:>14.9g} s  {event.name}  {style.dim(event.kind)}" for event in events[:MOST_EVENTS]
-    ]
+    rows += [f"  {e.time:>14.9g}{unit}  {pad(e.name, names)}  {style.dim(e.kind)}" for e in shown]
     if len(events) > MOST_EVENTS:
         rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more"))
     return rows

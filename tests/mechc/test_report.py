@@ -25,6 +25,28 @@ def test_a_completed_run() -> None:
     assert not any("energy.lost" in row for row in rows), "accounts are kept for the balance only"
 
 
+def test_outputs_and_discrete_variables_stand_below_the_states() -> None:
+    text = """dimensionless; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2; output double = 2*x;
+    discrete Integer hits = 0; when x > 1 then hits := hits + 1; end when; when x > 1.5 then hits := 7; end when;"""
+    solution = mechc.loads(text).simulate(stop=2)
+    assert isinstance(solution, mechc.Solution)
+    rows = report(solution).splitlines()
+    names = [row.split()[0] for row in rows[rows.index("") + 5 :] if row.startswith("  ")][1:6]
+    assert names == ["x", "der(x)", "double", "hits", "errors"]
+    assert next(row for row in rows if row.startswith("  double ")).split() == ["double", "4"]
+    events = rows[next(k for k, row in enumerate(rows) if row == "  2 events") + 1 :]
+    assert [row.split() for row in events] == [["1", "x", ">", "1", "when"], ["1.5", "x", ">", "1.5", "when"]]
+    assert len({row.index("when") for row in events}) == 1, "kinds stand below each other"
+
+
+def test_of_many_outputs_the_report_says_how_many_it_leaves_out() -> None:
+    text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; output y[14] = {i*x for i in 1:14};"
+    solution = mechc.loads(text).simulate(stop=1)
+    assert isinstance(solution, mechc.Solution)
+    rows = report(solution).splitlines()
+    assert sum(row.startswith("  y[") for row in rows) == 12 and "  ... and 2 more outputs" in rows
+
+
 def test_drift_off_the_constraints() -> None:
     """What the steps leave, and what is left after their projection."""
     text = "coordinate x = 0.6 m;coordinate y ~ -0.8 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
