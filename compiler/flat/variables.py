@@ -122,7 +122,12 @@ def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attrib
             texts[name] = value
         else:
             numbers[name] = value
-    display = texts.pop("display", "") or _written_unit(declaration, type) or _unit_of_type(declaration, type)
+    display = (
+        texts.pop("display", "")
+        or _written_unit(declaration, type)
+        or _unit_of_type(declaration, type)
+        or _unit_of_answer(declaration, type)
+    )
     if not numbers and not texts and not display:
         return _NONE
     return Attributes(numbers.get("nominal"), numbers.get("min"), numbers.get("max"), display, texts)
@@ -204,6 +209,14 @@ def _unit_of_type(declaration: ast.Declaration, type: Type) -> str:
     if named is None or named.dimension != type.dimension or named.dimension.is_none:
         return ""
     return "" if named.unit == preferred_unit(type.dimension, type.angle) else named.unit
+
+
+def _unit_of_answer(declaration: ast.Declaration, type: Type) -> str:
+    """Return N.m where the value is the moment or the reaction of something: as a dimension it is that of energy."""
+    node = getattr(declaration, "value", None)
+    if not isinstance(node, ast.Call) or type.dimension != types.ENERGY:
+        return ""
+    return "N.m" if node.function.name in ("moment", "reaction", "multiplier") else ""
 
 
 def _if_fits(unit: str, type: Type) -> str:

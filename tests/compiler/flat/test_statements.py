@@ -399,6 +399,12 @@ def test_attributes_and_written_units() -> None:
     assert variable(model, "q").attributes.display == "rad"
 
 
+def test_what_turns_is_shown_as_a_torque() -> None:
+    """Energy and torque have one dimension."""
+    text = "coordinate Angle s; kinetic 1 kg.m^2*der(s)^2; drive s = 1 rad; output M = reaction(s);"
+    assert definition(flat(CART + text), "M").attributes.display == "N.m"
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [
