@@ -14,8 +14,9 @@ if TYPE_CHECKING:
     from .solution import Solution
 
 MOST_CURVES = 8
-"""Curves in one panel; more of one kind are left to the table of results."""
+"""Curves in one panel; of more, as many are drawn evenly spread, and the title says so."""
 MOST_PORTRAITS = 4
+"""Coordinates of a model that gets phase portraits: one for each, or none."""
 MOST_PATHS = 6
 NOISE = 1e-9
 """Relative size below which a change is an error of the computation and no motion."""
@@ -23,11 +24,12 @@ NOISE = 1e-9
 
 @dataclass(frozen=True, slots=True)
 class Curves:
-    """A panel of quantities of one unit over time."""
+    """A panel of quantities of one unit over time; ``left_out``: how many more there are."""
 
     title: str
     unit: str
     names: tuple[str, ...]
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,10 +42,11 @@ class Portrait:
 
 @dataclass(frozen=True, slots=True)
 class Paths:
-    """A panel of the trajectories of points; ``dimension`` is 2 or 3."""
+    """A panel of the trajectories of points; ``dimension`` is 2 or 3, ``left_out``: how many more there are."""
 
     names: tuple[str, ...]
     dimension: int
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +61,10 @@ Panel = Curves | Portrait | Paths | Energies
 
 
 def panels_of(solution: Solution) -> list[Panel]:
-    """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies."""
+    """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies.
+
+    Quantities of one kind and unit share a panel.
+    """
     problem = solution.problem
     coordinates = [q for q in problem.states if q.kind == "coordinate"]
     states = [q for q in problem.states if q.kind == "state"]
@@ -74,22 +80,31 @@ def panels_of(solution: Solution) -> list[Panel]:
     for dimension in (2, 3):
         chosen = [name for name, d in points.items() if d == dimension]
         if chosen:
-            panels.append(Paths(tuple(_spread(chosen, MOST_PATHS)), dimension))
+            drawn = tuple(_spread(chosen, MOST_PATHS))
+            panels.append(Paths(drawn, dimension, len(chosen) - len(drawn)))
     panels += _by_unit("states", states)
     panels += _by_unit("outputs", [q for q in outputs if q.name not in in_paths])
+    panels += _by_unit("inputs", problem.inputs)
+    panels += _by_unit("discrete variables", [q for q in problem.discretes if q.kind == "discrete"])
     energies = [q.name for q in problem.outputs if q.kind == "energy"]
     if energies:
-        panels.append(Energies(tuple(n for n in energies if _moves(solution, n)), balance=False))
+        if moving := tuple(n for n in energies if _moves(solution, n)):
+            panels.append(Energies(moving, balance=False))
         if problem.energy_balance:
             panels.append(Energies(tuple(energies), balance=True))
     return panels
 
 
 def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
-    """Panels for chosen quantities only."""
-    problem = solution.problem
-    known = {q.name: q for q in (*problem.states, *problem.outputs)}
-    return _by_unit("", [known[name] for name in names])
+    """Panels for chosen quantities only: all of them, however many."""
+    units: dict[str, list[str]] = {}
+    for name in names:
+        units.setdefault(solution.quantities[name].unit, []).append(name)
+    return [
+        Curves("", unit, tuple(group[i : i + MOST_CURVES]))
+        for unit, group in units.items()
+        for i in range(0, len(group), MOST_CURVES)
+    ]
 
 
 def point_names(outputs: Sequence[Quantity]) -> dict[str, int]:
@@ -131,7 +146,10 @@ def _by_unit(title: str, quantities: Sequence[Quantity]) -> list[Panel]:
     units: dict[str, list[str]] = {}
     for quantity in quantities:
         units.setdefault(quantity.unit, []).append(quantity.name)
-    return [Curves(title, unit, tuple(_spread(names, MOST_CURVES))) for unit, names in units.items()]
+    return [
+        Curves(title, unit, tuple(_spread(names, MOST_CURVES)), max(0, len(names) - MOST_CURVES))
+        for unit, names in units.items()
+    ]
 
 
 def _spread(names: Sequence[str], most: int) -> list[str]:

@@ -28,6 +28,9 @@ CONSTANT = 1e-6
 SMOOTH = 2000
 """Points of a curve, where the solution can be computed between its output points."""
 LEGEND_CHARACTERS = 46
+"""Width of a legend that fits beside the title."""
+ROW_CHARACTERS = 78
+"""Width of a legend that has a row of its own."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -54,18 +57,25 @@ STYLE: dict[Any, Any] = {
 
 
 class View:
-    """A solution at times that are dense enough for smooth curves, in the units to show."""
+    """A solution at times that are dense enough for smooth curves, in the units to show.
+
+    The rows of the solution stay as they are, both sides of each event among them.
+    """
 
     def __init__(self, solution: Solution) -> None:
         self.solution = solution
-        self.time = solution.time
-        self._values: Mapping[str, Array] = solution
-        if len(self.time) > 1 and len(self.time) < SMOOTH and solution.interpolation == "dense output":
-            self.time = np.union1d(self.time, np.linspace(self.time[0], self.time[-1], SMOOTH))
-            self._values = solution(self.time)
+        between = np.empty(0)
+        if 1 < len(solution.time) < SMOOTH and solution.interpolation == "dense output":
+            dense = np.linspace(solution.time[0], solution.time[-1], SMOOTH)
+            between = dense[~np.isin(dense, solution.time)]
+        self._between: Mapping[str, Array] = solution(between) if len(between) else {}
+        times = np.concatenate([solution.time, between])
+        self._order = np.argsort(times, kind="stable")
+        self.time = times[self._order]
 
     def __getitem__(self, name: str) -> Array:
-        return self._values[name] * self.solution.shown_unit(name)[1]
+        values = np.concatenate([self.solution[name], self._between.get(name, np.empty(0))])
+        return values[self._order] * self.solution.shown_unit(name)[1]
 
     def unit(self, name: str) -> str:
         return self.solution.shown_unit(name)[0]
@@ -145,7 +155,7 @@ def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
     if len(panel.names) == 1:
         axes.set_title(panel.names[0])
     else:
-        axes.set_title(panel.title)
+        axes.set_title(_title(panel.title, panel.left_out, len(panel.names)))
         _legend(axes)
     axes.set_ylabel(_unit_label(view.unit(panel.names[0])))
     _calm(axes)
@@ -170,7 +180,8 @@ def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
         axes.plot(*parts, color=colour, linewidth=1.1, label=label)
         axes.plot(*(part[:1] for part in parts), "o", color=colour, markersize=4, markerfacecolor="white")
         axes.plot(*(part[-1:] for part in parts), "o", color=colour, markersize=4)
-    axes.set_title(f"path of {panel.names[0]}" if len(panel.names) == 1 else "paths")
+    text = f"path of {panel.names[0]}" if len(panel.names) == 1 else "paths"
+    axes.set_title(_title(text, panel.left_out, len(panel.names)))
     axes.set_xlabel(_axis_label("x", unit))
     axes.set_ylabel(_axis_label("y", unit))
     if panel.dimension == 3:
@@ -239,22 +250,26 @@ def _time_axis(axes: Any, view: View) -> None:
 
 
 def _legend(axes: Any) -> None:
-    """Put the legend beside the title where it fits, else where it hides least."""
+    """Put the legend beside the title where it fits, else between the title and the curves."""
     labels = axes.get_legend_handles_labels()[1]
-    if sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS:
-        axes.legend(
-            loc="lower right",
-            bbox_to_anchor=(1.01, 1.0),
-            ncols=len(labels),
-            borderpad=0.2,
-            handlelength=1.2,
-            handletextpad=0.5,
-            columnspacing=1.0,
-        )
-    else:
-        axes.legend(
-            loc="best", ncols=1 if len(labels) <= 4 else 2, handlelength=1.2, frameon=True, framealpha=0.85
-        )
+    beside = sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS
+    rows = math.ceil(len(labels) / max(1, ROW_CHARACTERS // (max(map(len, labels)) + 5)))
+    axes.legend(
+        loc="lower right" if beside else "lower left",
+        bbox_to_anchor=(1.01 if beside else -0.01, 1.0),
+        ncols=len(labels) if beside else math.ceil(len(labels) / rows),
+        borderpad=0.2,
+        handlelength=1.2,
+        handletextpad=0.5,
+        columnspacing=1.0,
+        labelspacing=0.3,
+    )
+    if not beside:
+        axes.set_title(axes.get_title(loc="left"), pad=6 + 12 * rows)
+
+
+def _title(text: str, left_out: int, shown: int) -> str:
+    return f"{text} ({shown} of {shown + left_out})" if left_out else text
 
 
 def _axis_label(name: str, unit: str) -> str:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
+import mechc
 from mechc.panels import Curves, Energies, Paths, Portrait, element, matrix_rows, panels_of, point_names
 from mechc.plots import balance_error, figure, save
 from mechc.runtime.problem import Quantity
@@ -56,6 +58,34 @@ def test_curves_show_converted_values(solution: Solution) -> None:
 def test_chosen_names_only(solution: Solution) -> None:
     axes = figure(solution, ["der(theta)", "bob[1]"]).axes
     assert [a.get_title(loc="left") for a in axes] == ["der(theta)", "bob[1]"]
+
+
+def test_a_jump_is_drawn_upright() -> None:
+    """Both sides of an event are points of the curve, at one time."""
+    text = "coordinate x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; contact wall: 0.5 m - x restitution 1;"
+    solution = mechc.loads(text).simulate(stop=1)
+    assert isinstance(solution, Solution)
+    portrait = next(a for a in figure(solution).axes if a.get_title(loc="left") == "phase portrait of x")
+    x, rate = (np.asarray(data) for data in portrait.get_lines()[0].get_data())
+    (jump,) = np.flatnonzero(np.diff(np.sign(rate)))
+    assert x[jump] == x[jump + 1] == pytest.approx(0.5, abs=1e-12)
+
+
+def test_titles_tell_how_many_are_left_out_and_chosen_names_are_all_drawn() -> None:
+    text = "coordinate x[10] = 1 m; kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:10);"
+    solution = mechc.loads(text).simulate(stop=1)
+    assert isinstance(solution, Solution)
+    assert figure(solution).axes[0].get_title(loc="left") == "coordinates (8 of 10)"
+    chosen = figure(solution, [f"x[{i}]" for i in range(1, 11)]).axes
+    assert [len(axes.get_lines()) for axes in chosen] == [8, 2]
+
+
+def test_inputs_and_discrete_variables_are_drawn() -> None:
+    text = "discrete Integer n = 3; input Force u = 2 N; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force u*n on x;"
+    solution = mechc.loads(text + "when x > 2 m then n := 1; end when;").simulate(stop=1)
+    assert isinstance(solution, Solution)
+    titles = [axes.get_title(loc="left") for axes in figure(solution).axes]
+    assert {"u", "n"} <= set(titles)
 
 
 def test_the_balance_is_total_and_dissipated_energy(solution: Solution) -> None:
