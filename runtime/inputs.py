@@ -20,6 +20,7 @@ ConvertUnit = Callable[[str, str], float]
 class Table:
     """Values of one input over time in SI; the first and the last value hold beyond the ends.
 
+    A time that stands twice is a jump, from the first of its values to the second.
     ``interpolation``: linear, step (holds the value of the row before) or spline (natural cubic).
     """
 
@@ -35,14 +36,16 @@ class Table:
         i = np.clip(np.searchsorted(x, t, side="right") - 1, 0, max(x.size - 2, 0))
         if x.size == 1:
             return np.full(t.shape, v[0])
+        i = np.where(t < x[-1], i, x.size - 1)
         if self.interpolation == "step":
-            return np.where(t >= x[-1], v[-1], v[i])
-        h, d = x[i + 1] - x[i], v[i + 1] - v[i]
-        s = (t - x[i]) / h
+            return v[i]
+        following = np.minimum(i + 1, x.size - 1)
+        h, d = x[following] - x[i], v[following] - v[i]
+        s = (t - x[i]) / np.where(h > 0, h, 1.0)
         if self.interpolation == "linear":
             return v[i] + s * d
         r = 1 - s
-        return v[i] + s * (d + r * (r * (h * self.slopes[i] - d) - s * (h * self.slopes[i + 1] - d)))
+        return v[i] + s * (d + r * (r * (h * self.slopes[i] - d) - s * (h * self.slopes[following] - d)))
 
     def kinks(self) -> Array:
         """Times at which the value or its slope jumps: each must be the end of a step."""
@@ -62,13 +65,26 @@ def make_table(
         raise SimulationError("a table needs as many values as times, and at least one")
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise SimulationError("a table holds finite numbers only")
-    if (np.diff(x) <= 0).any():
-        row = int(np.argmax(np.diff(x) <= 0)) + 2
-        raise SimulationError(
-            f"times of a table increase strictly, but row {row} ({x[row - 1]:g}) follows {x[row - 2]:g}"
-        )
+    _check_order(x, interpolation)
     slopes = _spline_slopes(x, v) if interpolation == "spline" else np.zeros_like(x)
     return Table(x, v, slopes, interpolation)
+
+
+def _check_order(times: Array, interpolation: str) -> None:
+    """Refuse times that fall, three equal ones, and jumps of a smooth curve."""
+    steps = np.diff(times)
+    falls, jumps = steps < 0, steps == 0
+    if falls.any():
+        row = int(np.argmax(falls)) + 1
+        raise SimulationError(
+            f"times of a table must not fall, but row {row + 1} ({times[row]:g}) follows {times[row - 1]:g}"
+        )
+    if jumps.any() and interpolation == "spline":
+        raise SimulationError(f"a spline has no jumps, but the time {times[1:][jumps][0]:g} stands twice")
+    if (twice := jumps[1:] & jumps[:-1]).any():
+        raise SimulationError(
+            f"the time {times[1:-1][twice][0]:g} stands more than twice: a jump has two values"
+        )
 
 
 def constant(value: float) -> Table:
@@ -111,7 +127,8 @@ def read_tables(
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise SimulationError(f"cannot read the table {path}: {error}") from error
+        reason = error.strerror if isinstance(error, OSError) else str(error)
+        raise SimulationError(f"cannot read the table {path}: {reason}") from error
     if len(rows) < 2:
         raise SimulationError(f"the table {path} has no rows")
     names, units = zip(*(_split_header(cell) for cell in rows[0]), strict=True)

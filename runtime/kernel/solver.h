@@ -75,7 +75,7 @@ typedef struct mech_table {
     int input;              /* index in u                                     */
     int interpolation;      /* enum mech_interpolation                        */
     int n;                  /* rows, at least 1                               */
-    const mech_real *t;     /* [n] strictly increasing                        */
+    const mech_real *t;     /* [n] not falling; twice the same time is a jump */
     const mech_real *value; /* [n]                                            */
     const mech_real *slope; /* [n] derivative at t, MECH_SPLINE only          */
 } mech_table;

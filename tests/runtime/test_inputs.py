@@ -97,6 +97,21 @@ def write(folder: Path, text: str) -> Path:
     return path
 
 
+@BOTH
+@pytest.mark.parametrize(("interpolation", "area"), [("linear", 2.0), ("step", 1.0)])
+def test_a_time_that_stands_twice_is_a_jump(make: Make, interpolation: str, area: float) -> None:
+    """x' = u: from 0 to 1 at the time 1, where it falls to -1; 2 from 2 on. Steps see one line, so it is exact."""
+    table = make_table([0, 1, 1, 2, 2], [0, 1, -1, 0, 2], interpolation)
+    solution = simulate(make(), SimulationOptions(stop=3, tolerance=1e-3, inputs={"u": table}))
+    assert solution["x"][-1] == pytest.approx(area, rel=1e-12)
+    assert solution(1.0)["u"] == -1 and solution(2.0)["u"] == solution(9 / 4)["u"] == 2
+
+
+def test_a_spline_has_no_jumps() -> None:
+    with pytest.raises(SimulationError, match="a spline has no jumps, but the time 1 stands twice"):
+        make_table([0, 1, 1, 2], [0, 1, 2, 3], "spline")
+
+
 def convert(name: str, unit: str) -> float:
     factors = {("time", "s"): 1.0, ("time", "ms"): 1e-3, ("u", "cm/s"): 1e-2, ("u", "m/s"): 1.0}
     try:
@@ -117,7 +132,8 @@ def test_read_tables_with_units(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("time [s],u [m/s]\n0,1\n0,2\n", "times of a table increase strictly, but row 2 (0) follows 0"),
+        ("time [s],u [m/s]\n1,1\n0,2\n", "times of a table must not fall, but row 2 (0) follows 1"),
+        ("time [s],u [m/s]\n1,1\n1,2\n1,3\n", "the time 1 stands more than twice"),
         ("time [s],u [m/s]\n0,1\n1\n", "row 2 of the table .* has 1 cells, not 2"),
         ("time [s],u [m/s]\n0,one\n", "row 1 of the table .* holds 'one', which is no number"),
         ("time [s],u [m/s]\n0,nan\n", "finite numbers only"),
