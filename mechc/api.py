@@ -22,7 +22,7 @@ from .lang.diagnostics import Diagnostic, Reporter
 from .lang.parser import parse
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .settings import Given, Scalar, read_value, settings_in_si, structural_value, unknown_name
+from .settings import Given, Scalar, UsageMistake, read_value, settings_in_si, structural_value, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -264,6 +264,10 @@ class Model:
         for experiment in experiments:
             if experiment.name == name:
                 return experiment
+        if experiments and not any(e.name for e in experiments):
+            raise UsageMistake(
+                f"the model has no experiment '{name}'", "its only one has no name: leave the name out"
+            )
         raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
 
     def settable_units(self) -> dict[str, str]:

@@ -135,7 +135,9 @@ def export(model: Model, target: str, output: Path | None) -> tuple[Path, ...]:
 
             if program.hybrid is not None:
                 raise UsageMistake(
-                    f"'{program.name}' has events, which a Python module cannot run", "the target c can"
+                    f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), "
+                    "which a Python module cannot run",
+                    "the targets c and fmu can",
                 )
             return _write({output or Path(f"{name}.py"): emit_python(program)})
         case "c":

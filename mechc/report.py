@@ -45,11 +45,10 @@ def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
     ]
     shown = shown[:MOST_COLUMNS]
     units = [first.shown_unit(q.name)[0] for q in shown]
-    swept = list(sweep.points[0])
-    head = [*swept, "outcome", "steps"]
-    head += [
-        f"{q.name} [{unit}]" if _with_unit(unit) else q.name for q, unit in zip(shown, units, strict=True)
-    ]
+    problem = first.problem
+    si = {q.name: q.unit for q in (*problem.parameters, *problem.states, *problem.inputs)}
+    head = [_column(name, si.get(name, "")) for name in sweep.points[0]]
+    head += ["outcome", "steps", *(_column(q.name, unit) for q, unit in zip(shown, units, strict=True))]
     table = [[*head, "error"]]
     for point, solution in zip(sweep.points, sweep.solutions, strict=True):
         row = [number(value) if isinstance(value, float) else str(value) for value in point.values()]
@@ -64,6 +63,10 @@ def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
     ]
     title = f"{style.bold(_title(first))}: {len(sweep.solutions)} runs, last values"
     return "\n".join([title, "", style.dim(rows[0]), *rows[1:]])
+
+
+def _column(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if _with_unit(unit) else name
 
 
 def render_failure(solution: Solution, style: Style = PLAIN) -> str:

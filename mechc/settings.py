@@ -38,8 +38,8 @@ class Value:
         wanted = parse_unit(unit or "1")
         if self.unit.dimension != wanted.dimension:
             raise UsageMistake(
-                f"'{name}' is given in {self.unit.symbol}, which is {self.unit.dimension.pretty()}; "
-                f"it has the unit {unit or '1'}"
+                f"'{name}' is given in {self.unit.symbol}; "
+                + (f"it has the unit {unit}" if unit not in ("", "1") else "it is a pure number")
             )
         factor = float(self.unit.factor)
         return tuple(number * factor for number in self.numbers)
@@ -72,6 +72,14 @@ def read_value(text: str) -> Value:
         return Value(tuple(number for number, _ in parts), _unit(rest.strip()), single=False)
     number, tail = _number(text)
     return Value((number,), _unit(tail))
+
+
+def read_value_of(name: str, text: str) -> Value:
+    """Read the value that is given for ``name``. Raises UsageMistake, which names it."""
+    try:
+        return read_value(text)
+    except UsageMistake as mistake:
+        raise UsageMistake(f"'{name}': {mistake}", mistake.help) from None
 
 
 def _number(text: str) -> tuple[float, str]:
@@ -131,7 +139,7 @@ def settings_in_si(given: Mapping[str, Given], units: Mapping[str, str]) -> dict
     settings: dict[str, float] = {}
     for name, what in given.items():
         if isinstance(what, str):
-            value = read_value(what)
+            value = read_value_of(name, what)
         elif isinstance(what, (int, float)):
             value = Value((float(what),), None)
         else:

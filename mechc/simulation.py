@@ -18,7 +18,7 @@ from .runtime.simulate import Plan, plan_run
 from .runtime.simulate import simulate as run
 from .runtime.simulate import simulate_sweep as run_sweep
 from .runtime.solution import Solution as Run
-from .settings import UsageMistake, read_value, unknown_name
+from .settings import UsageMistake, read_value_of, unknown_name
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -199,7 +199,7 @@ def _time(name: str, given: float | str | None, unit: str) -> float | None:
     """Return a time in SI. Raises UsageMistake."""
     if given is None or not isinstance(given, str):
         return given
-    value = read_value(given)
+    value = read_value_of(name, given)
     if not value.single:
         raise UsageMistake(f"'{name}' is one time, not a list")
     return value.in_unit(unit, name)[0]

@@ -186,7 +186,7 @@ def output_times(start: float, stop: float, every: float | None, points: int) ->
     if not (math.isfinite(start) and math.isfinite(stop)):
         raise SimulationError("start and stop are finite times")
     if stop < start:
-        raise SimulationError(f"the stop time {stop:g} s lies before the start {start:g} s")
+        raise SimulationError(f"the stop time {stop:g} lies before the start {start:g}")
     if stop == start:
         return np.array([stop], dtype=np.float64)
     if every is None:
@@ -250,7 +250,7 @@ def _settle(
     unknown = [name for name in (*experiment.options, *experiment.words) if name not in (*NUMBERS, *WORDS)]
     if unknown:
         raise SimulationError(
-            f"experiment '{experiment.name}' has the option '{unknown[0]}', not supported yet"
+            f"experiment '{experiment.name}' has the option '{unknown[0]}', which no run knows"
         )
     settings = [Setting(s.array, s.index) for s in experiment.settings]
     for _ in range(len(settings) + 2):

@@ -107,8 +107,9 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     method = choose_method(functions, case, options.reproducible)
     if problem.hybrid is not None and not method.in_kernel:
         raise SimulationError(
-            f"'{problem.name}' has events, contacts or friction, which the compiled kernel runs: it needs a C compiler "
-            "and a method of its own (pip install ziglang brings a compiler)"
+            f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
+            "Only the compiled kernel locates these: take one of its methods, and a C compiler "
+            "(pip install ziglang brings one)"
         )
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)

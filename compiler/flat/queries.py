@@ -56,6 +56,14 @@ def _label(call: Call, kinds: tuple[str, ...], wanted: str) -> LabelMember:
     node = _argument(call)
     label = find_label(call.scope, node) if node is not None else None
     if label is None or label.kind not in kinds:
+        joint = find_instance(call.scope, node) if node is not None else None
+        if joint is not None and joint.cls.places and call.name == "multiplier":
+            raise call.scope.fail(
+                "E0212",
+                f"'multiplier' asks about {wanted}, '{call.nodes[0].span.text}' is a joint",
+                call.nodes[0].span,
+                help=f"ask for 'reaction({joint.path})', its force, or 'moment({joint.path})'",
+            )
         raise _not_named(call, wanted, _labels(call.scope, kinds))
     return label
 

@@ -29,6 +29,9 @@ from .model import Array, Expression, Kind, Literal, Name, Query
 from .places import place_extents, place_reference
 from .scope import Poisoned, Scope
 
+MOST_NAMES = 8
+"""Names in a component that a message lists."""
+
 _ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}
 
 
@@ -169,8 +172,12 @@ def no_such_member(scope: Scope, instance: Instance, part: ast.Part) -> Poisoned
         f"'{instance.path}', a {instance.cls.name}, has no '{part.name}'",
         part.span,
         labels=labels,
-        help=f"did you mean '{near}'?" if near else "",
+        help=f"did you mean '{near}'?" if near else _inside_help(instance),
     )
+
+
+def _inside_help(instance: Instance) -> str:
+    return f"it has {', '.join(list(instance.members)[:MOST_NAMES])}" if instance.members else ""
 
 
 def existing(scope: Scope, member: ComponentMember, span: Span) -> dict[Index, Instance]:

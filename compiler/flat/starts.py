@@ -71,6 +71,7 @@ def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisone
             "E0590",
             "initial values of second and higher derivatives are not supported yet",
             span,
+            help="coordinates begin with a value and a rate; an acceleration follows from the forces",
         )
     noun = ROLE_WORDS[target.role]
     what = f"the rate of {noun}" if target.rate else noun

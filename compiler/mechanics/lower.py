@@ -310,6 +310,7 @@ class Lowering:
                     "the numbers of a table must be constants",
                     expression.span,
                     caption="this depends on something that can change",
+                    help="numbers, or a 'structural parameter'",
                 )
             result.append(self.graph.value(item))
         return tuple(result)

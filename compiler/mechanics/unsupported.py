@@ -18,3 +18,12 @@ def refuse(model: FlatModel, reporter: Reporter) -> None:
                 caption="this asks for three angles instead of a quaternion",
                 help="leave the chart out, or write the frame as rotz(a)*rotx(b)*rotz(c) with coordinates a, b, c",
             )
+    for experiment in model.experiments:
+        if (section := experiment.options.get("record")) is not None:
+            reporter.error(
+                "E0590",
+                "recording where an expression crosses zero is not supported yet",
+                section.span,
+                help="'every' records at equal distances; where the condition of a 'when' becomes true is an event, "
+                "which the solution keeps",
+            )

@@ -204,12 +204,16 @@ def test_check_as_json(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "--set", "mass=2"], "no parameter or initial value 'mass'"),
         (["equations", "--set", "m=2 s"], "it has the unit kg"),
         (["show", "flat", "--set", "m=heavy"], "'heavy' is not a number"),
+        (["run", "--stop", "late"], "'stop': 'late' is not a number"),
+        (["run", "--experiment", "slow"], "its only one has no name: leave the name out"),
     ],
 )
 def test_mistakes_in_the_use_of_a_command_are_told(
     capsys: pytest.CaptureFixture[str], own_folder: Path, arguments: list[str], said: str
 ) -> None:
-    text = "parameter m = 1 kg;\ncoordinate Length x = 1 m;\nkinetic 1/2*m*der(x)^2;\n"
+    text = (
+        "parameter m = 1 kg;\ncoordinate Length x = 1 m;\nkinetic 1/2*m*der(x)^2;\nexperiment(stop = 1 s);\n"
+    )
     (own_folder / "model.mech").write_text(text, encoding="utf-8")
     code, _, err = call(capsys, *arguments, "model.mech")
     assert (code, "bug" in err) == (2, False)

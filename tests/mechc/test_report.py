@@ -8,7 +8,7 @@ import pytest
 from hand_made import failing_solution, pendulum_solution
 
 import mechc
-from mechc.report import count, duration, render_failure, report
+from mechc.report import count, duration, render_failure, report, sweep_report
 
 
 def test_a_completed_run() -> None:
@@ -45,6 +45,15 @@ def test_of_many_outputs_the_report_says_how_many_it_leaves_out() -> None:
     assert isinstance(solution, mechc.Solution)
     rows = report(solution).splitlines()
     assert sum(row.startswith("  y[") for row in rows) == 12 and "  ... and 2 more outputs" in rows
+
+
+def test_swept_values_have_their_units() -> None:
+    text = "parameter l = 1 m; structural parameter Integer n = 1; coordinate Length x = n*l; kinetic 1 kg*der(x)^2;"
+    sweep = mechc.loads(text + "experiment both(l in {1, 2} m, n in {1, 3}, stop = 1 s);").sweep(
+        experiment="both"
+    )
+    head = next(row for row in sweep_report(sweep).splitlines() if "outcome" in row)
+    assert re.split(r"  +", head.strip())[:3] == ["n", "l [m]", "outcome"]
 
 
 def test_drift_off_the_constraints() -> None:

@@ -93,7 +93,7 @@ def test_settings_in_a_circle() -> None:
 
 def test_option_that_nobody_knows() -> None:
     made = experiment("", {"stop": 1.0, "record": 0.0}, {})
-    with pytest.raises(SimulationError, match="the option 'record', not supported yet"):
+    with pytest.raises(SimulationError, match="the option 'record', which no run knows"):
         case_of(with_experiments(pendulum(), made), SimulationOptions())
 
 

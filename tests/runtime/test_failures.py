@@ -177,7 +177,7 @@ def test_interruption_during_the_error_estimate_keeps_the_run() -> None:
     ("options", "message"),
     [
         (SimulationOptions(), "'Pendulum' does not say when to stop"),
-        (SimulationOptions(stop=-1), "the stop time -1 s lies before the start 0 s"),
+        (SimulationOptions(stop=-1), "the stop time -1 lies before the start 0"),
         (SimulationOptions(stop=float("nan")), "start and stop are finite times"),
         (SimulationOptions(stop=1, tolerance=0), "the tolerance lies between 1e-14 and 1, it is 0"),
         (SimulationOptions(stop=1, every=0), "the output spacing is positive"),
