@@ -13,9 +13,10 @@ from . import types
 from .calls import call
 from .choices import array, conditional
 from .evaluate import iterate
+from .indexing import indexed
 from .model import Apply, Array, Derivative, Element, Expression, Kind, Literal, Name, Previous, Role
 from .operators import binary, unary
-from .references import indexed, predefined, reference
+from .references import predefined, reference
 from .scope import Scope
 
 

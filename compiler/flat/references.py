@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import prod
-
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
@@ -12,7 +10,8 @@ from mechc.lang.suggest import closest
 
 from . import types
 from .components import instances_of
-from .evaluate import pick, range_values, whole_number
+from .evaluate import whole_number
+from .indexing import dimension_words, indexed, positions, stack
 from .instance import (
     AnyMember,
     ComponentMember,
@@ -25,7 +24,7 @@ from .instance import (
 )
 from .instantiate import expand, indices, member_of, subscript
 from .members import definition_reference, variable_reference
-from .model import Array, Expression, Kind, Literal, Name, Query
+from .model import Expression, Literal, Name, Query
 from .places import place_extents, place_reference
 from .scope import Poisoned, Scope
 
@@ -91,7 +90,7 @@ def _plain_member(scope: Scope, member: AnyMember, span: Span) -> Expression:
             sizes = place_extents(member)
             if not sizes:
                 return place_reference(member, (), span)
-            return _stack([place_reference(member, i, span) for i in indices(sizes)], sizes, span)
+            return stack([place_reference(member, i, span) for i in indices(sizes)], sizes, span)
         case ComponentMember():
             raise scope.fail(
                 "E0213",
@@ -124,7 +123,7 @@ def _place_element(scope: Scope, member: PlaceMember, part: ast.Part, span: Span
     if not part.indices:
         return _plain_member(scope, member, span)
     own, further = part.indices[: len(sizes)], part.indices[len(sizes) :]
-    chosen = [_positions(scope, node, n, part.name) for node, n in zip(own, sizes, strict=False)]
+    chosen = [positions(scope, node, n, part.name) for node, n in zip(own, sizes, strict=False)]
     if len(own) == len(sizes) and all(isinstance(c, int) for c in chosen):
         element = place_reference(member, tuple(c for c in chosen if isinstance(c, int)), span)
         return indexed(scope, element, further, part.span)
@@ -140,7 +139,7 @@ def _inside(
     instances = existing(scope, member, part.span)
     if not part.indices and member.extents:
         values = [_within(scope, instance, rest, span) for instance in instances.values()]
-        return _stack(values, member.extents, span)
+        return stack(values, member.extents, span)
     index = component_index(scope, member, part)
     return _within(scope, instances[index], rest, span)
 
@@ -202,96 +201,17 @@ def component_index(scope: Scope, member: ComponentMember, part: ast.Part) -> In
     if len(part.indices) != len(sizes):
         raise scope.fail(
             "E0316",
-            f"'{part.name}' has {_dimension_words(len(sizes))}, not {len(part.indices)}",
+            f"'{part.name}' has {dimension_words(len(sizes))}, not {len(part.indices)}",
             part.span,
             labels=(Label(member.declaration.name_span, "declared here"),),
         )
     chosen = []
     for node, size in zip(part.indices, sizes, strict=True):
-        position = _positions(scope, node, size, part.name)
+        position = positions(scope, node, size, part.name)
         if not isinstance(position, int):
             raise scope.fail("E0316", "a range of components has no value", node.span)
         chosen.append(position)
     return tuple(chosen)
-
-
-def _dimension_words(count: int) -> str:
-    return {0: "no index", 1: "1 index"}.get(count, f"{count} indices")
-
-
-def _stack(values: list[Expression], sizes: tuple[int, ...], span: Span) -> Expression:
-    """Return an array of shape ``sizes`` from values of one type in row-major order."""
-    for depth in reversed(range(len(sizes))):
-        count = sizes[depth]
-        inner = values[0].type if values else types.NUMBER
-        type = types.make(inner.kind, (count, *inner.shape), inner.dimension, inner.angle)
-        values = [
-            Array(type=type, span=span, elements=tuple(values[k * count : (k + 1) * count]))
-            for k in range(prod(sizes[:depth]))
-        ]
-    return values[0]
-
-
-# ---------------------------------------------------------------- indices
-
-
-def indexed(scope: Scope, value: Expression, nodes: tuple[ast.Expression, ...], span: Span) -> Expression:
-    """Return ``value[i, a:b]``. Indices are counted from 1 and known when compiling."""
-    if not nodes:
-        return value
-    shape = (4,) if value.type.kind is Kind.ROTATION else value.type.shape
-    if len(nodes) > len(shape):
-        raise scope.fail(
-            "E0316",
-            f"{len(nodes)} {'indices' if len(nodes) > 1 else 'index'} on {types.describe(value.type)}",
-            span,
-            caption="it has no elements" if not shape else f"it has {_dimension_words(len(shape))}",
-        )
-    chosen = [_positions(scope, node, size, _name(span)) for node, size in zip(nodes, shape, strict=False)]
-    return _choose(value, chosen, span)
-
-
-def _name(span: Span) -> str:
-    return span.text.partition("[")[0]
-
-
-def _choose(value: Expression, chosen: list[int | list[int]], span: Span) -> Expression:
-    fixed = []
-    for position in chosen:
-        if not isinstance(position, int):
-            break
-        fixed.append(position)
-    if fixed:
-        value = pick(value, tuple(fixed))
-    rest = chosen[len(fixed) :]
-    if not rest:
-        return value
-    positions = rest[0]
-    assert isinstance(positions, list)
-    items = [_choose(pick(value, (i,)), rest[1:], span) for i in positions]
-    return _stack(items, (len(items),), span)
-
-
-def _positions(scope: Scope, node: ast.Expression, size: int, name: str) -> int | list[int]:
-    """Return one position, or those of a range, counted from 0 and checked against the size."""
-    if isinstance(node, ast.Range):
-        positions = [i - 1 for i in range_values(scope, node)]
-        for i in positions:
-            _check_bounds(scope, i, size, name, node.span)
-        return positions
-    position = whole_number(scope, node, "an index") - 1
-    _check_bounds(scope, position, size, name, node.span)
-    return position
-
-
-def _check_bounds(scope: Scope, position: int, size: int, name: str, span: Span) -> None:
-    if not 0 <= position < size:
-        raise scope.fail(
-            "E0314",
-            f"index {position + 1} is outside 1:{size}" if size else f"'{name}' has no elements",
-            span,
-            caption=f"'{name}' has {size} element{'s' if size != 1 else ''}",
-        )
 
 
 # ---------------------------------------------------------------- names that are nothing here
