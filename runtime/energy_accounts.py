@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 class EnergyAccounts:
     """Energies [J, or as ``unit`` says]: ``start`` + ``supplied`` - ``dissipated`` = ``end``, up to the drift.
 
-    ``supplied``: by inputs, drives, moving constraints and whatever depends on time. ``dissipated``: by friction,
-    damping, impacts and other forces (negative where these drive). None where the model has no such account. The
+    ``supplied``: by inputs, drives, moving constraints, whatever depends on time, and forces that depend on no
+    velocity. ``dissipated``: by friction, damping, impacts and forces that depend on velocities. None where the model has no such account. The
     parts ``at_events`` are those of impacts, `reinit` and impulses.
     """
 

@@ -17,6 +17,9 @@ from .problem import Array, Problem, Quantity
 from .results import Results
 from .trajectory import Statistics
 
+ROUNDING = 1e-12
+"""Of the largest kinetic energy: what may be negative for rounding alone."""
+
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
 
@@ -65,7 +68,7 @@ class Solution(Results):
         self.accuracy = accuracy
         self.events = events
         self.energy = energy_accounts(problem, time, values)
-        self.remarks = (*remarks, *_creeps(listed, values))
+        self.remarks = (*remarks, *_creeps(listed, values), *_negative_inertia(self, values))
         self.interpolation = interpolation
         self._at = at
         self.report = self.summary()
@@ -106,6 +109,18 @@ def quantities(problem: Problem) -> tuple[Quantity, ...]:
     """All quantities of a solution, in the order of its columns."""
     discretes = (quantity for quantity in problem.discretes if quantity.kind != "mode")
     return (*problem.states, *problem.outputs, *problem.inputs, *discretes)
+
+
+def _negative_inertia(solution: Results, values: Mapping[str, Array]) -> list[str]:
+    """Tell where kinetic energy is negative: bodies of negative mass move, but not as anything does."""
+    kinetic = values.get("energy.kinetic", np.empty(0))
+    lowest = float(np.min(kinetic, initial=0.0))
+    if not lowest < -ROUNDING * float(np.max(np.abs(kinetic), initial=0.0)):
+        return []
+    amount = f"{lowest:.3g} {solution.unit('energy.kinetic')}".rstrip()
+    return [
+        f"the kinetic energy falls to {amount}: a mass or an inertia is negative, if this is not meant so"
+    ]
 
 
 def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str]:

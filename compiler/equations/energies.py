@@ -1,7 +1,7 @@
 """Energies, momenta and their balance.
 
-h = sum v dL/dv - L obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b. What explicit time, inputs, drives and moving
-constraints bring in is *supplied*, the rest is *dissipated*.
+h = sum v dL/dv - L obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b. What explicit time, inputs, drives, moving
+constraints and forces that depend on no velocity bring in is *supplied*, the rest is *dissipated*.
 """
 
 from __future__ import annotations

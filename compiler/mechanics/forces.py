@@ -20,6 +20,7 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
     """Return every force and torque of a model."""
     graph = lowering.graph
     outside = {symbols.time, *(s.node for s in symbols.inputs)}
+    velocities = {s.node for c in symbols.coordinates for s in c.v}
     accelerations = {a for c in symbols.coordinates for a in c.a}
     result = []
     for load in model.loads:
@@ -34,7 +35,8 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 caption="this contains a second derivative",
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
-        result.append(Effort(load.name, tuple(pairs), bool(support & outside), load.origin))
+        supplied = bool(support & outside) or not support & velocities
+        result.append(Effort(load.name, tuple(pairs), supplied, load.origin))
     return tuple(result)
 
 

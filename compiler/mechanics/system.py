@@ -43,7 +43,8 @@ class RotaryInertia:
 class Effort:
     """Generalised forces by virtual power: ``pairs`` of (rate, effort), each product a power [W].
 
-    ``supplied``: the efforts depend on time or inputs, so their work counts as supplied energy.
+    ``supplied``: their work counts as supplied energy, as they depend on time or inputs, or on no velocity; what
+    resists motion, as a drag, depends on velocities alone and counts as dissipated.
     """
 
     name: str

@@ -57,6 +57,24 @@ def test_an_impulse_supplies_and_drag_takes() -> None:
     assert found.dissipated == pytest.approx(9 * (1 - math.exp(-1)), rel=1e-9)
 
 
+def test_a_thrust_supplies_and_what_depends_on_the_speed_dissipates() -> None:
+    """Three newtons push 1 kg, a drag of 1 N.s/m holds: v = 3 (1 - exp(-t)), x = 3 (t - 1 + exp(-t))."""
+    found = run(
+        "coordinate x = 0 m; kinetic 1/2*(1 kg)*der(x)^2; force 3 N on x; force -1 N.s/m*der(x) on x;", stop=1
+    ).energy
+    way, speed = 3 * math.exp(-1), 3 * (1 - math.exp(-1))
+    assert found is not None
+    assert found.supplied == pytest.approx(3 * way, rel=1e-9)
+    assert found.dissipated == pytest.approx(3 * way - speed**2 / 2, rel=1e-9)
+
+
+def test_negative_kinetic_energy_is_remarked() -> None:
+    text = "parameter m = 1 kg; coordinate x = 0 m; kinetic 1/2*m*der(x)^2; force 1 N on x;"
+    assert not run(text, stop=1).remarks
+    (remark,) = run(text.replace("m = 1 kg", "m = -1 kg"), stop=1).remarks
+    assert remark.startswith("the kinetic energy falls to -0.5 J")
+
+
 def test_the_report_and_the_json_tell_it() -> None:
     solution = run(BALL + "contact floor: h restitution 0.8;", stop=1)
     rows = report(solution).splitlines()
