@@ -63,7 +63,7 @@ SURFACES, DRAG, FAST = "test_surfaces.py", "test_drag.py", "test_relativistic.py
 FRAMES, BODIES = "test_moving_frames.py", "test_rigid_bodies.py"
 CONSTRAINTS, MECHANISMS = "test_constraints.py", "test_mechanisms.py"
 ROLLING = "test_rolling.py"
-FRICTION = "test_friction.py"
+FRICTION, REACTIONS = "test_friction.py", "test_friction_of_reactions.py"
 IMPACTS = "test_impacts.py"
 LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
 CONTROLLERS = "test_controllers.py"
@@ -227,6 +227,7 @@ ROWS = (
     row("textbook", "rocking_block", IMPACTS, T, "theta"),
     row("engineering", "double_pendulum_stops", IMPACTS, T, "shoulder.angle elbow.angle"),
     row("engineering", "slider_crank_stop", IMPACTS, T, "guide.position", "", 1),
+    row("engineering", "slider_crank_friction", REACTIONS, T, "side sliding", "coasting"),
     row("U133", "car_door", IMPACTS, T, "hinge.angle"),
     row("textbook", "billiard_circle", IMPACTS, "x", "y"),
     row("textbook", "billiard_stadium", IMPACTS, "x", "y"),

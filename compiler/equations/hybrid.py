@@ -70,7 +70,7 @@ def add_events(
     modes = _mode_symbols(system)
     energies = resolve([solved.energies.potential, solved.energies.kinetic])
     formulas = (*rhs.outputs, *conditions, *values, *energies)
-    switches = find_switches(system, solved.replace, formulas, fixed | set(modes))
+    switches = find_switches(system, solved.replace, formulas, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed):
         if "events" not in parts:
             return None

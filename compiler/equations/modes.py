@@ -19,6 +19,7 @@ from ..graph.rewrite import substitute
 from ..mechanics.modes import Mode
 from ..mechanics.system import MechanicalSystem
 from .constraints import Row
+from .sides import Side, take_sides
 
 FORCES = ("multiplier", "reaction", "moment")
 """Questions whose answers are affine in accelerations and multipliers."""
@@ -30,14 +31,15 @@ def with_modes(
     multipliers: Sequence[Node],
     answers: Mapping[Node, Node],
     reporter: Reporter,
-) -> tuple[Row, ...]:
-    """Return the rows with the equation of their modes.
+) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
+    """Return the rows with the equation of their modes, and on which sides of zero their laws ask forces to be.
 
     ``multipliers`` are those of all rows of the model; ``answers`` replaces questions about forces.
     """
     graph = system.graph
     normals = {row.constraint.name: row.multiplier for row in rows}
     result = []
+    sides: dict[Node, Side] = {}
     for row in rows:
         mode = row.constraint.mode
         assert mode is not None
@@ -45,6 +47,7 @@ def with_modes(
         law = row.multiplier
         if mode.kind == "friction":
             kinetic, _ = limits(system, mode, normals, answers)
+            kinetic = take_sides(graph, kinetic, (*system.a, *multipliers), sides)
             law = graph.add(law, graph.mul(_side(system, row, rows), kinetic))
             _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
         equation = (
@@ -53,7 +56,7 @@ def with_modes(
             else graph.add(graph.mul(mode.flag, row.second), graph.mul(off, law))
         )
         result.append(replace(row, equation=equation))
-    return tuple(result)
+    return tuple(result), tuple(sides.values())
 
 
 def across(row: Row, rows: Sequence[Row]) -> tuple[Row, ...]:
@@ -114,9 +117,9 @@ def _check_affine(
             "E0714",
             f"the limit of friction '{row.title}' is not affine in the forces it depends on",
             row.constraint.origin.span,
-            caption="a reaction may be multiplied by a coefficient, but not put into 'abs', 'norm' or a square",
-            help="where the sign of the reaction is known, leave 'abs' out; "
-            "a 'contact' with 'friction' knows its normal force",
+            caption="components of reactions may be added, multiplied by coefficients and put into 'abs', "
+            "but not into 'norm' or a square",
+            help="where one component is much the largest, use its 'abs'",
         )
 
 

@@ -25,6 +25,7 @@ from .energies import Energies, energies
 from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
 from .residual import residual, seeds_of
+from .sides import Side
 
 if TYPE_CHECKING:
     from .rank import Rank
@@ -39,7 +40,7 @@ class Solved:
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
-    ``residual``: r - K^T lam; ``pivots`` must not vanish.
+    ``sides``: comparisons of forces in their laws; ``residual``: r - K^T lam; ``pivots`` must not vanish.
     """
 
     driven: Mapping[Node, Node]
@@ -47,6 +48,7 @@ class Solved:
     rows: tuple[Row, ...]
     all_rows: tuple[Row, ...]
     switched: tuple[Row, ...]
+    sides: tuple[Side, ...]
     residual: tuple[Node, ...]
     rank: Rank | None
     projection: Projection | None
@@ -84,6 +86,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     named = _by_constraint(system, multipliers)
     replies = Replies(named, frozenset(), drive_reactions, joint_reactions)
     switched: tuple[Row, ...] = ()
+    sides: tuple[Side, ...] = ()
     if len(every_row) > len(all_rows):
         forces = {
             n: m
@@ -93,7 +96,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
             if n != m
         }
         plain = tuple(row for row in every_row if row.constraint.mode is not None)
-        switched = with_modes(
+        switched, sides = with_modes(
             system, plain, [lam for group in multipliers for lam in group], forces, reporter
         )
     rows, found_rank, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
@@ -133,6 +136,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         rows=rows,
         all_rows=all_rows,
         switched=switched,
+        sides=sides,
         residual=tuple(r),
         rank=found_rank,
         projection=projection(system, r, free, rows, supports) if rows else None,

@@ -15,6 +15,7 @@ from ..graph import operations as ops
 from ..graph.differentiate import jvp
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
+from .sides import Side
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,16 +52,20 @@ class Switches:
 
 
 def find_switches(
-    system: MechanicalSystem, resolve: Mapping[Node, Node], formulas: Iterable[Node], fixed: frozenset[Node]
+    system: MechanicalSystem,
+    resolve: Mapping[Node, Node],
+    formulas: Iterable[Node],
+    fixed: frozenset[Node],
+    sides: Sequence[Side],
 ) -> Switches:
-    """Return the switches of all relations that ``formulas`` contain.
+    """Return the switches of all relations that ``formulas`` contain, and of all ``sides`` of forces.
 
     ``resolve`` turns what the user wrote into formulas of array entries; ``fixed`` are the symbols that change at
     events only.
     """
     graph = system.graph
     written = list(system.lowering.relations)
-    if not written:
+    if not written and not sides:
         return Switches((), (), {})
     images = substitute(graph, written, resolve) if resolve else written
     reached = set(graph.reach(list(formulas)))
@@ -98,6 +103,10 @@ def find_switches(
             replace[image] = graph.select(symbol, graph.minus_one, graph.one)
         else:
             replace[image] = graph.logical_not(symbol) if negated else symbol
+    differences = substitute(graph, [side.difference for side in sides], resolve)
+    for k, (side, difference) in enumerate(zip(sides, differences, strict=True)):
+        text = f"side of force {k + 1}"
+        located.append(Switch(side.symbol, difference, graph.zero, side.difference, text))
     return Switches(tuple(located), tuple(timed), replace)
 
 

@@ -102,6 +102,21 @@ static void let_slide(mech_solver *s, int i)
     if (j >= 0) s->modes->slides[j] = -value(s, j, MECH_FORCE) / size;
 }
 
+/* Whether a friction that is neither held nor slides moves all the same: nothing could hold it, as at a dead centre,
+ * where no force moves what slides. Others that are not held rest because those on which they depend do. */
+static int moves_off(const mech_solver *s, int i)
+{
+    const mech_row *row = row_of(s, i);
+    const mech_modes *e = s->modes;
+    const int j = mech_partner(s, i), width = s->model->nv + e->n_rows;
+    if (row->kind != MECH_FRICTION || is_partner(s, i) || sticks(s, i) || e->z[row->sign] != 0) return 0;
+    if ((row->normal >= 0 && !on(s, row->normal)) || (j >= 0 && e->z[row_of(s, j)->sign] != 0)) return 0;
+    mech_real scale = e->rate_scale[e->n - e->n_rows + i];
+    for (int k = 0; k < e->n_rows; k++)
+        scale += mech_abs(value(s, k, MECH_FORCE) * e->response[k * width + s->model->nv + i]);
+    return mech_size_of(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
+}
+
 /* The row that fits least, or -1; `hit` was located where its mode ends. */
 static int misfit(mech_solver *s, int hit)
 {
@@ -140,6 +155,12 @@ static int misfit(mech_solver *s, int hit)
             return i;
         }
         const int j = mech_partner(s, i);
+        if (moves_off(s, i)) {
+            const mech_real size = mech_size_of(s, i, MECH_SECOND);
+            slides[i] = second / size;
+            if (j >= 0) slides[j] = value(s, j, MECH_SECOND) / size;
+            return i;
+        }
         const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * value(s, j, MECH_SECOND));
         if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
