@@ -113,7 +113,7 @@ def _extent(solution: Solution) -> str:
 
 def _equations(model: Model) -> list[str]:
     """Return the sections on the equations, or how to get them if they are long."""
-    from .compiler.symbolic.equations import write_equations
+    from .compiler.symbolic.layouts import write_equations
 
     equations = model.compilation.equations
     rhs = next(f for f in equations.functions if f.name == "rhs")

@@ -1,8 +1,7 @@
-"""The equations of motion of a model as text, LaTeX and HTML."""
+"""What there is to write about a model: its Lagrangian, equations of motion, constraints, momenta."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
 from math import pi
@@ -15,9 +14,9 @@ from ..equations.residual import residual
 from ..equations.solve import prescribed_motion
 from ..graph import Node
 from ..graph.rewrite import substitute
+from ..mechanics.modes import Mode
 from ..mechanics.system import MechanicalSystem
 from .express import express
-from .mathml import mathml
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
@@ -31,6 +30,16 @@ LARGEST_SHARE = 720
 """Numbers are recognised as shares of pi with denominators up to this; other long fractions become decimals."""
 
 EPSILON = 2.0**-52
+
+SWITCHED = {
+    "contact": ("Contacts", "gaps and their forces are never negative, and one of both is zero"),
+    "friction": ("Dry friction", "the velocity of sliding is zero, or the force is at its limit"),
+    "regularized": (
+        "Regularized friction",
+        "the force is its limit times tanh of this velocity over v_stick",
+    ),
+}
+"""Title and meaning of what switches, by its kind."""
 
 SHOW_LIMIT = 20_000
 """Expressions with more operations than this are not shown; their size is stated instead."""
@@ -46,30 +55,49 @@ class Statement:
 
 
 @dataclass(frozen=True, slots=True)
+class Section:
+    """Statements under a title, and in ``meaning`` what they say if that is not plain."""
+
+    title: str
+    statements: tuple[Statement, ...]
+    meaning: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Account:
-    """What is written about a model: ``equations`` are residuals that vanish, one for each free velocity."""
+    """What is written about a model: ``equations`` are residuals that vanish, one for each free velocity.
+
+    ``constraints`` vanish always, ``switched`` are gaps and the velocities on which dry friction acts.
+    ``prescribed`` are the driven coordinates, ``states`` the rates of first-order states. ``events``: how many
+    branches of `when` there are, which are not written.
+    """
 
     name: str
     doc: str
     lagrangian: Statement
     dissipation: Statement | None
     equations: tuple[Statement, ...]
+    states: tuple[Statement, ...]
+    prescribed: tuple[Statement, ...]
     constraints: tuple[Statement, ...]
+    switched: tuple[Section, ...]
     momenta: tuple[Statement, ...]
     cyclic: tuple[str, ...]
+    events: int
 
-
-def write_equations(system: MechanicalSystem, layout: str) -> str:
-    """Return the equations of a system; ``layout`` is text, latex or html."""
-    match layout:
-        case "text":
-            return _text(account_of(system, latex=False))
-        case "latex":
-            return _latex(account_of(system, latex=True))
-        case "html":
-            return _html(account_of(system, latex=True))
-        case _:
-            raise ValueError(layout)
+    def sections(self) -> tuple[Section, ...]:
+        """Return what is written, in its order; nothing is empty."""
+        listed = (
+            Section("Lagrangian", (self.lagrangian,)),
+            Section("Dissipation function", (self.dissipation,) if self.dissipation is not None else ()),
+            Section("Equations of motion", self.equations),
+            Section("Equations of further states", self.states),
+            Section("Prescribed motion", self.prescribed),
+            Section("Constraints", self.constraints, "each expression vanishes"),
+            *self.switched,
+            Section("Momenta", self.momenta),
+        )
+        return tuple(section for section in listed if section.statements)
 
 
 def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
@@ -92,9 +120,13 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         shown = decimals(_tidy(expression, symbols, system)) if operations <= SHOW_LIMIT else None
         return Statement(left, shown, operations)
 
-    constraints = []
+    kinds: dict[str, list[Statement]] = {"constraint": [], **{kind: [] for kind in SWITCHED}}
     for row, title in zip(rows_of(system, multipliers, replace), titles, strict=True):
-        constraints.append(write(title, row.rate if row.position is None else row.position))
+        shown = write(title, row.rate if row.position is None else row.position)
+        kinds[_kind(row.constraint.mode)].append(shown)
+    given = [(symbols[node].name, value) for node, value in driven.items() if node not in system.a]
+    rates = [(symbols[system.rate(state)].name, rate) for state, rate in system.xdot.items()]
+    further = substitute(graph, [rate for _, rate in rates], replace) if replace else [n for _, n in rates]
     momenta = []
     for i in free:
         name = system.v[i].name.removeprefix("der(").removesuffix(")")
@@ -110,10 +142,20 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         write("L", lagrangian),
         write("R", system.dissipation) if has_dissipation else None,
         tuple(write("0", n) for n in r),
-        tuple(constraints),
+        tuple(write(name, n) for (name, _), n in zip(rates, further, strict=True)),
+        tuple(write(name, n) for name, n in given),
+        tuple(kinds["constraint"]),
+        tuple(Section(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()),
         tuple(momenta),
         cyclic,
+        len(system.branches),
     )
+
+
+def _kind(mode: Mode | None) -> str:
+    if mode is None:
+        return "constraint"
+    return "regularized" if mode.smooth is not None else mode.kind
 
 
 def _extra(system: MechanicalSystem, replace: dict[Node, Node]) -> Node:
@@ -166,89 +208,3 @@ def decimals(expression: sp.Expr) -> sp.Expr:
             continue
         exchange[number] = -shown if number < 0 else shown
     return expression.xreplace(exchange)
-
-
-# ---------------------------------------------------------------- layouts
-
-
-def _sized(statement: Statement, printer: Callable[[sp.Expr], str]) -> str:
-    if statement.right is None:
-        return f"... {statement.operations} operations, too long to be shown"
-    return printer(statement.right)
-
-
-def _text(account: Account) -> str:
-    lines = [f"{account.name}: {account.doc}" if account.doc else account.name, ""]
-
-    def section(title: str, statements: tuple[Statement, ...]) -> None:
-        if statements:
-            lines.append(title)
-            lines.extend(f"  {s.left} = {_sized(s, sp.sstr)}" for s in statements)
-            lines.append("")
-
-    section("Lagrangian", (account.lagrangian,))
-    if account.dissipation is not None:
-        section("dissipation function", (account.dissipation,))
-    section("equations of motion", account.equations)
-    section("constraints (each expression vanishes)", account.constraints)
-    section("momenta", account.momenta)
-    lines.append(f"cyclic coordinates: {', '.join(account.cyclic) if account.cyclic else 'none'}")
-    return "\n".join(lines)
-
-
-def _latex(account: Account) -> str:
-    lines = [rf"\section*{{{account.name}}}"]
-    if account.doc:
-        lines.append(account.doc)
-
-    def section(title: str, statements: tuple[Statement, ...]) -> None:
-        if statements:
-            lines.append(rf"\subsection*{{{title}}}")
-            for s in statements:
-                body = rf"\text{{{_sized(s, sp.latex)}}}" if s.right is None else sp.latex(s.right)
-                left = s.left if s.left in ("L", "R", "0") or "_" in s.left else rf"\text{{{s.left}:}}\quad 0"
-                lines.append(rf"\[ {left} = {body} \]")
-
-    section("Lagrangian", (account.lagrangian,))
-    if account.dissipation is not None:
-        section("Dissipation function", (account.dissipation,))
-    section("Equations of motion", account.equations)
-    section("Constraints", account.constraints)
-    section("Momenta", account.momenta)
-    names = ", ".join(f"${latex_name(n)}$" for n in account.cyclic) or "none"
-    lines.append(f"Cyclic coordinates: {names}.")
-    return "\n".join(lines)
-
-
-def _html(account: Account) -> str:
-    from html import escape
-
-    parts = [
-        "<!DOCTYPE html>",
-        f'<html lang="en"><head><meta charset="utf-8"><title>{escape(account.name)}</title>',
-        "<style>body{font-family:Georgia,serif;max-width:60em;margin:3em auto;padding:0 1em;color:#222}"
-        "h1{font-weight:normal}h2{font-weight:normal;color:#555;border-bottom:1px solid #ddd}"
-        "math{font-size:1.15em}.row{margin:1em 0 1em 3em;text-indent:-3em;line-height:2.6}</style></head><body>",
-        f"<h1>{escape(account.name)}</h1>",
-    ]
-    if account.doc:
-        parts.append(f"<p>{escape(account.doc)}</p>")
-
-    def section(title: str, statements: tuple[Statement, ...]) -> None:
-        if not statements:
-            return
-        parts.append(f"<h2>{title}</h2>")
-        for s in statements:
-            if s.right is None:
-                parts.append(f'<div class="row">{escape(s.left)}: {_sized(s, str)}</div>')
-            else:
-                parts.append(f'<div class="row">{mathml(s.left, s.right)}</div>')
-
-    section("Lagrangian", (account.lagrangian,))
-    if account.dissipation is not None:
-        section("Dissipation function", (account.dissipation,))
-    section("Equations of motion", account.equations)
-    section("Constraints", account.constraints)
-    section("Momenta", account.momenta)
-    parts.append(f"<p>Cyclic coordinates: {escape(', '.join(account.cyclic) or 'none')}.</p></body></html>")
-    return "\n".join(parts)

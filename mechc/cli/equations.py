@@ -28,7 +28,7 @@ def command(file: str, model: str | None, settings: dict[str, str], layout: str,
     from ..api import load
 
     compilation = load(file, model=model, set=settings).compilation
-    from ..compiler.symbolic.equations import write_equations
+    from ..compiler.symbolic.layouts import write_equations
 
     text = write_equations(compilation.system, layout)
     if output is None:

@@ -9,7 +9,8 @@ import pytest
 import sympy as sp
 from compiled import compiled
 
-from mechc.compiler.symbolic.equations import account_of, write_equations
+from mechc.compiler.symbolic.equations import account_of
+from mechc.compiler.symbolic.layouts import write_equations
 from mechc.compiler.symbolic.names import latex_name
 
 PENDULUM = """
@@ -64,6 +65,38 @@ def test_multiplier_stands_in_the_equations() -> None:
     m, x, y, ax, tension = s("m", "x", "y", "x''", "lambda[rod]")
     assert sp.simplify(account.equations[0].right - (m * ax - tension * x / sp.sqrt(x**2 + y**2))) == 0
     assert [c.left for c in account.constraints] == ["rod"]
+
+
+SWITCHING = """
+coordinate x = 1 m;
+state Force f = 2 N;
+equation der(f) = -f/1 s;
+kinetic 1/2*1 kg*der(x)^2;
+coordinate Angle turn;
+kinetic 1/2*1 kg.m^2*der(turn)^2;
+drive turn = 3 rad/s*time;
+force f on x;
+contact the_wall: x restitution 1;
+friction grip: 1 N on x;
+friction creep: 1 N on x, law = "regularized", v_stick = 1 mm/s;
+when x > 2 m then terminate("far"); end when;
+experiment(stop = 1 s);
+"""
+
+
+def test_nothing_that_moves_the_model_is_left_out() -> None:
+    """States, drives, contacts and friction have sections of their own: a gap is no expression that vanishes."""
+    account = account_of(compiled(SWITCHING).system, latex=False)
+    found = {
+        section.title: [statement.left for statement in section.statements] for section in account.sections()
+    }
+    assert found["Equations of further states"] == ["f'"]
+    assert found["Prescribed motion"] == ["turn", "turn'"]
+    assert found["Contacts"] == ["the_wall"] and found["Dry friction"] == ["grip"]
+    assert found["Regularized friction"] == ["creep"] and "Constraints" not in found
+    text = write_equations(compiled(SWITCHING).system, "text")
+    assert text.splitlines()[-1] == "this holds between events: one branch of 'when' not written here"
+    assert r"\[ \text{the\_wall} = x \]" in write_equations(compiled(SWITCHING).system, "latex")
 
 
 def test_gravity_is_shown_as_a_decimal() -> None:

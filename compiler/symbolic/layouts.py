@@ -1,0 +1,110 @@
+"""The equations of a model as text, LaTeX and HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from html import escape
+
+import sympy as sp
+
+from ..mechanics.system import MechanicalSystem
+from .equations import Account, Statement, account_of
+from .mathml import mathml
+from .names import latex_name
+
+HEAD = (
+    "<style>body{font-family:Georgia,serif;max-width:60em;margin:3em auto;padding:0 1em;color:#222}"
+    "h1{font-weight:normal}h2{font-weight:normal;color:#555;border-bottom:1px solid #ddd}"
+    "math{font-size:1.15em}.row{margin:1em 0 1em 3em;text-indent:-3em;line-height:2.6}</style>"
+)
+
+
+def write_equations(system: MechanicalSystem, layout: str) -> str:
+    """Return the equations of a system; ``layout`` is text, latex or html."""
+    match layout:
+        case "text":
+            return _text(account_of(system, latex=False))
+        case "latex":
+            return _latex(account_of(system, latex=True))
+        case "html":
+            return _html(account_of(system, latex=True))
+        case _:
+            raise ValueError(layout)
+
+
+def _sized(statement: Statement, printer: Callable[[sp.Expr], str]) -> str:
+    if statement.right is None:
+        return f"... {statement.operations} operations, too long to be shown"
+    return printer(statement.right)
+
+
+def _sentence(text: str) -> str:
+    return f"{text[0].upper()}{text[1:]}."
+
+
+def _not_written(account: Account) -> str:
+    """Say what else happens; empty if nothing."""
+    if not account.events:
+        return ""
+    branches = "one branch" if account.events == 1 else f"{account.events} branches"
+    return f"this holds between events: {branches} of 'when' not written here"
+
+
+def _text(account: Account) -> str:
+    lines = [f"{account.name}: {account.doc}" if account.doc else account.name, ""]
+    for section in account.sections():
+        title = section.title if section.title == "Lagrangian" else section.title.lower()
+        lines.append(title + (f" ({section.meaning})" if section.meaning else ""))
+        lines.extend(f"  {s.left} = {_sized(s, sp.sstr)}" for s in section.statements)
+        lines.append("")
+    lines.append(f"cyclic coordinates: {', '.join(account.cyclic) if account.cyclic else 'none'}")
+    if events := _not_written(account):
+        lines.append(events)
+    return "\n".join(lines)
+
+
+def _escaped(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+def _latex(account: Account) -> str:
+    lines = [rf"\section*{{{account.name}}}"]
+    if account.doc:
+        lines.append(account.doc)
+    for section in account.sections():
+        lines.append(rf"\subsection*{{{section.title}}}")
+        if section.meaning:
+            lines.append(_sentence(section.meaning))
+        for s in section.statements:
+            body = rf"\text{{{_sized(s, sp.latex)}}}" if s.right is None else sp.latex(s.right)
+            left = rf"\text{{{_escaped(s.left)}}}" if section.meaning else s.left
+            lines.append(rf"\[ {left} = {body} \]")
+    names = ", ".join(f"${latex_name(n)}$" for n in account.cyclic) or "none"
+    lines.append(f"Cyclic coordinates: {names}.")
+    if events := _not_written(account):
+        lines.append(_sentence(events))
+    return "\n".join(lines)
+
+
+def _html(account: Account) -> str:
+    parts = [
+        "<!DOCTYPE html>",
+        f'<html lang="en"><head><meta charset="utf-8"><title>{escape(account.name)}</title>',
+        f"{HEAD}</head><body>",
+        f"<h1>{escape(account.name)}</h1>",
+    ]
+    if account.doc:
+        parts.append(f"<p>{escape(account.doc)}</p>")
+    for section in account.sections():
+        parts.append(f"<h2>{section.title}</h2>")
+        if section.meaning:
+            parts.append(f"<p>{_sentence(section.meaning)}</p>")
+        for s in section.statements:
+            if s.right is None:
+                parts.append(f'<div class="row">{escape(s.left)}: {_sized(s, str)}</div>')
+            else:
+                parts.append(f'<div class="row">{mathml(s.left, s.right)}</div>')
+    parts.append(f"<p>Cyclic coordinates: {escape(', '.join(account.cyclic) or 'none')}.</p>")
+    if events := _not_written(account):
+        parts.append(f"<p>{escape(_sentence(events))}</p>")
+    return "\n".join([*parts, "</body></html>"])
