@@ -27,7 +27,8 @@ VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
 class FmuOptions:
     """``fmi``: 2, 3 or both; ``kind``: me, cs or both; ``check``: simulate and compare before writing.
 
-    ``arrays``: arrays of FMI 3 in place of scalars with indices. ``platforms``: host, names of FMI 3 such as aarch64-linux, or all.
+    ``arrays``: arrays of FMI 3 in place of scalars with indices. ``platforms``: host, names of FMI 3 such
+    as aarch64-linux, or all.
     """
 
     fmi: str = "3"

@@ -17,8 +17,8 @@ class EnergyAccounts:
     """Energies [J, or as ``unit`` says]: ``start`` + ``supplied`` - ``dissipated`` = ``end``, up to the drift.
 
     ``supplied``: by inputs, drives, moving constraints, whatever depends on time, and forces that depend on no
-    velocity. ``dissipated``: by friction, damping, impacts and forces that depend on velocities. None where the model has no such account. The
-    parts ``at_events`` are those of impacts, `reinit` and impulses.
+    velocity. ``dissipated``: by friction, damping, impacts and forces that depend on velocities. None where the
+    model has no such account. The parts ``at_events`` are those of impacts, `reinit` and impulses.
     """
 
     unit: str

@@ -19,7 +19,9 @@ MOST_STEPS = 5000
 
 
 def largest_values(problem: Problem, functions: Functions, case: Case, nominal: Array) -> Array:
-    """Give the largest size of each state [ny] in a run at a loose tolerance (but not too loose: the provisional values may be far too large) with provisional nominal values.
+    """Give the largest size of each state [ny] in a run with provisional nominal values.
+
+    Its tolerance is loose, but not too loose: the provisional values may be far too large.
 
     Of a run that fails, the part before. It multiplies and compares nothing of different units, so that a change of
     units changes it by their factors alone.

@@ -31,9 +31,9 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete,
-    output, exact (the closed solution of what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the model gives none.
-    ``interpolation``, of an input that is given as a table: linear, step or spline."""
+    """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
+    (the closed solution of what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the
+    model gives none. ``interpolation``, of an input that is given as a table: linear, step or spline."""
 
     name: str
     kind: str

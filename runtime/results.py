@@ -20,7 +20,8 @@ Display = Callable[[str, str], tuple[str, float]]
 class Results(Mapping[str, Array]):
     """``results["theta"]`` is an array along ``results.time``; SI throughout.
 
-    ``units`` has an entry for each name, and for "time". ``report`` is what the run said of itself (``Solution.summary``), where it is known.
+    ``units`` has an entry for each name, and for "time". ``report`` is what the run said of itself
+    (``Solution.summary``), where it is known.
     """
 
     def __init__(

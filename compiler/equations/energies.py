@@ -21,10 +21,11 @@ from .residual import constraint_rates, highest, projected
 
 @dataclass(frozen=True, slots=True)
 class Energies:
-    """``kinetic`` T and ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv for each free v (None if driven).
+    """``kinetic`` T, ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv (None where driven).
 
     ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
-    ``forces``: dL/dq + Q for each v, without constraints. ``cyclic``: indices of velocities whose momentum is constant along every motion.
+    ``forces``: dL/dq + Q for each v, without constraints. ``cyclic``: indices of velocities whose momentum is
+    constant along every motion.
     """
 
     kinetic: Node

@@ -138,11 +138,11 @@ class AssertionRow:
 class MechanicalSystem:
     """One model as a Lagrangian system.
 
-    ``unknown_rates``: symbols for
-    rates of inputs and accelerations, which nothing determines. Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops
-    are constraints. ``virtual``: displacements of joints whose reactions are asked for, all zero. ``kinetic``, ``lagrangian`` and ``velocity_potential`` are the energies that the user wrote as
-    formulas; those of bodies are in ``masses`` and ``inertias``. ``queries``: symbols that stand for answers which
-    only the equations can give.
+    Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops are
+    constraints. ``kinetic``, ``potential`` and ``lagrangian`` are the energies that the user wrote as formulas; those
+    of bodies are in ``masses`` and ``inertias``. ``virtual``: displacements of joints whose reactions are asked for,
+    all zero. ``unknown_rates``: symbols for rates of inputs and accelerations, which nothing determines.
+    ``queries``: symbols that stand for answers which only the equations can give.
     """
 
     model: FlatModel

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from html import escape
 
 import sympy as sp
@@ -10,17 +11,13 @@ from sympy.printing.mathml import MathMLPresentationPrinter
 
 from .names import GREEK
 
-_LETTERS = {name: chr(code) for name, code in zip(
-    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi", "rho"], range(0x3B1, 0x3C2),
-    strict=True,
-)} | {name: chr(code) for name, code in zip(
-    ["sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"], range(0x3C3, 0x3CA), strict=True
-)} | {name.capitalize(): chr(code) for name, code in zip(
-    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "omicron", "pi", "rho"], range(0x391, 0x3A2),
-    strict=True,
-)} | {name.capitalize(): chr(code) for name, code in zip(
-    ["sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"], range(0x3A3, 0x3AA), strict=True
-)}  # fmt: skip
+_UNICODE = {"lambda": "LAMDA"}
+"""Names of letters that Unicode spells otherwise."""
+
+
+def _letter(name: str) -> str:
+    case = "SMALL" if name.islower() else "CAPITAL"
+    return unicodedata.lookup(f"GREEK {case} LETTER {_UNICODE.get(name.lower(), name)}")
 
 
 def mathml(left: str, right: sp.Expr) -> str:
@@ -54,7 +51,7 @@ def symbol(latex: str) -> str:
     if "," in latex:
         return "<mo>,</mo>".join(symbol(part) for part in latex.split(","))
     if latex.startswith("\\") and latex[1:] in GREEK:
-        return f"<mi>{_LETTERS.get(latex[1:], latex[1:])}</mi>"
+        return f"<mi>{_letter(latex[1:])}</mi>"
     if re.fullmatch(r"[\d.e+-]+", latex):
         return f"<mn>{latex}</mn>"
     return f"<mi>{escape(_plain(latex))}</mi>"

@@ -80,7 +80,8 @@ def make_package(
     with_arrays: bool = False,
 ) -> Package:
     """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
-    by path; ``parts`` are kept though the model does without; ``with_arrays`` (FMI 3) makes arrays of scalars that are alike.
+    by path; ``parts`` are kept though the model does without; ``with_arrays`` (FMI 3) makes arrays of
+    scalars that are alike.
 
     Raises CompileError, BuildError, CompilerMissing.
     """
