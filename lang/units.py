@@ -323,15 +323,3 @@ def preferred_unit(dimension: Dimension, angle: bool = False) -> str:
 def to_si(value: Fraction, unit: Unit) -> Fraction:
     """Convert a number given in ``unit`` to SI, exactly."""
     return value * unit.factor
-
-
-def from_si(value: float, unit: Unit) -> float:
-    """Convert a number in SI to ``unit``."""
-    return value / float(unit.factor)
-
-
-def convert(value: float, source: Unit, target: Unit) -> float:
-    """Convert between units of one dimension. Raises UnitError where the dimensions differ."""
-    if source.dimension != target.dimension:
-        raise UnitError(f"cannot convert {source.symbol} to {target.symbol}")
-    return value * float(source.factor / target.factor)

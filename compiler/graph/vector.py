@@ -12,10 +12,6 @@ Matrix = tuple[Vector, ...]
 """Three rows of three."""
 
 
-def zero_vector(graph: Graph, size: int = 3) -> Vector:
-    return (graph.zero,) * size
-
-
 def unit_vector(graph: Graph, axis: int, size: int = 3) -> Vector:
     return tuple(graph.one if i == axis else graph.zero for i in range(size))
 
@@ -60,11 +56,6 @@ def cross_planar(graph: Graph, a: Sequence[Node], b: Sequence[Node]) -> Node:
     return graph.sub(graph.mul(a[0], b[1]), graph.mul(a[1], b[0]))
 
 
-def turn_planar(graph: Graph, spin: Node, r: Sequence[Node]) -> Vector:
-    """Return the vector product of an angular velocity normal to the plane with a vector in it."""
-    return (graph.neg(graph.mul(spin, r[1])), graph.mul(spin, r[0]))
-
-
 def matvec(graph: Graph, m: Matrix, v: Sequence[Node]) -> Vector:
     return tuple(graph.dot(row, v) for row in m)
 
@@ -91,12 +82,6 @@ def skew(graph: Graph, a: Sequence[Node]) -> Matrix:
     x, y, z = a
     zero, neg = graph.zero, graph.neg
     return ((zero, neg(z), y), (z, zero, neg(x)), (neg(y), x, zero))
-
-
-def planar_rotation(graph: Graph, angle: Node) -> Matrix:
-    """Return the 2x2 matrix that maps components in the turned axes to those in the old ones."""
-    c, s = graph.cos(angle), graph.sin(angle)
-    return ((c, graph.neg(s)), (s, c))
 
 
 def axis_rotation(graph: Graph, axis: int, angle: Node) -> Matrix:

@@ -138,7 +138,7 @@ def body_seeds(
 
 
 def ground(graph: Graph) -> Motion:
-    zero = vec.zero_vector(graph)
+    zero = (graph.zero,) * 3
     return Motion(zero, zero, zero, (graph.zero, graph.symbol("g"), graph.zero))
 
 
