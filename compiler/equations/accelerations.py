@@ -91,7 +91,8 @@ def massless(
             f"nothing with mass moves with '{scalar.variable.name}'",
             scalar.variable.origin.shown,
             caption="the acceleration of this coordinate is undetermined",
-            help="give a mass or an inertia to what it moves, or remove the coordinate",
+            help="give a mass or an inertia to what it moves, or remove the coordinate; points and thin rods on the axis "
+            "of a hinge have none about it",
         )
     row = rows[singular.unknown - len(free)]
     return reporter.fail(

@@ -21,9 +21,6 @@ from ..mechanics.system import MechanicalSystem
 from .constraints import Row
 from .sides import Side, take_sides
 
-FORCES = ("multiplier", "reaction", "moment")
-"""Questions whose answers are affine in accelerations and multipliers."""
-
 
 def with_modes(
     system: MechanicalSystem,
