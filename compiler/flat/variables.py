@@ -122,12 +122,7 @@ def attributes(scope: Scope, declaration: ast.Declaration, type: Type) -> Attrib
             texts[name] = value
         else:
             numbers[name] = value
-    display = (
-        texts.pop("display", "")
-        or _written_unit(declaration, type)
-        or _unit_of_type(declaration, type)
-        or _unit_of_answer(declaration, type)
-    )
+    display = texts.pop("display", "") or _unit(scope, declaration, type)
     if not numbers and not texts and not display:
         return _NONE
     return Attributes(numbers.get("nominal"), numbers.get("min"), numbers.get("max"), display, texts)
@@ -187,6 +182,22 @@ def _check_display(scope: Scope, node: ast.Modification, text: str, type: Type) 
             f"'{text}' is no unit of {types.unit_words(type.dimension, type.angle)}",
             node.value.span,
         )
+
+
+def _unit(scope: Scope, declaration: ast.Declaration, type: Type) -> str:
+    """Return the unit that a declaration is shown in, where that is not the usual one of its dimension."""
+    own = (
+        _written_unit(declaration, type)
+        or _unit_of_type(declaration, type)
+        or _unit_of_answer(declaration, type)
+    )
+    node = getattr(declaration, "value", None)
+    if own or scope.instance is None or not isinstance(node, ast.Reference) or len(node.parts) != 1:
+        return own
+    other = scope.instance.members.get(node.parts[0].name)
+    if not isinstance(other, VariableMember):
+        return ""
+    return _written_unit(other.declaration, type) or _unit_of_type(other.declaration, type)
 
 
 def _written_unit(declaration: ast.Declaration, type: Type) -> str:

@@ -403,6 +403,8 @@ def test_what_turns_is_shown_as_a_torque() -> None:
     """Energy and torque have one dimension."""
     text = "coordinate Angle s; kinetic 1 kg.m^2*der(s)^2; drive s = 1 rad; output M = reaction(s);"
     assert definition(flat(CART + text), "M").attributes.display == "N.m"
+    same = flat(CART + "parameter Torque M = 0; coordinate z = 0 m; kinetic 1 kg*der(z)^2; output N = M;")
+    assert definition(same, "N").attributes.display == "N.m", "as what it stands for"
 
 
 @pytest.mark.parametrize(
