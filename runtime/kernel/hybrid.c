@@ -39,6 +39,7 @@ static size_t arrange(mech_modes *e, const mech_model *m, mech_real *memory)
     e->gap_scale = take(&memory, &total, r);
     e->speed = take(&memory, &total, r);
     e->force = take(&memory, &total, r);
+    e->mobility = take(&memory, &total, r);
     e->response = take(&memory, &total, r * (m->nv + r));
     e->impulse = take(&memory, &total, r);
     e->change = take(&memory, &total, m->nv + r);

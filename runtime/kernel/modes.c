@@ -40,11 +40,12 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
     set(s, j, 0, share * b);
 }
 
-/* Whether row i is independent of the n rows already held. */
+/* Whether row i is independent of the n rows already held, and moved by its own force: not so at a dead centre. */
 static int independent(mech_solver *s, int *held, int n, int i)
 {
     mech_real target[64] = {0}, x[64];
-    if (n >= 63) return 0;
+    const mech_real own = s->modes->response[i * (s->model->nv + s->modes->n_rows) + s->model->nv + i];
+    if (n >= 63 || !(mech_abs(own) > MECH_C(1e-11) * s->modes->mobility[i])) return 0;
     held[n] = i;
     return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
 }

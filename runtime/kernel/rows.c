@@ -28,8 +28,10 @@ void mech_read_rows(mech_solver *s)
     m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
         e->speed[i] = mech_max(e->speed[i], mech_abs(*rate(s, i)));
-        if (row_of(s, i)->kind != MECH_STEP_ROW)
-            e->force[i] = mech_max(e->force[i], mech_abs(value(s, i, MECH_FORCE)));
+        /* what would have to hold where nothing can is no measure */
+        mech_real force = mech_abs(value(s, i, MECH_FORCE));
+        if (row_of(s, i)->kind == MECH_FRICTION) force = mech_min(force, mech_max(0, value(s, i, MECH_LIMIT)));
+        if (row_of(s, i)->kind != MECH_STEP_ROW) e->force[i] = mech_max(e->force[i], force);
     }
 }
 
@@ -52,6 +54,7 @@ void mech_find_response(mech_solver *s)
         e->z[row_of(s, j)->impulse] = 1;
         m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
         e->z[row_of(s, j)->impulse] = 0;
+        e->mobility[j] = mech_max(e->mobility[j], mech_abs(response(s, j, j)));
     }
 }
 
