@@ -64,6 +64,9 @@ class Solution(Run):
         solution.swept = swept
         return solution
 
+    def __repr__(self) -> str:
+        return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
+
     @property
     def true_errors(self) -> tuple[TrueError, ...]:
         """Compare with the closed solutions that the model states; they hold for its default experiment only."""

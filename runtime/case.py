@@ -6,7 +6,6 @@ experiment may depend on parameters that the experiment sets; they are evaluated
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from .initial import Assembled, assemble
 from .inputs import Table, constant
 from .outcome import SimulationError
 from .problem import Array, Experiment, Problem, Quantity, Setting
+from .suggest import suggest
 from .trajectory import Progress
 
 DEFAULT_TOLERANCE = 1e-8
@@ -107,11 +107,6 @@ def find_setting(problem: Problem, name: str) -> Setting:
     raise SimulationError(
         f"'{problem.name}' has no parameter, state or input '{name}'" + suggest(name, known)
     )
-
-
-def suggest(name: str, known: list[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
-    return f"; did you mean '{close[0]}'?" if close else ""
 
 
 def prepare(problem: Problem, functions: Functions, options: SimulationOptions) -> Case:

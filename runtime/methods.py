@@ -6,10 +6,11 @@ import ctypes
 from dataclasses import dataclass
 
 from . import native
-from .case import Case, suggest
+from .case import Case
 from .functions import Functions
 from .outcome import SimulationError
 from .scipy_methods import METHODS, PREFIX
+from .suggest import suggest
 
 NEEDS = {
     native.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",

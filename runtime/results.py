@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .problem import Array
+from .suggest import suggest
 
 if TYPE_CHECKING:
     import pandas
@@ -39,7 +40,13 @@ class Results(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name == "time":
             return self.time
-        return self._values[name]
+        try:
+            return self._values[name]
+        except KeyError:
+            raise KeyError(f"there is no '{name}'{suggest(name, self._values)}") from None
+
+    def __contains__(self, name: object) -> bool:
+        return name == "time" or name in self._values
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._values)

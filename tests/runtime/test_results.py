@@ -28,6 +28,9 @@ def test_mapping(solution: Solution) -> None:
     assert list(solution) == ["theta", "der(theta)", "kinetic", "potential", "energy"]
     assert solution.time.tolist() == np.linspace(0, 2, 21).tolist()
     assert all(values.shape == (21,) for values in solution.values())
+    assert "time" in solution and "theta" in solution and "thta" not in solution
+    with pytest.raises(KeyError, match="there is no 'thta'; did you mean 'theta'"):
+        solution["thta"]
     assert solution.unit("der(theta)") == "rad/s"
     assert solution.unit("time") == "s"
     assert solution["time"] is solution.time
