@@ -360,12 +360,17 @@ def _definition(member: DefinitionMember) -> Expression:
 
 
 def definition_type(member: DefinitionMember) -> Type:
-    """Return the type of a ``let`` or ``output``; a declared one needs no value."""
+    """Return the type of a ``let`` or ``output``; a declared one needs no value.
+
+    What is declared as a rotation may be any pose: only one that names a coordinate has elements and rates.
+    """
     if member.type is None and member.declaration.type and member.progress is not Progress.DONE:
         if member.progress is Progress.WRONG:
             raise Poisoned
         member.type = _declared(member.declaration, member.scope)
-    return member.type if member.type is not None else definition_value(member).type
+    if member.type is None or member.type.kind is Kind.ROTATION:
+        return definition_value(member).type
+    return member.type
 
 
 def cannot_modify(member: Member, modifier: Modifier, reason: str) -> Poisoned:

@@ -70,6 +70,8 @@ FOUND = {
         "coordinate Rotation R; frame b = world * R; inertia diag({1, 2, 3}) on b; let w = R; output e = der(w)[2];",
         None,
     ),
+    "rate of a formula declared as a rotation": ("let Rotation w = rotz(x); output e = der(w)[2];", "E0329"),
+    "element of a formula declared as a rotation": ("let Rotation w = rotz(x); output e = w[2];", "E0316"),
     "element of an answer about an array": ("output P = sum(momentum(z[i]) for i in 1:2);", None),
     "parameter from a reaction": ("constraint c: x = y[1]; parameter p = multiplier(c);", "E0810"),
     "parameter from a frame that moves": (
