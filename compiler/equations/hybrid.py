@@ -32,8 +32,8 @@ UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assem
 """Functions in which relations are evaluated as they stand."""
 
 
-ENDS = 30
-"""A slide on a surface ends where its slip is this many times z: half of that with which the kernel lets it begin."""
+TURN = 0.5
+"""A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,12 +276,16 @@ def _indicator(
 def _on_surface(
     system: MechanicalSystem, row: Row, rows: Sequence[Row], values: Sequence[Node]
 ) -> tuple[Node, Node]:
-    """Return the indicator of friction on a surface with its first row: the slip along where it began to slide."""
+    """Return the indicator of friction on a surface with its first row.
+
+    It is about s.z/|z| - |s|/2, which falls below zero where the slip s has turned away from z, and s.z/|z| where s
+    is less than z, so that a slip that keeps its direction ends at s = 0.
+    """
     graph, zero = system.graph, system.graph.zero
     both = across(row, rows)
     if row is not both[0]:
         return graph.one, zero
-    begun = along = change = force = sticks = limit = zero
+    begun = along = change = force = square = growth = sticks = limit = zero
     for r in both:
         mode, number = r.constraint.mode, rows.index(r)
         assert mode is not None and mode.sign is not None
@@ -289,15 +293,19 @@ def _on_surface(
         begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
         along = graph.add(along, graph.mul(mode.sign, rate))
         change = graph.add(change, graph.mul(mode.sign, second))
+        square = graph.add(square, graph.mul(rate, rate))
+        growth = graph.add(growth, graph.mul(rate, second))
         force = graph.add(force, graph.mul(part, part))
         sticks = graph.add(sticks, mode.flag)
     slides, stuck = graph.less(zero, begun), graph.less(zero, sticks)
-    size = graph.sqrt(begun)
-    least = graph.mul(graph.constant(ENDS), size)
+    size, speed = graph.sqrt(begun), graph.sqrt(graph.add(square, begun))
+    turn = graph.constant(TURN)
+    left = graph.sub(graph.div(along, size), graph.mul(turn, graph.sub(speed, size)))
+    rate = graph.sub(graph.div(change, size), graph.mul(turn, graph.div(growth, speed)))
     margin = graph.sub(limit, graph.sqrt(force))
     return (
-        graph.select(stuck, margin, graph.select(slides, graph.sub(graph.div(along, size), least), zero)),
-        graph.select(stuck, zero, graph.select(slides, graph.div(change, size), zero)),
+        graph.select(stuck, margin, graph.select(slides, left, zero)),
+        graph.select(stuck, zero, graph.select(slides, rate, zero)),
     )
 
 

@@ -67,8 +67,10 @@ def across(row: Row, rows: Sequence[Row]) -> tuple[Row, ...]:
 def _side(system: MechanicalSystem, row: Row, rows: Sequence[Row]) -> Node:
     """Return the part of the limit that acts against a slip in the direction of a row.
 
-    On a surface it is (s + z)/|s + z|, where z, from the kernel, has the direction of the slip when it began and the
-    size of no speed at all, so that a slip that begins has a direction; it is 0 where nothing slides.
+    On a surface it is (s + z)/|s + z| as long as the slip s goes on at all along z, which comes from the kernel: a
+    direction that the slip had a little before, with the size of no speed at all, so that a slip that begins has a
+    direction. Behind s = 0 it stays z/|z|, so that a step that passes the end of a slip sees a law as smooth as that
+    of one component. It is 0 where nothing slides.
     """
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None and mode.sign is not None
@@ -77,15 +79,20 @@ def _side(system: MechanicalSystem, row: Row, rows: Sequence[Row]) -> Node:
     both = across(row, rows)
     if len(both) == 1:
         return mode.sign
-    begun = square = graph.zero
+    along = graph.zero
+    directions = []
     for r in both:
         assert r.constraint.mode is not None and r.constraint.mode.sign is not None
-        sign = r.constraint.mode.sign
-        slip = graph.add(r.rate, sign)
-        begun = graph.add(begun, graph.mul(sign, sign))
+        along = graph.add(along, graph.mul(r.constraint.mode.sign, r.rate))
+        directions.append((r.rate, r.constraint.mode.sign))
+    ahead = graph.less(graph.zero, along)
+    square = begun = graph.zero
+    for rate, sign in directions:
+        slip = graph.add(graph.select(ahead, rate, graph.zero), sign)
         square = graph.add(square, graph.mul(slip, slip))
-    part = graph.div(graph.add(row.rate, mode.sign), graph.sqrt(square))
-    return graph.select(graph.less(graph.zero, begun), part, graph.zero)
+        begun = graph.add(begun, graph.mul(sign, sign))
+    part = graph.add(graph.select(ahead, row.rate, graph.zero), mode.sign)
+    return graph.select(graph.less(graph.zero, begun), graph.div(part, graph.sqrt(square)), graph.zero)
 
 
 def limits(

@@ -125,32 +125,79 @@ static mech_real slope_at(mech_solver *s, int hit, mech_real part, mech_real h)
     return (end - w[hit]) / (delta * h);
 }
 
-/* Repeats the step so that it ends at the event: Newton's method on the step size. */
-static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
+/* Attempts a part of a step that was good; *error as ever, at most 1 where good. MECH_NOT_FINITE where it has none. */
+static int repeat_step(mech_solver *s, mech_real h, mech_real *error)
 {
     const mech_method *m = s->method;
+    const mech_real t_new = s->run->report.t + h;
+    *error = m->attempt(s, h);
+    s->run->dense_of = 0;
+    if (!mech_finite(*error)) return MECH_NOT_FINITE;
+    mech_normalise(s->model, s->y_new);
+    if (s->project && !m->keeps_constraints) {
+        const int status = mech_project(s, t_new, s->y_new);
+        if (status) return mech_fail(s, status, -1);
+    }
+    mech_rhs(s, t_new, s->y_new, s->dy_new);
+    hold_attempt(s, t_new);
+    return MECH_RUNNING;
+}
+
+enum { MOST_REPEATS = 12 };
+
+/* Repeats the step so that it ends at the event: Newton's method on the step size. Where that does not settle at once,
+ * it goes on by secants, to an end before the event: one beyond it would be a state that its mode does not allow. */
+static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
+{
     mech_modes *e = s->modes;
     const mech_real t = s->run->report.t, whole = *h;
     mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n;
-    const mech_real slope = slope_at(s, hit, part, whole);
+    mech_real slope = slope_at(s, hit, part, whole), error, change = 0, before = 0;
     *h = part * whole;
     for (int k = 0;; k++) {
-        const mech_real error = m->attempt(s, *h);
-        if (!mech_finite(error)) return mech_fail(s, MECH_STEP_TOO_SMALL, 0);
-        mech_normalise(s->model, s->y_new);
-        if (s->project && !m->keeps_constraints) {
-            const int status = mech_project(s, t + *h, s->y_new);
-            if (status) return mech_fail(s, status, -1);
+        int status = repeat_step(s, *h, &error);
+        if (status == MECH_NOT_FINITE && k) { /* near it, then */
+            status = repeat_step(s, *h -= change, &error);
+            k = MOST_REPEATS;
         }
-        mech_rhs(s, t + *h, s->y_new, s->dy_new);
-        hold_attempt(s, t + *h);
+        if (status) return status;
         mech_indicate(s, t + *h, s->y_new, w, NULL);
-        const mech_real change = slope < 0 ? -w[hit] / slope : 0;
-        if (k == 3 || mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
-        if (mech_abs(change) > *h / 4 || *h + change > whole) break;
+        if (k >= 3 && (w[hit] >= 0 || k >= MOST_REPEATS || mech_at_zero(s, hit, w[hit]))) break;
+        if (k >= 3 && (w[hit] - before) / change < slope / 8) slope = (w[hit] - before) / change;
+        before = w[hit];
+        change = slope < 0 ? -w[hit] / slope : 0;
+        if (mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
+        if (mech_abs(change) > *h / 4 || *h + change > whole) {
+            if (w[hit] >= 0 || mech_at_zero(s, hit, w[hit])) break;
+            change = -*h / 2;
+        } else if (k >= 3) {
+            change *= 2;
+        }
         *h += change;
     }
     return MECH_RUNNING;
+}
+
+/* The same where a slide on a surface ends or turns. Its law turns the faster the less is left of the slip, so that a
+ * step right to the end may be good for nothing: then a part of the way comes first, without the event. */
+static int step_along_slip(mech_solver *s, int *hit, mech_real part, mech_real *h)
+{
+    const mech_real whole = *h, shares[] = {1, MECH_C(0.9999), MECH_C(0.99), MECH_C(0.9), MECH_C(0.5),
+                                            MECH_C(0.1), MECH_C(1e-2), MECH_C(1e-3)};
+    for (int k = 0; k < 8; k++) {
+        mech_real error;
+        *h = whole * part * shares[k];
+        int status = repeat_step(s, *h, &error);
+        if (status == MECH_NOT_FINITE || error > 1) continue;
+        if (!status && k == 0) {
+            *h = whole;
+            status = step_to_event(s, *hit, part, h);
+        }
+        if (status == MECH_NOT_FINITE) continue;
+        if (k) *hit = -1;
+        return status;
+    }
+    return MECH_NOT_FINITE;
 }
 
 /* z beside the rows of the grid from `first` on; a caller that keeps no history gives no room for it. */
@@ -231,7 +278,8 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
-        status = step_to_event(s, hit, part, &h);
+        status = mech_slides(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
+        if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;
         if (!(t_new > run->report.t)) return reach(s, hit);

@@ -9,7 +9,6 @@
 
 #include "method.h"
 
-enum { MECH_SLIDES = 60 }; /* the slip with which a slide on a surface begins, over what z holds */
 enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step, and room for one more */
 
 typedef struct mech_modes {
@@ -95,6 +94,16 @@ int mech_touches(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_falls_back(const mech_solver *s, int i, mech_real rate);
 mech_real mech_still(const mech_solver *s, int i); /* speed that counts as none */
+/* Frictions on surfaces (slides.c). The slip of friction i that counts as none; whether it has no more than that. */
+mech_real mech_no_slip(const mech_solver *s, int i);
+int mech_slow(const mech_solver *s, int i);
+/* Takes the slow slips away; gives those that begin to slide a slip that counts as none. */
+void mech_end_slips(mech_solver *s);
+void mech_begin_slides(mech_solver *s);
+/* Whether indicator `hit` is that of a slide. */
+int mech_slides(const mech_solver *s, int hit);
+/* Turns slide i, from rest, into the direction in which it accelerates; 0 where it has that. */
+int mech_aim_slide(mech_solver *s, int i);
 void mech_find_response(mech_solver *s);
 /* x of a[n][n] x = b for the rows in `set`, n of them; dependent rows get 0. Gives the rank. */
 int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
@@ -110,6 +119,7 @@ int mech_held_rows(mech_solver *s, int *held);
 /* Moves coordinates so that the gaps of n rows vanish; velocities so that their rates do. */
 void mech_close_gaps(mech_solver *s, int n, const int *rows);
 void mech_stop_rates(mech_solver *s, int n, const int *rows);
+void mech_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim);
 
 /* For callers who integrate themselves (overshoot.c): puts back a state that has left what holds, gone beyond the
  * surface of an open contact, or beyond the end of a slip. Gives by how much the present time went back with it. */

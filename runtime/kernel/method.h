@@ -67,6 +67,7 @@ typedef struct mech_run {
     int trouble;            /* status to give if the present step cannot be taken            */
     mech_real dense_of;     /* the step from the present time that dense holds; 0: none      */
     int dense_limits;       /* the error between the ends of the step is larger than at them */
+    int turning;            /* something slides on a surface: no Jacobian lasts              */
 } mech_run;
 
 struct mech_solver {

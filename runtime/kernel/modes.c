@@ -26,18 +26,13 @@ static void set(mech_solver *s, int i, int flag, mech_real sign)
 
 static int side(mech_real x) { return x > 0 ? 1 : -1; }
 
-/* Lets a friction slide along a, or on a surface along (a, b): that is kept with the size of no speed. */
+/* Lets a friction slide along a, or on a surface along (a, b). */
 static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 {
     const int j = mech_partner(s, i);
-    if (j < 0) {
-        set(s, i, 0, side(a));
-        return;
-    }
-    const mech_real speed = MECH_C(1e-12) * mech_max(s->modes->speed[i], s->modes->speed[j]);
-    const mech_real share = speed / mech_sqrt(a * a + b * b);
-    set(s, i, 0, share * a);
-    set(s, j, 0, share * b);
+    const mech_real share = j < 0 ? 0 : mech_no_slip(s, i) / mech_sqrt(a * a + b * b);
+    set(s, i, 0, j < 0 ? side(a) : share * a);
+    if (j >= 0) set(s, j, 0, share * b);
 }
 
 /* Whether row i is independent of the n rows already held, and moved by its own force: not so at a dead centre. */
@@ -74,7 +69,7 @@ static void propose(mech_solver *s)
         if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
         const int j = mech_partner(s, i), open_normal = row->normal >= 0 && !on(s, row->normal);
         const mech_real other = j < 0 ? 0 : slides[j];
-        if (!open_normal && mech_size_of(s, i, MECH_RATE) > 10 * mech_still(s, i)) {
+        if (!open_normal && !mech_slow(s, i)) {
             slide(s, i, value(s, i, MECH_RATE), j < 0 ? 0 : value(s, j, MECH_RATE));
         } else if (!open_normal && (slides[i] != 0 || other != 0)) {
             slide(s, i, slides[i], other);
@@ -118,8 +113,8 @@ static int moves_off(const mech_solver *s, int i)
     return mech_size_of(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
 }
 
-/* The row that fits least, or -1; `hit` was located where its mode ends. */
-static int misfit(mech_solver *s, int hit)
+/* The row that fits least, or -1; `hit` was located where its mode ends. `aims`: slides on surfaces find their way. */
+static int misfit(mech_solver *s, int hit, int aims)
 {
     mech_real *open = s->modes->open, *slides = s->modes->slides;
     const mech_hybrid *h = s->model->hybrid;
@@ -162,6 +157,7 @@ static int misfit(mech_solver *s, int hit)
             if (j >= 0) slides[j] = value(s, j, MECH_SECOND) / size;
             return i;
         }
+        if (j >= 0 && aims && mech_aim_slide(s, i)) return i;
         const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * value(s, j, MECH_SECOND));
         if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
@@ -172,49 +168,11 @@ static int misfit(mech_solver *s, int hit)
         if (h->rows[i].kind == MECH_CONTACT && !on(s, i) && open[i] == 0 && rate > 0 && mech_touches(s, i) &&
             mech_falls_back(s, i, rate)) {
             open[i] = -1;
+            memset(slides, 0, (size_t)e->n_rows * sizeof(mech_real)); /* with it, all may stick */
             return i;
         }
     }
     return -1;
-}
-
-/* Changes the velocities so that n rows have the rates `aim`. */
-static void set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
-{
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    mech_real target[64] = {0}, x[64];
-    const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = aim[k] - value(s, rows[k], MECH_RATE);
-    mech_solve_rows(s, n, rows, target, x);
-    for (int k = 0; k < n; k++)
-        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
-    mech_rhs(s, s->run->report.t, s->y, s->dy);
-}
-
-/* Gives frictions on surfaces that begin to slide a slip of no size, in the direction in which they do: without one
- * they would have none. Their indicator ends the slide at half of it. */
-static void begin_slides(mech_solver *s)
-{
-    const mech_hybrid *h = s->model->hybrid;
-    mech_real aim[64];
-    int rows[64], n = mech_held_rows(s, rows), begun = n;
-    for (int k = 0; k < n; k++) aim[k] = 0;
-    for (int i = 0; i < h->n_rows && n < 63; i++) {
-        const int j = mech_partner(s, i);
-        if (j < 0) continue;
-        const mech_real a = s->modes->z[h->rows[i].sign], b = s->modes->z[h->rows[j].sign];
-        const mech_real along = a * value(s, i, MECH_RATE) + b * value(s, j, MECH_RATE);
-        if ((a == 0 && b == 0) || along > MECH_SLIDES / 2 * MECH_C(1.01) * (a * a + b * b)) continue;
-        rows[n] = i;
-        aim[n++] = MECH_SLIDES * a;
-        rows[n] = j;
-        aim[n++] = MECH_SLIDES * b;
-    }
-    if (n == begun) return;
-    mech_read_rows(s);
-    mech_find_response(s);
-    set_rates(s, n, rows, aim);
 }
 
 int mech_choose_modes(mech_solver *s, int hit)
@@ -229,13 +187,14 @@ int mech_choose_modes(mech_solver *s, int hit)
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     propose(s);
+    mech_end_slips(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
         mech_read_rows(s);
-        if (misfit(s, round == 0 ? ends : -1) < 0) {
+        if (misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
             for (int i = 0; i < h->n_rows; i++)
                 if (!mech_finite(value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
             mech_hold_rows(s);
-            begin_slides(s);
+            mech_begin_slides(s);
             return mech_check_rows(s, 1);
         }
         propose(s);
@@ -264,10 +223,23 @@ void mech_close_gaps(mech_solver *s, int n, const int *rows)
     mech_find_response(s);
 }
 
+void mech_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
+{
+    const mech_model *m = s->model;
+    mech_modes *e = s->modes;
+    mech_real target[64] = {0}, x[64];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = aim[k] - value(s, rows[k], MECH_RATE);
+    mech_solve_rows(s, n, rows, target, x);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+}
+
 void mech_stop_rates(mech_solver *s, int n, const int *rows)
 {
     const mech_real aim[64] = {0};
-    set_rates(s, n, rows, aim);
+    mech_set_rates(s, n, rows, aim);
 }
 
 int mech_held_rows(mech_solver *s, int *held)

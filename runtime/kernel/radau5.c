@@ -134,7 +134,7 @@ static int prepare(mech_solver *s, radau *r, mech_real h)
         r->steps = s->run->report.steps;
         r->jacobian_is_here = 0;
     }
-    if (!r->has_jacobian || (!r->jacobian_is_here && r->theta > FAST)) {
+    if (!r->has_jacobian || (!r->jacobian_is_here && (r->theta > FAST || s->run->turning))) {
         mech_jacobian(s, s->run->report.t, s->y, r->newton.jacobian);
         r->has_jacobian = r->jacobian_is_here = 1;
         r->newton.h = 0;

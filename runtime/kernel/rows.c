@@ -35,7 +35,12 @@ void mech_read_rows(mech_solver *s)
     }
 }
 
-mech_real mech_still(const mech_solver *s, int i) { return MECH_C(1e-11) * s->modes->speed[i]; }
+mech_real mech_still(const mech_solver *s, int i)
+{
+    const int j = mech_partner(s, i);
+    const mech_real *speed = s->modes->speed;
+    return MECH_C(1e-11) * (j < 0 ? speed[i] : mech_max(speed[i], speed[j]));
+}
 
 /* Whether a contact is closed at present, as far as numbers tell. */
 int mech_touches(const mech_solver *s, int i)

@@ -130,6 +130,72 @@ def test_an_oblique_impact_of_a_ball(mu: float) -> None:
     assert impact.after["der(y)"] == pytest.approx(1 - lost * slip[1] / size, rel=1e-9)
 
 
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_a_slip_begins_in_the_direction_in_which_it_goes_on(method: str) -> None:
+    """A force that jumps moves a block with unlike masses along x and y, neither along it nor along the reply to it.
+
+    With s = s d, |d| = 1, and m s' = F - c d in each direction: d = F/(c + s' m), and s' from |d| = 1.
+    """
+    text = """\
+parameter jump = 1 s;
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+coordinate Length h = 0 m;
+gravity {0, 0, -9.81} m/s^2;
+mass 2 kg at world * {x, y, h};
+mass 6 kg at world * {x, 0 m, 1 m};
+contact floor: h friction 0.3 along {der(x), der(y)};
+force if time < jump then 0 N else 7 N on x;
+force if time < jump then 0 N else 5 N on y;
+"""
+    solution = run(text, stop=2, method=method, tolerance=1e-8)
+    limit, force, mass = 0.3 * 2 * GRAVITY, np.array([7.0, 5.0]), np.array([8.0, 2.0])
+    low, high = 0.0, 10.0
+    for _ in range(60):
+        gain = (low + high) / 2
+        low, high = (gain, high) if np.linalg.norm(force / (limit + gain * mass)) > 1 else (low, gain)
+    way = gain * force / (limit + gain * mass) / 2
+    assert times(solution, "slip") == [1]
+    assert solution["x"][-1] == pytest.approx(way[0], rel=1e-6)
+    assert solution["y"][-1] == pytest.approx(way[1], rel=1e-6)
+
+
+ENDS_ASKEW = {
+    "in a corner": (2, 0.9, 0, 0.1, (0, 0), (1.81466, -18.72869, 0)),
+    "after many bounces": (2, 0.13051, 0.5, 0.1, (0.13051, 0), (0, 0, 0)),
+    "where friction just holds": (-1.5, 0.05, 0, 0.3, (1.0043, 0.05), (4.47123, -3.97417, 1.0043)),
+}
+
+
+@pytest.mark.parametrize("name", ENDS_ASKEW)
+@pytest.mark.parametrize("options", [{"method": "dop853"}, {"method": "radau5"}], ids=["dop853", "radau5"])
+def test_a_slip_that_turns_as_it_ends(name: str, options: dict[str, str]) -> None:
+    """Such slips took steps of rounding size, or found no modes that fit."""
+    pull, mu, restitution, height, (vx, vy), spin = ENDS_ASKEW[name]
+    text = f"""\
+gravity {{{pull}, 0, -9.81}} m/s^2;
+coordinate Rotation R;
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+coordinate Length z = {height} m;
+initial der(x) = {vx} m/s;
+initial der(y) = {vy} m/s;
+initial der(R) = {{{spin[0]}, {spin[1]}, {spin[2]}}} rad/s;
+frame ball = world * trans({{x, y, z}}) * R;
+mass 1 kg at ball;
+inertia diag({{0.0038, 0.004, 0.0037}} kg.m^2) on ball;
+let s = vel_at(ball, world * {{x, y, z - 0.1 m}});
+let w = vel_at(ball, world * {{x + 0.1 m, y, z}});
+contact floor: z - 0.1 m restitution {restitution} friction {mu} along {{s[1], s[2]}};
+contact wall: 0.5 m - x - 0.1 m restitution {restitution} friction {mu} along {{w[2], w[3]}};
+"""
+    solution = mechc.loads(text).simulate(stop=2, tolerance=1e-6, estimate_error=False, **options)  # type: ignore[arg-type]
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    assert solution.statistics.steps < 2000
+    drift = solution.accuracy.energy
+    assert drift is not None and drift.relative is not None and drift.relative < 1e-3
+
+
 def test_regularized_friction_creeps() -> None:
     text = PUCK.replace(
         "along {der(x), der(y)}", 'along {der(x), der(y)}, law = "regularized", v_stick = 1 mm/s'
