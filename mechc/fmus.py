@@ -14,9 +14,10 @@ from .runtime.build import CompilerMissing
 from .settings import UsageMistake
 
 if TYPE_CHECKING:
-    from .api import Model
+    from .api import Model, Target
     from .compiler.equations.model import Equations
     from .compiler.targets.fmu.checks import Made
+    from .compiler.targets.fmu.variables import Start
     from .solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
@@ -108,11 +109,17 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
             None,
             help="install gcc or clang, or: pip install ziglang; --sources-only writes an FMU without binaries",
         )
-    start = start_of(
-        model.problem("c" if compiler else "python", reproducible=True), options.experiment, model.settings
-    )
-    run = native_run(model, options.experiment, start.case.stop)
+    target: Target = "c" if compiler else "python"
+
+    def start_with(method: str) -> Start:
+        problem = model.problem(target, method=method, reproducible=True)
+        return start_of(problem, options.experiment, model.settings)
+
+    first = start_with(model.method(options.experiment))
+    model, run = native_run(model, options.experiment, first.case.stop)
     method = _method(model, options, run)
+    # what the run has shown the model to need, its solver has as well
+    start = start_with(method)
     equations = equations_for(model, method)
     files = documents(model, options.experiment, run)
     return [

@@ -66,8 +66,13 @@ class Sweep:
 
 def simulate(model: Model, request: Request) -> Solution:
     """Run a model whose structural parameters are settled. Raises SimulationError for a sweep."""
-    problem, runs = _solve(model, request, lambda problem, options: ((run(problem, options),), ({},)))
-    return _shown(runs[0][0], problem, model, request)
+    return simulate_settled(model, request)[1]
+
+
+def simulate_settled(model: Model, request: Request) -> tuple[Model, Solution]:
+    """The same, with the model that ran: with compliant multipliers if it took those (``_solve``)."""
+    ran, problem, runs = _solve(model, request, lambda problem, options: ((run(problem, options),), ({},)))
+    return ran, _shown(runs[0][0], problem, model, request)
 
 
 def start(model: Model, request: Request) -> Stepper:
@@ -99,7 +104,7 @@ def sweep(model: Model, request: Request) -> Sweep:
         return done.solutions, done.values
 
     for structural, variant in model.structural_points(request.experiment):
-        problem, (runs, values) = _solve(variant, request, all_runs)
+        _, problem, (runs, values) = _solve(variant, request, all_runs)
         points += [{**structural, **point} for point in values]
         solutions += [
             _shown(one, problem, variant, request, point)
@@ -112,24 +117,24 @@ def sweep(model: Model, request: Request) -> Sweep:
 
 def _solve(
     model: Model, request: Request, solve: Callable[[Problem, SimulationOptions], Runs]
-) -> tuple[Problem, Runs]:
+) -> tuple[Model, Problem, Runs]:
     """Run; where that meets a singular position which was not foreseen, run again with compliant multipliers.
 
-    Whether there are such positions is decided for the default values, along one motion (equations/singular.py).
+    Returns the model that ran, too. Whether there are such positions is decided for the default values, along one motion (equations/singular.py).
     """
     problem, runs = _solve_as_it_is(model, request, solve)
     foreseen = any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
     if not problem.constraints or foreseen or problem.library is None or not any(map(_met, runs[0])):
-        return problem, runs
+        return model, problem, runs
     compliant = model.keeping({*model.compilation.parts, COMPLIANCE})
     other, again = _solve_as_it_is(compliant, request, solve)
     if any(map(_met, again[0])):
-        return problem, runs
+        return model, problem, runs
     for one, before in zip(again[0], runs[0], strict=True):
         failure = _cause(before)
         if failure is not None:
             one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
-    return other, again
+    return compliant, other, again
 
 
 def _cause(run: Run) -> Failure | None:
