@@ -12,6 +12,7 @@ import hashlib
 import importlib.util
 import os
 import platform
+import re
 import shlex
 import shutil
 import subprocess
@@ -19,6 +20,7 @@ import sys
 import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -30,6 +32,8 @@ _FAST = (NATIVE, "-ffp-contract=fast")
 # without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
 _SIMD = ("-DMECH_SIMD", "-fopenmp-simd")
 _REPRODUCIBLE = ("-ffp-contract=off", "-frounding-math")
+
+_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
@@ -126,7 +130,7 @@ def build_shared(
     folder = Path(tempfile.mkdtemp(prefix=BUILD_PREFIX, dir=cache_folder()))
     for source, text in sources.items():
         (folder / source).write_text(text, encoding="utf-8", newline="\n")
-    _compile(compiler, [s for s in sources if s.endswith(".c")], flags, folder, ("-o", file, *link))
+    _compile(compiler, sources, flags, folder, ("-o", file, *link))
     os.replace(folder / file, library)
     shutil.rmtree(folder)
     prune_cache()
@@ -158,22 +162,43 @@ def _processor() -> str:
 
 
 def _compile(
-    compiler: Compiler, files: Sequence[str], flags: Sequence[str], folder: Path, link: Sequence[str]
+    compiler: Compiler, sources: Mapping[str, str], flags: Sequence[str], folder: Path, link: Sequence[str]
 ) -> None:
+    """Compile and link what lies in ``folder``. Files of the kernel are the same in many libraries: objects are kept."""
     extra = ("-fno-sanitize=all",) if "ziglang" in compiler.command else ()
     quad = ("-lquadmath",) if "-DMECH_QUAD" in flags else ()
+    files = [s for s in sources if s.endswith(".c")]
     # zig compiles the files of one command side by side itself, and takes long to begin
     if len(files) == 1 or "ziglang" in compiler.command:
         _run((*compiler.command, *flags, *extra, *files, *link, *quad), folder)
         return
-    objects = [f"{file}.o" for file in files]
-    commands = [
-        (*compiler.command, *flags, *extra, "-c", file, "-o", made)
-        for file, made in zip(files, objects, strict=True)
-    ]
+
+    def make(file: str) -> None:
+        needed = {name: sources[name] for name in _with_headers(file, sources)}
+        kept = cache_folder() / f"object-{_digest(needed, flags, file, compiler)}.o"
+        with suppress(FileNotFoundError):
+            shutil.copyfile(kept, folder / f"{file}.o")
+            mark_used(kept)
+            return
+        _run((*compiler.command, *flags, *extra, "-c", file, "-o", f"{file}.o"), folder)
+        whole = folder / f"{file}.kept"
+        shutil.copyfile(folder / f"{file}.o", whole)
+        os.replace(whole, kept)
+
     with ThreadPoolExecutor(max_workers=2) as pool:
-        list(pool.map(lambda command: _run(command, folder), commands))
-    _run((*compiler.command, *extra, *objects, *link, *quad), folder)
+        list(pool.map(make, files))
+    _run((*compiler.command, *extra, *(f"{file}.o" for file in files), *link, *quad), folder)
+
+
+def _with_headers(file: str, sources: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the names of a file and of all it includes, directly or not, that are among the sources."""
+    found, pending = [file], [file]
+    while pending:
+        for name in _INCLUDE.findall(sources[pending.pop()]):
+            if name in sources and name not in found:
+                found.append(name)
+                pending.append(name)
+    return tuple(found)
 
 
 def _run(command: Sequence[str], folder: Path) -> None:

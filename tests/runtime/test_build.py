@@ -71,6 +71,34 @@ def test_several_files_become_one_library() -> None:
     assert value_of(build_shared(files, model_flags())) == 42
 
 
+def test_files_that_did_not_change_are_not_compiled_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[str] = []
+    run = build._run
+
+    def counted(command: list[str], where: Path) -> None:
+        compiled.extend(word for word in command if word.endswith(".c"))
+        run(command, where)
+
+    monkeypatch.setattr(build, "_run", counted)
+    files = {
+        "a.c": '#include "b.h"\n__attribute__((visibility("default"))) int f(void) { return g() + 1; }\n',
+        "b.c": "int g(void) { return 41; }\n",
+        "b.h": '#  include "c.h"\n',
+        "c.h": "int g(void);\n",
+    }
+    build_shared(files, model_flags())
+    assert sorted(compiled) == ["a.c", "b.c"]
+    compiled.clear()
+    assert value_of(build_shared(files | {"b.c": "int g(void) { return 1; }\n"}, model_flags())) == 2
+    assert compiled == ["b.c"]
+    compiled.clear()
+    build_shared(files | {"c.h": "int g(void);\nint h(void);\n"}, model_flags())
+    assert compiled == ["a.c"], "what it includes has changed, by way of another header"
+    compiled.clear()
+    build_shared(files, model_flags(reproducible=True))
+    assert sorted(compiled) == ["a.c", "b.c"], "other flags, other objects"
+
+
 def test_compiler_that_fails(folder: Path) -> None:
     with pytest.raises(BuildError, match="the C compiler failed") as caught:
         build_shared({"a.c": "int f(void) { return missing; }\n"}, model_flags())
