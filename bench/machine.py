@@ -33,9 +33,14 @@ def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in rows)])
 
 
+def page(title: str, parts: Sequence[str]) -> str:
+    """Return the text of a page, with what it was measured on."""
+    return f"# {title}\n\n" + "\n\n".join([*parts, f"Measured on: {described()}."]) + "\n"
+
+
 def write(name: str, title: str, parts: Sequence[str]) -> None:
     """Write one page of the report and print it."""
-    text = f"# {title}\n\n" + "\n\n".join([*parts, f"Measured on: {described()}."]) + "\n"
+    text = page(title, parts)
     REPORT.mkdir(exist_ok=True)
     (REPORT / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)

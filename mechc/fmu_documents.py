@@ -30,7 +30,7 @@ LOOSE = 1e-6
 TRUSTED = 1e-4
 """The reference results end where a run at the loose tolerance differs by this, over the sizes of the variables."""
 ROUNDING = 0.1
-"""An output that differs by this part of its size, where the states still agree, is nothing but rounding."""
+"""An output that differs by this part of its size, where the states still agree, is nothing but errors."""
 NEAR = 1e-3
 """Part of the run next to an event that the reference results leave out."""
 LARGEST_SYSTEM = 200
@@ -170,21 +170,18 @@ def reference(model: Model, experiment: str | None, solution: Solution) -> str:
 def _trusted(
     solution: Solution, loose: Solution, time: Array, columns: Mapping[str, Array], keep: Any
 ) -> list[str]:
-    """Return the names of all states and of those outputs that are more than rounding.
+    """Return the names of all states and of those outputs that are more than errors of the integration.
 
-    An output that is zero but for rounding, as a momentum that nothing changes, differs from run to run by as much as
+    An output that is zero but for those, as a momentum that nothing changes, differs from run to run by as much as
     its size, and cannot be compared.
     """
-    from .compiler.targets.fmu.reference import sizes
-
     states = {q.name for q in solution.problem.states}
-    units = {q.name: q.unit for q in (*solution.problem.states, *solution.problem.outputs)}
     other = loose(time)
-    size = sizes({name: values[keep] for name, values in columns.items()}, units)
     return [
         name
         for name, values in columns.items()
-        if name in states or np.all(np.abs(other[name] - values[keep]) <= ROUNDING * size[name])
+        if name in states
+        or np.all(np.abs(other[name] - values[keep]) <= ROUNDING * np.max(np.abs(values[keep]), initial=0.0))
     ]
 
 
