@@ -6,9 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import fmpy
-import numpy as np
-from fmpy.simulation import simulate_fmu
-from numpy.typing import NDArray
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu.export import Package, make_package, start_of
@@ -137,22 +134,3 @@ def derivative(
     if hasattr(fmu, "getReal"):
         return list(fmu.getDirectionalDerivative(unknowns, knowns, seed))
     return list(fmu.getDirectionalDerivative(unknowns=unknowns, knowns=knowns, seed=seed))
-
-
-def by_cvode(path: Path, times: NDArray[np.float64], tolerance: float) -> NDArray[np.float64]:
-    """Return the states at even times as fmpy integrates the FMU with CVode, events included.
-
-    With further rows between: CVode gives up after 500 steps from one to the next.
-    """
-    names = states(path)
-    result = simulate_fmu(
-        str(path),
-        fmi_type="ModelExchange",
-        start_time=float(times[0]),
-        stop_time=float(times[-1]),
-        output_interval=float(times[1] - times[0]) / 50,
-        relative_tolerance=tolerance,
-        output=names,
-        record_events=False,
-    )
-    return np.array([np.interp(times, result["time"], result[name]) for name in names]).T

@@ -113,8 +113,8 @@ def by_another(
     path: Path, times: Array, step: float, states: Array, size: Array, error: Array, tolerance: float
 ) -> Agreement:
     """Compare a run by CVode with the native one, as far as both have gone whole steps."""
-    run = driver.by_cvode(path, times, step, tolerance)
-    companion = driver.by_cvode(path, times, step, tolerance * APART)
+    run = driver.by_cvode(path, times, tolerance)
+    companion = driver.by_cvode(path, times, tolerance * APART)
     spread = distance(run, companion, size)
     n = min(len(spread), len(error), int(np.sum(np.diff(times) > step * (1 - 1e-9))) + 1)
     return agreement(times, distance(run, states, size)[:n], error[:n] + spread[:n], tolerance)

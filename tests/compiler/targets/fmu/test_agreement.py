@@ -1,0 +1,55 @@
+"""How far two integrators may be apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mechc.compiler.targets.fmu.agreement import AGREED, SAFETY, agreement, distance
+
+TIMES = np.linspace(0.0, 4.0, 5)
+
+
+def test_distance_is_over_sizes_and_as_long_as_both_runs() -> None:
+    a = np.array([[1.0, 10.0], [2.0, 20.0], [3.0, 30.0]])
+    b = np.array([[1.5, 10.0], [2.0, 26.0]])
+    assert distance(a, b, np.array([1.0, 3.0])).tolist() == [0.5, 2.0]
+
+
+def test_a_difference_within_the_errors_passes() -> None:
+    error = np.array([0.0, 1e-6, 1e-5, 1e-5, 1e-4])
+    found = agreement(TIMES, 0.5 * error, error, 1e-9)
+    assert found.passed
+    assert found.time == 4.0 and found.until == 4.0
+    assert found.bound == 1e-4 + SAFETY * 1e-9
+
+
+def test_a_difference_beyond_the_errors_so_far_fails() -> None:
+    error = np.array([0.0, 1e-5, 1e-6, 1e-6, 1e-6])
+    assert agreement(TIMES, np.array([0, 0, 9e-6, 0, 0]), error, 1e-9).passed, "errors that went by count on"
+    found = agreement(TIMES, np.array([0, 2e-6, 0, 2e-5, 1.5e-5]), error, 1e-9)
+    assert not found.passed
+    assert found.time == 3.0
+    assert str(found) == "2.0e-05 at time 3, the bound there is 1.0e-05"
+
+
+def test_tolerances_are_allowed_where_errors_vanish() -> None:
+    nothing = np.zeros(5)
+    assert agreement(TIMES, nothing + 0.9 * SAFETY * 1e-9, nothing, 1e-9).passed
+    assert not agreement(TIMES, nothing + 1.1 * SAFETY * 1e-9, nothing, 1e-9).passed
+
+
+def test_chaos_ends_the_comparison() -> None:
+    error = np.array([0.0, 1e-6, 1e-3, 2 * AGREED, 1e-6])
+    found = agreement(TIMES, np.array([0, 0, 0, 1.0, 1.0]), error, 1e-9)
+    assert found.passed
+    assert found.until == 2.0
+
+
+def test_what_is_no_number_fails() -> None:
+    difference = np.array([0, 0, np.nan, 0, 0])
+    assert not agreement(TIMES, difference, np.full(5, 1e-6), 1e-9).passed
+
+
+def test_an_error_that_is_no_number_ends_the_comparison() -> None:
+    error = np.array([0, 1e-6, np.nan, 1e-6, 1e-6])
+    assert agreement(TIMES, np.zeros(5), error, 1e-9).until == 1.0
