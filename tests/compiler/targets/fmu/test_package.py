@@ -23,11 +23,13 @@ from mechc.api import load, loads
 from mechc.cli.main import run as main
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.fmu import driver
+from mechc.compiler.targets.fmu.checks import check_package
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
-from mechc.compiler.targets.fmu.reference import read_reference
+from mechc.compiler.targets.fmu.reference import parse_reference, read_reference
 from mechc.fmu_account import account
-from mechc.fmus import FmuOptions, export_fmu
+from mechc.fmu_documents import native_run, reference
+from mechc.fmus import FmuOptions, export_fmu, fmu_packages
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.build import find_compiler
 
@@ -304,6 +306,84 @@ def test_a_binary_that_moves_otherwise_is_not_written(
     with pytest.raises(CompileError, match="Co-Simulation does not give the same motion"):
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions())
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_exchange_unit_that_moves_otherwise_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By 1e-4, where the bound is 2e-6 at the end of the run."""
+    by_cvode = driver.by_cvode
+    monkeypatch.setattr(driver, "by_cvode", lambda *given: by_cvode(*given) * (1 + 1e-4))
+    with pytest.raises(CompileError, match="Model Exchange differs from the native run by .* at time"):
+        export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(kind="me"))
+    assert list(tmp_path.iterdir()) == []
+
+
+STIFF_FLOOR = """
+model StiffFloor "regularized friction: stiff from the time on at which the mass comes to rest"
+  gravity {0, -9.81} m/s^2;
+  coordinate Length x = 0 m;
+  coordinate Length y = 0 m;
+  initial der(x) = 1 m/s;
+  mass 1 kg at world*{x, y};
+  contact floor: y friction 0.3 along der(x), law = "regularized", v_stick = 1 mm/s;
+  force 1 N on x;
+  experiment(stop = 1 s);
+end StiffFloor;
+"""
+
+
+def test_a_model_that_turns_out_to_be_stiff_has_the_jacobian_of_its_native_run() -> None:
+    made = fmu_packages(loads(STIFF_FLOOR), FmuOptions())[0]
+    assert made.method == "auto"
+    checked = check_package(made)
+    assert checked is not None and checked.me is not None and checked.me.until > 0.9
+
+
+PARALLELOGRAM = """
+model Parallelogram "lies flat twice a turn, if the rocker is as long as the crank"
+  import mech.planar.*;
+  parameter l = 1.1 m;
+  gravity {0, -9.81 m/s^2};
+  Bar crank(m = 1 kg, l = 1 m);
+  Bar coupler(m = 2 kg, l = 2 m);
+  Bar rocker(m = 3 kg, l = l);
+  Revolute a(world -> crank.a, angle = 30 deg, der(angle) = 10 rad/s);
+  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
+  Revolute d(world * trans({2 m, 0 m}) -> rocker.a, angle ~ 30 deg);
+  cut Revolute c(coupler.b -> rocker.b);
+  experiment(stop = 1 s);
+end Parallelogram;
+"""
+
+
+def test_a_model_that_meets_a_singular_position_is_exported_as_it_ran() -> None:
+    """With compliant multipliers, though the stated values need none."""
+    made = fmu_packages(loads(PARALLELOGRAM).with_values({"l": 1.0}), FmuOptions())[0]
+    checked = check_package(made)
+    assert checked is not None and checked.me is not None
+    assert np.any(np.sin(checked.states[:, 0]) < 0), "it went through the position"
+
+
+TWO = """
+model Two "two masses on a spring, at rest as a whole"
+  coordinate Length x[2] = {0, 1.1} m;
+  mass 1 kg at world*{x[1], 0};
+  mass 3 kg at world*{x[2], 0};
+  potential 1/2*(7 N/m)*(x[2] - x[1] - 1 m)^2;
+  experiment(stop = 3 s);
+end Two;
+"""
+
+
+def test_outputs_that_are_nothing_but_rounding_are_no_reference() -> None:
+    model = loads(TWO)
+    _, solution = native_run(model, None, 3.0)
+    momentum = solution(np.linspace(0.0, 3.0, 5))["momentum.x"]
+    assert 0 < np.max(np.abs(momentum)) < 1e-14
+    columns = parse_reference("reference.csv", reference(model, None, solution)).columns
+    assert "momentum.x" not in columns
+    assert {"x[1]", "der(x[2])", "energy.total"} <= set(columns)
 
 
 def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
