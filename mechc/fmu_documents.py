@@ -44,7 +44,11 @@ STYLE = (
 
 
 def native_run(
-    model: Model, experiment: str | None, stop: float, tolerance: float | None = None
+    model: Model,
+    experiment: str | None,
+    stop: float,
+    tolerance: float | None = None,
+    step: float | None = None,
 ) -> tuple[Model, Solution]:
     """Run the experiment that is exported; return the model that ran, with compliant multipliers if it took those.
 
@@ -57,6 +61,7 @@ def native_run(
         experiment=experiment,
         stop=stop,
         tolerance=tolerance,
+        step=step,
         reproducible=True,
         estimate_error=False,
         target="c" if find_compiler() else "python",

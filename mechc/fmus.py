@@ -88,7 +88,7 @@ def _unwritable(place: Path, reason: str) -> CompileError:
 def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     """Return the FMU of each version that is asked for. Raises CompileError, SimulationError, BuildError."""
     from .compiler.targets.fmu.checks import Made
-    from .compiler.targets.fmu.export import make_package, start_of
+    from .compiler.targets.fmu.export import make_package, start_of, write_program
     from .compiler.targets.fmu.identity import checked_identifier
     from .compiler.targets.fmu.platforms import chosen_platforms
     from .fmu_documents import documents, native_run, placed
@@ -121,6 +121,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     # what the run has shown the model to need, its solver has as well
     start = start_with(method)
     equations = equations_for(model, method)
+    program = write_program(equations, start)
     files = documents(model, options.experiment, run)
     return [
         Made(
@@ -134,6 +135,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
                 documents=placed(files, version),
                 parts=model.compilation.parts,
                 with_arrays=options.arrays and version == 3,
+                written=program,
             ),
             start,
             method,

@@ -19,12 +19,14 @@ from mechc.runtime.problem import Problem
 from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
+from ...program.model import Program
+from ..c import emit_c
 from . import arrays, terminals, xml2, xml3
 from .identity import Identity, checked_identifier, tool
 from .licences import licences
 from .platforms import HOST, binaries
-from .sources import sources
-from .variables import Start, settable_parameters, variable_table
+from .sources import sources, with_token
+from .variables import Start, Table, settable_parameters, variable_table
 
 DEFAULT_STOP = 10.0
 ICON = "terminalsAndIcons/icon.png"
@@ -67,6 +69,22 @@ def start_of(
     )
 
 
+@dataclass(frozen=True, slots=True)
+class Written:
+    """What the FMUs of both versions share: the program with its C text, and the table of variables."""
+
+    program: Program
+    code: str
+    table: Table
+
+
+def write_program(equations: Equations, start: Start) -> Written:
+    """Extend the equations by derivatives and write them as C."""
+    extended = with_sensitivities(equations, settable_parameters(equations, start.given_parameters))
+    program = lower(extended)
+    return Written(program, emit_c(program), variable_table(extended, start))
+
+
 def make_package(
     equations: Equations,
     start: Start,
@@ -78,31 +96,23 @@ def make_package(
     documents: Mapping[str, bytes] | None = None,
     parts: Collection[str] = (),
     with_arrays: bool = False,
+    written: Written | None = None,
 ) -> Package:
     """Return the FMU of a model. ``platforms`` without a name gives sources alone; ``documents`` are further files
     by path; ``parts`` are kept though the model does without; ``with_arrays`` (FMI 3) makes arrays of
-    scalars that are alike.
+    scalars that are alike; ``written``: by ``write_program``, if there is more than one version.
 
     Raises CompileError, BuildError, CompilerMissing.
     """
     identifier = checked_identifier(equations.name)
-    independent = settable_parameters(equations, start.given_parameters)
-    extended = with_sensitivities(equations, independent)
-    program = lower(extended)
-    table = variable_table(extended, start)
+    written = written or write_program(equations, start)
+    program, table = written.program, written.table
     groups = arrays.grouped(table) if with_arrays else arrays.scalars(table)
     sizes = arrays.sizes(groups, table) if with_arrays else []
-    everything = repr(
-        (
-            program.name,
-            sources(program, start, table, "", method, fmi, parts=parts, sizes=sizes),
-            table.variables,
-            kinds,
-            tool(),
-        )
-    )
+    plain = sources(program, written.code, start, table, method, fmi, parts=parts, sizes=sizes)
+    everything = repr((program.name, plain, table.variables, kinds, tool()))
     token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
-    texts = sources(program, start, table, token, method, fmi, parts=parts, sizes=sizes)
+    texts = with_token(plain, token)
     case = start.case
     identity = Identity(
         name=equations.name,

@@ -56,6 +56,11 @@ def inspect(path: Path, *, run: bool = True) -> Report:
     problems = check_file(path)
     if problems:
         return Report(tuple(_finding(p) for p in problems))
+    return behaviour(path, run=run)
+
+
+def behaviour(path: Path, *, run: bool = True) -> Report:
+    """Return the findings for an FMU whose description is valid."""
     description = fmpy.read_model_description(str(path), validate=False)
     lines = [Line("model description", True, _described(description))]
     lines.append(Line("platforms", True, ", ".join(_platforms(path)) or "sources only"))

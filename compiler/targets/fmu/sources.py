@@ -8,7 +8,6 @@ from pathlib import Path
 
 from ...equations.needs import EVERYTHING
 from ...program.model import Program
-from ..c import emit_c
 from .variables import Start, Table
 
 _TYPES = ("real", "integer", "boolean")
@@ -42,23 +41,24 @@ _NO_EVENTS = """\
 
 const mech_event_support *const mech_events = NULL;
 """
+_TOKEN = '    .token = "{}",'
 _COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 
 def sources(
     program: Program,
+    code: str,
     start: Start,
     table: Table,
-    token: str,
     method: str,
     fmi: int,
     *,
     parts: Collection[str] = (),
     sizes: Sequence[int] = (),
 ) -> dict[str, str]:
-    """Return the text of each C file and header by name, without the headers of the standard.
+    """Return the text of each C file and header by name, without the headers of the standard and without a token.
 
-    ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: the whole kernel.
+    ``code``: the C text of the program. ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: the whole kernel.
     ``sizes``: number of elements by value reference, if there are arrays.
     """
     import mechc.runtime
@@ -76,12 +76,18 @@ def sources(
         kernel["events.c"] = _NO_EVENTS
         del glue["fmi_events.c"]
     own = {
-        "model.c": emit_c(program),
-        "description.c": _description(program, start, table, token, method, sizes),
+        "model.c": code,
+        "description.c": _description(program, start, table, method, sizes),
     }
     chosen = _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
     return {name: _hidden(text) for name, text in sorted((chosen | glue | own).items())}
+
+
+def with_token(texts: Mapping[str, str], token: str) -> dict[str, str]:
+    """Return the sources with the token in their description."""
+    name = "description.c"
+    return {**texts, name: texts[name].replace(_TOKEN.format(""), _TOKEN.format(token), 1)}
 
 
 def _methods(text: str, names: Sequence[str]) -> str:
@@ -129,9 +135,7 @@ def _declares(text: str, position: int) -> bool:
     )
 
 
-def _description(
-    program: Program, start: Start, table: Table, token: str, method: str, sizes: Sequence[int]
-) -> str:
+def _description(program: Program, start: Start, table: Table, method: str, sizes: Sequence[int]) -> str:
     case = start.case
     ny, nu = program.nq + program.nv + program.nx, len(program.arrays["u"])
     n_seeds = sum(e.kind == "seed" for e in program.arrays["z"])
@@ -171,7 +175,7 @@ def _description(
         *_events(program),
         "",
         "const fmu_description mech_fmu_description = {",
-        f"    .token = {_string(token)},",
+        _TOKEN.format(""),
         f"    .method = {_string(method)},",
         f"    .t0 = {case.begin!r},",
         f"    .stop = {case.stop!r},",
