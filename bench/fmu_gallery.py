@@ -69,7 +69,7 @@ def main(quick: bool = False, names: list[str] | None = None) -> int:
     rows = []
     for name in chosen:
         rows.append(in_process(name))
-        print(f"{rows[-1].seconds:6.1f} s  {name}: {rows[-1].failure or 'ok'}", file=sys.stderr, flush=True)
+        print(" | ".join(cells(rows[-1])), file=sys.stderr, flush=True)
     failed = sum(bool(row.failure) for row in rows)
     parts = [
         *WORDS,

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ...equations.needs import EVERYTHING
 from ...program.model import Program
+from .names import with_names
 from .variables import Start, Table
 
 _TYPES = ("real", "integer", "boolean")
@@ -66,6 +67,8 @@ def sources(
     folder = Path(mechc.runtime.__file__).parent / "kernel"
     kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
     glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
+    visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]
+    visible += _defined({**kernel, **glue}.values())
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
     if not EVERYTHING.issubset(parts):
         methods = [*METHOD_PARTS.get(method, (method,)), *(m for p in parts for m in PART_METHODS.get(p, ()))]
@@ -81,7 +84,13 @@ def sources(
     }
     chosen = _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
-    return {name: _hidden(text) for name, text in sorted((chosen | glue | own).items())}
+    return {name: _hidden(text) for name, text in sorted(with_names(chosen | glue | own, visible).items())}
+
+
+def _defined(texts: Iterable[str]) -> Iterator[str]:
+    """Yield what files define for others, and what they declare."""
+    for text in texts:
+        yield from (found[1] for found in _DEFINITION.finditer(_COMMENT.sub("", text)))
 
 
 def with_token(texts: Mapping[str, str], token: str) -> dict[str, str]:

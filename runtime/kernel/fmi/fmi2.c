@@ -5,6 +5,12 @@
 
 #include "instance.h"
 
+/* The headers that come with some tools know no prefix for functions that are linked statically (names.h). */
+#ifdef MECH_PREFIX
+#undef fmi2FullName
+#define fmi2FullName(name) MECH_NAME(name)
+#endif
+
 enum { SOME_TIME = FMU_INITIALISATION | FMU_EVENT | FMU_CONTINUOUS | FMU_STEP | FMU_STEP_FAILED | FMU_TERMINATED };
 enum { ANY = SOME_TIME | FMU_INSTANTIATED };
 
