@@ -8,6 +8,7 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
+from fmpy.fmi1 import FMICallException
 
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
@@ -87,7 +88,10 @@ def _check_motion(path: Path, made: Made) -> Checked:
     start = made.start
     times, step, reference = native_points(start, made.method, POINTS)
     if "cs" in made.kinds:
-        found = driver.co_simulation(path, times, step)
+        try:
+            found = driver.co_simulation(path, times, step)
+        except FMICallException as failure:
+            raise _failed(f"as Co-Simulation it does not run: {failure}") from failure
         if not np.array_equal(found, reference):
             raise _failed("Co-Simulation does not give the same motion as the native run")
     size, error = native_error(start, made.method, POINTS, reference)
@@ -112,9 +116,16 @@ def native_error(start: Start, method: str, count: int, states: Array) -> tuple[
 def by_another(
     path: Path, times: Array, step: float, states: Array, size: Array, error: Array, tolerance: float
 ) -> Agreement:
-    """Compare a run by CVode with the native one, as far as both have gone whole steps."""
-    run = driver.by_cvode(path, times, tolerance)
-    companion = driver.by_cvode(path, times, tolerance * APART)
+    """Compare a run by CVode with the native one, as far as both have gone whole steps.
+
+    Impacts may not bear the loose tolerance of the companion: the comparison ends where that run does. Raises
+    CompileError if the run itself fails.
+    """
+    try:
+        run = driver.by_cvode(path, times, tolerance)
+    except (FMICallException, RuntimeError) as failure:
+        raise _failed(f"as Model Exchange it does not run: {failure}") from failure
+    companion = driver.by_cvode(path, times, tolerance * APART, may_fail=True)
     spread = distance(run, companion, size)
     n = min(len(spread), len(error), int(np.sum(np.diff(times) > step * (1 - 1e-9))) + 1)
     return agreement(times, distance(run, states, size)[:n], error[:n] + spread[:n], tolerance)

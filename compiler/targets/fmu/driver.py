@@ -108,10 +108,11 @@ class _Inputs:
         """Change nothing."""
 
 
-def by_cvode(path: Path, times: Array, tolerance: float) -> Array:
+def by_cvode(path: Path, times: Array, tolerance: float, *, may_fail: bool = False) -> Array:
     """Return the states at times as CVode integrates a Model Exchange unit, events included.
 
-    Fewer rows where the model ends its run. ``simulate_fmu`` does the same, but gives up after 500 steps from one
+    Fewer rows where the model ends its run, and up to a failure that is allowed; else it raises FMICallException or
+    RuntimeError. ``simulate_fmu`` does the same, but gives up after 500 steps from one
     output to the next.
     """
     description = fmpy.read_model_description(str(path), validate=False)
@@ -153,20 +154,31 @@ def by_cvode(path: Path, times: Array, tolerance: float) -> Array:
             relativeTolerance=tolerance,
             maxNumSteps=MOST_STEPS,
         )
-        time, rows = begin, [states()]
-        for wanted in times[1:]:
-            while wanted - time > close and not ended:
-                found, _, time = solver.step(time, min(float(wanted), following))
-                fmu.setTime(time)
-                asked, ended = fmu.completedIntegratorStep() if needs_completed else (False, False)
+        rows = [states()]
+
+        def run() -> None:
+            """Add the rows from the second one on."""
+            nonlocal ended, following
+            time = begin
+            for wanted in times[1:]:
+                while wanted - time > close and not ended:
+                    found, _, time = solver.step(time, min(float(wanted), following))
+                    fmu.setTime(time)
+                    asked, ended = fmu.completedIntegratorStep() if needs_completed else (False, False)
+                    if ended:
+                        break
+                    if found or asked or following - time <= close:
+                        fmu.enterEventMode()
+                        ended, following = happen()
+                        solver.reset(time)
                 if ended:
                     break
-                if found or asked or following - time <= close:
-                    fmu.enterEventMode()
-                    ended, following = happen()
-                    solver.reset(time)
-            if ended:
-                break
-            rows.append(states())
-        fmu.terminate()
+                rows.append(states())
+            fmu.terminate()
+
+        try:
+            run()
+        except (FMICallException, RuntimeError):
+            if not may_fail:
+                raise
     return np.array(rows)

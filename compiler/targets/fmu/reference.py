@@ -83,14 +83,15 @@ def parse_reference(file: str, text: str) -> Reference:
 def sizes(columns: Mapping[str, Array], units: Mapping[str, str]) -> dict[str, float]:
     """Return the size that differences of each variable are measured by: its largest value.
 
-    What is small beside others of its unit, such as the sum of energies that cancel, counts by those.
+    What is small beside others of its unit, such as the sum of energies that cancel, counts by those. Where all of a
+    unit are zero there is nothing to compare with, and differences count as they are.
     """
     largest = {name: float(np.max(np.abs(values), initial=0.0)) for name, values in columns.items()}
     groups: dict[str, float] = {}
     for name, size in largest.items():
         unit = units.get(name, "")
-        groups[unit] = max(groups.get(unit, 1e-300), SMALL * size)
-    return {name: max(size, groups[units.get(name, "")]) for name, size in largest.items()}
+        groups[unit] = max(groups.get(unit, 0.0), SMALL * size)
+    return {name: max(size, groups[units.get(name, "")]) or 1.0 for name, size in largest.items()}
 
 
 def deviation(

@@ -17,6 +17,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from lxml import etree
 
 from mechc.api import load, loads
@@ -313,10 +314,25 @@ def test_a_model_exchange_unit_that_moves_otherwise_is_not_written(
 ) -> None:
     """By 1e-4, where the bound is 2e-6 at the end of the run."""
     by_cvode = driver.by_cvode
-    monkeypatch.setattr(driver, "by_cvode", lambda *given: by_cvode(*given) * (1 + 1e-4))
-    with pytest.raises(CompileError, match="Model Exchange differs from the native run by .* at time"):
+    monkeypatch.setattr(driver, "by_cvode", lambda *given, **more: by_cvode(*given, **more) * (1 + 1e-4))
+    with pytest.raises(CompileError, match=r"Model Exchange differs from the native run by .* at time"):
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(kind="me"))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_run_that_may_fail_goes_as_far_as_it_can(tmp_path: Path) -> None:
+    text = ARM.replace(
+        "experiment(stop = 2 s)", 'assert x[1] > 0.2 m, "too near";\n  experiment(stop = 0.3 s)'
+    )
+    path = tmp_path / "m.fmu"
+    path.write_bytes(
+        fmu_packages(loads(text).with_values({"hand[1]": 0}), FmuOptions(kind="me"))[0].package.data
+    )
+    times = np.linspace(0.0, 2.0, 21)
+    # 0.3 cos(2 t) falls to 0.2 at 0.42
+    assert len(driver.by_cvode(path, times, 1e-6, may_fail=True)) == 5
+    with pytest.raises(FMICallException):
+        driver.by_cvode(path, times, 1e-6)
 
 
 STIFF_FLOOR = """

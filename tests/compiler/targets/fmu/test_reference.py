@@ -1,0 +1,19 @@
+"""Reference results: what differences are measured by."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from mechc.compiler.targets.fmu.reference import SMALL, Reference, deviation, sizes
+
+
+def test_what_is_small_counts_by_the_largest_of_its_unit() -> None:
+    columns = {"a": np.array([1.0, -4.0]), "b": np.array([1e-9, 0.0]), "c": np.array([2e-9, 0.0])}
+    assert sizes(columns, {"a": "m", "b": "m", "c": "s"}) == {"a": 4.0, "b": 4.0 * SMALL, "c": 2e-9}
+
+
+def test_where_all_of_a_unit_are_zero_differences_count_as_they_are() -> None:
+    time, zero = np.array([0.0, 1.0]), np.zeros(2)
+    found = deviation(Reference("r.csv", time, {"a": zero}), time, {"a": zero + 1e-12}, {"a": "J"})
+    assert found is not None and found.size == pytest.approx(1e-12)
