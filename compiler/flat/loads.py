@@ -289,6 +289,14 @@ def _slip(scope: Scope, node: ast.Expression) -> Expression:
             caption=f"this is {types.describe(value.type)}",
             help=f"write 'der({node.span.text})'" if type.dimension == types.LENGTH else "",
         )
+    if not has_rates(scope.flattening, value):
+        raise scope.fail(
+            "E0333",
+            "a slip velocity depends on the velocities of the model",
+            node.span,
+            caption="friction along this would act on nothing",
+            help=f"write 'der({node.span.text})'" if scope.flattening.dimensionless else "",
+        )
     return value
 
 

@@ -23,6 +23,7 @@ from .drives import drive_rows
 from .events import branch_rows
 from .forces import damping, efforts
 from .frames import Frame, displaced, pose_between
+from .idle import warn_of_idle
 from .initial import beginnings
 from .lower import Lowering
 from .planar import Planar
@@ -113,6 +114,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
     )
     check_known_beforehand(system, reporter)
+    warn_of_idle(system, reporter)
     reporter.stop_on_errors()
     return system
 

@@ -160,6 +160,7 @@ def test_right_statements(statement: str) -> None:
         ("contact x restitution 0.5 m;", "E0333"),
         ("contact {x, x};", "E0322"),
         ("contact x friction 0.1 along x;", "E0333"),
+        ("contact x friction 0.1 along 1 m/s;", "E0333"),
         ("contact x, rest = 1 m;", "E0333"),
         ("exact m = 1 kg;", "E0420"),
         ("exact x = 1 s;", "E0303"),
