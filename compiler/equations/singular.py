@@ -211,5 +211,7 @@ def _inverse_inertias(
     graph = system.graph
     inertia = _slopes(graph, [residual[i] for i in free], [system.a[i] for i in free], values)
     k = _slopes(graph, [row.rate for row in rows], [system.v[i].node for i in free], values)
+    if not (np.isfinite(inertia).all() and np.isfinite(k).all()):
+        return np.ones(len(rows))  # undefined where it starts, as the run will tell
     sizes: Array = np.einsum("ij,ji->i", k, np.linalg.pinv(inertia) @ k.T)
     return np.where(np.isfinite(sizes) & (sizes > 0), sizes, 1.0)

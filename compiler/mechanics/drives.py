@@ -19,7 +19,6 @@ def drive_rows(
     """Return the prescribed motions; report what cannot be prescribed."""
     rows: list[DriveRow] = []
     for drive in model.drives:
-        _check_known(lowering, drive, symbols, reporter)
         row = _row(lowering, drive, symbols)
         if row is None:
             reporter.error(
@@ -34,10 +33,17 @@ def drive_rows(
                 "E0505", "this coordinate is driven twice", drive.origin.span, caption="second drive"
             )
         rows.append(row)
+    q = [s.node for c in symbols.coordinates for s in c.q]
+    v = [s.node for c in symbols.coordinates for s in c.v]
+    driven = {n for row in rows for n in (*(q[k] for k in row.q), *(v[i] for i in row.v))}
+    for drive in model.drives:
+        _check_known(lowering, drive, symbols, {*q, *v} - driven, reporter)
     return tuple(rows)
 
 
-def _check_known(lowering: Lowering, drive: Drive, symbols: Symbols, reporter: Reporter) -> None:
+def _check_known(
+    lowering: Lowering, drive: Drive, symbols: Symbols, free: set[Node], reporter: Reporter
+) -> None:
     forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
@@ -52,6 +58,14 @@ def _check_known(lowering: Lowering, drive: Drive, symbols: Symbols, reporter: R
             drive.value.span,
             caption="this contains an input, a state or a discrete variable, which has no second derivative",
             help="use a stiff 'force' that follows it",
+        )
+    elif free.intersection(support):
+        reporter.error(
+            "E0504",
+            "a drive may depend on time, parameters and other drives only",
+            drive.value.span,
+            caption="this contains a coordinate that moves freely and would feel nothing of the drive",
+            help=f"write 'constraint {drive.target.span.text} = {drive.value.span.text}': both feel it",
         )
 
 

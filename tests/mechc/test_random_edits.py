@@ -72,6 +72,7 @@ FOUND = {
     ),
     "rate of a formula declared as a rotation": ("let Rotation w = rotz(x); output e = der(w)[2];", "E0329"),
     "element of a formula declared as a rotation": ("let Rotation w = rotz(x); output e = w[2];", "E0316"),
+    "drive by a free coordinate": ("coordinate Real w; drive w = x;", "E0504"),
     "element of an answer about an array": ("output P = sum(momentum(z[i]) for i in 1:2);", None),
     "parameter from a reaction": ("constraint c: x = y[1]; parameter p = multiplier(c);", "E0810"),
     "parameter from a frame that moves": (
@@ -107,6 +108,12 @@ end Found;
     with pytest.raises(CompileError) as caught:
         check_source(source, search=())
     assert caught.value.diagnostics[0].code == code
+
+
+def test_forces_undefined_at_the_start_of_a_mechanism() -> None:
+    text = (ROOT / "examples" / "n_four_bar.mech").read_text(encoding="utf-8")
+    assert "m/s^2" in text
+    assert check(text.replace("m/s^2", "m/time^2"))
 
 
 def test_some_edits() -> None:
