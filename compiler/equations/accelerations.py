@@ -11,7 +11,7 @@ from ..graph import Node
 from ..graph.differentiate import jacobian
 from ..graph.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ..mechanics.system import MechanicalSystem
-from .constraints import Row
+from .constraints import Row, settle
 
 LARGEST_WHOLE = 16
 """Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
@@ -53,7 +53,8 @@ def accelerations(
     except ZeroPivot as singular:
         raise massless(system, residual, free, rows, singular, reporter) from None
     count = len(free)
-    return Accelerations(found.solutions[:count], found.solutions[count:], found)
+    solutions = settle(system.graph, rows, found.solutions)
+    return Accelerations(solutions[:count], solutions[count:], found)
 
 
 def _coupled(

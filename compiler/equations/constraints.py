@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from mechc.lang.diagnostics import Reporter
 
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.differentiate import jvp
 from ..graph.eliminate import solve
 from ..graph.evaluate import evaluate
@@ -25,6 +25,22 @@ from .residual import constraint_rates
 
 ROUNDING = 1e-12
 """A residual of this size, in SI units, counts as none."""
+
+
+SWEEPS = 3
+"""Solutions in a row with compliant multipliers, each about the multipliers of the one before."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compliance:
+    """A row gives way by ``size`` times what its multiplier differs from ``previous``, a symbol (singular.py).
+
+    ``projected``: the size where states are projected.
+    """
+
+    size: Node
+    projected: Node
+    previous: Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,8 +55,8 @@ class Row:
     second: Node
     equation: Node
     """What determines the multiplier: ``second``, or in a mode that is off the law of the force."""
-    give: Node | None = None
-    """Compliance times the multiplier, where singular positions are met (singular.py); already in ``equation``."""
+    give: Compliance | None = None
+    """Where singular positions are met; already in ``equation``."""
 
     @property
     def title(self) -> str:
@@ -196,9 +212,36 @@ def _correction(
     changes = jvp(graph, [row.rate for row in rows], directions)
     equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
     changes = [
-        c if row.give is None else graph.add(c, row.give) for c, row in zip(changes, rows, strict=True)
+        c if row.give is None else give_way(graph, c, row, row.give.projected)
+        for c, row in zip(changes, rows, strict=True)
     ]
     equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}
-    return solve(graph, equations, unknowns, after=after).solutions[: len(free)]
+    found = solve(graph, equations, unknowns, after=after).solutions
+    return settle(graph, rows, found)[: len(free)]
+
+
+def give_way(graph: Graph, change: Node, row: Row, size: Node) -> Node:
+    """Return K a + gamma, or whatever a compliant row demands to vanish, with what its multiplier takes from it."""
+    assert row.give is not None
+    return graph.add(change, graph.mul(size, graph.sub(row.multiplier, row.give.previous)))
+
+
+def settle(graph: Graph, rows: Sequence[Row], solutions: Sequence[Node]) -> tuple[Node, ...]:
+    """Return solutions, of which the last are the multipliers of ``rows``, without the symbols of compliance.
+
+    The first solution is about multipliers of zero, each further one about those of the one before. Where a row gives
+    way by the share c of what it would by its own inertia, c^SWEEPS of that is left (iterated Tikhonov regularisation,
+    J. T. King and D. Chillingworth 1979; augmented Lagrangian methods do the same).
+    """
+    solutions = tuple(solutions)
+    multipliers = solutions[len(solutions) - len(rows) :]
+    soft = [(k, row.give.previous) for k, row in enumerate(rows) if row.give is not None]
+    if not soft:
+        return solutions
+    before = {symbol: graph.zero for _, symbol in soft}
+    for _ in range(SWEEPS - 1):
+        found = substitute(graph, [multipliers[k] for k, _ in soft], before)
+        before = dict(zip((symbol for _, symbol in soft), found, strict=True))
+    return tuple(substitute(graph, solutions, before))

@@ -140,7 +140,7 @@ def choices(
         reason = "the mechanism meets positions in which constraints depend on each other"
         if COMPLIANCE in parts:
             reason = "a run has met a position in which constraints depend on each other"
-        result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-10", reason))
+        result.append(Choice(SINGULAR, "multipliers with a compliance of 1e-9", reason))
     for fact, words in FACTS.items():
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))
