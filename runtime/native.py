@@ -23,7 +23,7 @@ from pathlib import Path
 
 from .build import build_shared, kernel_flags
 
-MODEL_VERSION = 2
+MODEL_VERSION = 3
 KERNEL_VERSION = 1
 
 RUNNING, REACHED, RECORD_FULL, TERMINATED, EVENTS_FULL = 0, 1, 2, 3, 4
@@ -66,7 +66,7 @@ class ModelStruct(Structure):
             for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
         ),
         *((name, c_int) for name in ("n_position", "n_velocity", "separable", "n_accounts")),
-        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace")),
+        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace", "closeness")),
         *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
         ("hybrid", c_void_p),
     )

@@ -217,7 +217,10 @@ def _projections(
     """Return the functions that move a state onto the constraints; what is prescribed stays."""
     still = {s.node: system.graph.zero for i, s in enumerate(system.v) if i not in solved.free}
     moves = substitute(system.graph, [system.qdot[k] for k in layout.q_indices], still)
+    near = "how near a singular position is: the largest share of a compliance in its row of constraints"
+    closeness = [] if found.closeness is None else [Function("closeness", near, resolve([found.closeness]))]
     return [
+        *closeness,
         Function(
             "project_position",
             "correction of the coordinates in velocity space, then the residuals of position constraints",

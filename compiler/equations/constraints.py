@@ -162,12 +162,16 @@ def report_superfluous(rows: Sequence[Row], reporter: Reporter) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Projection:
-    """Corrections d of the velocities' size that remove the residuals; the residuals follow."""
+    """Corrections d of the velocities' size that remove the residuals; the residuals follow.
+
+    ``closeness``, from 0 to 1: the largest share of a compliance in its row; none where nothing is compliant.
+    """
 
     position: tuple[Node, ...]
     position_residuals: tuple[Node, ...]
     velocity: tuple[Node, ...]
     velocity_residuals: tuple[Node, ...]
+    closeness: Node | None
 
 
 def projection(
@@ -181,13 +185,14 @@ def projection(
     located = [row for row in rows if row.position is not None]
     values = [row.position if row.position is not None else row.rate for row in rows]
     count = len(located)
-    position = _correction(system, residual, free, located, values[:count], supports[:count])
-    velocity = _correction(system, residual, free, rows, [row.rate for row in rows], supports)
+    position, _ = _correction(system, residual, free, located, values[:count], supports[:count])
+    velocity, closeness = _correction(system, residual, free, rows, [row.rate for row in rows], supports)
     return Projection(
         position,
         tuple(row.position for row in located if row.position is not None),
         velocity,
         tuple(row.rate for row in rows),
+        closeness,
     )
 
 
@@ -198,11 +203,11 @@ def _correction(
     rows: Sequence[Row],
     values: Sequence[Node],
     supports: Sequence[Collection[int]],
-) -> tuple[Node, ...]:
-    """Return d with M d - K^T mu = 0 and K d = -values."""
+) -> tuple[tuple[Node, ...], Node | None]:
+    """Return d with M d - K^T mu = 0 and K d = -values, and the closeness (Projection)."""
     graph = system.graph
     if not rows:
-        return (graph.zero,) * len(free)
+        return (graph.zero,) * len(free), None
     corrections = [graph.symbol(f"#correction {i}") for i in free]
     along = dict(zip((system.a[i] for i in free), corrections, strict=True))
     inertia = jvp(graph, [residual[i] for i in free], along)
@@ -218,8 +223,14 @@ def _correction(
     equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}
-    found = solve(graph, equations, unknowns, after=after).solutions
-    return settle(graph, rows, found)[: len(free)]
+    found = solve(graph, equations, unknowns, after=after)
+    pivots = dict(zip(found.order, found.pivots, strict=True))
+    closeness: Node | None = None
+    for k, row in enumerate(rows, start=len(free)):
+        if row.give is not None:
+            share = graph.div(row.give.projected, pivots[k])
+            closeness = share if closeness is None else graph.maximum(closeness, share)
+    return settle(graph, rows, found.solutions)[: len(free)], closeness
 
 
 def give_way(graph: Graph, change: Node, row: Row, size: Node) -> Node:

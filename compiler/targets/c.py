@@ -28,6 +28,7 @@ STRUCT_FUNCTIONS: Final = (
     "project_position",
     "project_velocity",
     "displace",
+    "closeness",
     "momentum",
     "force",
     "mass",

@@ -9,6 +9,11 @@
 /* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
 enum { STIFF_HITS = 15, CALM_HITS = 25 };
 
+/* Factor of a step that would end near a singular position: the next one goes beyond it. */
+static const mech_real SHORTER = MECH_C(0.7);
+/* Smallest factor of a rejected step beside one: which of its stages met the position is chance. */
+static const mech_real OTHER_STAGES = MECH_C(0.85);
+
 /* Values between the ends of a step may be worse than those at the end by this factor. */
 static const mech_real DENSE_BOUND = MECH_C(10.0);
 /* Share of that bound below which it does not hold back the next step: rounding is seen in so small estimates. */
@@ -279,6 +284,11 @@ int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
                 if (between > DENSE_NOTED) error = mech_max(error, between);
             }
         }
+        if (!undefined && error <= 1 && m->adaptive && !lands && mech_too_close(s, t_new, s->y_new, s->y)) {
+            r->rejected++;
+            r->dt = h * SHORTER;
+            continue;
+        }
         if (undefined || error > 1) {
             r->rejected++;
             if (!m->adaptive || h <= shortest) return give_up(s, undefined);
@@ -287,7 +297,8 @@ int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
             else if (undefined)
                 r->dt = h / 4;
             else
-                r->dt = h * mech_max(m->factor_min, MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order));
+                r->dt = h * mech_max(run->near_singular ? OTHER_STAGES : m->factor_min,
+                                     MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order));
             run->after_rejection = 1;
             continue;
         }

@@ -66,6 +66,8 @@ typedef struct mech_run {
     int pending_hit;
     int trouble;            /* status to give if the present step cannot be taken            */
     mech_real dense_of;     /* the step from the present time that dense holds; 0: none      */
+    int near_singular;      /* the last step ended in the neighbourhood of a singular position */
+    int avoided;            /* ends of steps that were refused for that                      */
     int dense_limits;       /* the error between the ends of the step is larger than at them */
     int turning;            /* something slides on a surface: no Jacobian lasts              */
 } mech_run;
@@ -120,6 +122,10 @@ static inline void mech_fill_dense(mech_solver *s, mech_real h)
 
 /* Moves y onto the constraints at time t: 0, or MECH_OFF_CONSTRAINTS. */
 int mech_project(mech_solver *s, mech_real t, mech_real *y);
+
+/* Whether a step should not end at y at time t, as a singular position is too near and another end can be had.
+   Asked once for each step that would be accepted: it counts. */
+int mech_too_close(mech_solver *s, mech_real t, const mech_real *y, const mech_real *from);
 
 /* Six coefficients of the dense output where q' = v, from the ends of the step. */
 void mech_quintic(mech_solver *s, mech_real h);

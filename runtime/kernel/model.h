@@ -24,6 +24,8 @@
  *     `project_position`: out[nv + n_position], a correction d in the space of velocities, then phi;
  *     `project_velocity`: out[nv + n_velocity], a correction of v, then K v + b;
  *     `displace`: out[nq] = N(q) d, with d in the place of v in y. NULL where there is nothing to project.
+ *     `closeness`: out[1], from 0 (far) to 1: how near a state is to one in which the rows depend on each
+ *     other, which the model passes with compliant multipliers. NULL where it has none.
  * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and x holds accounts
  *     alone: the last n_accounts of x, integrals that no derivative reads.
  * 16. For the methods on momenta, which need q' = v, no x but accounts, and all constraints from positions, in
@@ -112,11 +114,11 @@ typedef struct mech_model {
     mech_function *rhs, *initial, *inputs, *discretes, *outputs, *assertions, *jacobian;
     int n_position, n_velocity;    /* rows of constraints                                 */
     int separable, n_accounts;
-    mech_function *project_position, *project_velocity, *displace;
+    mech_function *project_position, *project_velocity, *displace, *closeness;
     mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
     const mech_hybrid *hybrid;
 } mech_model;
 
-#define MECH_MODEL_VERSION 2
+#define MECH_MODEL_VERSION 3
 
 #endif

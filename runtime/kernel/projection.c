@@ -76,3 +76,40 @@ int mech_project(mech_solver *s, mech_real t, mech_real *y)
     }
     return MECH_RUNNING;
 }
+
+/* Shares of a compliance in its row, about (x/s)^2 at the distance s from a singular position, with x = 3e-4 of what
+   counts as far: where a step towards the position and any step are not to end, and where the position is left. The
+   rounding of a position becomes rates by the projection, that of rates accelerations: a step that begins too near
+   cannot go over, and steps that stop short of it become ever shorter. Measured on rows of 2 to 10 four-bars. */
+static const mech_real CLOSE = MECH_C(1e-5), HOLE = MECH_C(1e-3), LEFT = MECH_C(1e-6);
+/* By how much of a step one looks farther, to see whether it moves away. */
+static const mech_real FARTHER = MECH_C(0.01);
+/* Ends of steps that are refused until the position is left. */
+enum { MOST_AVOIDED = 12 };
+
+static mech_real closeness(mech_solver *s, mech_real t, const mech_real *y)
+{
+    mech_real found;
+    s->model->closeness(t, y, s->u, s->o.z, s->o.p, &found);
+    return found;
+}
+
+int mech_too_close(mech_solver *s, mech_real t, const mech_real *y, const mech_real *from)
+{
+    const mech_model *m = s->model;
+    mech_run *run = s->run;
+    if (!m->closeness) return 0;
+    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    const mech_real here = closeness(s, t, y);
+    run->near_singular = here > LEFT;
+    if (!run->near_singular) run->avoided = 0;
+    if (!(here > CLOSE) || run->avoided == MOST_AVOIDED) return 0;
+    if (here < HOLE) {
+        mech_real *farther = s->project + m->nv + m->n_velocity + m->nq;
+        for (int i = 0; i < s->ny; i++) farther[i] = y[i] + FARTHER * (y[i] - from[i]);
+        mech_normalise(m, farther);
+        if (closeness(s, t, farther) < here) return 0;
+    }
+    run->avoided++;
+    return 1;
+}

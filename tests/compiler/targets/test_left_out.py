@@ -28,6 +28,16 @@ def test_text() -> None:
     assert 3 * len(tree) < len(loop)
 
 
+def test_singular_positions() -> None:
+    """What passes them is only in models that meet some."""
+    flat = LOOP.replace("cut", "Bar third;Revolute knee(other.b -> third.a, angle ~ -1 rad);cut")
+    flat = flat.replace("last(other.b", "last(third.b")
+    assert [("closeness(" in emit_c(mechc.loads(text).compilation.program)) for text in (LOOP, flat)] == [
+        False,
+        True,
+    ]
+
+
 def test_library() -> None:
     tree, loop = (mechc.loads(text).problem("c") for text in (TREE, LOOP))
     for problem, present in ((tree, False), (loop, True)):
