@@ -13,7 +13,7 @@ from .display import Display, choose
 from .lang.units import UnitError, parse_unit
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.inputs import Table, read_tables
-from .runtime.outcome import Failure, Outcome, SimulationError
+from .runtime.outcome import AT_SINGULAR_POSITIONS, Failure, Outcome, SimulationError
 from .runtime.simulate import Plan, plan_run
 from .runtime.simulate import simulate as run
 from .runtime.simulate import simulate_sweep as run_sweep
@@ -30,9 +30,12 @@ if TYPE_CHECKING:
 FEW_STEPS = 20_000
 """Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
 TOO_MANY = "too many steps"
-AT_SINGULAR_POSITIONS = ("off constraints", "step too small", "not converged")
-"""What a run fails of where constraints become dependent."""
 REPEATED = "the run was repeated with multipliers of a small compliance"
+PASSED_BY = (
+    f'where the mechanism passes a singular position there, build it with keep={{"{COMPLIANCE}"}}; a whole run '
+    "(simulate) does that by itself"
+)
+"""What a run step by step says: it cannot begin anew, as its caller has seen its past."""
 
 Runs = tuple[Sequence[Run], Sequence[Mapping[str, float]]]
 """Solutions, and the swept values of each."""
@@ -81,7 +84,8 @@ def start(model: Model, request: Request) -> Stepper:
 
     method = request.method or model.method(request.experiment)
     problem = model.problem(request.target, method=method, reproducible=request.reproducible)
-    return Stepper(problem, _options(model, request, problem))
+    advice = "" if _foreseen(model) else PASSED_BY
+    return Stepper(problem, _options(model, request, problem), at_singular_positions=advice)
 
 
 def plan(model: Model, request: Request) -> Plan:
@@ -120,11 +124,11 @@ def _solve(
 ) -> tuple[Model, Problem, Runs]:
     """Run; where that meets a singular position which was not foreseen, run again with compliant multipliers.
 
-    Returns the model that ran, too. Whether there are such positions is decided for the default values, along one motion (equations/singular.py).
+    Returns the model that ran, too. Whether there are such positions is decided for the default values, along one
+    motion (equations/singular.py).
     """
     problem, runs = _solve_as_it_is(model, request, solve)
-    foreseen = any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
-    if not problem.constraints or foreseen or problem.library is None or not any(map(_met, runs[0])):
+    if not problem.constraints or _foreseen(model) or problem.library is None or not any(map(_met, runs[0])):
         return model, problem, runs
     compliant = model.keeping({*model.compilation.parts, COMPLIANCE})
     other, again = _solve_as_it_is(compliant, request, solve)
@@ -135,6 +139,11 @@ def _solve(
         if failure is not None:
             one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
     return compliant, other, again
+
+
+def _foreseen(model: Model) -> bool:
+    """Whether the model has what passes singular positions."""
+    return any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
 
 
 def _cause(run: Run) -> Failure | None:

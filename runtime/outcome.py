@@ -9,6 +9,9 @@ from enum import Enum
 
 from .problem import Array, Origin, Problem
 
+AT_SINGULAR_POSITIONS = ("off constraints", "step too small", "not converged")
+"""Kinds of failures with which a run ends where constraints become dependent."""
+
 LISTED = 6
 """Coordinates that a message names."""
 

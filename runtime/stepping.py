@@ -11,7 +11,15 @@ from . import native
 from .case import SimulationOptions, input_values
 from .happenings import event_failure
 from .inputs import constant
-from .outcome import SimulationError, not_finite, step_too_small, time_text
+from .outcome import (
+    AT_SINGULAR_POSITIONS,
+    SimulationError,
+    not_converged,
+    not_finite,
+    off_constraints,
+    step_too_small,
+    time_text,
+)
 from .problem import Array, Problem
 from .simulate import plan_run
 from .solver import Solver
@@ -30,7 +38,8 @@ class Stepper:
     and ``restore`` save and restore everything, bit for bit. Close it, or use it as a context.
     """
 
-    def __init__(self, problem: Problem, options: SimulationOptions) -> None:
+    def __init__(self, problem: Problem, options: SimulationOptions, at_singular_positions: str = "") -> None:
+        """Begin a run. ``at_singular_positions``: what helps where constraints become dependent on its way."""
         if problem.library is None:
             raise SimulationError("a run step by step needs the compiled kernel, and so a C compiler")
         stop = math.inf if options.stop is None else options.stop
@@ -51,6 +60,7 @@ class Stepper:
             max_step=LONGEST * plan.case.max_step,
         )
         self._problem, self._functions = problem, plan.functions
+        self._at_singular_positions = at_singular_positions
         self._kernel = native.load_kernel(options.reproducible)
         tolerance = plan.case.tolerance
         self._solver = Solver(
@@ -95,9 +105,15 @@ class Stepper:
         if found is None and status == native.TERMINATED and problem.hybrid is not None:
             message = problem.hybrid.branches[report.failed_index].message
             return SimulationError(f"{message} at {time_text(problem, report.t)}")
+        if found is None and status == native.NOT_CONVERGED:
+            found = not_converged(problem, report.t, y)
+        if found is None and status == native.OFF_CONSTRAINTS:
+            found = off_constraints(problem, report.t, y)
         if found is None:
             return SimulationError(f"the run stopped at {time_text(problem, report.t)}")
-        return SimulationError(found.message, found.origin)
+        singular = problem.constraints and found.kind in AT_SINGULAR_POSITIONS
+        advice = self._at_singular_positions if singular else ""
+        return SimulationError(found.message, found.origin, help=advice)
 
     def __getitem__(self, name: str) -> float:
         report, y = self._solver.report()

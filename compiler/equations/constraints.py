@@ -171,7 +171,7 @@ class Projection:
     position_residuals: tuple[Node, ...]
     velocity: tuple[Node, ...]
     velocity_residuals: tuple[Node, ...]
-    closeness: Node | None
+    closeness: Node | None = None
 
 
 def projection(

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.runtime.outcome import SimulationError
 
 PARALLELOGRAM = """
 import mech.planar.*;
@@ -152,3 +153,16 @@ def test_locked_linkage_is_told_with_time_and_configuration() -> None:
     assert float(found[1]) == pytest.approx(end, abs=1e-4)
     straight = np.arctan2(-np.sin(end + 0.2), 2.5 - np.cos(end + 0.2))
     assert float(found[2]) == pytest.approx(straight - end - 0.2, abs=0.05)
+
+
+def test_step_by_step_says_what_may_help() -> None:
+    """Such a run cannot begin anew; built as it says, a linkage passes a position that is not foreseen."""
+    with pytest.raises(SimulationError, match="singular") as met, mechc.loads(LOCKED).start() as sim:
+        sim.step(2.0)
+    assert 'keep={"compliance"}' in met.value.help
+    model = mechc.loads(PARALLELOGRAM.format(l=1.1), keep={"compliance"})
+    times = np.linspace(0.05, 5, 100)
+    with model.start(set={"l": 1.0}) as sim:
+        for t in times:
+            sim.step(t)
+        assert sim["a.angle"] == pytest.approx(pendulum(times)[0][-1], abs=1e-7)
