@@ -22,9 +22,19 @@ from .runtime.nominal import nominal_values
 from .runtime.outcome import SimulationError
 from .runtime.peers import METHODS
 from .runtime.pilot import largest_values
-from .runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
+from .runtime.reference import (
+    FAST_PRECISION,
+    Reference,
+    ReferenceFailed,
+    ReferenceTooLong,
+    best_precision,
+    has_precision,
+    reference,
+    reference_flags,
+)
 from .runtime.reference_cache import kept_reference
-from .runtime.work_precision import TOLERANCES, Point, measure
+from .runtime.scipy_methods import PREFIX
+from .runtime.work_precision import LONGEST, TOLERANCES, Point, measure
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -103,8 +113,11 @@ def benchmark(
     stop: float | None = None,
     seconds: float = 60.0,
     progress: Callable[[], None] | None = None,
+    longest: float = LONGEST,
+    enough: float = 0.0,
 ) -> Benchmark:
-    """Measure a model. ``seconds``: how long the reference may take, if it is not in the cache.
+    """Measure a model. ``seconds``: how long the reference may take, if it is not in the cache. ``longest``: how long
+    one run may take before it is given up. ``enough``: error at which the ladder of a peer ends.
 
     Where none can be computed, closed solutions that the model states take its place.
 
@@ -140,8 +153,11 @@ def benchmark(
     known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
     measured = _until(case, horizon)
     for name in [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]:
+        least = enough if name.startswith(PREFIX) else 0.0
         try:
-            points += measure(problem, functions, measured, name, nominal, truth, tolerances, progress)
+            points += measure(
+                problem, functions, measured, name, nominal, truth, tolerances, progress, longest, least
+            )
         except SimulationError as error:
             skipped.append((name, error.message))
     closed = {
@@ -221,26 +237,41 @@ def _peers(name: str) -> Sequence[str]:
 
 
 def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str], seconds: float) -> Reference:
-    """Solve the case in higher precision; by radau5 if that is the only method asked for."""
+    """Solve the case in higher precision; by radau5 if that is the only method asked for.
+
+    Where the most precise numbers, computed by software, take too long, those of the processor do.
+    """
     try:
         precision = best_precision()
     except ReferenceFailed:
         from .slow_reference import slow_reference
 
         return slow_reference(model, case, nominal, seconds)
-    library = _library(model, precision)
     method = "radau5" if tuple(methods) == ("radau5",) else "dop853"
+
+    def make(precision: str) -> Reference:
+        library = _library(model, precision)
+        return reference(
+            library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
+        )
+
+    def make_best() -> Reference:
+        try:
+            return make(precision)
+        except ReferenceTooLong:
+            if precision == FAST_PRECISION or not has_precision(FAST_PRECISION):
+                raise
+            return make(FAST_PRECISION)
+
     return kept_reference(
-        library,
+        _library(model, precision),
         case,
         nominal,
         case.grid,
         precision=precision,
         method=method,
         seconds=seconds,
-        make=lambda: reference(
-            library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
-        ),
+        make=make_best,
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import time
 
 import numpy as np
@@ -15,6 +16,7 @@ from .interruption import noted_interruptions
 from .outcome import (
     Failure,
     assertion_failed,
+    given_up,
     not_converged,
     not_finite,
     off_constraints,
@@ -45,8 +47,12 @@ def run_kernel(
     max_steps: int | None,
     progress: Progress | None,
     reproducible: bool = False,
+    seconds: float = math.inf,
 ) -> Trajectory:
-    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
+    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed.
+
+    A run that takes more than ``seconds`` is given up.
+    """
     kernel = native.load_kernel(reproducible)
     with (
         Solver(kernel, functions, case, method, tolerance, tolerance * nominal, step or 0.0) as solver,
@@ -58,11 +64,11 @@ def run_kernel(
         size = FIRST_SLICE
         while not interrupted():
             left = size if max_steps is None else max_steps - solver.report()[0].steps
-            if left <= 0:
+            if left <= 0 or solver.report()[0].seconds > seconds:
                 break
             begun = time.perf_counter()
             status = solver.advance(case.stop, min(size, left))
-            seconds = time.perf_counter() - begun
+            taken = time.perf_counter() - begun
             if status == native.RECORD_FULL and record is not None:
                 record.renew()
             elif status == native.EVENTS_FULL and log is not None:
@@ -70,7 +76,7 @@ def run_kernel(
             elif status != native.RUNNING:
                 break
             else:
-                size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(seconds, 1e-6))))
+                size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
             if progress is not None:
                 progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
         report, y = solver.report()
@@ -90,7 +96,7 @@ def run_kernel(
             y=rows,
             dense=record.polynomials() if record is not None else None,
             statistics=_statistics(kernel, functions, report),
-            failure=_failure(problem, status, report, y, max_steps),
+            failure=_failure(problem, status, report, y, max_steps, seconds),
             interrupted=status in (native.RUNNING, native.RECORD_FULL, native.EVENTS_FULL) and interrupted(),
             happened=happened,
             terminated=ended if status == native.TERMINATED else None,
@@ -152,7 +158,12 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
 
 
 def _failure(
-    problem: Problem, status: int, report: native.ReportStruct, y: Array, max_steps: int | None
+    problem: Problem,
+    status: int,
+    report: native.ReportStruct,
+    y: Array,
+    max_steps: int | None,
+    seconds: float,
 ) -> Failure | None:
     match status:
         case native.NOT_FINITE:
@@ -167,5 +178,7 @@ def _failure(
             return off_constraints(problem, report.t, y)
         case native.RUNNING if max_steps is not None and report.steps >= max_steps:
             return too_many_steps(problem, max_steps, report.t, y)
+        case native.RUNNING if report.seconds > seconds:
+            return given_up(problem, report.seconds, report.evaluations, report.t, y)
         case _:
             return event_failure(problem, status, report, y)

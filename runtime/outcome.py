@@ -49,7 +49,7 @@ class Failure:
     one that was reached, at ``time``."""
 
     kind: str
-    """not finite, step too small, assertion, not converged, off constraints, too many steps"""
+    """not finite, step too small, assertion, not converged, off constraints, too many steps, given up"""
     time: float
     name: str
     message: str
@@ -132,3 +132,8 @@ def configuration(problem: Problem, y: Array) -> str:
 def too_many_steps(problem: Problem, count: int, time: float, y: Array) -> Failure:
     message = f"{count} steps were taken at {time_text(problem, time)}, more are not allowed"
     return Failure("too many steps", time, "", message, None, state_at(problem, y))
+
+
+def given_up(problem: Problem, seconds: float, evaluations: int, time: float, y: Array) -> Failure:
+    message = f"given up after {seconds:.2g} s and {evaluations} evaluations, at {time_text(problem, time)}"
+    return Failure("given up", time, "", message, None, state_at(problem, y))

@@ -7,6 +7,7 @@ Events are scipy's own: located by its root finder on the dense output, after wh
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ import numpy as np
 from . import native
 from .case import Case
 from .functions import Functions
-from .outcome import Failure, SimulationError, step_too_small
+from .outcome import Failure, SimulationError, given_up, step_too_small
 from .problem import Array, Problem
 from .scipy_methods import PREFIX
 from .trajectory import Statistics, Trajectory, with_unit_rotations
@@ -26,6 +27,8 @@ METHODS = ("DOP853", "RK45", "LSODA", "Radau", "BDF")
 MOST_EVENTS = 10_000
 AHEAD = 1e-9
 """Part of the run by which one looks ahead after an event."""
+LOOKS = 64
+"""Evaluations between two looks at the clock."""
 
 Rates = Callable[[float, Array], Array]
 
@@ -43,11 +46,18 @@ def peer_lacks(problem: Problem, functions: Functions) -> str:
 
 
 def run_peer(
-    problem: Problem, functions: Functions, case: Case, *, method: str, tolerance: float, nominal: Array
+    problem: Problem,
+    functions: Functions,
+    case: Case,
+    *,
+    method: str,
+    tolerance: float,
+    nominal: Array,
+    seconds: float = math.inf,
 ) -> Trajectory:
     """Run a case by ``scipy:NAME``; a grid of the start alone costs no dense output. ``run_time`` is CPU time.
 
-    Raises SimulationError if the problem is none for scipy.
+    A run that takes more than ``seconds`` is given up. Raises SimulationError if the problem is none for scipy.
     """
     lacks = peer_lacks(problem, functions)
     if lacks:
@@ -55,16 +65,47 @@ def run_peer(
     import scipy.integrate  # noqa: F401, loading it is no part of a run
 
     begun = time.thread_time()  # other work on the machine adds nothing
-    found = _solve(problem, functions, case, method.removeprefix(PREFIX), tolerance, nominal)
-    seconds = time.thread_time() - begun
+    watch = _Watch(begun + seconds) if seconds < math.inf else None
+    try:
+        found = _solve(problem, functions, case, method.removeprefix(PREFIX), tolerance, nominal, watch)
+    except _TooLong as late:
+        failure = given_up(problem, time.thread_time() - begun, late.evaluations, late.time, case.y0)
+        found = _Run(np.empty(0), np.empty((0, problem.ny)), 0, late.evaluations, failure)
+    taken = time.thread_time() - begun
     return Trajectory(
         t=found.t,
         y=with_unit_rotations(problem.rotations, found.y),
         dense=None,
-        statistics=Statistics(method, found.steps, None, found.evaluations, seconds),
+        statistics=Statistics(method, found.steps, None, found.evaluations, taken),
         failure=found.failure,
         interrupted=False,
     )
+
+
+class _TooLong(Exception):
+    """A run that was given up at ``time``; scipy lets it through, also from its compiled methods."""
+
+    def __init__(self, time: float, evaluations: int) -> None:
+        super().__init__(time, evaluations)
+        self.time = time
+        self.evaluations = evaluations
+
+
+@dataclass(slots=True)
+class _Watch:
+    """Raises _TooLong at an evaluation after the deadline, in CPU time of the thread."""
+
+    deadline: float
+    evaluations: int = 0
+
+    def over(self, rates: Rates) -> Rates:
+        def watched(t: float, y: Array) -> Array:
+            self.evaluations += 1
+            if self.evaluations % LOOKS == 0 and time.thread_time() > self.deadline:
+                raise _TooLong(t, self.evaluations)
+            return rates(t, y)
+
+        return watched
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,19 +124,27 @@ def _solve(
     method: str,
     tolerance: float,
     nominal: Array,
+    watch: _Watch | None,
 ) -> _Run:
     from scipy.integrate import solve_ivp
 
     z = case.z.copy()
     case = replace(case, z=z)
     rates = _rates(problem, functions, case)
+    if watch is not None:
+        rates = watch.over(rates)
     watched = _Events(problem, functions, case) if problem.hybrid is not None else None
     t, y = case.begin, case.y0
     if watched is not None:
         y = watched.happen(t, y)
     rtol = max(tolerance, 100 * np.finfo(float).eps)  # scipy raises lower ones itself, with a warning
-    options: dict[str, Any] = {"method": method, "rtol": rtol, "atol": tolerance * nominal}
-    times, rows, steps, evaluations = [], [], 0, 0
+    counter = [0]
+    options: dict[str, Any] = {
+        "method": _counting(method, counter),
+        "rtol": rtol,
+        "atol": tolerance * nominal,
+    }
+    times, rows, evaluations = [], [], 0
     failure = None
     grid = case.grid.size > 1
     with np.errstate(all="ignore"):
@@ -109,7 +158,6 @@ def _solve(
                 events=watched.functions() if watched is not None else None,
                 **options,
             )
-            steps += 0 if grid else found.t.size - 1  # scipy gives its own steps or those of the grid
             evaluations += found.nfev
             if grid and len(found.t):
                 times.append(found.t)
@@ -129,7 +177,20 @@ def _solve(
                 break
     t_rows, y_rows = np.concatenate([np.empty(0), *times]), np.concatenate([np.empty((0, problem.ny)), *rows])
     _, first = np.unique(t_rows, return_index=True)
-    return _Run(t_rows[first], y_rows[first], steps, evaluations, failure)
+    return _Run(t_rows[first], y_rows[first], counter[0], evaluations, failure)
+
+
+def _counting(method: str, counter: list[int]) -> type:
+    """Return a method of scipy that counts its steps: solve_ivp tells them only where no grid is asked for."""
+    import scipy.integrate
+
+    class Counting(getattr(scipy.integrate, method)):  # type: ignore[misc]
+        def step(self) -> str | None:
+            counter[0] += 1
+            message: str | None = super().step()
+            return message
+
+    return Counting
 
 
 def _rates(problem: Problem, functions: Functions, case: Case) -> Rates:

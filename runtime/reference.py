@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import math
 import time
 from collections.abc import Sequence
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_long, c_longlong, c_void_p
@@ -26,17 +27,30 @@ PRECISIONS = {
     "long double": ("-DMECH_REAL=long double", "-DMECH_LONG"),
 }
 """Flags of each precision, the best first."""
+FAST_PRECISION = "long double"
+"""Computed by the processor."""
 
 LADDERS = {"dop853": (1e-16, 1e-19, 1e-22, 1e-25), "radau5": (1e-11, 1e-14, 1e-17)}
 """Tolerances of the runs of each method, as far as time allows; at least two."""
+SHORT_LADDERS = {"dop853": (1e-16, 1e-17), "radau5": (1e-11, 1e-13)}
+"""The same for numbers of 64 bits, whose rounding ends a longer ladder."""
 
 LARGEST_EPSILON = 1e-18
-SLICE = 2000
+SLICE = 100
+"""Steps between two looks at the clock."""
+JUDGED = 0.25
+"""Part of the time for a reference after which its first run is expected to go on as it began."""
+MARGIN = 2.0
+"""Times the given seconds after which a run is given up."""
 _FLAGS = ("-O2", "-std=c11", "-fno-math-errno", "-fPIC", "-fvisibility=hidden")
 
 
 class ReferenceFailed(Exception):
     """No reference could be had, and why."""
+
+
+class ReferenceTooLong(ReferenceFailed):
+    """A reference took too long, or is going to; other numbers may be faster."""
 
 
 class _Table(Structure):
@@ -119,13 +133,18 @@ def _kernel(precision: str) -> ctypes.CDLL:
 def best_precision() -> str:
     """The most precise numbers that the C compiler of this machine has. Raises ``ReferenceFailed``."""
     for precision in PRECISIONS:
-        try:
-            epsilon = _kernel(precision).mech_reference_epsilon()
-        except BuildError:
-            continue
-        if epsilon < LARGEST_EPSILON:  # a long double may be no more than a double
+        if has_precision(precision):
             return precision
     raise ReferenceFailed("the C compiler has no numbers of more than 53 bits")
+
+
+def has_precision(precision: str) -> bool:
+    """Tell whether the C compiler has such numbers: a long double may be no more than a double."""
+    try:
+        epsilon: float = _kernel(precision).mech_reference_epsilon()
+    except BuildError:
+        return False
+    return epsilon < LARGEST_EPSILON
 
 
 def reference(
@@ -143,9 +162,9 @@ def reference(
     """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
 
     Tightens the tolerance as long as the next run is expected to stay within ``seconds``. Raises
-    ``ReferenceFailed`` if not even two runs could be made. ``decimals``: parameters and initial values are taken as
+    ``ReferenceFailed`` if not even two runs could be made: ``ReferenceTooLong`` if for want of time. ``decimals``: parameters and initial values are taken as
     the model states them where those of the case are their rounding; else exactly as they are. ``ladder``: tolerances
-    instead of those of ``LADDERS``, each a thousandth of the one before.
+    instead of those of ``LADDERS`` or ``SHORT_LADDERS``.
     """
     model = ctypes.CDLL(str(library))
     model.mech_model_get.restype = c_void_p
@@ -153,10 +172,8 @@ def reference(
     order = 8 if method == "dop853" else 5
     begun = time.process_time()
     runs: list[tuple[float, Array, Array, int]] = []
-    for tolerance in ladder or LADDERS[method]:
+    for tolerance in ladder or (LADDERS if precision == "__float128" else SHORT_LADDERS)[method]:
         before = time.process_time()
-        if precision != "__float128" and tolerance < 1e-17 and len(runs) >= 2:
-            break
         high, low, evaluations = _run(
             kernel,
             model.mech_model_get(),
@@ -165,7 +182,8 @@ def reference(
             times,
             method,
             tolerance,
-            begun + 2 * seconds,
+            begun,
+            seconds,
             decimals,
         )
         runs.append((tolerance, high, low, evaluations))
@@ -186,7 +204,8 @@ def _run(
     times: Array,
     method: str,
     tolerance: float,
-    deadline: float,
+    begun: float,
+    seconds: float,
     decimals: bool,
 ) -> tuple[Array, Array, int]:
     """One run: states at ``times`` as sums of two doubles, and the evaluations."""
@@ -216,14 +235,16 @@ def _run(
     if not handle:
         raise MemoryError("the kernel could not allocate its solver")
     high, low = np.empty((times.size, case.y0.size)), np.empty((times.size, case.y0.size))
-    at, evaluations = c_double(case.begin), 0
+    at, evaluations, run_begun = c_double(case.begin), 0, time.process_time()
     try:
         for k, t in enumerate(times):
             status = native.RUNNING if t > case.begin else native.REACHED
             while status == native.RUNNING:
                 status = kernel.mech_reference_advance(handle, t, SLICE)
-                if time.process_time() > deadline:
-                    raise ReferenceFailed(f"a run at {tolerance:g} takes too long")
+                kernel.mech_reference_read(handle, byref(at), high[k].ctypes.data, low[k].ctypes.data)
+                part = (at.value - case.begin) / (float(times[-1]) - case.begin)
+                if _too_long(time.process_time() - begun, time.process_time() - run_begun, part, seconds):
+                    raise ReferenceTooLong(f"a run at {tolerance:g} takes too long")
             if status != native.REACHED:
                 raise ReferenceFailed(f"the run at {tolerance:g} failed with status {status}")
             evaluations = kernel.mech_reference_read(
@@ -232,3 +253,11 @@ def _run(
     finally:
         kernel.mech_reference_free(handle)
     return high, low, evaluations
+
+
+def _too_long(all_taken: float, taken: float, part: float, seconds: float) -> bool:
+    """Tell whether the runs have taken, or this one will have, more seconds than they may: ``part`` of it is done."""
+    if all_taken > MARGIN * seconds:
+        return True
+    left = taken * (1 - part) / part if part > 0 else math.inf
+    return taken > JUDGED * seconds and all_taken + left > 2 * MARGIN * seconds

@@ -14,7 +14,7 @@ import numpy as np
 from .cache import cache_folder, mark_used, prune_cache
 from .case import Case
 from .problem import Array
-from .reference import LADDERS, Reference, reference_library
+from .reference import LADDERS, SHORT_LADDERS, Reference, reference_library
 
 ARRAYS = ("t", "high", "low", "doubt", "nominal")
 
@@ -41,7 +41,7 @@ def kept_reference(
         precision,
         method,
         repr(seconds),
-        repr(LADDERS[method]),
+        repr((LADDERS[method], SHORT_LADDERS[method])),
     )
     numbers = (case.begin, case.stop, case.max_step)
     for text in (*names, *map(repr, numbers)):

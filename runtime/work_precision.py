@@ -6,6 +6,7 @@ the largest one over the output times and all states, relative to nominal + |val
 
 from __future__ import annotations
 
+import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -28,11 +29,14 @@ STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
 """Numbers of steps in the whole run, for methods of fixed step."""
 REPEATS = 9
 PATIENCE = 0.3
-"""Seconds for which a measurement is repeated; longer runs are made once."""
+"""Seconds for which a measurement is repeated."""
+ONCE = 1.0
+"""Seconds of a run above which it is made once: its time is that with output."""
 MOST_STEPS = 1_000_000
 """Steps after which a run counts as failed."""
+GIVEN_UP = ("given up", "too many steps")
 LONGEST = 5.0
-"""Seconds of a run after which the rest of the ladder is left out, and said to be."""
+"""Seconds after which a run is given up, and with it the rest of its ladder."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +53,8 @@ class Point:
     steps: int
     evaluations: int
     failure: str = ""
+    given_up: bool = False
+    """It took too many seconds or steps; tighter settings were left out."""
 
 
 def measure(
@@ -60,18 +66,21 @@ def measure(
     reference: Reference,
     tolerances: Sequence[float] = TOLERANCES,
     progress: Callable[[], None] | None = None,
+    longest: float = LONGEST,
+    enough: float = 0.0,
 ) -> list[Point]:
     """Measure one method over a ladder: tolerances, or steps where it takes fixed ones.
 
-    Raises ``SimulationError`` if the method does not fit the model.
+    A run that takes more than ``longest`` seconds is given up; the ladder ends there, and where an error is at most
+    ``enough``. Raises ``SimulationError`` if the method does not fit the model.
     """
     asked = replace(case, method=method, step=None, grid=reference.t)
     if method.startswith(PREFIX):
         return _ladder(
             tolerances,
-            method,
+            lambda setting: _peer(problem, functions, asked, method, setting, nominal, reference, longest),
             progress,
-            lambda setting: _peer(problem, functions, asked, method, setting, nominal, reference),
+            enough,
         )
     try:
         chosen = choose_method(functions, asked)
@@ -81,24 +90,26 @@ def measure(
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
     return _ladder(
         settings,
-        chosen.name,
+        lambda setting: _point(problem, functions, asked, chosen, setting, nominal, reference, longest),
         progress,
-        lambda setting: _point(problem, functions, asked, chosen, setting, nominal, reference),
+        enough,
     )
 
 
 def _ladder(
-    settings: Sequence[float], name: str, progress: Callable[[], None] | None, point: Callable[[float], Point]
+    settings: Sequence[float],
+    point: Callable[[float], Point],
+    progress: Callable[[], None] | None,
+    enough: float,
 ) -> list[Point]:
     points: list[Point] = []
     for setting in settings:
-        if points and points[-1].seconds > LONGEST:
-            why = f"left out, as the run before took {points[-1].seconds:.1f} s"
-            points.append(Point(name, setting, None, None, 0.0, 0.0, 0, 0, why))
-            break
-        points.append(point(setting))
+        made = point(setting)
+        points.append(made)
         if progress is not None:
             progress()
+        if made.given_up or (made.error is not None and made.error <= enough):
+            break
     return points
 
 
@@ -110,6 +121,7 @@ def _point(
     setting: float,
     nominal: Array,
     reference: Reference,
+    longest: float,
 ) -> Point:
     def run(case: Case) -> Trajectory:
         return run_kernel(
@@ -123,6 +135,7 @@ def _point(
             dense=False,
             max_steps=MOST_STEPS,
             progress=None,
+            seconds=longest,
         )
 
     alone = replace(case, grid=case.grid[:1])
@@ -137,11 +150,14 @@ def _peer(
     setting: float,
     nominal: Array,
     reference: Reference,
+    longest: float,
 ) -> Point:
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
-    def run(case: Case) -> Trajectory:
-        done = run_peer(problem, functions, case, method=method, tolerance=setting, nominal=nominal)
+    def run(case: Case, seconds: float = math.inf) -> Trajectory:
+        done = run_peer(
+            problem, functions, case, method=method, tolerance=setting, nominal=nominal, seconds=seconds
+        )
         if problem.hybrid is not None and len(done.y) == len(reference.t):
             done.y[:, accounts] = reference.high[
                 :, accounts
@@ -149,7 +165,8 @@ def _peer(
         return done
 
     alone = replace(case, grid=case.grid[:1])
-    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(case))
+    # Looking at the clock costs time: only the run that is not timed does it.
+    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(case, longest))
 
 
 def _repeated(
@@ -159,23 +176,24 @@ def _repeated(
     timed: Callable[[], Trajectory],
     run: Callable[[], Trajectory],
 ) -> Point:
-    """Measure the error of a run, and repeat it without its grid for the median of its times; a run of whole seconds
-    is made once."""
-    done = run()
+    """Measure the error of a run, and repeat it without its grid for the median of its times."""
+    alone = done = run()
     seconds: list[float] = []
-    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE):
-        alone = done if done.failure is not None or done.interrupted else timed()
+    if done.failure is not None or done.interrupted or done.statistics.run_time > ONCE:
+        seconds.append(done.statistics.run_time)
+    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE and alone is not done):
+        alone = timed()
         seconds.append(alone.statistics.run_time)
-        if alone is done:
-            break
     taken = statistics.median(seconds)
     spread = (max(seconds) - min(seconds)) / taken if taken > 0 else 0.0
     made = alone.statistics
     if done.interrupted:
         raise KeyboardInterrupt
     if done.failure is not None:
-        message = done.failure.message
-        return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
+        message, given_up = done.failure.message, done.failure.kind in GIVEN_UP
+        return Point(
+            name, setting, None, None, taken, spread, made.steps, made.evaluations, message, given_up
+        )
     errors = reference.error(done.y)
     if not np.isfinite(errors).all():
         message = "the result is not finite"

@@ -79,3 +79,22 @@ def test_models_with_inputs_are_refused_with_the_reason() -> None:
     case = prepare(problem, functions, SimulationOptions())
     with pytest.raises(SimulationError, match="without inputs"):
         run_peer(problem, functions, case, method="scipy:RK45", tolerance=1e-6, nominal=np.ones(problem.ny))
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_run_that_takes_too_long_is_given_up_with_its_evaluations(method: str) -> None:
+    problem = mechc.loads(BALL.replace("potential 1 kg*g*h", "potential 1e10 N/m*h^2")).problem("c")
+    functions = load_functions(problem)
+    case = prepare(problem, functions, SimulationOptions())
+    done = run_peer(
+        problem,
+        functions,
+        case,
+        method=f"scipy:{method}",
+        tolerance=1e-8,
+        nominal=np.ones(problem.ny),
+        seconds=0.05,
+    )
+    assert done.failure is not None and done.failure.kind == "given up"
+    assert done.statistics.run_time < 5 and done.statistics.evaluations >= 64
+    assert f"{done.statistics.evaluations} evaluations" in done.failure.message

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import mechc
+import mechc.benchmark as benchmark_module
 from mechc.benchmark import benchmark
 from mechc.benchmark_report import report
 from mechc.cli.main import mechc as program
 from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision
+from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision, has_precision
 from mechc.runtime.work_precision import Point, fastest, time_to_reach
 
 OSCILLATOR = """
@@ -161,6 +163,44 @@ def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: 
                 )
             )
         )
+
+
+def test_ladder_ends_where_a_run_is_given_up_or_accurate_enough() -> None:
+    stiff = mechc.loads(OSCILLATOR.replace("4 N/m", "1e12 N/m").replace("10 s", "1e-4 s"))
+    tolerances = (1e-9, 1e-11, 1e-13)
+    made = benchmark(stiff, methods=("dop853",), against=("scipy:DOP853",), tolerances=tolerances, enough=1.0)
+    assert [len(points) for points in made.by_method().values()] == [
+        3,
+        1,
+    ]  # a peer stops, the kernel does not
+    given_up = benchmark(
+        stiff, methods=("dop853",), against=("scipy:RK45",), tolerances=tolerances, longest=0.0
+    )
+    for points in given_up.by_method().values():
+        assert len(points) < 3 and points[-1].given_up and "given up after" in points[-1].failure
+
+
+def test_numbers_of_the_processor_take_over_where_the_reference_takes_too_long(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if best_precision() != "__float128" or not has_precision("long double"):
+        pytest.skip("this C compiler has no two wide numbers")
+    model = mechc.loads(OSCILLATOR)
+    usual = benchmark(model, methods=("dop853",), tolerances=()).reference
+    whole = benchmark_module.reference
+
+    def slow(*arguments: Any, **options: Any) -> Reference:
+        if options["precision"] == "__float128":
+            options["seconds"] = 0.0
+        return whole(*arguments, **options)
+
+    monkeypatch.setattr(benchmark_module, "reference", slow)
+    monkeypatch.setattr(reference_cache, "cache_folder", lambda: tmp_path)
+    fast = benchmark(model, methods=("dop853",), tolerances=()).reference
+    assert (usual.precision, fast.precision) == ("__float128", "long double")
+    # measured 2e-17: rounding of 64 bits, 5e-20, over some thousand stages
+    assert np.abs((usual.high - fast.high) + (usual.low - fast.low)).max() < 1e-16
+    assert fast.doubt.max() < 1e-15
 
 
 def test_command_prints_one_object(tmp_path: Path) -> None:
