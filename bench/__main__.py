@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 import sys
+import time
 from importlib import import_module
+
+from .machine import note_time
 
 PAGES = (
     "forming",
@@ -32,8 +35,13 @@ def main(arguments: list[str]) -> int:
         print(f"no page '{unknown[0]}'; there are {', '.join(PAGES)}", file=sys.stderr)
         return 2
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does
+    begun = time.monotonic()
     for name in names:
+        before = time.monotonic()
         import_module(f".{name}", __package__).main(quick=quick)
+        taken = time.monotonic() - before
+        note_time(name, taken)
+        print(f"page {name}: {taken:.0f} s, {time.monotonic() - begun:.0f} s so far", flush=True)
     import_module(".index", __package__).main()
     return 0
 

@@ -11,15 +11,12 @@ import numpy as np
 
 import mechc
 from mechc.benchmark import benchmark
-from mechc.lang.diagnostics import CompileError
-from mechc.runtime.build import BuildError
 from mechc.runtime.outcome import Outcome, SimulationError
-from mechc.runtime.reference import Reference, ReferenceFailed
-from mechc.settings import UsageMistake
+from mechc.runtime.reference import Reference
 
 from .machine import table, write
+from .references import FAILURES, SECONDS, examples, in_parallel
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 ADAPTIVE = ("dop853", "radau5")
 FIXED = ("rk4", "gauss4", "verlet", "rattle")
@@ -48,10 +45,17 @@ class Case:
         return self.estimate / self.error
 
 
-def cases(path: Path, seconds: float) -> list[Case]:
-    """Run one example by every method that fits it, to its end or its horizon. ``seconds``: for the reference, if it is not in the cache."""
+def cases(path: Path) -> list[Case] | str:
+    """Run one example by every method that fits it, to its end or its horizon; else say why it cannot be judged."""
+    try:
+        return _cases(path)
+    except FAILURES as error:
+        return str(error).splitlines()[0]
+
+
+def _cases(path: Path) -> list[Case]:
     model = mechc.load(path).for_experiment(None)
-    made = benchmark(model, methods=("dop853",), tolerances=(), seconds=seconds)
+    made = benchmark(model, methods=("dop853",), tolerances=(), seconds=SECONDS)
     truth = made.reference
     found: list[Case] = []
     for method in ADAPTIVE:
@@ -83,14 +87,14 @@ def _runs(
 
 
 def main(quick: bool = False) -> None:
-    paths = sorted(EXAMPLES.glob("*.mech"))[:: 8 if quick else 1]
+    paths = examples(quick, every=8)
     found: list[Case] = []
     left_out: list[str] = []
-    for path in paths:
-        try:
-            found += cases(path, 2 if quick else 6)
-        except (ReferenceFailed, SimulationError, CompileError, BuildError, UsageMistake) as error:
-            left_out.append(f"{path.stem}: {str(error).splitlines()[0]}")
+    for path, made in zip(paths, in_parallel(cases, paths), strict=True):
+        if isinstance(made, str):
+            left_out.append(f"{path.stem}: {made}")
+        else:
+            found += made
         print(path.stem, len(found), flush=True)
     rows = []
     for method, settings in [*((m, TOLERANCES) for m in ADAPTIVE), *((m, STEPS) for m in FIXED)]:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import mechc
 from mechc.benchmark import Benchmark, benchmark
 from mechc.benchmark_report import draw_small
-from mechc.lang.diagnostics import CompileError
-from mechc.runtime.build import BuildError
-from mechc.runtime.outcome import SimulationError
-from mechc.runtime.reference import ReferenceFailed
 from mechc.runtime.work_precision import time_to_reach
-from mechc.settings import UsageMistake
 
 from .machine import REPORT, table, write
+from .references import FAILURES, SECONDS, example_references, examples
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
 LEVELS = (1e-3, 1e-6, 1e-9, 1e-12)
 METHODS = ("dop853", "radau5", "rk4", "verlet")
 TOLERANCES = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13)
+LONGEST = 0.5
+"""Seconds after which a run is given up, and with it the rest of its ladder."""
 FOLDER = "examples"
 
 
@@ -41,11 +36,21 @@ def main(quick: bool = False) -> None:
     rows: list[list[str]] = []
     left_out: list[str] = []
     wins: dict[str, list[int]] = {method: [0] * len(LEVELS) for method in METHODS}
-    for path in sorted(EXAMPLES.glob("*.mech"))[:: 16 if quick else 1]:
+    paths = examples(quick, every=16)
+    unknown = example_references(paths)
+    left_out += [f"- `{name}`: {why}" for name, why in unknown.items()]
+    for path in paths:
+        if path.stem in unknown:
+            continue
         try:
-            model = mechc.load(path).for_experiment(None)
-            made = benchmark(model, methods=METHODS, tolerances=TOLERANCES, seconds=2 if quick else 6)
-        except (ReferenceFailed, SimulationError, CompileError, BuildError, UsageMistake) as error:
+            made = benchmark(
+                mechc.load(path).for_experiment(None),
+                methods=METHODS,
+                tolerances=TOLERANCES,
+                seconds=SECONDS,
+                longest=LONGEST,
+            )
+        except FAILURES as error:
             left_out.append(f"- `{path.stem}`: {str(error).splitlines()[0]}")
             continue
         draw_small(made, REPORT / FOLDER / f"{path.stem}.png")
@@ -63,7 +68,9 @@ def main(quick: bool = False) -> None:
         f"{len(rows)} examples with their default experiment, by {', '.join(METHODS)} over ladders of tolerances or "
         "steps. The table names the fastest method that reaches an error and its run time; the reference is a run in "
         "higher precision, of which so many digits can be trusted. Errors are the largest ones over 41 output times "
-        "and all states, relative to nominal + |value|. `mechc bench MODEL` gives the numbers behind a diagram."
+        "and all states, relative to nominal + |value|. A run of more than "
+        f"{LONGEST:g} s is given up, and with it the rest of its ladder. `mechc bench MODEL` gives the numbers behind a "
+        "diagram."
     )
     overview = [[method, *map(str, counts)] for method, counts in wins.items()]
     parts = [

@@ -10,6 +10,8 @@ from pathlib import Path
 from mechc.runtime.build import find_compiler
 
 REPORT = Path(__file__).parent / "report"
+MADE = "Made in "
+"""How the last line of a page begins."""
 
 
 def described() -> str:
@@ -44,3 +46,10 @@ def write(name: str, title: str, parts: Sequence[str]) -> None:
     REPORT.mkdir(exist_ok=True)
     (REPORT / f"{name}.md").write_text(text, encoding="utf-8")
     print(text)
+
+
+def note_time(name: str, seconds: float) -> None:
+    """Add to a page how long it took to make."""
+    file = REPORT / f"{name}.md"
+    with file.open("a", encoding="utf-8") as page:
+        page.write(f"\n{MADE}{seconds:.0f} s.\n")

@@ -67,6 +67,9 @@ model Chain
 end Chain;
 """
 
+BENT_BARS = BARS.replace("if i == 1 then -60 deg else 0 deg", "if i == 1 then -140 deg else 2 deg")
+"""Hangs in an arc under tension: from a straight start the far joints hardly move, and compression makes them chaotic."""
+
 _SPATIAL = """
 import mech.spatial.*;
 model Link "its mass centre on the y axis, symmetric about it"

@@ -18,7 +18,7 @@ from mechc.cli.main import mechc as program
 from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision, has_precision
+from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision, has_precision, reference
 from mechc.runtime.work_precision import Point, fastest, time_to_reach
 
 OSCILLATOR = """
@@ -187,12 +187,11 @@ def test_numbers_of_the_processor_take_over_where_the_reference_takes_too_long(
         pytest.skip("this C compiler has no two wide numbers")
     model = mechc.loads(OSCILLATOR)
     usual = benchmark(model, methods=("dop853",), tolerances=()).reference
-    whole = benchmark_module.reference
 
     def slow(*arguments: Any, **options: Any) -> Reference:
         if options["precision"] == "__float128":
             options["seconds"] = 0.0
-        return whole(*arguments, **options)
+        return reference(*arguments, **options)
 
     monkeypatch.setattr(benchmark_module, "reference", slow)
     monkeypatch.setattr(reference_cache, "cache_folder", lambda: tmp_path)
