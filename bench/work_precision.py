@@ -27,9 +27,9 @@ METHODS = ("dop853", "radau5")
 ACCURATE = 1e-11
 ENOUGH = 3e-10
 """Error at which the ladder of a scipy method ends: past the last level."""
-SECONDS = 45.0
+SECONDS = 10.0
 """CPU seconds that a reference may take."""
-LONGEST = 3.0
+LONGEST = 2.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
 
 

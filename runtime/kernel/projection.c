@@ -9,9 +9,13 @@
 
 enum { MAX_CORRECTIONS = 10 };
 
-/* A correction below this share of the nominal values leaves an error below rounding: Newton's method squares
-   it, and the equations for the velocities are linear. */
+/* A correction of the positions below this share of the nominal values leaves an error below rounding: Newton's
+   method squares it. */
 static mech_real last_correction(void) { return mech_sqrt(MECH_EPSILON) / 64; }
+
+/* The equations for the velocities are linear: of a correction only its rounding is left, magnified by at most the
+   condition of these equations. The inverse of this share leaves room for that. */
+static const mech_real LAST_OF_VELOCITIES = MECH_C(1e-5);
 
 static void keep_largest(mech_real *largest, const mech_real *residual, int n)
 {
@@ -72,7 +76,7 @@ int mech_project(mech_solver *s, mech_real t, mech_real *y)
             keep_largest(s->drift + m->n_position, d + m->nv, m->n_velocity);
             r->drift_velocity = mech_max(r->drift_velocity, size);
         }
-        if (size <= enough) break;
+        if (size <= LAST_OF_VELOCITIES) break;
     }
     return MECH_RUNNING;
 }
