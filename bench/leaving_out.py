@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import tempfile
+from functools import partial
 from pathlib import Path
 
 import mechc
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.pipeline import compile_source
-from mechc.lang.diagnostics import CompileError
 from mechc.lang.read import read_source
-from mechc.runtime.build import BuildError
-from mechc.runtime.outcome import SimulationError
 from mechc.savings import LARGEST, SQUARE, Cost, cost
-from mechc.settings import UsageMistake
 
 from .instructions import instructions, make_driver
 from .machine import table, write
+from .references import EXAMPLES, FAILURES, examples, in_parallel
 
-EXAMPLES = Path(__file__).parent.parent / "examples"
 AS_FMU = ("double_pendulum", "four_bar", "heavy_symmetric_top", "kepler", "hanging_chain")
 
 
@@ -30,19 +27,17 @@ def main(quick: bool = False) -> None:
     merged: list[float] = []
     with tempfile.TemporaryDirectory() as folder:
         driver = make_driver(Path(folder))
-        for path in sorted(EXAMPLES.glob("*.mech"))[:: 16 if quick else 1]:
-            try:
-                lean, everything, reduced = builds(path)
-                small, large = cost(lean), cost(everything)
-                counts = (
-                    (None, None)
-                    if driver is None
-                    else tuple(instructions(m, driver) for m in (lean, everything))
-                )
-                structural = operations_without_values(path)
-            except (CompileError, BuildError, SimulationError, UsageMistake) as error:
-                notes.append(f"- `{path.stem}`: {str(error).splitlines()[0]}")
+        paths = examples(quick, every=16)
+        found = list(
+            in_parallel(partial(counted, driver=driver), paths)
+        )  # all of it before anything is timed
+        for path, made in zip(paths, found, strict=True):
+            if isinstance(made, str):
+                notes.append(f"- `{path.stem}`: {made}")
                 continue
+            counts, structural = made
+            lean, everything, reduced = builds(path)
+            small, large = cost(lean), cost(everything)
             name = f"`{path.stem}`" + ("*" if reduced else "")
             rows.append([name, *cells(small, large, structural, counts)])
             if structural:
@@ -74,6 +69,18 @@ HEAD = [
     "ns an evaluation",
     "keep-all",
 ]
+
+
+def counted(path: Path, driver: Path | None) -> tuple[tuple[int | None, ...], int] | str:
+    """Return the instructions of the lean build and of that with everything, and the operations by structure alone."""
+    try:
+        models = builds(path)[:2]
+        counts = (None, None) if driver is None else tuple(instructions(model, driver) for model in models)
+        for model in models:
+            model.problem("c")  # compiled here, for `cost`
+        return counts, operations_without_values(path)
+    except FAILURES as error:
+        return str(error).splitlines()[0]
 
 
 def builds(path: Path) -> tuple[mechc.Model, mechc.Model, bool]:

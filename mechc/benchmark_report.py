@@ -79,9 +79,9 @@ def draw_small(made: Benchmark, path: Path) -> None:
     figure = Figure(figsize=(3.6, 2.4), layout="constrained")
     axes = figure.add_subplot()
     _curves(made, axes)
-    axes.tick_params(labelsize=6)
-    axes.legend(fontsize=5)
-    figure.savefig(path, dpi=64, pil_kwargs={"optimize": True})
+    axes.tick_params(labelsize=7)
+    axes.legend(fontsize=7, handlelength=1.2, borderpad=0.3, labelspacing=0.3)
+    figure.savefig(path, dpi=80, pil_kwargs={"optimize": True})
 
 
 def _curves(made: Benchmark, axes: Axes) -> None:

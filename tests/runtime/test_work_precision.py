@@ -18,7 +18,14 @@ from mechc.cli.main import mechc as program
 from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.reference import LADDERS, Reference, ReferenceFailed, best_precision, has_precision, reference
+from mechc.runtime.reference import (
+    LADDERS,
+    Reference,
+    ReferenceFailed,
+    best_precision,
+    has_precision,
+    reference,
+)
 from mechc.runtime.work_precision import Point, fastest, time_to_reach
 
 OSCILLATOR = """
