@@ -119,16 +119,23 @@ def by_another(
     """Compare a run by CVode with the native one, as far as both have gone whole steps.
 
     Impacts may not bear the loose tolerance of the companion: the comparison ends where that run does. Raises
-    CompileError if the run itself fails.
+    CompileError if the run itself fails or ends early.
     """
     try:
         run = driver.by_cvode(path, times, tolerance)
     except (FMICallException, RuntimeError) as failure:
         raise _failed(f"as Model Exchange it does not run: {failure}") from failure
+    if not np.isfinite(run).all():
+        raise _failed("as Model Exchange it comes to values that are not finite")
     companion = driver.by_cvode(path, times, tolerance * APART, may_fail=True)
     spread = distance(run, companion, size)
-    n = min(len(spread), len(error), int(np.sum(np.diff(times) > step * (1 - 1e-9))) + 1)
-    return agreement(times, distance(run, states, size)[:n], error[:n] + spread[:n], tolerance)
+    whole = int(np.sum(np.diff(times) > step * (1 - 1e-9))) + 1
+    n = min(len(spread), len(error), whole)
+    found = agreement(times, distance(run, states, size)[:n], error[:n] + spread[:n], tolerance)
+    # the model may end both runs, one of them just before a point
+    if len(run) < whole - 1 and len(companion) >= len(run) and found.until >= times[len(run) - 1]:
+        raise _failed(f"as Model Exchange it ends at time {found.until:g}, and the native run goes on")
+    return found
 
 
 def native_points(start: Start, method: str, count: int) -> tuple[Array, float, Array]:

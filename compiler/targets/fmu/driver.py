@@ -112,8 +112,7 @@ def by_cvode(path: Path, times: Array, tolerance: float, *, may_fail: bool = Fal
     """Return the states at times as CVode integrates a Model Exchange unit, events included.
 
     Fewer rows where the model ends its run, and up to a failure that is allowed; else it raises FMICallException or
-    RuntimeError. ``simulate_fmu`` does the same, but gives up after 500 steps from one
-    output to the next.
+    RuntimeError. ``simulate_fmu`` does the same, but gives up after 500 steps from one output to the next.
     """
     description = fmpy.read_model_description(str(path), validate=False)
     begin, end = float(times[0]), float(times[-1])

@@ -320,6 +320,22 @@ def test_a_model_exchange_unit_that_moves_otherwise_is_not_written(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda rows: rows[:20], "ends at time .*, and the native run goes on"),
+        (lambda rows: np.where(np.arange(len(rows))[:, None] > 20, np.nan, rows), "not finite"),
+    ],
+)
+def test_a_model_exchange_unit_that_ends_early_is_not_written(
+    change: Any, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    by_cvode = driver.by_cvode
+    monkeypatch.setattr(driver, "by_cvode", lambda *given, **more: change(by_cvode(*given, **more)))
+    with pytest.raises(CompileError, match=told):
+        export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(kind="me"))
+
+
 def test_a_run_that_may_fail_goes_as_far_as_it_can(tmp_path: Path) -> None:
     text = ARM.replace(
         "experiment(stop = 2 s)", 'assert x[1] > 0.2 m, "too near";\n  experiment(stop = 0.3 s)'
