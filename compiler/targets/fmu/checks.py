@@ -86,7 +86,8 @@ def _failed(reason: str) -> CompileError:
 
 def _check_motion(path: Path, made: Made) -> Checked:
     start = made.start
-    times, step, reference = native_points(start, made.method, POINTS)
+    end = _end(start, made.method)
+    times, step, reference = native_points(start, made.method, POINTS, end)
     if "cs" in made.kinds:
         try:
             found = driver.co_simulation(path, times, step)
@@ -94,7 +95,7 @@ def _check_motion(path: Path, made: Made) -> Checked:
             raise _failed(f"as Co-Simulation it does not run: {failure}") from failure
         if not np.array_equal(found, reference):
             raise _failed("Co-Simulation does not give the same motion as the native run")
-    size, error = native_error(start, made.method, POINTS, reference)
+    size, error = native_error(start, made.method, POINTS, reference, end)
     me = None
     if "me" in made.kinds:
         me = by_another(path, times, step, reference, size, error, CVODE)
@@ -103,13 +104,24 @@ def _check_motion(path: Path, made: Made) -> Checked:
     return Checked(me, times, reference, error, size)
 
 
-def native_error(start: Start, method: str, count: int, states: Array) -> tuple[Array, Array]:
+def _end(start: Start, method: str) -> float:
+    """Return the end of the points of a comparison: the stop, or half a step behind where the model ends its run."""
+    case = start.case
+    reached = float(native_points(start, method, POINTS)[0][-1]) - case.begin
+    if reached > (case.stop - case.begin) * (1 - 1 / POINTS):
+        return case.stop
+    return case.begin + reached * POINTS / (POINTS - 0.5)
+
+
+def native_error(
+    start: Start, method: str, count: int, states: Array, end: float | None = None
+) -> tuple[Array, Array]:
     """Return the sizes of the states, and the estimated error of the native run at each time, with its safety."""
     size: Array = start.nominal + np.max(np.abs(states), axis=0)
     case = start.case
     tolerance, factor = companion_tolerance(case.tolerance)
     finer = replace(case, tolerance=tolerance, step=case.step / 2 if case.step else case.step)
-    _, _, companion = native_points(replace(start, case=finer), method, count)
+    _, _, companion = native_points(replace(start, case=finer), method, count, end)
     return size, SAFETY * factor * distance(states, companion, size)
 
 
@@ -138,14 +150,16 @@ def by_another(
     return found
 
 
-def native_points(start: Start, method: str, count: int) -> tuple[Array, float, Array]:
+def native_points(
+    start: Start, method: str, count: int, end: float | None = None
+) -> tuple[Array, float, Array]:
     """Return times, their spacing, and the states of the native run, made to stop at each of the times.
 
-    Where the model ends the run, that is the last time.
+    ``end``: the last time; the stop without it. Where the model ends the run, that is the last time.
     """
     # output within steps would make the solver take shorter ones
     case = replace(start.case, grid=start.case.grid[:1])
-    step = (case.stop - case.begin) / count
+    step = ((case.stop if end is None else end) - case.begin) / count
     times = [case.begin]
     for _ in range(count):
         times.append(times[-1] + step)

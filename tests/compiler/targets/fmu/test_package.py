@@ -336,6 +336,18 @@ def test_a_model_exchange_unit_that_ends_early_is_not_written(
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(kind="me"))
 
 
+def test_the_points_of_a_comparison_cover_a_run_that_ends_early() -> None:
+    text = ARM.replace(
+        "experiment(stop = 2 s)",
+        'when x[1] < 0 m then terminate("there"); end when; experiment(stop = 100 s)',
+    )
+    checked = check_package(fmu_packages(loads(text).with_values({"hand[1]": 0}), FmuOptions())[0])
+    assert checked is not None and checked.me is not None
+    # 0.3 cos(2 t) is zero there; the last whole point lies half a step before
+    assert np.pi / 4 * (1 - 1 / 47) < checked.me.until < np.pi / 4
+    assert checked.times[-1] == pytest.approx(np.pi / 4, abs=1e-8)
+
+
 def test_a_run_that_may_fail_goes_as_far_as_it_can(tmp_path: Path) -> None:
     text = ARM.replace(
         "experiment(stop = 2 s)", 'assert x[1] > 0.2 m, "too near";\n  experiment(stop = 0.3 s)'
