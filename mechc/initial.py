@@ -65,7 +65,7 @@ def _equations(problem: Problem, case: Case, style: Style) -> list[str]:
         style.dim(rows[0]),
         *rows[1:],
         "",
-        f"  {steps[0]} steps for positions, {steps[1]} for velocities",
+        f"  steps: {steps[0]} for positions, {steps[1]} for velocities",
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -266,7 +267,9 @@ def _events(solution: Solution, style: Style) -> list[str]:
     rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
     rows += [f"  {e.time:>14.9g}{unit}  {pad(e.name, names)}  {style.dim(e.kind)}" for e in shown]
     if len(events) > MOST_EVENTS:
-        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more"))
+        kinds = Counter(f"{event.name} {event.kind}" for event in events).most_common(MOST_EVENTS)
+        counts = ", ".join(f"{number} {kind}" for kind, number in kinds)
+        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more; most often {counts}"))
     return rows
 
 

@@ -47,6 +47,13 @@ def test_of_many_outputs_the_report_says_how_many_it_leaves_out() -> None:
     assert sum(row.startswith("  y[") for row in rows) == 12 and "  ... and 2 more outputs" in rows
 
 
+def test_of_many_events_the_report_counts_the_kinds() -> None:
+    text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; "
+    solution = mechc.loads(text + "when sample(0.1 s) then n := n + 1; end when;").simulate(stop=1)
+    assert isinstance(solution, mechc.Solution)
+    assert report(solution).splitlines()[-1] == "  ... and 3 more; most often 11 sample(0.1 s) when"
+
+
 def test_swept_values_have_their_units() -> None:
     text = "parameter l = 1 m; structural parameter Integer n = 1; coordinate Length x = n*l; kinetic 1 kg*der(x)^2;"
     sweep = mechc.loads(text + "experiment both(l in {1, 2} m, n in {1, 3}, stop = 1 s);").sweep(
