@@ -6,7 +6,7 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +22,12 @@ from ...program.lower import lower
 from ...program.model import Program
 from ..c import emit_c
 from . import arrays, terminals, xml2, xml3
-from .identity import Identity, checked_identifier, tool
+from .identity import Identity, checked_identifier
 from .licences import licences
 from .platforms import HOST, binaries
 from .sources import sources, with_token
-from .variables import Start, Table, settable_parameters, variable_table
+from .table import settable_parameters, variable_table
+from .variables import Start, Table
 
 DEFAULT_STOP = 10.0
 ICON = "terminalsAndIcons/icon.png"
@@ -110,27 +111,32 @@ def make_package(
     groups = arrays.grouped(table) if with_arrays else arrays.scalars(table)
     sizes = arrays.sizes(groups, table) if with_arrays else []
     plain = sources(program, written.code, start, table, method, fmi, parts=parts, sizes=sizes)
-    everything = repr((program.name, plain, table.variables, kinds, tool()))
-    token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
-    texts = with_token(plain, token)
     case = start.case
     identity = Identity(
         name=equations.name,
         model_identifier=identifier,
         doc=equations.doc,
-        token=token,
+        token="",
         kinds=kinds,
         start=case.begin,
         stop=case.stop,
         tolerance=case.tolerance,
         step=(case.stop - case.begin) / 500,
-        sources=tuple(name for name in texts if name.endswith(".c")),
+        sources=tuple(name for name in plain if name.endswith(".c")),
         needs_completed_step=bool(
             program.constraints or program.rotations or program.assertions or program.hybrid
         ),
     )
+
+    def describe(identity: Identity) -> str:
+        return xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table, groups)
+
+    # the token is a hash of all that the file says without it
+    everything = repr((plain, describe(identity)))
+    token = "{" + _uuid(hashlib.sha256(everything.encode()).hexdigest()) + "}"
+    texts = with_token(plain, token)
+    description = describe(replace(identity, token=token))
     headers = standard_headers(fmi)
-    description = xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table, groups)
     files: dict[str, bytes] = {"modelDescription.xml": description.encode()}
     for name, text in texts.items():
         files[f"sources/{name}"] = text.encode()
