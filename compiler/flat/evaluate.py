@@ -295,9 +295,10 @@ def range_values(scope: Scope, node: ast.Range) -> range:
     step = 1 if node.step is None else whole_number(scope, node.step, "the step of a range")
     if step == 0:
         raise scope.fail("E0326", "the step of a range must not be zero", (node.step or node).span)
-    values = range(first, last + (1 if step > 0 else -1), step)
-    check_size(scope, len(values), node.span)
-    return values
+    check_size(
+        scope, max(0, (last - first) // step + 1), node.span
+    )  # ``len`` of a range has a limit of its own
+    return range(first, last + (1 if step > 0 else -1), step)
 
 
 def check_size(scope: Scope, size: int, span: Span) -> None:

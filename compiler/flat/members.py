@@ -8,6 +8,7 @@ from mechc.lang.source import Span
 
 from . import types
 from .evaluate import constant, not_structural, to_expression
+from .indexing import stack
 from .instance import (
     ROLE_WORDS,
     DefinitionMember,
@@ -17,7 +18,7 @@ from .instance import (
     VariableMember,
 )
 from .instantiate import element_scope, extents, indices
-from .model import Array, Expression, Kind, Literal, Name, Role, Type
+from .model import Expression, Kind, Literal, Name, Role, Type
 from .overrides import overridden
 from .scope import Poisoned, Scope
 from .values import broadcast, declared_type, distributed, fit
@@ -186,14 +187,7 @@ def nested(values: list[Expression], sizes: tuple[int, ...], span: Span, scope: 
         )
         for v in values
     ]
-    for count in reversed(sizes):
-        inner = unified[0].type
-        type = types.make(inner.kind, (count, *inner.shape), inner.dimension, inner.angle)
-        unified = [
-            Array(type=type, span=span, elements=tuple(unified[k : k + count]))
-            for k in range(0, len(unified), count)
-        ]
-    return unified[0]
+    return stack(unified, sizes, span)
 
 
 # ---------------------------------------------------------------- modifications

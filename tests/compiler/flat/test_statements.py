@@ -349,6 +349,13 @@ def test_calls_that_double_their_arguments_stay_bounded() -> None:
     assert codes(f"function f(x) = x*x; parameter x = 2; parameter y = {nested};") == ["E0419"]
 
 
+@pytest.mark.parametrize(
+    ("range", "wrong"), [("1:1e30", ["E0419"]), ("1:-1:-1e30", ["E0419"]), ("1:2:4", []), ("3:1", [])]
+)
+def test_sizes_of_ranges(range: str, wrong: list[str]) -> None:
+    assert codes(CART + f"parameter s = sum(1 for i in {range}) + sum(2 for i in 5:-2:1);") == wrong
+
+
 def test_events_keep_their_branches_and_targets() -> None:
     model = flat(
         CART
