@@ -118,7 +118,7 @@ CASES = (
         fault="loose",
         options={"experiment": "idle", "stop": 20, "set": {"der(main.angle)": 20.0}},
     ),
-    chain(2, 1e-6),
-    chain(10, 1e-5),
-    chain(40, 1e-4, full=True),
+    chain(2, 1e-8),
+    chain(10, 1e-8),
+    chain(40, 1e-8, full=True),
 )
