@@ -12,7 +12,6 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         "project_position",
         "project_velocity",
         "displace",
-        "closeness",
         "constraints",
         "constraint_jacobian",
     ),
