@@ -49,6 +49,8 @@ def force_answers(system: MechanicalSystem, replies: Replies) -> list[Node]:
                 names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
                 if all(n in replies.drive_reactions for n in names):
                     answer = [replies.drive_reactions[n] for n in names]
+                else:  # a drive that is released
+                    answer = replies.multipliers.get(query.target)
         found.append(symbol if answer is None else answer[place])
     return found
 
@@ -100,7 +102,9 @@ def answers(
             return replies.joint_reactions[query.target][0]
         drive_reactions = replies.drive_reactions
         names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
-        return [drive_reactions[n] for n in names] if all(n in drive_reactions for n in names) else None
+        if all(n in drive_reactions for n in names):
+            return [drive_reactions[n] for n in names]
+        return replies.multipliers.get(query.target)
 
     def centre(query: Query) -> Sequence[Node] | None:
         frame = system.lowering.frame(query.arguments[0]) if query.arguments else None

@@ -26,6 +26,7 @@ from .model import FlatModel, Role
 from .namespace import Library, Namespace
 from .overrides import Given, check_known, exact
 from .record import Record
+from .relations import hold_released_drives
 from .scope import Flattening, Poisoned, Scope
 from .space import look_ahead
 from .statements import run
@@ -146,6 +147,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     look_ahead(flattening, cls)
     record = Record()
     run(instance, record)
+    hold_released_drives(record)
     _add_integrals(flattening, record)
     variables = _variables(record)
     found = experiments(instance)

@@ -123,8 +123,8 @@ def _action(
                     "E0711",
                     f"'{name}' cannot be switched",
                     origin.span,
-                    caption=f"'{word}' takes a named constraint, a contact or a cut joint",
-                    help="write 'cut' before a joint of the tree; write a drive as 'constraint hold: x = f(time);'",
+                    caption=f"'{word}' takes a named constraint, a contact, a driven coordinate or a cut joint",
+                    help="write 'cut' before a joint of the tree; write the drive of a rotation as a constraint",
                 )
                 return None
             return SetAction((flags[name],), (graph.one if engage else graph.zero,), True, origin)

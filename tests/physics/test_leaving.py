@@ -176,3 +176,32 @@ def test_catapult_lets_go() -> None:
     speed = float(l * mpmath.sqrt(squared(last)))
     assert solution["range"][-1] == pytest.approx(speed * fall, rel=1e-10)
     assert solution["hinge.angle"][-1] == pytest.approx(math.radians(80), abs=1e-12)
+
+
+def test_drive_lets_go_and_takes_hold_again() -> None:
+    """A trolley goes as t^2 for a second and then swings freely with what hangs on it by a spring."""
+    model = mechc.loads("""model Trolley
+  coordinate Length x;
+  coordinate Length y = 0 m;
+  discrete release_at = 1 s;
+  drive x = 1 m/s^2*time^2;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1/2*4 N/m*(y - x)^2;
+  output F = reaction(x);
+  when time >= release_at then release x; end when;
+  experiment(stop = 2 s);
+end Trolley;
+""")
+    solution = model.simulate(tolerance=1e-11)
+    held = np.flatnonzero(solution.time < 1)
+    w = 2.0  # of y while x is held: y = t^2 - 1/2 + cos(w t)/2
+    t = solution.time[held]
+    assert solution["x"][held] == pytest.approx(t**2, abs=1e-11)
+    assert solution["F"][held] == pytest.approx(2 - 4 * (np.cos(w * t) / 2 - 1 / 2), abs=1e-8)
+    # then the centre goes on evenly and the distance swings with twice the square of the frequency
+    y, rate = 1 - 1 / 2 + math.cos(w) / 2, 2 - math.sin(w)
+    gap, opening, f = y - 1, rate - 2, math.sqrt(8)
+    distance = gap * math.cos(f) + opening / f * math.sin(f)
+    assert solution["y"][-1] - solution["x"][-1] == pytest.approx(distance, abs=1e-9)
+    assert solution["y"][-1] + solution["x"][-1] == pytest.approx(1 + y + 2 + rate, abs=1e-9)
+    assert solution["F"][-1] == 0
