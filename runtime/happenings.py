@@ -12,6 +12,9 @@ from .outcome import Failure, state_at, time_text
 from .problem import Array, Problem
 from .solver import Solver
 
+MOST_ROWS = 64
+"""That may be chosen among at an instant: the room that the kernel has for them (modes.c)."""
+
 
 @dataclass(frozen=True, slots=True)
 class Event:
@@ -168,6 +171,13 @@ def event_failure(problem: Problem, status: int, report: native.ReportStruct, y:
                     f"the friction of '{row.name}' has a negative coefficient or limit at {at}, {value} (SI): "
                     "it is a size; where the normal force can change its sign, write a 'contact' with friction"
                 )
+        case native.NO_MODE if len(hybrid.rows) > MOST_ROWS:
+            kind, name, origin = "modes", "", None
+            message = (
+                f"the model has {len(hybrid.rows)} rows of contacts, friction and constraints that switch; "
+                f"a run decides over {MOST_ROWS} at once: replace some by potentials, or by friction "
+                'with law = "regularized"'
+            )
         case native.NO_MODE:
             kind = "modes"
             title = f"'{row.name}'" if row is not None else "the contacts"

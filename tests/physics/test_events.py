@@ -384,3 +384,18 @@ contact on_right: right[2] friction 10 along vel(right)[1];
     solution = run(text, stop=8, tolerance=tolerance)
     assert solution.outcome is Outcome.COMPLETED, solution.message
     assert abs(solution["theta"][-1]) < 1e-11
+
+
+def test_more_rows_than_a_run_decides_over_are_told() -> None:
+    masses = (
+        "".join(
+            f"coordinate Length x{i} = 1 m;\nmass 1 kg at world*{{x{i}, 0}} m;\ncontact c{i}: x{i};\n"
+            for i in range(65)
+        )
+        .replace("} m;", "};")
+        .replace(", 0}", ", 0 m}")
+    )
+    solution = mechc.loads(masses).simulate(stop=1, estimate_error=False)
+    assert solution.outcome is Outcome.FAILED
+    assert "the model has 65 rows" in solution.message
+    assert "decides over 64" in solution.message
