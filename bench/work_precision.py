@@ -27,7 +27,7 @@ METHODS = ("dop853", "radau5")
 ACCURATE = 1e-11
 ENOUGH = 3e-10
 """Error at which the ladder of a scipy method ends: past the last level."""
-SECONDS = 10.0
+SECONDS = 20.0
 """CPU seconds that a reference may take."""
 LONGEST = 2.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
