@@ -14,11 +14,22 @@ if TYPE_CHECKING:
     from .api import load as load
     from .api import loads as loads
     from .lang.diagnostics import CompileError as CompileError
+    from .runtime.outcome import SimulationError as SimulationError
+    from .settings import UsageMistake as UsageMistake
     from .solution import Solution as Solution
 
 __version__ = "0.1.0"
 
-__all__ = ["CompileError", "Model", "Solution", "__version__", "load", "loads"]
+__all__ = [
+    "CompileError",
+    "Model",
+    "SimulationError",
+    "Solution",
+    "UsageMistake",
+    "__version__",
+    "load",
+    "loads",
+]
 
 _HOMES = {
     "load": "mechc.api",
@@ -26,6 +37,8 @@ _HOMES = {
     "Model": "mechc.api",
     "Solution": "mechc.solution",
     "CompileError": "mechc.lang.diagnostics",
+    "SimulationError": "mechc.runtime.outcome",
+    "UsageMistake": "mechc.settings",
 }
 
 

@@ -17,6 +17,7 @@ from .runtime.case import Case, SimulationOptions, find_experiment, input_values
 from .runtime.evaluate import evaluate_rows
 from .runtime.functions import Functions, load_functions
 from .runtime.kernel_run import run_kernel
+from .runtime.methods import check_name
 from .runtime.native import kernel_methods, load_kernel
 from .runtime.nominal import nominal_values
 from .runtime.outcome import SimulationError
@@ -123,6 +124,8 @@ def benchmark(
 
     Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
     """
+    for name in methods:
+        check_name(name)
     problem = model.problem("c", method="radau5")
     functions = load_functions(problem)
     options = SimulationOptions(

@@ -46,6 +46,13 @@ def choose_method(functions: Functions, case: Case, reproducible: bool = False) 
     return method
 
 
+def check_name(wanted: str) -> None:
+    """Raise SimulationError where no method for compiled models has this name."""
+    known = [*native.kernel_methods(native.load_kernel()), *(PREFIX + name for name in METHODS)]
+    if wanted not in known:
+        raise _unknown(wanted, known, "")
+
+
 def _find(functions: Functions, wanted: str, reproducible: bool) -> Method:
     by_scipy = [PREFIX + name for name in METHODS]
     if wanted in by_scipy:
