@@ -236,5 +236,5 @@ def test_times_between_two_runs_lie_on_the_line_of_their_logarithms() -> None:
 
 def test_unknown_method_is_told_before_anything_is_computed() -> None:
     model = mechc.loads("coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; experiment(stop = 1 s);")
-    with pytest.raises(mechc.SimulationError, match="no method 'dop854'.*did you mean 'dop853'"):
+    with pytest.raises(mechc.SimulationError, match=r"no method 'dop854'.*did you mean 'dop853'"):
         benchmark(model, methods=["radau5", "dop854"], seconds=0.0)
