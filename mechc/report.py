@@ -109,7 +109,7 @@ def render_message(message: str, origin: Origin | None, style: Style = PLAIN, co
 
 def number(value: float) -> str:
     """Return a number with seven digits, as short as possible."""
-    return f"{value:.7g}"
+    return f"{value + 0.0:.7g}"  # no minus before a zero
 
 
 def duration(seconds: float) -> str:

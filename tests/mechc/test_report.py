@@ -8,7 +8,7 @@ import pytest
 from hand_made import failing_solution, pendulum_solution
 
 import mechc
-from mechc.report import count, duration, render_failure, report, sweep_report
+from mechc.report import count, duration, number, render_failure, report, sweep_report
 
 
 def test_a_completed_run() -> None:
@@ -113,3 +113,7 @@ def test_durations(seconds: float, text: str) -> None:
 
 def test_counts_are_grouped() -> None:
     assert [count(n) for n in (0, 999, 1234567)] == ["0", "999", "1 234 567"]
+
+
+def test_zero_has_no_sign() -> None:
+    assert [number(x) for x in (-0.0, 0.0, -1.25e-9)] == ["0", "0", "-1.25e-09"]
