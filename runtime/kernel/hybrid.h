@@ -105,6 +105,8 @@ int mech_slides(const mech_solver *s, int hit);
 /* Turns slide i, from rest, into the direction in which it accelerates; 0 where it has that. */
 int mech_aim_slide(mech_solver *s, int i);
 void mech_find_response(mech_solver *s);
+/* Whether a force along row i changes its rate, by the responses found last: not so at a dead centre. */
+int mech_moved_by_itself(const mech_solver *s, int i);
 /* x of a[n][n] x = b for the rows in `set`, n of them; dependent rows get 0. Gives the rank. */
 int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
 /* Adds the effect of the impulses to velocities, row rates and energy accounts. */

@@ -39,8 +39,7 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 static int independent(mech_solver *s, int *held, int n, int i)
 {
     mech_real target[64] = {0}, x[64];
-    const mech_real own = s->modes->response[i * (s->model->nv + s->modes->n_rows) + s->model->nv + i];
-    if (n >= 63 || !(mech_abs(own) > MECH_C(1e-11) * s->modes->mobility[i])) return 0;
+    if (n >= 63 || !mech_moved_by_itself(s, i)) return 0;
     held[n] = i;
     return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
 }

@@ -54,6 +54,24 @@ static mech_real since(const mech_solver *s, int i)
     return mech_min(time, s->o.dt_max);
 }
 
+/* Whether row i slides by a friction of its own, not on a surface. */
+static int slides(const mech_solver *s, int i)
+{
+    const mech_row *row = &s->model->hybrid->rows[i];
+    const mech_real *z = s->modes->z;
+    if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5) || z[row->sign] == 0) return 0;
+    if (row->normal >= 0 && !(z[s->model->hybrid->rows[row->normal].flag] > MECH_C(0.5))) return 0;
+    return mech_partner(s, i) < 0 && !(i > 0 && mech_partner(s, i - 1) == i);
+}
+
+/* For how long friction i has slid the other way. */
+static mech_real since_reversal(const mech_solver *s, int i)
+{
+    const mech_real sign = s->modes->z[s->model->hybrid->rows[i].sign];
+    const mech_real along = sign * value(s, i, MECH_RATE), second = sign * value(s, i, MECH_SECOND);
+    return along < 0 && second < 0 ? mech_min(along / second, s->o.dt_max) : 0;
+}
+
 mech_real mech_catch_rows(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -66,6 +84,8 @@ mech_real mech_catch_rows(mech_solver *s)
         const int n = list_passed(s, 0, rows);
         mech_real time = 0;
         for (int k = 0; k < n; k++) time = mech_max(time, since(s, rows[k]));
+        for (int i = 0; i < h->n_rows; i++)
+            if (slides(s, i)) time = mech_max(time, since_reversal(s, i));
         if (!(time > 0)) break;
         drift(s, -time);
         mech_read_rows(s);
@@ -80,6 +100,7 @@ mech_real mech_catch_rows(mech_solver *s)
         const mech_real *z = s->modes->z;
         if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
         if (row->normal >= 0 && !(z[h->rows[row->normal].flag] > MECH_C(0.5))) continue;
+        if (!mech_moved_by_itself(s, i)) continue; /* near a dead centre a little slip is much motion of all else */
         const int partner = mech_partner(s, i);
         mech_real along = z[row->sign] * value(s, i, MECH_RATE);
         if (partner >= 0) along += z[h->rows[partner].sign] * value(s, partner, MECH_RATE);

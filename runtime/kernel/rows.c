@@ -63,6 +63,11 @@ void mech_find_response(mech_solver *s)
     }
 }
 
+int mech_moved_by_itself(const mech_solver *s, int i)
+{
+    return mech_abs(response(s, i, i)) > MECH_C(1e-11) * s->modes->mobility[i];
+}
+
 int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
 {
     /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
