@@ -103,12 +103,12 @@ CASES = (
         fault="missed times",
     ),
     Case(
-        "table that is not increasing",
-        "a time given twice",
+        "table whose times fall",
+        "a time that goes back",
         PUSHED.format(how="linear"),
-        Refusal("is refused", ("increas",)),
+        Refusal("is refused", ("must not fall",)),
         fault="tables unchecked",
-        options={"inputs": {"push": table("twice", ((0.0, 0.0), (1.0, 1.0), (1.0, 2.0)))}},
+        options={"inputs": {"push": table("back", ((0.0, 0.0), (1.0, 1.0), (0.5, 2.0)))}},
     ),
     Case(
         "zero length",
