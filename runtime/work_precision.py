@@ -216,10 +216,13 @@ def fastest(points: Sequence[Point], error: float) -> Point | None:
     return min(reached, key=lambda p: p.seconds, default=None)
 
 
+EXACT = 1e-17
+
+
 def time_to_reach(points: Sequence[Point], error: float) -> float | None:
     """Seconds of one method at which its error is ``error``: between two runs, on the line through their
-    logarithms; None where no run is as accurate."""
-    known = sorted((p.error, p.seconds) for p in points if p.error is not None and p.error > 0)
+    logarithms; None where no run is as accurate. An error of zero counts as one below rounding."""
+    known = sorted((max(p.error, EXACT), p.seconds) for p in points if p.error is not None)
     better = [k for k in known if k[0] <= error]
     worse = [k for k in known if k[0] > error]
     if not better:

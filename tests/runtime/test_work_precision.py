@@ -232,6 +232,7 @@ def test_times_between_two_runs_lie_on_the_line_of_their_logarithms() -> None:
     assert time_to_reach(points, 1e-6) == pytest.approx(2.0)
     assert time_to_reach(points, 1e-9) is None
     assert fastest(points, 1e-5) == points[1]
+    assert time_to_reach([point(0.0, 3.0)], 1e-9) == 3.0
 
 
 def test_unknown_method_is_told_before_anything_is_computed() -> None:
