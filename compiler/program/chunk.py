@@ -56,7 +56,9 @@ def split(function: ProgramFunction, size: int) -> ProgramFunction:
             source = body[value]
             out = bodies[current]
             here[value] = found = len(out)
-            out.append(source if isinstance(source, Load | Literal) else Load("w", places[value]))
+            out.append(
+                source if type(source) is Load or type(source) is Literal else Load("w", places[value])
+            )
         return found
 
     for value, statement in enumerate(body):
@@ -64,16 +66,20 @@ def split(function: ProgramFunction, size: int) -> ProgramFunction:
             current = home[value]
             here = {}
         out = bodies[current]
-        match statement:
-            case Load() | Literal():
-                continue
-            case Store(array, index, operand, guarded):
-                out.append(Store(array, index, local(operand), guarded))
-                continue
-            case Operate(code, operands):
-                moved: Statement = Operate(code, tuple([local(a) for a in operands]))
-            case Lookup(table, order, operand):
-                moved = Lookup(table, order, local(operand))
+        moved: Statement
+        if type(statement) is Operate:
+            moved = Operate(
+                statement.code, tuple([here[a] if a in here else local(a) for a in statement.operands])
+            )
+        else:
+            match statement:
+                case Store(array, index, operand, guarded):
+                    out.append(Store(array, index, local(operand), guarded))
+                    continue
+                case Lookup(table, order, operand):
+                    moved = Lookup(table, order, local(operand))
+                case _:
+                    continue
         here[value] = len(out)
         out.append(moved)
         if value in places:
@@ -88,7 +94,7 @@ def _homes(body: Body, size: int) -> tuple[list[int], list[int]]:
     current = count = 0
     previous: Statement | None = None
     for statement in body:
-        if isinstance(statement, Operate | Lookup):
+        if type(statement) is Operate or type(statement) is Lookup:
             if count >= size and not _belong_together(previous, statement):
                 current, count = current + 1, 0
             count += 1
@@ -102,8 +108,8 @@ def _homes(body: Body, size: int) -> tuple[list[int], list[int]]:
 def _belong_together(a: Statement | None, b: Statement) -> bool:
     """Tell whether two statements are sine and cosine of one argument."""
     return (
-        isinstance(a, Operate)
-        and isinstance(b, Operate)
+        type(a) is Operate
+        and type(b) is Operate
         and a.code in (SIN, COS)
         and b.code in (SIN, COS)
         and a.operands == b.operands
@@ -122,7 +128,7 @@ def _places(body: Body, home: list[int], last: list[int], n_bodies: int) -> tupl
             # what was read last in the body before may be overwritten from this one on
             for place in released[current - 1]:
                 heapq.heappush(free, place)
-        if isinstance(statement, Operate | Lookup) and last[value] > home[value]:
+        if last[value] > home[value] and (type(statement) is Operate or type(statement) is Lookup):
             if free:
                 place = heapq.heappop(free)
             else:

@@ -71,12 +71,12 @@ Body = tuple[Statement, ...]
 
 def operands_of(statement: Statement) -> tuple[Value, ...]:
     """Return the values that a statement reads."""
+    if type(statement) is Operate:  # asked of every statement of long programs, several times
+        return statement.operands
     match statement:
-        case Operate(_, operands):
-            return operands
         case Lookup(_, _, operand) | Store(_, _, operand):
             return (operand,)
-        case Load() | Literal():
+        case _:
             return ()
 
 
