@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
-from scipy.linalg import eigh
 
 from .case import Array, Case, Formula, Known, Measured, energy_drift
 
 NUMBER = 15
+DIGITS = 25
+"""Of closed solutions."""
+
 TITLE = "Long chains"
 
 POINTS = """
@@ -44,17 +47,34 @@ experiment(stop = {stop} s, tolerance = 1e-10);
 """
 
 
+@cache
+def oscillations(n: int, heavy: float) -> tuple[Array, Array, Array]:
+    """Return mu = 1/omega^2, the modes q and the roots r of the stiffnesses: angles are q/r times normal coordinates."""
+    below = np.arange(n, 0, -1) - 1 + heavy  # masses that each link carries
+    roots = np.sqrt(9.81 * below)
+    scaled = np.minimum.outer(below, below) / np.outer(roots, roots)
+    if heavy <= 1e3:
+        mu, modes = np.linalg.eigh(scaled)
+        return mu, modes, roots
+    import mpmath  # doubles lose as many digits as the masses differ by
+
+    with mpmath.workdps(DIGITS):
+        exact = [mpmath.mpf(b) for b in below]
+        matrix = mpmath.matrix(n, n)
+        for i in range(n):
+            for j in range(n):
+                matrix[i, j] = min(exact[i], exact[j]) / mpmath.sqrt(exact[i] * exact[j]) / mpmath.mpf("9.81")
+        found, vectors = mpmath.eigsy(matrix)
+        return np.array([float(x) for x in found]), np.array(vectors.tolist(), dtype=float), roots
+
+
 def small(n: int, heavy: float, start: Array, which: int) -> Formula:
     """Small oscillations: M a'' = -K a with the masses below each link; exact but for (angle)^2."""
-    masses = np.ones(n)
-    masses[-1] = heavy
-    below = np.cumsum(masses[::-1])[::-1]
-    m = np.array([[below[max(i, j)] for j in range(n)] for i in range(n)])
-    squares, modes = eigh(np.diag(9.81 * below), m)
-    weights = modes.T @ m @ start
 
     def angle(t: Array) -> Any:
-        return (modes[which - 1] * weights) @ np.cos(np.sqrt(squares)[:, None] * t)
+        mu, modes, roots = oscillations(n, heavy)
+        amplitudes = modes[which - 1] / roots[which - 1] * (modes.T @ (roots * start))
+        return amplitudes @ np.cos(np.asarray(t) / np.sqrt(mu)[:, None])
 
     return angle
 
