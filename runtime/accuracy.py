@@ -77,6 +77,10 @@ def companion_tolerance(tolerance: float) -> tuple[float, float]:
     tight = max(tolerance / COMPANION_RATIO, LOWEST_COMPANION)
     if tolerance / tight >= 10:
         return tight, 1 / (1 - tight / tolerance)
+    return looser_companion(tolerance)
+
+
+def looser_companion(tolerance: float) -> tuple[float, float]:
     return 10 * tolerance, 1.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -224,3 +225,18 @@ def test_the_estimate_sees_errors_of_steps_that_only_their_bound_limits() -> Non
         for n in names
     )
     assert true / 100 <= loose.accuracy.error.at_end <= 1000 * true
+
+
+def test_companion_that_takes_too_many_steps_gives_way_to_a_looser_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    runs = sys.modules[simulate.__module__]
+    monkeypatch.setattr(runs, "FEW_STEPS", 1)
+    monkeypatch.setattr(runs, "COMPANION_STEPS", 1)
+    solution = simulate(compiled_kepler(), SimulationOptions(stop=12, tolerance=1e-7, points=100))
+    exact = kepler_position(solution.time, 1.0, 1.0, 0.6)
+    error = solution.accuracy.error
+    assert error is not None
+    assert error.tolerance == pytest.approx(1e-6)
+    true = np.max(np.abs(solution["x"] - exact[:, 0]) / (0.4 + np.abs(exact[:, 0])))
+    assert true < error.by_state["x"] < 1000 * true
