@@ -37,8 +37,9 @@ from .trajectory import Progress, Trajectory, with_unit_rotations
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
 
-COMPANION_STEPS, FEW_STEPS = 10, 10_000
-"""A companion that takes more steps than so many times those of the main run fights with rounding, and is given up."""
+COMPANION_STEPS, FEW_STEPS = 10, 100_000
+"""A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
+before the second number it may meet a singular position, which is worth knowing."""
 
 
 @dataclass(frozen=True, slots=True)
