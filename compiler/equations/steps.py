@@ -18,9 +18,10 @@ from .switches import Switch, Switches
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A switch across which the potential energy jumps."""
+    """A switch across which the potential energy jumps: ``symbol``, and its number among those that are located."""
 
     switch: int
+    symbol: Node
     rate: Node
     impulse: Node
     jump: Node
@@ -60,7 +61,7 @@ def energy_steps(
                     caption="only a jump at a place in space has a direction for its impulse",
                 )
             continue
-        steps.append(Step(k, system.rate(s.raw), graph.symbol(f"#impulse step {k}"), jump))
+        steps.append(Step(k, s.symbol, system.rate(s.raw), graph.symbol(f"#impulse step {k}"), jump))
     return steps
 
 
@@ -84,8 +85,7 @@ def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[Step])
     zero = graph.zero
     values: list[Node] = []
     for step in steps:
-        symbol = graph.symbol(f"switch({step.switch + 1})")
-        jump = graph.select(symbol, graph.neg(step.jump), step.jump)
+        jump = graph.select(step.symbol, graph.neg(step.jump), step.jump)
         (rate,) = substitute(graph, [step.rate], solved.replace) if solved.replace else [step.rate]
         values += [zero, rate, zero, zero, jump, zero, zero, zero]
     return values

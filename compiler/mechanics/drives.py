@@ -52,21 +52,20 @@ def _check_known(
     else:
         support = lowering.graph.support(*elements(value))
     if forbidden.intersection(support):
-        reporter.error(
-            "E0504",
-            "a drive may depend on time, parameters and other drives only",
-            drive.value.span,
-            caption="this contains an input, a state or a discrete variable, which has no second derivative",
-            help="use a stiff 'force' that follows it",
-        )
+        caption = "this contains an input, a state or a discrete variable, which has no second derivative"
+        help = "use a stiff 'force' that follows it"
     elif free.intersection(support):
-        reporter.error(
-            "E0504",
-            "a drive may depend on time, parameters and other drives only",
-            drive.value.span,
-            caption="this contains a coordinate that moves freely and would feel nothing of the drive",
-            help=f"write 'constraint {drive.target.span.text} = {drive.value.span.text}': both feel it",
-        )
+        caption = "this contains a coordinate that moves freely and would feel nothing of the drive"
+        help = f"write 'constraint {drive.target.span.text} = {drive.value.span.text}': both feel it"
+    else:
+        return
+    reporter.error(
+        "E0504",
+        "a drive may depend on time, parameters and other drives only",
+        drive.value.span,
+        caption=caption,
+        help=help,
+    )
 
 
 def _row(lowering: Lowering, drive: Drive, symbols: Symbols) -> DriveRow | None:

@@ -12,6 +12,8 @@ from gallery import run, values
 from happenings import follow, times
 from mpmath import mp
 
+import mechc
+
 g = 9.81
 
 
@@ -116,3 +118,20 @@ def test_chain_slides_off_a_table() -> None:
     assert solution.time[-1] == pytest.approx(known["t_slide_off"], rel=1e-10)
     assert solution["der(x)"][-1] == pytest.approx(known["v_end"], rel=1e-10)
     assert run("chain_off_table").message.startswith("off the table")
+
+
+def test_step_beside_a_law_that_changes_with_time() -> None:
+    """The step takes 3/2 of the energy, whatever comes before it: 2 - 3/2 = 1/2 is left, less the work of the force."""
+    model = mechc.loads("""model Step
+  dimensionless;
+  coordinate x = 1;
+  kinetic 1/2*der(x)^2;
+  potential (if time < 3 then 1 else 2)*x/1000;
+  potential if x < 0 then 0 else -3/2;
+  initial der(x) = -2;
+  experiment(stop = 2);
+end Step;
+""")
+    solution = model.simulate(tolerance=1e-11)
+    left = 2 - 3 / 2 - (solution["x"][-1] - 1) / 1000
+    assert solution["der(x)"][-1] ** 2 / 2 == pytest.approx(left, rel=1e-9)
