@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 import mechc
 from mechc.benchmark import benchmark
@@ -26,8 +26,7 @@ LARGEST = 0.1
 """True errors above say no more than that the run is wrong: a chaotic motion, or a step that is far too long."""
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     """One run at a tolerance, or with a number of steps. ``counted``: its true error is above the rounding floor."""
 
     model: str

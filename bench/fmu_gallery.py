@@ -11,11 +11,11 @@ import multiprocessing
 import sys
 import tempfile
 import time
-from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct, field
 
 from mechc.api import Model, load
 from mechc.compiler.targets.fmu.agreement import AGREED, SAFETY, Agreement, agreement, distance
@@ -50,8 +50,7 @@ WORDS = (
 )
 
 
-@dataclass(slots=True)
-class Row:
+class Row(Struct):
     """``size`` in bytes, ``until`` a part of the run; ``failure``: empty if all is well."""
 
     example: str

@@ -10,11 +10,11 @@ import math
 import os
 import statistics
 import subprocess
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 import mechc
 from mechc.benchmark import benchmark
@@ -46,8 +46,7 @@ end Falling;
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
+class Run(Struct, frozen=True):
     """``error``: the largest at the end, over the three angles against the world [rad] and their rates [rad/s]."""
 
     method: str

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.special import ellipk
 
 import mechc
@@ -43,8 +44,7 @@ def hanging_energy(y: Array) -> Array:
     return energy
 
 
-@dataclass(frozen=True, slots=True)
-class Motion:
+class Motion(Struct, frozen=True):
     name: str
     file: str
     period: float

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 MODELS = Path(__file__).parent.parent / "tests" / "models" / "loops"
 
 
-@dataclass(frozen=True, slots=True)
-class Loops:
+class Loops(Struct, frozen=True):
     """``bound``: most operations for each ``unit`` of n, at the largest of ``sizes``; hoisted ones not counted."""
 
     name: str

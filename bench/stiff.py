@@ -5,10 +5,11 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 import mechc
@@ -80,8 +81,7 @@ def dense_jacobian(functions: Functions, p: Array) -> Callable[[float, Array], A
     return jacobian
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(Struct, frozen=True):
     """``end`` is the state at the stop, known to ``doubt`` relative to 1 + |value|, as errors are."""
 
     functions: Functions

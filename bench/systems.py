@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class System:
+class System(Struct, frozen=True):
     """``freedoms`` of one unit of n; ``bound``: most operations per freedom at ``bound_size``."""
 
     name: str

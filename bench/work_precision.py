@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
+
+from msgspec import Struct
 
 import mechc
 from mechc.benchmark import Benchmark, benchmark
@@ -33,8 +34,7 @@ LONGEST = 2.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
 
 
-@dataclass(frozen=True, slots=True)
-class System:
+class System(Struct, frozen=True):
     """``goal``: how many times longer scipy should take. ``text``: of a model that is no example."""
 
     name: str

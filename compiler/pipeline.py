@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+
+from msgspec import Struct
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
@@ -26,8 +27,7 @@ from .uncollected import uncollected
 Structural = Mapping[str, Fraction | bool | str]
 
 
-@dataclass(frozen=True, slots=True)
-class Compilation:
+class Compilation(Struct, frozen=True):
     """One model after every stage, with the warnings and notes found on the way."""
 
     source: SourceFile

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 import mechc
 from mechc.lang import ast
@@ -23,8 +23,7 @@ EXAMPLES = HERE.parent / "examples"
 PICTURES = HERE / "gallery"
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(Struct, frozen=True):
     """``y`` against ``x``, for each of the experiments ("" is the default one)."""
 
     rows: str

@@ -6,62 +6,58 @@ Nodes are frozen, compare without their spans, and print back to equivalent text
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import ClassVar
 
-from .source import SourceFile, Span
+from .source import Placed, SourceFile, Span
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Node:
-    span: Span = field(compare=False, repr=False)
+class Node(Placed, frozen=True):
+    pass
 
 
 # ---------------------------------------------------------------- expressions
 
 
-@dataclass(frozen=True, slots=True)
-class Number(Node):
+class Number(Node, frozen=True):
     """A bare number; ``text`` keeps how it was written."""
 
+    aside: ClassVar[frozenset[str]] = frozenset({"span", "text"})
+
     value: Fraction
-    text: str = field(compare=False)
+    text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity(Node):
+class Quantity(Node, frozen=True):
     """``9.81 m/s^2``: a number with its unit; ``value`` and ``text`` are the number's, as written."""
+
+    aside: ClassVar[frozenset[str]] = frozenset({"span", "text"})
 
     value: Fraction
     unit: str
-    text: str = field(compare=False)
+    text: str
 
 
-@dataclass(frozen=True, slots=True)
-class String(Node):
+class String(Node, frozen=True):
     value: str
 
 
-@dataclass(frozen=True, slots=True)
-class Boolean(Node):
+class Boolean(Node, frozen=True):
     value: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Time(Node):
+class Time(Node, frozen=True):
     """The word ``time``."""
 
 
-@dataclass(frozen=True, slots=True)
-class Part(Node):
+class Part(Node, frozen=True):
     """One segment ``name[indices]`` of a reference."""
 
     name: str
     indices: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Reference(Node):
+class Reference(Node, frozen=True):
     """``a.b[2].c``"""
 
     parts: tuple[Part, ...]
@@ -72,31 +68,27 @@ class Reference(Node):
         return ".".join(p.name for p in self.parts)
 
 
-@dataclass(frozen=True, slots=True)
-class Derivative(Node):
+class Derivative(Node, frozen=True):
     """``der(operand, order)``"""
 
     operand: Expression
     order: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Previous(Node):
+class Previous(Node, frozen=True):
     """``pre(operand)``"""
 
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Unary(Node):
+class Unary(Node, frozen=True):
     """``operator`` is ``-``, ``+`` or ``not``."""
 
     operator: str
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Binary(Node):
+class Binary(Node, frozen=True):
     """``operator`` is one of ``+ - * / ^ < <= > >= == <> and or``."""
 
     operator: str
@@ -104,30 +96,26 @@ class Binary(Node):
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Branch(Node):
+class Branch(Node, frozen=True):
     condition: Expression
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Conditional(Node):
+class Conditional(Node, frozen=True):
     """``if c then a elseif d then b else e``"""
 
     branches: tuple[Branch, ...]
     otherwise: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Vector(Node):
+class Vector(Node, frozen=True):
     """``{a, b, c} unit``"""
 
     elements: tuple[Expression, ...]
     unit: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Range(Node):
+class Range(Node, frozen=True):
     """``start:stop`` or ``start:step:stop``"""
 
     start: Expression
@@ -135,16 +123,14 @@ class Range(Node):
     step: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Generator(Node):
+class Generator(Node, frozen=True):
     """``for name in range``; the range may be any expression with a value of several elements."""
 
     name: str
     range: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Comprehension(Node):
+class Comprehension(Node, frozen=True):
     """``{element for i in r} unit``"""
 
     element: Expression
@@ -152,39 +138,34 @@ class Comprehension(Node):
     unit: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Aggregate(Node):
+class Aggregate(Node, frozen=True):
     """The argument of ``sum(e for i in r)``, ``integral(e for s in a:b)``."""
 
     element: Expression
     generators: tuple[Generator, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Keyword(Node):
+class Keyword(Node, frozen=True):
     """A named argument of a call."""
 
     name: str
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Call(Node):
+class Call(Node, frozen=True):
     function: Reference
     arguments: tuple[Expression, ...]
     keywords: tuple[Keyword, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Parenthesis(Node):
+class Parenthesis(Node, frozen=True):
     """``(inner) unit``"""
 
     inner: Expression
     unit: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Subscript(Node):
+class Subscript(Node, frozen=True):
     """``base[indices]`` where the base is no plain reference: ``f(x)[2]``, ``{1, 2}[i]``."""
 
     base: Expression
@@ -216,16 +197,14 @@ Expression = (
 # ---------------------------------------------------------------- pieces of statements
 
 
-@dataclass(frozen=True, slots=True)
-class Dimension(Node):
+class Dimension(Node, frozen=True):
     """One array dimension ``[n]``, ``[i in 1:n]``; without a name ``size`` is the extent."""
 
     size: Expression
     name: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Modification(Node):
+class Modification(Node, frozen=True):
     """``target = value`` (known), ``target ~ value`` (guess), ``a -> b`` (link), ``p in values`` (sweep).
 
     ``target`` is a reference or ``der(reference)``; for a link it is the left-hand expression.
@@ -236,24 +215,21 @@ class Modification(Node):
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Start(Node):
+class Start(Node, frozen=True):
     """``= value`` or, with ``guess``, ``~ value``."""
 
     value: Expression
     guess: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Option(Node):
+class Option(Node, frozen=True):
     """``, name = value`` at the end of a contact or friction statement."""
 
     name: str
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class LabelName(Node):
+class LabelName(Node, frozen=True):
     """``name[i]:`` before a force, constraint, contact ..."""
 
     name: str
@@ -263,13 +239,11 @@ class LabelName(Node):
 # ---------------------------------------------------------------- statements
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Statement(Node):
+class Statement(Node, frozen=True, kw_only=True):
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Import(Statement):
+class Import(Statement, frozen=True):
     """``import a.b.*`` (``names`` is ``("*",)``), ``import P = a.b`` (alias), ``import a.b.{X, Y}``."""
 
     path: str
@@ -277,73 +251,68 @@ class Import(Statement):
     names: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Extends(Statement):
+class Extends(Statement, frozen=True):
     base: str
     modifications: tuple[Modification, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Declaration(Statement):
-    """What all declarations share; ``type`` is empty where it is to be inferred."""
+class Named(Statement, frozen=True, kw_only=True):
+    """What gives a name to something; ``name_span`` is where the name itself stands."""
+
+    aside: ClassVar[frozenset[str]] = frozenset({"span", "name_span"})
 
     name: str
-    name_span: Span = field(compare=False, repr=False)
+    name_span: Span
+
+
+class Declaration(Named, frozen=True, kw_only=True):
+    """What all declarations share; ``type`` is empty where it is to be inferred."""
+
     type: str = ""
     dimensions: tuple[Dimension, ...] = ()
     attributes: tuple[Modification, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter(Declaration):
+class Parameter(Declaration, frozen=True, kw_only=True):
     structural: bool = False
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Coordinate(Declaration):
+class Coordinate(Declaration, frozen=True, kw_only=True):
     start: Start | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class State(Declaration):
+class State(Declaration, frozen=True, kw_only=True):
     start: Start | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Discrete(Declaration):
+class Discrete(Declaration, frozen=True, kw_only=True):
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Input(Declaration):
+class Input(Declaration, frozen=True, kw_only=True):
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Output(Declaration):
+class Output(Declaration, frozen=True, kw_only=True):
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Let(Declaration):
+class Let(Declaration, frozen=True, kw_only=True):
     value: Expression
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Frame(Declaration):
+class Frame(Declaration, frozen=True, kw_only=True):
     """Without ``value`` the frame is free and must be placed."""
 
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Point(Declaration):
+class Point(Declaration, frozen=True, kw_only=True):
     value: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Component(Declaration):
+class Component(Declaration, frozen=True, kw_only=True):
     """``[cut] Type name[dims](modifications) if condition;`` with ``type`` the dotted model name."""
 
     cut: bool = False
@@ -351,33 +320,28 @@ class Component(Declaration):
     condition: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Energy(Statement):
+class Energy(Statement, frozen=True):
     """``kind`` is ``kinetic``, ``potential``, ``lagrangian`` or ``dissipation``."""
 
     kind: str
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Gravity(Statement):
+class Gravity(Statement, frozen=True):
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Mass(Statement):
+class Mass(Statement, frozen=True):
     value: Expression
     at: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Inertia(Statement):
+class Inertia(Statement, frozen=True):
     value: Expression
     on: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Load(Statement):
+class Load(Statement, frozen=True):
     """``force`` or ``torque`` (``kind``)."""
 
     kind: str
@@ -389,15 +353,13 @@ class Load(Statement):
     frame: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Damping(Statement):
+class Damping(Statement, frozen=True):
     label: LabelName | None
     value: Expression
     on: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Friction(Statement):
+class Friction(Statement, frozen=True):
     label: LabelName | None
     kinetic: Expression
     static: Expression | None
@@ -405,8 +367,7 @@ class Friction(Statement):
     options: tuple[Option, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Constraint(Statement):
+class Constraint(Statement, frozen=True):
     """``kind`` is empty, ``holonomic`` or ``nonholonomic``."""
 
     kind: str
@@ -415,14 +376,12 @@ class Constraint(Statement):
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Drive(Statement):
+class Drive(Statement, frozen=True):
     target: Expression
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Contact(Statement):
+class Contact(Statement, frozen=True):
     label: LabelName | None
     gap: Expression
     restitution: Expression | None = None
@@ -432,87 +391,73 @@ class Contact(Statement):
     options: tuple[Option, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Place(Statement):
+class Place(Statement, frozen=True):
     target: Reference
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Closure(Statement):
+class Closure(Statement, frozen=True):
     left: Expression
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Initial(Statement):
+class Initial(Statement, frozen=True):
     target: Expression
     start: Start
 
 
-@dataclass(frozen=True, slots=True)
-class Final(Statement):
+class Final(Statement, frozen=True):
     target: Expression
     start: Start
 
 
-@dataclass(frozen=True, slots=True)
-class Equation(Statement):
+class Equation(Statement, frozen=True):
     left: Expression
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Exact(Statement):
+class Exact(Statement, frozen=True):
     left: Expression
     right: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Assert(Statement):
+class Assert(Statement, frozen=True):
     condition: Expression
     message: str
 
 
-@dataclass(frozen=True, slots=True)
-class Experiment(Statement):
+class Experiment(Statement, frozen=True):
     name: str
     settings: tuple[Modification, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Dimensionless(Statement):
+class Dimensionless(Statement, frozen=True):
     pass
 
 
-@dataclass(frozen=True, slots=True)
-class Independent(Statement):
+class Independent(Statement, frozen=True):
     name: str
     type: str = ""
     lower: Expression | None = None
     upper: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Stationary(Statement):
+class Stationary(Statement, frozen=True):
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class For(Statement):
+class For(Statement, frozen=True):
     name: str
     range: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class IfBranch(Node):
+class IfBranch(Node, frozen=True):
     condition: Expression
     body: tuple[Statement, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class If(Statement):
+class If(Statement, frozen=True):
     branches: tuple[IfBranch, ...]
     otherwise: tuple[Statement, ...] = ()
 
@@ -520,25 +465,21 @@ class If(Statement):
 # ---------------------------------------------------------------- events
 
 
-@dataclass(frozen=True, slots=True)
-class Reinit(Statement):
+class Reinit(Statement, frozen=True):
     target: Expression
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Assign(Statement):
+class Assign(Statement, frozen=True):
     target: Reference
     value: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Terminate(Statement):
+class Terminate(Statement, frozen=True):
     message: str
 
 
-@dataclass(frozen=True, slots=True)
-class Impulse(Statement):
+class Impulse(Statement, frozen=True):
     value: Expression
     on: Expression
     at: Expression | None = None
@@ -546,35 +487,30 @@ class Impulse(Statement):
     frame: Expression | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Release(Statement):
+class Release(Statement, frozen=True):
     target: Reference
 
 
-@dataclass(frozen=True, slots=True)
-class Engage(Statement):
+class Engage(Statement, frozen=True):
     target: Reference
 
 
 Action = Reinit | Assign | Terminate | Impulse | Release | Engage | Assert
 
 
-@dataclass(frozen=True, slots=True)
-class WhenBranch(Node):
+class WhenBranch(Node, frozen=True):
     condition: Expression
     actions: tuple[Action, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class When(Statement):
+class When(Statement, frozen=True):
     branches: tuple[WhenBranch, ...]
 
 
 # ---------------------------------------------------------------- files
 
 
-@dataclass(frozen=True, slots=True)
-class Argument(Node):
+class Argument(Node, frozen=True):
     """A formal argument of a function."""
 
     name: str
@@ -582,47 +518,37 @@ class Argument(Node):
     dimensions: tuple[Dimension, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Function(Statement):
+class Function(Named, frozen=True):
     """``function f(Length x, k) -> Force = e;``"""
 
-    name: str
-    name_span: Span = field(compare=False, repr=False, kw_only=True)
     arguments: tuple[Argument, ...]
     value: Expression
     result: str = ""
     result_dimensions: tuple[Dimension, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Type(Statement):
+class Type(Named, frozen=True):
     """``type Curvature = unit "1/m";``"""
 
-    name: str
-    name_span: Span = field(compare=False, repr=False, kw_only=True)
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
-class Model(Statement):
-    name: str
-    name_span: Span = field(compare=False, repr=False)
+class Model(Named, frozen=True):
     body: tuple[Statement, ...] = ()
     partial: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Comment:
+class Comment(Placed, frozen=True):
     """A comment with its delimiters, kept for the formatter."""
 
     text: str
-    span: Span = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class File(Node):
+class File(Node, frozen=True):
     """One file: imports, types, functions, models, and bare statements, in order."""
 
-    source: SourceFile = field(compare=False, repr=False)
+    aside: ClassVar[frozenset[str]] = frozenset({"span", "source", "comments"})
+
+    source: SourceFile
     items: tuple[Statement, ...]
-    comments: tuple[Comment, ...] = field(default=(), compare=False)
+    comments: tuple[Comment, ...] = ()

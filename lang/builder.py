@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
+
+from msgspec import Struct
 
 from .diagnostics import Reporter
 from .lexer import Token
@@ -15,8 +16,7 @@ from .source import SourceFile, Span
 Children = list[Any]
 
 
-@dataclass(frozen=True, slots=True)
-class Builder:
+class Builder(Struct, frozen=True):
     """What the actions share: the file, and where to report what the grammar cannot forbid."""
 
     source: SourceFile

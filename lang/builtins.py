@@ -6,10 +6,11 @@ Type rules live in ``compiler/flat``; ``der`` and ``pre`` have a syntax of their
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from math import pi
+
+from msgspec import Struct
 
 
 class Category(Enum):
@@ -23,8 +24,7 @@ class Category(Enum):
     STRUCTURE = "structure"  # values for arrays, sweeps and tables
 
 
-@dataclass(frozen=True, slots=True)
-class Builtin:
+class Builtin(Struct, frozen=True):
     """``least`` and ``most`` count the positional arguments; ``most`` None means any number."""
 
     name: str

@@ -9,8 +9,9 @@ W and N stand for warnings and notes with the same families. Each code has one p
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from .source import Span
 
@@ -24,16 +25,14 @@ class Severity(Enum):
     NOTE = "note"
 
 
-@dataclass(frozen=True, slots=True)
-class Label:
+class Label(Struct, frozen=True):
     """A secondary place with its own words."""
 
     span: Span
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """One message. ``message`` is lower case and says what is wrong in the user's words;
     ``caption`` stands beside the carets; ``help`` says what to do."""
 

@@ -7,15 +7,15 @@ line is set flat; otherwise items and operands fill the lines, aligned below the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import assert_never
+
+from msgspec import Struct
 
 WIDTH = 100
 CONTINUATION = 4
 
 
-@dataclass(frozen=True, slots=True)
-class Bracket:
+class Bracket(Struct, frozen=True):
     """``open item, item close``, then ``tail``: what must stay with the closing sign."""
 
     open: str
@@ -24,8 +24,7 @@ class Bracket:
     tail: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Link:
+class Link(Struct, frozen=True):
     """A sign and the operand behind it: ``flat`` on one line, ``broken`` at the beginning of a line."""
 
     flat: str
@@ -33,23 +32,20 @@ class Link:
     operand: Doc
 
 
-@dataclass(frozen=True, slots=True)
-class Chain:
+class Chain(Struct, frozen=True):
     """An operand and links, broken before the signs."""
 
     first: Doc
     links: tuple[Link, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Sequence:
+class Sequence(Struct, frozen=True):
     """Parts one behind the other, never broken between them."""
 
     parts: tuple[Doc, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Clauses:
+class Clauses(Struct, frozen=True):
     """The clauses of a statement with blanks between; those that do not fit go on indented."""
 
     parts: tuple[Doc, ...]

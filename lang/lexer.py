@@ -132,7 +132,7 @@ class _Lexer:
             elif kind == "NUMBER":
                 position = self.number(start, position)
             elif kind == "COMMENT":
-                self.comments.append(Comment(value, Span(self.source, start, position)))
+                self.comments.append(Comment(value, span=Span(self.source, start, position)))
             elif kind == "FOREIGN":
                 position = self.foreign(start, position)
             else:

@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
 from typing import Any
+
+from msgspec import Struct, field
 
 from . import ast
 from .build_ast import ACTIONS
@@ -43,7 +44,7 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     tables = load_tables()
     problems = Reporter()
     tokens, comments = tokenise(source, tables, problems)
-    machine = _Machine(tables, tokens, Builder(source, problems))
+    machine = _Machine(tables, tokens, Builder(source, problems), [tables.start])
     mended = {source.position(d.span.start)[0] for d in problems.diagnostics if d.span}
     whole = all(d.code != "E0108" for d in problems.diagnostics)  # else the rest of the file is missing
     while whole and not machine.advance():
@@ -58,23 +59,19 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     )
 
 
-@dataclass(slots=True)
-class _Machine:
+class _Machine(Struct):
     """The stacks of the automaton: states, the value of each symbol, and where each begins."""
 
     tables: Tables
     tokens: list[Token]
     builder: Builder
-    states: list[int] = field(init=False)
+    states: list[int]
     values: list[Any] = field(default_factory=list)
     starts: list[int] = field(default_factory=list)
     index: int = 0
     items: tuple[ast.Statement, ...] = ()
     repairs: int = 0
     trusted: int = 0  # tokens before this one were skipped or are suspect
-
-    def __post_init__(self) -> None:
-        self.states = [self.tables.start]
 
     def advance(self, stop: int | None = None) -> bool:
         """Run to the end of the tokens (True), or stop with ``index`` at one that does not fit.
@@ -212,8 +209,8 @@ def _check_version(comments: tuple[ast.Comment, ...], problems: Reporter) -> Non
 
 
 def _children(node: ast.Node) -> Iterator[ast.Node]:
-    for f in fields(node):
-        value = getattr(node, f.name)
+    for name in node.__struct_fields__:
+        value = getattr(node, name)
         if isinstance(value, ast.Node):
             yield value
         elif isinstance(value, tuple):

@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from . import ast
 from .layout import Clauses, Doc, lay_out
@@ -23,8 +24,7 @@ _STEP = 2
 _STRING = re.compile(r'"(?:[^"\\\n]|\\[^\n])*"')
 
 
-@dataclass(slots=True)
-class _Line:
+class _Line(Struct):
     """A piece of output: the text without its indentation, and the source range it came from."""
 
     text: str

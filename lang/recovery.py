@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
+
+from msgspec import Struct
 
 from .keywords import ACTIONS, DEFINITIONS, KEYWORDS, STATEMENTS
 from .lexer import Token
@@ -21,8 +22,7 @@ _BLOCKS = ("MODEL", "FOR", "IF", "WHEN")
 _BEGINNINGS = frozenset((*STATEMENTS, *DEFINITIONS, *ACTIONS, "end", "elsewhen", "elseif", "else"))
 
 
-@dataclass(frozen=True, slots=True)
-class Edit:
+class Edit(Struct, frozen=True):
     """Put tokens in place of the next ``delete`` ones and try again."""
 
     delete: int = 0
@@ -33,8 +33,7 @@ class Edit:
         tokens[index : index + self.delete] = [Token(k, t, position, position) for k, t in self.insert]
 
 
-@dataclass(frozen=True, slots=True)
-class Panic:
+class Panic(Struct, frozen=True):
     """Give up this statement and go on with the next."""
 
 
@@ -46,8 +45,7 @@ def words_of(kinds: frozenset[str]) -> list[str]:
     return sorted(kind.casefold() for kind in kinds if kind.casefold() in KEYWORDS)
 
 
-@dataclass(frozen=True)
-class Situation:
+class Situation(Struct, frozen=True, dict=True):
     """The automaton at a token that does not fit; nothing in here is changed."""
 
     tables: Tables

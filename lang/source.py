@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass, field
+from functools import cached_property
+from typing import ClassVar
+
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class SourceFile:
+class SourceFile(Struct, frozen=True, dict=True):
     """A named text. Line ends are normalised to ``\\n`` before one is made."""
 
     name: str
-    text: str = field(repr=False)
-    _line_starts: tuple[int, ...] = field(init=False, repr=False, compare=False)
+    text: str
 
-    def __post_init__(self) -> None:
-        starts = [0]
-        starts.extend(i + 1 for i, c in enumerate(self.text) if c == "\n")
-        object.__setattr__(self, "_line_starts", tuple(starts))
+    def __repr__(self) -> str:
+        return f"SourceFile({self.name!r})"
+
+    @cached_property
+    def _line_starts(self) -> tuple[int, ...]:
+        return (0, *(i + 1 for i, c in enumerate(self.text) if c == "\n"))
 
     def position(self, offset: int) -> tuple[int, int]:
         """Return (line, column) of a character offset, both counted from 1."""
@@ -31,11 +34,10 @@ class SourceFile:
         return self.text[start:end]
 
 
-@dataclass(frozen=True, slots=True)
-class Span:
+class Span(Struct, frozen=True):
     """The half-open range [start, end) of characters in a file."""
 
-    file: SourceFile = field(repr=False)
+    file: SourceFile
     start: int
     end: int
 
@@ -46,3 +48,29 @@ class Span:
     def to(self, other: Span) -> Span:
         """Return the span from the start of this one to the end of the other."""
         return Span(self.file, self.start, other.end)
+
+
+class Placed(Struct, frozen=True, eq=False, kw_only=True):
+    """What a text states at ``span``. Where it stands is no part of it: equal statements compare equal.
+
+    ``aside`` names the fields that neither count in a comparison nor show.
+    """
+
+    aside: ClassVar[frozenset[str]] = frozenset({"span"})
+
+    span: Span
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self._stated() == other._stated()
+
+    def __hash__(self) -> int:
+        return hash(self._stated())
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{n}={getattr(self, n)!r}' for n in self._names())})"
+
+    def _names(self) -> list[str]:
+        return [name for name in self.__struct_fields__ if name not in self.aside]
+
+    def _stated(self) -> tuple[object, ...]:
+        return tuple(getattr(self, name) for name in self._names())

@@ -12,11 +12,12 @@ import pickle
 import sys
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import cache
 from pathlib import Path
 from typing import Any
+
+from msgspec import Struct
 
 from .units import UNIT_PATTERN
 
@@ -34,8 +35,7 @@ class Mode(IntEnum):
     APPEND = 4  # the first value, a list, and the last value in it
 
 
-@dataclass(frozen=True, slots=True)
-class Production:
+class Production(Struct, frozen=True):
     """``slots`` names, for each child of the action, the symbol that gives it, or None where left out."""
 
     origin: str
@@ -45,8 +45,7 @@ class Production:
     slots: tuple[int | None, ...] | None
 
 
-@dataclass(frozen=True, slots=True)
-class Tables:
+class Tables(Struct, frozen=True):
     """``moves[state][terminal]`` is a state to shift to, or ``~p`` to reduce production ``p``;
     ``gotos[state][nonterminal]`` is the state after it. ``keywords`` and ``punctuation`` map words and
     signs to terminals, ``patterns`` the other terminals, those with a unit left out, to expressions."""

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
+
+from msgspec import Struct
 
 from .suggest import closest
 
@@ -25,8 +26,7 @@ def _exponent(value: Exponent) -> Exponent:
     return value.numerator if value.denominator == 1 else value
 
 
-@dataclass(frozen=True, slots=True)
-class Dimension:
+class Dimension(Struct, frozen=True):
     """Exponents of kg, m, s, A, K, mol and cd. ``str`` gives ``kg.m/s^2``."""
 
     exponents: tuple[Exponent, Exponent, Exponent, Exponent, Exponent, Exponent, Exponent]
@@ -73,8 +73,7 @@ def _power(symbol: str, exponent: Exponent) -> str:
 DIMENSIONLESS = Dimension((0, 0, 0, 0, 0, 0, 0))
 
 
-@dataclass(frozen=True, slots=True)
-class Unit:
+class Unit(Struct, frozen=True):
     """``factor`` times the SI unit of ``dimension``; ``angle`` marks rad, deg, rev/s and the like."""
 
     symbol: str
@@ -145,8 +144,7 @@ _TABLE: Mapping[str, tuple[str, Fraction, int, str]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class _Symbol:
+class _Symbol(Struct, frozen=True):
     dimension: Dimension
     factor: Fraction
     angle: int
@@ -264,8 +262,7 @@ def _unit_error(text: str) -> UnitError:
 # ---------------------------------------------------------------- named types
 
 
-@dataclass(frozen=True, slots=True)
-class NamedType:
+class NamedType(Struct, frozen=True):
     """A type of the language: its dimension, the SI unit it is shown in, and the angle mark."""
 
     name: str

@@ -8,11 +8,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
+
+from msgspec import Struct, field
 
 from .compiler.flat.model import Experiment, Expression
 from .compiler.flat.model import Literal as LiteralValue
@@ -83,8 +84,7 @@ def loads(
     return _compile(SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {}, keep)
 
 
-@dataclass(slots=True, eq=False)
-class _Code:
+class _Code(Struct, eq=False):
     """One compilation with the problems made of it, and the same source with other structural parameters."""
 
     source: SourceFile

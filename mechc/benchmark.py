@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from .compiler.pipeline import program_for
 from .compiler.problem import header
@@ -53,8 +54,7 @@ HORIZON_DOUBT = 1e-14
 """Times at which the two reference runs differ by more are not measured on."""
 
 
-@dataclass(frozen=True, slots=True)
-class Benchmark:
+class Benchmark(Struct, frozen=True):
     """``skipped``: methods that do not fit the model, with the reason. ``horizon``: the last time of measurement,
     earlier than ``stop`` where the reference cannot be trusted to the end."""
 
@@ -99,7 +99,7 @@ class Benchmark:
                 "horizon": self.horizon,
                 "closed_solutions": dict(self.closed),
             },
-            "points": [asdict(point) for point in self.points],
+            "points": [to_builtins(point) for point in self.points],
             "skipped": dict(self.skipped),
         }
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from .lang.units import Unit, UnitError, parse_unit
 from .settings import UsageMistake
 
 
-@dataclass(frozen=True, slots=True)
-class Display:
+class Display(Struct, frozen=True):
     """``chosen`` maps an SI unit to the unit asked for with ``--display``; it goes before the model's own."""
 
     chosen: dict[str, str] = field(default_factory=dict)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import textwrap
 from collections import defaultdict
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
+
+from msgspec import to_builtins
 
 from .compiler.targets.parts import FUNCTIONS
 from .style import PLAIN, Style, pad, width
@@ -58,7 +59,11 @@ def summary(model: Model, saved: Savings | None = None) -> dict[str, Any]:
         "choices": choices,
     }
     if saved is not None:
-        found |= {"target": saved.target, "lean": asdict(saved.lean), "keep_all": asdict(saved.everything)}
+        found |= {
+            "target": saved.target,
+            "lean": to_builtins(saved.lean),
+            "keep_all": to_builtins(saved.everything),
+        }
     return found
 
 

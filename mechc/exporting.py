@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from .settings import UsageMistake
 
@@ -115,8 +116,7 @@ int main(int argc, char **argv)
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Defaults:
+class Defaults(Struct, frozen=True):
     """What the default experiment says: stop, tolerance, and the values it sets by index of p and y."""
 
     stop: float = 10.0

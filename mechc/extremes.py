@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct, field
 
 from .lang.units import BASE, parse_unit
 from .report import number
@@ -22,8 +23,7 @@ SIZES = {"m": 1e5, "kg": 1e-7, "s": 1e2}
 """Factors of lengths, masses and times for the motion in other sizes."""
 
 
-@dataclass(frozen=True, slots=True)
-class Extreme:
+class Extreme(Struct, frozen=True):
     """A run unlike the one that the model states. ``values`` in SI; ``options`` of the run."""
 
     group: str
@@ -32,8 +32,7 @@ class Extreme:
     options: dict[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Extremes:
+class Extremes(Struct, frozen=True):
     """``left_out`` says in words what was not made."""
 
     runs: tuple[Extreme, ...]

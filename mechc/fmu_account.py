@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
+
+from msgspec import Struct
 
 from .compiler.equations.needs import EVERYTHING
 from .compiler.targets.fmu.export import make_package, start_of
@@ -20,8 +21,7 @@ INTERFACES = ("ModelExchange", "CoSimulation")
 WIDTH = 100
 
 
-@dataclass(frozen=True, slots=True)
-class Account:
+class Account(Struct, frozen=True):
     """Bytes of the binary and of the source files by name; operations of the functions; true flags."""
 
     binary: int

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 from .lang.diagnostics import CompileError, Reporter
 from .runtime.build import CompilerMissing
@@ -24,8 +25,7 @@ KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
 VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
 
 
-@dataclass(frozen=True, slots=True)
-class FmuOptions:
+class FmuOptions(Struct, frozen=True):
     """``fmi``: 2, 3 or both; ``kind``: me, cs or both; ``check``: simulate and compare before writing.
 
     ``arrays``: arrays of FMI 3 in place of scalars with indices. ``platforms``: host, names of FMI 3 such

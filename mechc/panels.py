@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from .runtime.problem import Quantity
@@ -22,8 +22,7 @@ NOISE = 1e-9
 """Relative size below which a change is an error of the computation and no motion."""
 
 
-@dataclass(frozen=True, slots=True)
-class Curves:
+class Curves(Struct, frozen=True):
     """A panel of quantities of one unit over time; ``left_out``: how many more there are."""
 
     title: str
@@ -32,16 +31,14 @@ class Curves:
     left_out: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Portrait:
+class Portrait(Struct, frozen=True):
     """A panel of one coordinate against its rate."""
 
     name: str
     rate: str
 
 
-@dataclass(frozen=True, slots=True)
-class Paths:
+class Paths(Struct, frozen=True):
     """A panel of the trajectories of points; ``dimension`` is 2 or 3, ``left_out``: how many more there are."""
 
     names: tuple[str, ...]
@@ -49,8 +46,7 @@ class Paths:
     left_out: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Energies:
+class Energies(Struct, frozen=True):
     """A panel of the energies, or of the error of their balance."""
 
     names: tuple[str, ...]

@@ -14,8 +14,10 @@ A secondary place is underlined with dashes; one without words only shows its li
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from typing import assert_never
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .lang.diagnostics import MAXIMUM, Diagnostic, Severity
 from .lang.source import SourceFile, Span
@@ -25,8 +27,7 @@ LONGEST_LINE = 140
 """Cells of a source line that are shown; a longer one is cut around its marks."""
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
+class Mark(Struct, frozen=True):
     """An underlined piece of one shown line: cells [start, end), 0 wide for a line without marks."""
 
     start: int
@@ -39,8 +40,7 @@ class Mark:
         return "^" if self.primary else "-"
 
 
-@dataclass(frozen=True, slots=True)
-class ShownLine:
+class ShownLine(Struct, frozen=True):
     """A source line with its marks; ``number`` counts from 1."""
 
     number: int

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .compiler.equations.needs import EVERYTHING
 from .runtime.case import SimulationOptions, prepare
@@ -34,8 +35,7 @@ LARGEST = 30_000
 """Operations of a program above which it is not compiled to be measured."""
 
 
-@dataclass(frozen=True, slots=True)
-class Cost:
+class Cost(Struct, frozen=True):
     """``operations`` of all functions together, ``evaluation`` those of one right-hand side; ``size`` in bytes of the
     compiled code, or of the text or file that the target is; ``nanoseconds`` of one evaluation with its share of all
     that a step does beside. None: not measured."""
@@ -46,8 +46,7 @@ class Cost:
     nanoseconds: float | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Savings:
+class Savings(Struct, frozen=True):
     """``parts``: cost of the model with one part more, by name; without those that a large model does not form."""
 
     target: Code

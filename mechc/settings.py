@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .lang.suggest import closest
 from .lang.units import Unit, UnitError, parse_unit
@@ -23,8 +24,7 @@ class UsageMistake(ValueError):
         self.help = help
 
 
-@dataclass(frozen=True, slots=True)
-class Value:
+class Value(Struct, frozen=True):
     """Numbers as given, one or several, with their unit (None for bare numbers, which are SI)."""
 
     numbers: tuple[float, ...]

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
@@ -41,8 +43,7 @@ Runs = tuple[Sequence[Run], Sequence[Mapping[str, float]]]
 """Solutions, and the swept values of each."""
 
 
-@dataclass(frozen=True, slots=True)
-class Request:
+class Request(Struct, frozen=True):
     """What a user asks of a run: texts with units where the user may write them. See ``Model.simulate``."""
 
     stop: float | str | None = None
@@ -59,8 +60,7 @@ class Request:
     progress: Callable[[float], None] | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(Struct, frozen=True):
     """Several runs of one experiment: ``points`` are the swept values in SI, one mapping for each solution."""
 
     points: tuple[Mapping[str, float | bool | str], ...]

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct
 
 from .display import Display, choose, factor
 from .runtime.results import Display as Unit
@@ -19,8 +19,7 @@ if TYPE_CHECKING:
     from .runtime.problem import Array, Problem
 
 
-@dataclass(frozen=True, slots=True)
-class TrueError:
+class TrueError(Struct, frozen=True):
     """Difference from a closed solution: largest and at the end, in SI; ``relative``: largest by the largest value."""
 
     name: str

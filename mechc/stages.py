@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
+
+from msgspec import Struct
 
 from .lang.source import SourceFile, Span
 from .settings import Given
@@ -50,19 +51,21 @@ def tree(node: object) -> str:
 def _tree(node: object, label: str, depth: int) -> Iterator[str]:
     """Yield the lines of a node. Places in the text are left out, and what is empty."""
     lead = "  " * depth + (f"{label}: " if label else "")
-    if not is_dataclass(node) or isinstance(node, type):
+    if not isinstance(node, Struct):
         yield lead + _plain(node)
         return
     plain: list[str] = []
     deeper: list[tuple[str, object]] = []
-    for field in fields(node):
-        value = getattr(node, field.name)
+    for name in node.__struct_fields__:
+        value = getattr(node, name)
         if isinstance(value, (Span, SourceFile)) or value is None or value in ((), "", False):
             continue
-        if is_dataclass(value) or (isinstance(value, tuple) and any(is_dataclass(item) for item in value)):
-            deeper.append((field.name, value))
+        if isinstance(value, Struct) or (
+            isinstance(value, tuple) and any(isinstance(item, Struct) for item in value)
+        ):
+            deeper.append((name, value))
         else:
-            plain.append(f"{field.name}={_plain(value)}")
+            plain.append(f"{name}={_plain(value)}")
     yield lead + " ".join([type(node).__name__, *plain])
     for name, value in deeper:
         if isinstance(value, tuple):

@@ -10,11 +10,12 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from .api import Model, load
 from .extremes import Extreme, extremes
@@ -48,8 +49,7 @@ WORDS = {
 BAD = ("wrong", "hung", "crashed")
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Struct, frozen=True):
     """One run. ``kind``: a key of WORDS; ``error`` the true one, ``claim`` what the run reports, both the largest over the
     states relative to nominal + |value|; ``against`` what it was compared with."""
 
@@ -65,8 +65,7 @@ class Row:
     reason: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Stress:
+class Stress(Struct, frozen=True):
     """All runs of one model."""
 
     model: str
@@ -81,11 +80,10 @@ class Stress:
 
     def summary(self) -> dict[str, Any]:
         """Return everything as plain data."""
-        return {**asdict(self), "silent": self.silent}
+        return {**to_builtins(self), "silent": self.silent}
 
 
-@dataclass(frozen=True, slots=True)
-class Subject:
+class Subject(Struct, frozen=True):
     """What is put under stress, in words that another process understands."""
 
     file: str

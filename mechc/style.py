@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 import unicodedata
-from dataclasses import dataclass
 from typing import TextIO
+
+from msgspec import Struct
 
 TAB = 4
 """Cells that a tab stop is wide when source text is shown."""
 
 
-@dataclass(frozen=True, slots=True)
-class Style:
+class Style(Struct, frozen=True):
     """Wraps text in ANSI sequences, or returns it unchanged where ``colour`` is off."""
 
     colour: bool = False

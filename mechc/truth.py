@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 from .compiler.pipeline import program_for
 from .compiler.problem import header
@@ -32,8 +32,7 @@ POINTS = 9
 """Times at which a run is compared, the last one among them."""
 
 
-@dataclass(frozen=True, slots=True)
-class TrueErrors:
+class TrueErrors(Struct, frozen=True):
     """``by_state``: largest |error| / (nominal + |value|) at the compared times up to ``horizon``, beyond which the
     reference itself is in doubt. ``largest`` of all states."""
 

@@ -6,10 +6,11 @@ import multiprocessing
 import signal
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from types import TracebackType
 from typing import Generic, TypeVar
+
+from msgspec import Struct
 
 Question = TypeVar("Question")
 Reply = TypeVar("Reply")
@@ -18,15 +19,13 @@ PATIENCE = 5.0
 """Seconds that a process is given to end by itself."""
 
 
-@dataclass(frozen=True, slots=True)
-class Crashed:
+class Crashed(Struct, frozen=True):
     """The process died; ``how`` names the signal or the exit code."""
 
     how: str
 
 
-@dataclass(frozen=True, slots=True)
-class Hung:
+class Hung(Struct, frozen=True):
     """No answer came within ``seconds``; the process was ended."""
 
     seconds: float
@@ -94,8 +93,7 @@ class Watchdog(Generic[Question, Reply]):
         self._pipe = self._process = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Raised:
+class _Raised(Struct, frozen=True):
     error: BaseException
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
 
 import numpy as np
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from .outcome import Failure
 from .problem import Array, Problem
@@ -15,8 +16,7 @@ LOWEST_COMPANION = 1e-14
 EPSILON = float(np.finfo(float).eps)
 
 
-@dataclass(frozen=True, slots=True)
-class Drift:
+class Drift(Struct, frozen=True):
     """Largest change of a quantity that ought to stay constant. ``relative`` to the largest size of the
     quantity (of all energies, for the energy balance); None where the quantity is zero but for its drift."""
 
@@ -26,8 +26,7 @@ class Drift:
     relative: float | None
 
 
-@dataclass(frozen=True, slots=True)
-class ConstraintDrift:
+class ConstraintDrift(Struct, frozen=True):
     """Distance from the constraints on the ``level`` of positions or velocities: the largest change that a
     projection makes, over nominal + |value|. ``before``: the steps of the method; None where nothing projects them.
     ``after``: the states that are kept."""
@@ -37,8 +36,7 @@ class ConstraintDrift:
     after: float
 
 
-@dataclass(frozen=True, slots=True)
-class ErrorEstimate:
+class ErrorEstimate(Struct, frozen=True):
     """Of the global error: |difference from the companion run| / (nominal + |value|), by state.
 
     ``largest`` and ``at_end`` are the largest ones over all states, during the run and at its end.
@@ -54,8 +52,7 @@ class ErrorEstimate:
     """The sizes that the errors are measured against, by state."""
 
 
-@dataclass(frozen=True, slots=True)
-class Accuracy:
+class Accuracy(Struct, frozen=True):
     """``error`` is None if no companion run was made, or if it failed: ``remark`` then says why, and ``failure`` how
     the companion run failed."""
 

@@ -21,8 +21,9 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
 
@@ -39,8 +40,7 @@ LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
 
 
-@dataclass(frozen=True, slots=True)
-class Compiler:
+class Compiler(Struct, frozen=True):
     """A C compiler that answers: its command line and what it says of its version."""
 
     command: tuple[str, ...]

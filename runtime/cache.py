@@ -6,8 +6,9 @@ import os
 import shutil
 import time
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 SIZE_LIMIT = 500_000_000
 """Bytes above which the entries that were unused for the longest time are removed."""
@@ -16,8 +17,7 @@ BUILD_PREFIX = "build-"
 STALE_SECONDS = 24 * 3600.0
 
 
-@dataclass(frozen=True, slots=True)
-class CacheContent:
+class CacheContent(Struct, frozen=True):
     folder: Path
     entries: int
     size: int

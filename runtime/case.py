@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from .functions import Functions
@@ -29,8 +29,7 @@ NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
 
 
-@dataclass(frozen=True, slots=True)
-class SimulationOptions:
+class SimulationOptions(Struct, frozen=True):
     """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
 
     ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the
@@ -58,8 +57,7 @@ class SimulationOptions:
     progress: Progress | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Case:
+class Case(Struct, frozen=True, eq=False):
     """A run that can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
     unless it was given. ``wanted``: the initial state as given and guessed, of which the ``known`` entries are
     given; ``assembled`` tells how y0 was made from it, None where nothing constrains it."""

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from .problem import Array, Problem
 
 
-@dataclass(frozen=True, slots=True)
-class EnergyAccounts:
+class EnergyAccounts(Struct, frozen=True):
     """Energies [J, or as ``unit`` says]: ``start`` + ``supplied`` - ``dissipated`` = ``end``, up to the drift.
 
     ``supplied``: by inputs, drives, moving constraints, whatever depends on time, and forces that depend on no

@@ -5,17 +5,16 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from . import native
 from .problem import Array, ModelFunction, Problem
 
 
-@dataclass(frozen=True, slots=True)
-class Functions:
+class Functions(Struct, frozen=True):
     """Callables with the signature (t, y, u, z, p) -> array; sizes as in ``Problem``.
 
     ``project_position`` [nv and residuals], ``project_velocity`` [nv and residuals] and ``displace`` [nq] correct a

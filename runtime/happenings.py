@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 
 from . import native
 from .outcome import Failure, state_at, time_text
@@ -16,8 +16,7 @@ MOST_ROWS = 64
 """That may be chosen among at an instant: the room that the kernel has for them (modes.c)."""
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Struct, frozen=True):
     """``kind``: when, impact, rest, lift-off, slip, stick, crossing, reflection, release, engage.
 
     ``before`` and ``after``: coordinates, rates, states and discrete variables at both sides of the instant, where
@@ -32,8 +31,7 @@ class Event:
     after: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Happenings:
+class Happenings(Struct, frozen=True, eq=False):
     """``times`` [m]; ``before`` and ``after`` [m, ny + nz]; ``grid_z`` [n, nz] belongs to the rows of the grid."""
 
     events: tuple[Event, ...]

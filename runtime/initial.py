@@ -5,9 +5,8 @@ Known values stay.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from .functions import Functions
@@ -32,8 +31,7 @@ NEAR = 0.3
 """A second assembly within this distance, in radians or characteristic lengths, is told."""
 
 
-@dataclass(frozen=True, slots=True)
-class Assembled:
+class Assembled(Struct, frozen=True):
     """``y``: the consistent state; ``weights`` [nv] of the coordinates by velocity; ``residuals`` of all rows before;
     ``steps`` of both stages; ``remarks`` for the user."""
 

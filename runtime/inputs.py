@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from .outcome import SimulationError
 from .problem import Array
@@ -16,8 +16,7 @@ ConvertUnit = Callable[[str, str], float]
 """(input name or "time", unit as written) -> factor to SI; raises ``SimulationError`` for a wrong unit."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Table:
+class Table(Struct, frozen=True, eq=False):
     """Values of one input over time in SI; the first and the last value hold beyond the ends.
 
     A time that stands twice is a jump, from the first of its values to the second.

@@ -10,9 +10,9 @@ J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from .problem import Array
@@ -28,8 +28,7 @@ FULFILLED = 1e-11
 """Largest residual, as a share of a characteristic size, that counts as none."""
 
 
-@dataclass(frozen=True, slots=True)
-class Local:
+class Local(Struct, frozen=True):
     """Everything at one point: ``hard`` and ``soft`` residuals, their Jacobians, deviations from the guess [n]."""
 
     hard: Array
@@ -39,8 +38,7 @@ class Local:
     deviation: Array
 
 
-@dataclass(frozen=True, slots=True)
-class Nearest:
+class Nearest(Struct, frozen=True):
     """``x``: the point reached; ``local``: everything there; ``scale`` of each hard row; ``fulfilled``: whether all
     of them vanish; ``steps`` taken."""
 

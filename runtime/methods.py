@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from . import native
 from .case import Case
@@ -20,8 +21,7 @@ NEEDS = {
 """What is said where none of the reasons in ``_obstacles`` is met."""
 
 
-@dataclass(frozen=True, slots=True)
-class Method:
+class Method(Struct, frozen=True):
     """``fixed_step``: the user gives the step, and the error falls as its power ``order``."""
 
     name: str

@@ -6,9 +6,8 @@ body axes and deviate by the angle of the rotation from the guess.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from .functions import Functions
@@ -21,8 +20,7 @@ ATTEMPTS = 8
 Flags = NDArray[np.bool_]
 
 
-@dataclass(frozen=True, slots=True)
-class Task:
+class Task(Struct, frozen=True):
     """One assembly: the functions at fixed t, u, z, p, and which velocities belong to which coordinates."""
 
     problem: Problem

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
+
+from msgspec import Struct
 
 from .problem import Array, Origin, Problem
 
@@ -43,8 +44,7 @@ class SimulationError(Exception):
         self.help = help
 
 
-@dataclass(frozen=True, slots=True)
-class Failure:
+class Failure(Struct, frozen=True):
     """Why a run stopped early. ``name`` is the offending quantity, "" for an assertion; ``state`` the last
     one that was reached, at ``time``."""
 

@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from . import native
 from .case import Case
@@ -91,8 +92,7 @@ class _TooLong(Exception):
         self.evaluations = evaluations
 
 
-@dataclass(slots=True)
-class _Watch:
+class _Watch(Struct):
     """Raises _TooLong at an evaluation after the deadline, in CPU time of the thread."""
 
     deadline: float
@@ -108,8 +108,7 @@ class _Watch:
         return watched
 
 
-@dataclass(frozen=True, slots=True)
-class _Run:
+class _Run(Struct, frozen=True):
     t: Array
     y: Array
     steps: int

@@ -8,10 +8,10 @@ as well.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
@@ -19,8 +19,7 @@ ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
 """(t, y, u, z, p) -> out"""
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(Struct, frozen=True):
     """A place in the user's text, as plain data."""
 
     file: str
@@ -29,8 +28,7 @@ class Origin:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+class Quantity(Struct, frozen=True):
     """One number of an array. ``kind``: coordinate, rate, state, account, parameter, input, discrete, output, exact
     (the closed solution of what stands in its name), energy, momentum. ``unit`` is SI; ``nominal`` None where the
     model gives none. ``interpolation``, of an input that is given as a table: linear, step or spline."""
@@ -47,8 +45,7 @@ class Quantity:
     interpolation: str = "linear"
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Struct, frozen=True):
     """Sets entry ``index`` of ``array`` (p, y or u); a y entry overrides an initial value."""
 
     array: str
@@ -56,8 +53,7 @@ class Setting:
     guess: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Experiment:
+class Experiment(Struct, frozen=True):
     """``function`` gives, from (t, y, u, z, p), first the values of ``options``, then those of ``settings``."""
 
     name: str
@@ -69,14 +65,12 @@ class Experiment:
     sweeps: tuple[tuple[Setting, tuple[float, ...]], ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Assertion:
+class Assertion(Struct, frozen=True):
     message: str
     origin: Origin | None
 
 
-@dataclass(frozen=True, slots=True)
-class Branch:
+class Branch(Struct, frozen=True):
     """A branch of a ``when``: its condition as text; ``message`` of ``terminate``, None where it goes on."""
 
     text: str
@@ -85,8 +79,7 @@ class Branch:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SwitchedRow:
+class SwitchedRow(Struct, frozen=True):
     """``kind``: contact, friction, constraint, step."""
 
     name: str
@@ -94,8 +87,7 @@ class SwitchedRow:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Hybrid:
+class Hybrid(Struct, frozen=True):
     """The names of what ``mech_hybrid`` of the kernel numbers: located switches, branches, rows."""
 
     switches: tuple[str, ...]
@@ -103,8 +95,7 @@ class Hybrid:
     rows: tuple[SwitchedRow, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Constraint:
+class Constraint(Struct, frozen=True):
     """One scalar row; ``level`` is position or velocity."""
 
     name: str
@@ -113,8 +104,7 @@ class Constraint:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class AssemblyRow:
+class AssemblyRow(Struct, frozen=True):
     """One equation of the initial state: ``stage`` 1 for coordinates alone, 2 with velocities.
 
     ``kind``: constraint, or initial (a condition on an expression, only wished where not ``known``).
@@ -128,8 +118,7 @@ class AssemblyRow:
     origin: Origin | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+class Problem(Struct, frozen=True):
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
     ``known[i]``: the initial value of state i is prescribed, not guessed. ``functions``: the Python forms

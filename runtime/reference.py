@@ -11,10 +11,10 @@ import math
 import time
 from collections.abc import Sequence
 from ctypes import POINTER, Structure, byref, c_char_p, c_double, c_int, c_long, c_longlong, c_void_p
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
 
 from . import native
 from .build import BuildError, build_shared
@@ -72,8 +72,7 @@ class _Case(Structure):
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reference:
+class Reference(Struct, frozen=True, eq=False):
     """States ``high + low`` at the times ``t``: [n, ny] each. ``doubt`` [n] is the difference of the two best
     runs at each time, the largest over all states of |difference| / (nominal + |value|)."""
 

@@ -6,10 +6,10 @@ import hashlib
 import os
 import tempfile
 from collections.abc import Callable
-from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from .cache import cache_folder, mark_used, prune_cache
 from .case import Case
@@ -63,13 +63,13 @@ def kept_reference(
 def _read(file: Path) -> Reference:
     with np.load(file) as held:
         arrays = {name: held[name] for name in ARRAYS}
-        plain = {f.name: held[f.name].item() for f in fields(Reference) if f.name not in ARRAYS}
+        plain = {name: held[name].item() for name in Reference.__struct_fields__ if name not in ARRAYS}
     return replace(Reference(**arrays, **plain), cached=True)
 
 
 def _write(file: Path, made: Reference) -> None:
     """Write to a temporary name and rename: two processes may make the same reference at once."""
-    values = {f.name: np.asarray(getattr(made, f.name)) for f in fields(Reference)}
+    values = {name: np.asarray(getattr(made, name)) for name in Reference.__struct_fields__}
     handle, name = tempfile.mkstemp(prefix="build-", suffix=".npz", dir=file.parent)
     with os.fdopen(handle, "wb") as out:
         np.savez(out, allow_pickle=False, **values)

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from .case import Case, input_values
 from .functions import Functions
@@ -25,8 +25,7 @@ SLICE_SECONDS = 0.05
 METHODS = ("DOP853", "LSODA", "Radau", "BDF")
 
 
-@dataclass(slots=True)
-class _System:
+class _System(Struct):
     """dy/dt with inputs, of unit quaternions, counted; the last undefined value is remembered.
 
     A table is held on the piece that begins at ``piece``: within a step it must not jump.
@@ -72,8 +71,7 @@ Polynomial = Callable[[Array], Array]
 """times [n] -> states [ny, n]"""
 
 
-@dataclass(frozen=True, slots=True)
-class _Pieces:
+class _Pieces(Struct, frozen=True):
     """Dense output of all steps; ``ends`` are their last times."""
 
     ends: Array

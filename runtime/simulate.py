@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .accuracy import (
     Accuracy,
@@ -42,16 +43,14 @@ COMPANION_STEPS, FEW_STEPS = 10, 100_000
 before the second number it may meet a singular position, which is worth knowing."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(Struct, frozen=True):
     """Runs side by side: ``values[k]`` are the values by name with which ``solutions[k]`` was made."""
 
     values: tuple[dict[str, float], ...]
     solutions: tuple[Solution, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
+class Plan(Struct, frozen=True):
     """A run that can begin."""
 
     problem: Problem

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict
 from typing import Any
 
 import numpy as np
+from msgspec import to_builtins
 
 from .accuracy import Accuracy, Drift
 from .energy_accounts import energy_accounts
@@ -98,9 +98,9 @@ class Solution(Results):
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
             "final": {name: json_number(value) for name, value in self.final().items()},
-            "energy": asdict(self.energy) if self.energy else None,
+            "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
-            "statistics": asdict(self.statistics),
+            "statistics": to_builtins(self.statistics),
             "accuracy": _accuracy_summary(self.accuracy),
         }
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec import Struct
 
 from .outcome import Failure
 from .problem import Array
@@ -18,8 +18,7 @@ Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""
 
 
-@dataclass(frozen=True, slots=True)
-class Statistics:
+class Statistics(Struct, frozen=True):
     """``run_time``: seconds inside the method. ``method``: the last one in use, where ``auto`` changed it, at
     ``switch_time``. ``stiff_time``: where stiffness was first noticed. ``drift_position`` and
     ``drift_velocity``: the largest correction by projection, over the nominal values. None where a
@@ -42,8 +41,7 @@ class Statistics:
     drift_velocity: float | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DenseOutput:
+class DenseOutput(Struct, frozen=True, eq=False):
     """The polynomials of all steps: ``begin`` and ``length`` [m], ``coefficients`` [m, n_dense, ny].
 
     The basis is that of ``kernel/solver.h``, point 6.
@@ -64,8 +62,7 @@ class DenseOutput:
         return y
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Trajectory:
+class Trajectory(Struct, frozen=True, eq=False):
     """``t`` [n], ``y`` [n, ny]: the rows of the grid that were reached, then the point where a run stopped
     early. ``dense`` is None if it was not asked for, or would have exceeded its bound of memory."""
 

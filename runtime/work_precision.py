@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from .case import Case
 from .functions import Functions
@@ -39,8 +40,7 @@ LONGEST = 5.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(Struct, frozen=True):
     """One run: ``setting`` is the tolerance or the step. ``error`` is None where the run failed: ``failure``."""
 
     method: str

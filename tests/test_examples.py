@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib.util
-import sys
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,6 @@ SLOW = {"beam"}
 spec = importlib.util.spec_from_file_location("figures", ROOT / "docs" / "figures.py")
 assert spec is not None and spec.loader is not None
 figures = importlib.util.module_from_spec(spec)
-sys.modules["figures"] = figures  # dataclasses look their module up
 spec.loader.exec_module(figures)
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from mechc.runtime.outcome import Outcome, SimulationError
@@ -25,8 +25,7 @@ ROUNDING = 1e3 * float(np.finfo(float).eps)
 """Errors below are not told apart."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """``problems`` say what was not as expected; ``silent``: the answer is wrong and nothing in it says so."""
 
     error: float | None = None
@@ -34,8 +33,7 @@ class Finding:
     silent: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Known:
+class Known(Struct, frozen=True):
     """The run completes; ``values`` are known at its end, or all along where they are functions of time.
 
     ``bound``: of the largest error over the largest value of a quantity. Of a state the estimated error is
@@ -77,8 +75,7 @@ class Known:
         return Finding(worst, tuple(problems), silent)
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
+class Measured(Struct, frozen=True):
     """The run completes, and a number made of it stays below a bound."""
 
     text: str
@@ -96,8 +93,7 @@ class Measured:
         return Finding(error, (*problems, *unmet(s, self.demands)), not good and not confessed(s, error))
 
 
-@dataclass(frozen=True, slots=True)
-class Refusal:
+class Refusal(Struct, frozen=True):
     """The run stops between two times with a message that holds ``words``, a state, and what came before.
 
     ``between`` None: it does not begin at all. ``error``: of a quantity just before, where it is known.
@@ -142,8 +138,7 @@ class Refusal:
         return Finding(problems=tuple(problems))
 
 
-@dataclass(frozen=True, slots=True)
-class Followed:
+class Followed(Struct, frozen=True):
     """The run completes, and stays near a reference in higher precision: error over nominal + |value|.
 
     ``least``: the share of the time for which that reference must be clear.
@@ -175,8 +170,7 @@ class Followed:
 Expectation = Known | Measured | Refusal | Followed
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
+class Case(Struct, frozen=True):
     """``model``: a text, or ``examples/NAME.mech``; ``options`` those of ``Model.simulate``. ``fault``: the planted
     fault (planted.py) under which the expectation must fail. ``seconds``: of the watchdog. ``full``: left out of the
     quick run."""
@@ -193,8 +187,7 @@ class Case:
     """Which model of the text."""
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Struct, frozen=True):
     """A case that was run; ``kind``: met, not met, silent, crashed, hung."""
 
     group: int

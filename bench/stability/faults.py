@@ -4,11 +4,12 @@ product itself. The reference in higher precision is compiled before, from the t
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.runtime.reference import best_precision
 
@@ -23,8 +24,7 @@ kernel_run, native = _module("runtime.kernel_run"), _module("runtime.native")
 simulate, solver = _module("runtime.simulate"), _module("runtime.solver")
 
 
-@dataclass(frozen=True, slots=True)
-class Fault:
+class Fault(Struct, frozen=True):
     text: str
     plant: Callable[[], None]
 

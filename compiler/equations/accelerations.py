@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -17,8 +18,7 @@ LARGEST_WHOLE = 16
 """Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
 
 
-@dataclass(frozen=True, slots=True)
-class Accelerations:
+class Accelerations(Struct, frozen=True):
     """``a`` for each free velocity, ``multipliers`` for each kept constraint row; ``pivots`` must not vanish."""
 
     a: tuple[Node, ...]

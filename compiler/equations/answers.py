@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -17,8 +18,7 @@ from .energies import Energies
 Answer = Callable[[Query], Sequence[Node] | None]
 
 
-@dataclass(frozen=True, slots=True)
-class Replies:
+class Replies(Struct, frozen=True):
     """What elimination knows about named elements.
 
     ``multipliers`` by constraint; ``dropped``: multipliers of rows that are left out; ``drive_reactions`` by

@@ -11,7 +11,8 @@ K d = -(K v + b) for velocities. Solved along the structure like the acceleratio
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -31,8 +32,7 @@ SWEEPS = 3
 """Solutions in a row with compliant multipliers, each about the multipliers of the one before."""
 
 
-@dataclass(frozen=True, slots=True)
-class Compliance:
+class Compliance(Struct, frozen=True):
     """A row gives way by ``size`` times what its multiplier differs from ``previous``, a symbol (singular.py).
 
     ``projected``: the size where states are projected.
@@ -43,8 +43,7 @@ class Compliance:
     previous: Node
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(Struct, frozen=True):
     """One scalar equation: ``position`` is phi or None, ``rate`` is K v + b, ``second`` is K a + gamma."""
 
     constraint: ConstraintRows
@@ -160,8 +159,7 @@ def report_superfluous(rows: Sequence[Row], reporter: Reporter) -> None:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Projection:
+class Projection(Struct, frozen=True):
     """Corrections d of the velocities' size that remove the residuals; the residuals follow.
 
     ``closeness``, from 0 to 1: the largest share of a compliance in its row; none where nothing is compliant.

@@ -7,8 +7,9 @@ with the symbol put at zero.
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import islice
+
+from msgspec.structs import replace
 
 from ..graph import Graph
 from ..graph.rewrite import transfer

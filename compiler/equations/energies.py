@@ -7,7 +7,8 @@ constraints and forces that depend on no velocity bring in is *supplied*, the re
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..flat.model import Impulse, Reinit
 from ..graph import Node
@@ -19,8 +20,7 @@ from ..mechanics.system import MechanicalSystem
 from .residual import constraint_rates, highest, projected
 
 
-@dataclass(frozen=True, slots=True)
-class Energies:
+class Energies(Struct, frozen=True):
     """``kinetic`` T, ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv (None where driven).
 
     ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).

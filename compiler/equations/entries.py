@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
 
@@ -18,8 +19,7 @@ from .model import Entry, Slot
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
 
 
-@dataclass(frozen=True, slots=True)
-class Layout:
+class Layout(Struct, frozen=True):
     """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``accounts``:
     energy accounts appended to x. ``slots`` gives the place of every symbol."""
 

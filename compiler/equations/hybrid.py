@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
@@ -36,8 +38,7 @@ TURN = 0.5
 """A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
 
 
-@dataclass(frozen=True, slots=True)
-class Hybrid:
+class Hybrid(Struct, frozen=True):
     """Layout, functions and plan of a model with events."""
 
     layout: Layout

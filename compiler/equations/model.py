@@ -11,23 +11,22 @@ All functions of the emitted program share one signature (t, y, u, z, p) -> out;
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.source import Span
 
 from ..graph import Graph, Node
 
 
-@dataclass(frozen=True, slots=True)
-class Slot:
+class Slot(Struct, frozen=True):
     """Where a symbol of the graph lives at run time: ``array`` is t, y, u, z or p."""
 
     array: str
     index: int
 
 
-@dataclass(frozen=True, slots=True)
-class Entry:
+class Entry(Struct, frozen=True):
     """Description of one number of an array: state, parameter, input, discrete variable or output.
 
     ``unit`` is the SI unit as text (``""`` for a pure number), ``display`` the unit to show it in.
@@ -48,8 +47,7 @@ class Entry:
     type: str = "real"
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+class Function(Struct, frozen=True):
     """One function of the program: ``outputs`` are its results in order."""
 
     name: str
@@ -57,16 +55,14 @@ class Function:
     outputs: tuple[Node, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class ParameterRule:
+class ParameterRule(Struct, frozen=True):
     """How a parameter gets its value: a number, or an expression of other parameters."""
 
     index: int
     value: Node
 
 
-@dataclass(frozen=True, slots=True)
-class SettingTarget:
+class SettingTarget(Struct, frozen=True):
     """What one number of an experiment sets: ``array`` is p or y or u; y entries override initial values."""
 
     array: str
@@ -74,8 +70,7 @@ class SettingTarget:
     guess: bool
 
 
-@dataclass(frozen=True, slots=True)
-class ExperimentPlan:
+class ExperimentPlan(Struct, frozen=True):
     """``function`` names the function whose outputs are first the ``options``, then the ``settings``."""
 
     name: str
@@ -94,8 +89,7 @@ COMPLIANCE = "compliance"
 """The part that does so although no singular position was found beforehand: where a run has met one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+class Choice(Struct, frozen=True):
     """A decision and its reason, for ``mechc explain``: what was chosen or left out, and why.
 
     ``fact`` and ``part``: what it is about, where that has a name in needs.py.
@@ -108,16 +102,14 @@ class Choice:
     part: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class AssertionText:
+class AssertionText(Struct, frozen=True):
     """What to say when an assertion fails, and where it stands; its condition is an output of ``assertions``."""
 
     message: str
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class ConstraintEntry:
+class ConstraintEntry(Struct, frozen=True):
     """One scalar row of the constraints that are kept; ``level`` is position or velocity."""
 
     name: str
@@ -126,8 +118,7 @@ class ConstraintEntry:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class AssemblyEntry:
+class AssemblyEntry(Struct, frozen=True):
     """One row of the function ``assembly``: what an initial state must fulfil.
 
     ``stage`` 1: coordinates alone; 2: velocities. ``kind``: constraint, or initial (a condition on an expression,
@@ -142,8 +133,7 @@ class AssemblyEntry:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SwitchText:
+class SwitchText(Struct, frozen=True):
     """A relation that is frozen between events: its index in z, and what it says. ``after``: see ``HybridPlan``."""
 
     index: int
@@ -151,8 +141,7 @@ class SwitchText:
     after: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class BranchPlan:
+class BranchPlan(Struct, frozen=True):
     """One branch of event number ``event``: its function, condition as text, and the texts of its assertions.
 
     ``message`` is that of ``terminate``, None where the branch does not end the run.
@@ -166,8 +155,7 @@ class BranchPlan:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class RowPlan:
+class RowPlan(Struct, frozen=True):
     """A row that can be switched (``mech_row`` of the kernel); indices into z, -1 for none.
 
     ``kind``: contact, friction, constraint, step. ``normal``: the row of the contact of a friction, the switch of a
@@ -184,8 +172,7 @@ class RowPlan:
     span: Span | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class HybridPlan:
+class HybridPlan(Struct, frozen=True):
     """What switches, and the accounts that impacts are booked in (indices in y; -1: none).
 
     ``times``: switches that change at a known time, to ``after``; ``clocks``: (pulse, count) in z; ``initial``: the
@@ -205,8 +192,7 @@ class HybridPlan:
     total: int
 
 
-@dataclass(frozen=True, slots=True)
-class Equations:
+class Equations(Struct, frozen=True):
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
     name: str

@@ -9,7 +9,8 @@ serves every mode.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 

@@ -6,7 +6,8 @@ Targets own the tables from a fact to files and functions (``targets/``); ``mech
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..graph import Node
 from ..graph.operations import LOOKUP
@@ -35,8 +36,7 @@ FACTS = {
 """What may be needed, in words."""
 
 
-@dataclass(frozen=True, slots=True)
-class Part:
+class Part(Struct, frozen=True):
     """Something that can be built whether it is needed or not: ``words``, the facts that need it, and what is said
     where it is left out."""
 

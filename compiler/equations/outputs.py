@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..flat.model import Kind
 from ..graph import Node
@@ -14,8 +15,7 @@ from .momenta import conserved_momenta
 from .solve import Solved
 
 
-@dataclass(frozen=True, slots=True)
-class OutputList:
+class OutputList(Struct, frozen=True):
     """``entries`` describe ``nodes``; ``conserved`` and ``energy_balance`` are indices into both (-1: absent)."""
 
     entries: tuple[Entry, ...]

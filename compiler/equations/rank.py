@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..graph import Graph, Node
@@ -26,8 +26,7 @@ REACHED = 1e-6
 Vector = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True)
-class Rank:
+class Rank(Struct, frozen=True):
     """``independent`` rows by index; the rank at each sample; for each row the velocities it depends on.
 
     Seen on the manifold, a loop depends on its own joints only: those of the bodies that carry it drop out.

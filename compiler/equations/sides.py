@@ -8,15 +8,15 @@ relation (switches.py): a number in z, changed where the force changes its side.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..graph import Graph, Node
 from ..graph import operations as ops
 from ..graph.rewrite import rebuild
 
 
-@dataclass(frozen=True, slots=True)
-class Side:
+class Side(Struct, frozen=True):
     """``symbol`` is 1 where ``difference``, a formula with unknown forces, is negative."""
 
     symbol: Node

@@ -13,10 +13,10 @@ of that grows as 1/s in the coordinates, 1/s^2 in their rates and 1/s^3 in the a
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..flat.model import Kind

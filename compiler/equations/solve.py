@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
-from dataclasses import replace as replace_fields
 from itertools import groupby
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
+from msgspec.structs import replace as replace_fields
 
 from mechc.lang.diagnostics import Label, Reporter
 
@@ -34,8 +35,7 @@ START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
 
 
-@dataclass(frozen=True, slots=True)
-class Solved:
+class Solved(Struct, frozen=True):
     """Everything after elimination. ``replace`` turns each symbol that is no array entry into its formula.
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;

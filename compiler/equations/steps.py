@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import Span
@@ -16,8 +17,7 @@ from .solve import Solved
 from .switches import Switch, Switches
 
 
-@dataclass(frozen=True, slots=True)
-class Step:
+class Step(Struct, frozen=True):
     """A switch across which the potential energy jumps: ``symbol``, and its number among those that are located."""
 
     switch: int

@@ -8,7 +8,8 @@ relation of parameters and discrete variables alone stays as it is: these change
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..graph import Node
 from ..graph import operations as ops
@@ -18,8 +19,7 @@ from ..mechanics.system import MechanicalSystem
 from .sides import Side
 
 
-@dataclass(frozen=True, slots=True)
-class Switch:
+class Switch(Struct, frozen=True):
     """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared."""
 
     symbol: Node
@@ -29,8 +29,7 @@ class Switch:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class TimeSwitch:
+class TimeSwitch(Struct, frozen=True):
     """Becomes ``after`` at the time ``crossing``."""
 
     symbol: Node
@@ -39,8 +38,7 @@ class TimeSwitch:
     text: str
 
 
-@dataclass(frozen=True, slots=True)
-class Switches:
+class Switches(Struct, frozen=True):
     """``replace`` takes the place of relations in formulas."""
 
     located: tuple[Switch, ...]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label, Reporter
@@ -15,8 +16,7 @@ _ALWAYS = (ast.Experiment, ast.Dimensionless, ast.Independent, ast.Extends, ast.
 """Statements that no condition or loop may decide about."""
 
 
-@dataclass(frozen=True, slots=True)
-class Placed:
+class Placed(Struct, frozen=True):
     """A statement of ``model`` with the names it sees; ``level`` 0 is the model itself, 1 its base, and so on."""
 
     statement: ast.Statement
@@ -25,8 +25,7 @@ class Placed:
     model: ast.Model
 
 
-@dataclass(frozen=True, slots=True)
-class Inherited:
+class Inherited(Struct, frozen=True):
     """A modification in an ``extends`` clause."""
 
     modification: ast.Modification
@@ -34,8 +33,7 @@ class Inherited:
     level: int
 
 
-@dataclass(slots=True)
-class Class:
+class Class(Struct):
     """``statements`` with those of the bases first; ``declarations`` by name, those under ``if`` apart."""
 
     model: ast.Model
@@ -55,8 +53,7 @@ class Class:
         return self.model.name
 
 
-@dataclass(slots=True)
-class Classes:
+class Classes(Struct):
     """The classes of one compilation."""
 
     reporter: Reporter

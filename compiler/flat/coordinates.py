@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from mechc.lang import ast
 
@@ -15,8 +15,7 @@ from .operators import meet
 from .scope import Flattening, Poisoned, Scope
 
 
-@dataclass(frozen=True, slots=True)
-class Target:
+class Target(Struct, frozen=True):
     """A variable, or an element of it, or its rate (``rate`` the order of the derivative).
 
     ``type`` is that of the element, without the derivative; ``whole`` that of the variable.

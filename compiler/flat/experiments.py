@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from fractions import Fraction
+
+from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
@@ -33,8 +34,7 @@ _MEANINGS = {
 }
 
 
-@dataclass(slots=True)
-class _Parts:
+class _Parts(Struct):
     options: dict[str, Expression] = field(default_factory=dict)
     settings: list[model.Setting] = field(default_factory=list)
     sweeps: list[model.Sweep] = field(default_factory=list)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import Enum
+
+from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.source import Span
@@ -15,8 +16,7 @@ from .scope import Flattening, Poisoned, Scope
 Index = tuple[int, ...]
 
 
-@dataclass(slots=True, eq=False)
-class Source:
+class Source(Struct, eq=False):
     """An expression of one scope that is elaborated when first needed, and then shared."""
 
     node: ast.Expression
@@ -36,16 +36,14 @@ class Source:
         return self._value
 
 
-@dataclass(frozen=True, slots=True)
-class Pick:
+class Pick(Struct, frozen=True):
     """One array of components that a modification has passed through, and the element it has reached."""
 
     extents: tuple[int, ...]
     index: Index
 
 
-@dataclass(frozen=True, slots=True)
-class Modifier:
+class Modifier(Struct, frozen=True):
     """A modification on its way to a member: ``path`` is what is left of its target.
 
     ``rank`` orders competing ones, the largest wins: (stage, -depth of the writer, -level of inheritance).
@@ -81,8 +79,7 @@ class Progress(Enum):
     WRONG = 3
 
 
-@dataclass(slots=True, eq=False)
-class Member:
+class Member(Struct, eq=False):
     """A declared name of an instance; ``name`` is its dotted name in the flat model."""
 
     declaration: ast.Declaration
@@ -92,8 +89,7 @@ class Member:
     progress: Progress = Progress.NEW
 
 
-@dataclass(slots=True, eq=False)
-class VariableMember(Member):
+class VariableMember(Member, eq=False):
     """A parameter, coordinate, state, discrete variable or input; ``constant`` if structural.
 
     ``bound``: the expression an input is connected to.
@@ -107,16 +103,14 @@ class VariableMember(Member):
     bound: Expression | None = None
 
 
-@dataclass(slots=True, eq=False)
-class DefinitionMember(Member):
+class DefinitionMember(Member, eq=False):
     """A ``let`` or ``output``."""
 
     type: Type | None = None
     value: Expression | None = None
 
 
-@dataclass(slots=True, eq=False)
-class PlaceMember(Member):
+class PlaceMember(Member, eq=False):
     """A frame or point, or an array of them: ``values`` by index, None for a free frame.
 
     ``welds``: values given to free frames from outside by name, which place them as joints would.
@@ -129,8 +123,7 @@ class PlaceMember(Member):
     welds: dict[Index, tuple[Expression, Origin]] = field(default_factory=dict)
 
 
-@dataclass(slots=True, eq=False)
-class ComponentMember(Member):
+class ComponentMember(Member, eq=False):
     """A component; ``instances`` by index, none where its condition is false."""
 
     extents: tuple[int, ...] = ()
@@ -140,8 +133,7 @@ class ComponentMember(Member):
 AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
 
 
-@dataclass(slots=True, eq=False)
-class LabelMember:
+class LabelMember(Struct, eq=False):
     """A named statement: ``kind`` is force, torque, damping, friction, constraint or contact."""
 
     kind: str
@@ -152,16 +144,14 @@ class LabelMember:
     progress: Progress = Progress.NEW
 
 
-@dataclass(slots=True, eq=False)
-class Expanded:
+class Expanded(Struct, eq=False):
     """A statement of an instance after ``for`` and ``if``."""
 
     statement: ast.Statement
     scope: Scope
 
 
-@dataclass(slots=True, eq=False)
-class Instance:
+class Instance(Struct, eq=False):
     """One object of a class. ``members`` grows when structural conditions are decided (``expanded``)."""
 
     flattening: Flattening

@@ -9,11 +9,12 @@ came from (``origin``). Indices are constants, counted from 0. Quantities are in
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from enum import Enum
 from fractions import Fraction
 
-from mechc.lang.source import Span
+from msgspec import Struct, field
+
+from mechc.lang.source import Placed, Span
 from mechc.lang.units import DIMENSIONLESS, Dimension
 
 # ---------------------------------------------------------------- types
@@ -30,8 +31,7 @@ class Kind(Enum):
     POINT = "point"  # a point carried by a frame; as a value: world components of its position
 
 
-@dataclass(frozen=True, slots=True)
-class Type:
+class Type(Struct, frozen=True):
     """``shape`` is empty for a scalar; a POINT has shape (2,) or (3,) and dimension length.
 
     ``angle`` remembers radians for display only.
@@ -43,16 +43,15 @@ class Type:
     angle: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Origin:
+class Origin(Struct, frozen=True):
     """Where an element came from: the statement, and the instance it belongs to ("" at the top).
 
     ``declared``: the statement of the model itself that declares this instance, or the part that contains it.
     """
 
-    span: Span = field(repr=False)
+    span: Span
     instance: str = ""
-    declared: Span | None = field(default=None, repr=False)
+    declared: Span | None = None
 
     @property
     def shown(self) -> Span:
@@ -63,56 +62,47 @@ class Origin:
 # ---------------------------------------------------------------- expressions
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Typed:
+class Typed(Placed, frozen=True, kw_only=True):
     type: Type
-    span: Span = field(compare=False, repr=False)
 
 
-@dataclass(frozen=True, slots=True)
-class Literal(Typed):
+class Literal(Typed, frozen=True):
     """A scalar constant in SI units (Fraction), a truth value or a string."""
 
     value: Fraction | bool | str
 
 
-@dataclass(frozen=True, slots=True)
-class Name(Typed):
+class Name(Typed, frozen=True):
     """A variable or definition of the flat model, whole; ``world`` and ``time`` are predefined names."""
 
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class Element(Typed):
+class Element(Typed, frozen=True):
     """``base[i, j]`` with constant indices from 0; fewer indices than dimensions give a sub-array."""
 
     base: Expression
     indices: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Derivative(Typed):
+class Derivative(Typed, frozen=True):
     """Total time derivative of any order >= 1. Of a Rotation: body angular velocity, shape (3,)."""
 
     operand: Expression
     order: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class Previous(Typed):
+class Previous(Typed, frozen=True):
     operand: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Array(Typed):
+class Array(Typed, frozen=True):
     """Elements along the first dimension."""
 
     elements: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Select(Typed):
+class Select(Typed, frozen=True):
     """``if condition then a else b`` whose condition is not structural; the other branch is not evaluated."""
 
     condition: Expression
@@ -120,8 +110,7 @@ class Select(Typed):
     otherwise: Expression
 
 
-@dataclass(frozen=True, slots=True)
-class Apply(Typed):
+class Apply(Typed, frozen=True):
     """An operator or built-in function.
 
     Operators: add subtract multiply divide power negate less less_equal greater greater_equal equal
@@ -134,8 +123,7 @@ class Apply(Typed):
     arguments: tuple[Expression, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Query(Typed):
+class Query(Typed, frozen=True):
     """A question about a named element: reaction, moment, multiplier, momentum, power, closed, energy ...
 
     ``target`` is the dotted name of a component (joint), constraint, contact, coordinate or force;
@@ -147,8 +135,7 @@ class Query(Typed):
     arguments: tuple[Expression, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Quadrature(Typed):
+class Quadrature(Typed, frozen=True):
     """``integral(body for variable in lower:upper)``; ``variable`` is the name that ``body`` uses."""
 
     variable: str
@@ -171,8 +158,7 @@ class Role(Enum):
     INPUT = "input"
 
 
-@dataclass(frozen=True, slots=True)
-class Attributes:
+class Attributes(Struct, frozen=True):
     """``nominal``, ``min``, ``max`` in SI; ``display`` a unit; ``options`` the rest by name (chart, interpolation)."""
 
     nominal: float | None = None
@@ -182,8 +168,7 @@ class Attributes:
     options: Mapping[str, str] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class StartValue:
+class StartValue(Struct, frozen=True):
     """The winning initial value of one element; ``guess`` for ``~``."""
 
     value: Expression
@@ -191,8 +176,7 @@ class StartValue:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """A parameter, coordinate, state, discrete variable or input.
 
     ``value``: default of a parameter (may refer to other parameters), of an input (parameters, time),
@@ -222,8 +206,7 @@ class DefinitionRole(Enum):
     POINT = "point"
 
 
-@dataclass(frozen=True, slots=True)
-class Definition:
+class Definition(Struct, frozen=True):
     """A named expression; ``value`` None only for a free frame. Interface frames bound by ``->`` are aliases."""
 
     name: str
@@ -238,8 +221,7 @@ class Definition:
 # ---------------------------------------------------------------- mechanics
 
 
-@dataclass(frozen=True, slots=True)
-class Energy:
+class Energy(Struct, frozen=True):
     """``kind``: kinetic, potential, lagrangian, dissipation."""
 
     kind: str
@@ -248,8 +230,7 @@ class Energy:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Mass:
+class Mass(Struct, frozen=True):
     """``gravity``: the field that reaches this mass (world components), or None."""
 
     value: Expression
@@ -258,8 +239,7 @@ class Mass:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Inertia:
+class Inertia(Struct, frozen=True):
     """Scalar in the plane, (3, 3) in space; about the centre of the mass stated beside it, in ``on``'s axes."""
 
     value: Expression
@@ -267,8 +247,7 @@ class Inertia:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
+class Load(Struct, frozen=True):
     """A force or torque. ``on``: a frame or point (vector value) or a scalar (generalised force on it).
 
     ``source``: who gets the reaction; ``frame``: whose axes the components are in (None: world).
@@ -284,16 +263,14 @@ class Load:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Damping:
+class Damping(Struct, frozen=True):
     name: str
     value: Expression
     on: Expression
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Friction:
+class Friction(Struct, frozen=True):
     name: str
     kinetic: Expression
     static: Expression | None
@@ -302,8 +279,7 @@ class Friction:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Constraint:
+class Constraint(Struct, frozen=True):
     """``left = right``; ``asserted`` is empty, holonomic or nonholonomic; unnamed ones get ``constraint[k]``."""
 
     name: str
@@ -313,8 +289,7 @@ class Constraint:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Drive:
+class Drive(Struct, frozen=True):
     """``target``: Name/Element of a coordinate, or its Derivative."""
 
     target: Expression
@@ -322,8 +297,7 @@ class Drive:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Contact:
+class Contact(Struct, frozen=True):
     name: str
     gap: Expression
     restitution: Expression | None
@@ -334,15 +308,13 @@ class Contact:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class ClosureEquation:
+class ClosureEquation(Struct, frozen=True):
     left: Expression
     right: Expression
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Joint:
+class Joint(Struct, frozen=True):
     """A component with a ``place``: ``target`` is the dotted name of the ``to`` frame as named in this model
     (follow aliases to the free frame), ``value`` its pose. ``source`` is the first interface frame.
 
@@ -360,8 +332,7 @@ class Joint:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class InitialCondition:
+class InitialCondition(Struct, frozen=True):
     """``initial e = v`` for an expression that is no plain coordinate, state or rate."""
 
     target: Expression
@@ -369,8 +340,7 @@ class InitialCondition:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class StateEquation:
+class StateEquation(Struct, frozen=True):
     """``equation der(x) = e``; ``indices`` select an element of ``state`` (empty: whole)."""
 
     state: str
@@ -379,41 +349,35 @@ class StateEquation:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Assertion:
+class Assertion(Struct, frozen=True):
     condition: Expression
     message: str
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Reinit:
+class Reinit(Struct, frozen=True):
     target: Expression
     value: Expression
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Assign:
+class Assign(Struct, frozen=True):
     target: Expression
     value: Expression
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Terminate:
+class Terminate(Struct, frozen=True):
     message: str
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Impulse:
+class Impulse(Struct, frozen=True):
     load: Load
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Switch:
+class Switch(Struct, frozen=True):
     """``release`` or ``engage`` (``engage`` true) of a named constraint, contact, drive or cut joint."""
 
     target: str
@@ -424,23 +388,20 @@ class Switch:
 Action = Reinit | Assign | Terminate | Impulse | Switch | Assertion
 
 
-@dataclass(frozen=True, slots=True)
-class EventBranch:
+class EventBranch(Struct, frozen=True):
     condition: Expression
     actions: tuple[Action, ...]
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Event:
+class Event(Struct, frozen=True):
     """One ``when`` with its ``elsewhen`` branches."""
 
     branches: tuple[EventBranch, ...]
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class ExactSolution:
+class ExactSolution(Struct, frozen=True):
     """``target`` is a Name/Element/Derivative of a coordinate, state or output."""
 
     target: Expression
@@ -451,8 +412,7 @@ class ExactSolution:
 # ---------------------------------------------------------------- experiments
 
 
-@dataclass(frozen=True, slots=True)
-class Setting:
+class Setting(Struct, frozen=True):
     """A parameter, initial value, guess or input set by an experiment.
 
     ``rate``: the setting is of ``der(target)``. ``guess``: written with ``~``.
@@ -466,8 +426,7 @@ class Setting:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Sweep:
+class Sweep(Struct, frozen=True):
     """``target in values``: one run for each (numbers in SI)."""
 
     target: str
@@ -476,8 +435,7 @@ class Sweep:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Experiment:
+class Experiment(Struct, frozen=True):
     """``options``: stop start every step tolerance method display record ... as checked expressions."""
 
     name: str
@@ -489,8 +447,7 @@ class Experiment:
     doc: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class FlatModel:
+class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
     ``space`` is 2 or 3, or 0 where no vector-valued kinematic expression says it.

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
@@ -18,16 +19,14 @@ from .load import find, importable, load
 Definition = ast.Model | ast.Function | ast.Type
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
+class Found(Struct, frozen=True):
     """A definition together with the names that its own text sees."""
 
     definition: Definition
     namespace: Namespace
 
 
-@dataclass(slots=True)
-class Library:
+class Library(Struct):
     """The files of one compilation, each loaded once."""
 
     folders: tuple[Path, ...]

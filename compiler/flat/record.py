@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from msgspec import Struct, field
 
 from mechc.lang.source import Span
 
@@ -10,8 +10,7 @@ from . import model
 from .instance import Index, Instance, VariableMember
 
 
-@dataclass(frozen=True, slots=True)
-class Beginning:
+class Beginning(Struct, frozen=True):
     """An ``initial`` statement about one variable, or about one element or the rate of it.
 
     ``rank`` as in ``Modifier``.
@@ -25,8 +24,7 @@ class Beginning:
     span: Span
 
 
-@dataclass(slots=True)
-class Record:
+class Record(Struct):
     """Everything in the order of its statements; ``variables`` get their values last (variables.py)."""
 
     variables: list[VariableMember] = field(default_factory=list)
@@ -58,8 +56,7 @@ class Record:
         return f"{kind}[{self.counts[kind]}]"
 
 
-@dataclass(slots=True)
-class JointParts:
+class JointParts(Struct):
     """The ``place`` and ``closure`` statements of one instance."""
 
     instance: Instance

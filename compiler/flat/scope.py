@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label, Reporter
@@ -26,8 +27,7 @@ class Poisoned(Exception):
     """What is being elaborated is wrong, and that has been reported."""
 
 
-@dataclass(slots=True)
-class Space:
+class Space(Struct):
     """Whether the model is planar or spatial, and the place that said so first."""
 
     size: int = 0
@@ -70,8 +70,7 @@ class Space:
 _PLACES = {2: "planar", 3: "spatial"}
 
 
-@dataclass(slots=True)
-class Flattening:
+class Flattening(Struct):
     """The state of one compilation that all passes share."""
 
     reporter: Reporter
@@ -112,8 +111,7 @@ class Flattening:
         self.reporter.error(code, message, span, caption=caption, labels=(*labels, *scope.trail()), help=help)
 
 
-@dataclass(slots=True)
-class Scope:
+class Scope(Struct):
     """Names in reach: ``local`` (indices of loops, arguments of functions), then the members of ``instance``,
     then the definitions of ``namespace``. ``calls`` are the functions being inlined, outermost first."""
 

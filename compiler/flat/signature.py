@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS
@@ -14,8 +14,7 @@ from .model import Apply, Expression, Kind, Type
 from .scope import Poisoned, Scope
 
 
-@dataclass(slots=True)
-class Call:
+class Call(Struct):
     """``arguments`` are elaborated; ``nodes`` are the same as written."""
 
     scope: Scope

@@ -7,7 +7,6 @@ even where it stands before that.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields
 
 from mechc.lang import ast
 from mechc.lang.source import Span
@@ -73,8 +72,8 @@ def nodes(node: ast.Node) -> Iterator[ast.Node]:
         at = pending.pop()
         yield at
         inner: list[ast.Node] = []
-        for field in fields(at):
-            value = getattr(at, field.name)
+        for name in at.__struct_fields__:
+            value = getattr(at, name)
             if isinstance(value, ast.Node):
                 inner.append(value)
             elif isinstance(value, tuple):

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .dense import eliminate_dense
 from .linear import LinearSystem, linear_system
@@ -31,8 +32,7 @@ DENSE_LIMIT = 16
 """Above this many unknowns the dense elimination never was the cheaper one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Elimination:
+class Elimination(Struct, frozen=True):
     """``solutions`` in the order of the unknowns; ``pivots[k]`` is that of unknown ``order[k]``, in ``rows[k]``.
 
     The solution holds wherever no pivot vanishes. Pivots of coordinates are positive, those of multipliers

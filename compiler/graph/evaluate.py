@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from functools import partial
 from typing import Any
+
+from msgspec import Struct
 
 from . import operations as ops
 from .node import Graph, Node
 from .table import Table
 
 
-@dataclass(frozen=True, slots=True)
-class Numbers:
+class Numbers(Struct, frozen=True):
     """A kind of number: how constants become one, the functions by code, and interpolation of tables."""
 
     constant: Callable[[Fraction], Any]

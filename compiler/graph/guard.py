@@ -7,14 +7,14 @@ not taken: 0 * NaN is NaN.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .node import Graph, Node
 from .operations import SELECT
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Guard:
+class Guard(Struct, frozen=True, eq=False):
     """Nodes under it matter only where ``condition`` is (``holds``) or is not true, inside ``outer``."""
 
     outer: Guard | None

@@ -7,7 +7,8 @@ A node that depends on the unknowns, is used more than once and has more than on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from .differentiate import jacobian
 from .node import Graph, Node
@@ -26,8 +27,7 @@ class NotAffine(ValueError):
         self.node = node
 
 
-@dataclass(frozen=True, slots=True)
-class LinearSystem:
+class LinearSystem(Struct, frozen=True):
     """Rows by key: a definition v means v = sum c w + offset; ~i means 0 = sum c w + offset, residual i.
 
     The variables of a definition are unknowns or definitions with smaller numbers.

@@ -7,9 +7,10 @@ and start with the two leaves; everything from ``ADD`` on counts as one operatio
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from .node import Graph, Node
@@ -68,8 +69,7 @@ class Parity(Enum):
     ODD = "odd"
 
 
-@dataclass(frozen=True, slots=True)
-class Operation:
+class Operation(Struct, frozen=True):
     """One row of the table.
 
     ``partials`` has one rule for each argument, or is empty where the derivative is zero everywhere

@@ -16,9 +16,10 @@ others, placed right after the last unknown on which their constraint depends.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from heapq import heapify, heappop, heappush
+
+from msgspec import Struct
 
 from .linear import Coefficients, LinearSystem
 from .node import Graph, Node
@@ -48,8 +49,7 @@ class Choice(Enum):
     FEWEST_USERS = "fewest users first"
 
 
-@dataclass(frozen=True, slots=True)
-class Variant:
+class Variant(Struct, frozen=True):
     """``frontier``: rows and columns of a pivot with more entries than this are swept."""
 
     choice: Choice
@@ -60,8 +60,7 @@ class Variant:
         return f"path elimination, {self.choice.value}, frontier {self.frontier}"
 
 
-@dataclass(frozen=True, slots=True)
-class Solution:
+class Solution(Struct, frozen=True):
     """``unknowns`` in the order given; ``pivots[k]`` is that of unknown ``order[k]`` in residual ``rows[k]``.
 
     ``work`` counts products. ``widths`` are the numbers of entries that rows and columns of pivots had before they

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
 from itertools import pairwise
 
+from msgspec import Struct
 
-@dataclass(frozen=True, slots=True)
-class Table:
+
+class Table(Struct, frozen=True):
     """A C1 cubic through (points[i], values[i]) with slopes[i]; ``points`` ascend strictly.
 
     Outside the range it goes on as a straight line with the slope at the end.

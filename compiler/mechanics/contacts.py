@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import preferred_unit

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
+
+from msgspec import Struct, field
 
 from ..graph import Graph, Node
 from ..graph.vector import Vector
@@ -13,19 +14,17 @@ from .pose import Pose, Rotate, Step, Translate
 Value = TypeVar("Value")
 
 
-@dataclass(eq=False, slots=True)
-class Frame:
+class Frame(Struct, eq=False):
     """One node of the frame tree: ``parent`` displaced by ``step``. ``known`` holds what was computed on it."""
 
     parent: Frame | None
     step: Step | None
     depth: int
-    known: dict[object, object] = field(default_factory=dict, repr=False)
-    children: dict[Step, Frame] = field(default_factory=dict, repr=False)
+    known: dict[object, object] = field(default_factory=dict)
+    children: dict[Step, Frame] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class Point:
+class Point(Struct, frozen=True):
     """A point at ``offset`` (components in the axes of ``frame``)."""
 
     frame: Frame

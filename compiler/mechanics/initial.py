@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypedDict
+
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 

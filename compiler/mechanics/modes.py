@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from ..flat.model import Origin
 from ..graph import Node
 
 
-@dataclass(frozen=True, slots=True)
-class Regularized:
+class Regularized(Struct, frozen=True):
     """Friction as a smooth force: ``side`` tanh(s/v_stick) times its limit. ``creep``: the speed of sliding where it
     is below v_stick, and so takes the place of sticking, else 0; None with the second direction of a surface; ``unit``
     its unit."""
@@ -19,8 +18,7 @@ class Regularized:
     unit: str
 
 
-@dataclass(frozen=True, slots=True)
-class Mode:
+class Mode(Struct, frozen=True):
     """How the rows of a constraint are switched; every symbol is a number in z.
 
     ``kind``: contact, friction, constraint. ``flag`` is 1 while the rows hold (a contact presses, friction sticks);
@@ -43,8 +41,7 @@ class Mode:
     rest: Node | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class SetAction:
+class SetAction(Struct, frozen=True):
     """New values of symbols: reinit, ':=', release and engage. ``moves``: coordinates or rates are among them."""
 
     targets: tuple[Node, ...]
@@ -53,29 +50,25 @@ class SetAction:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class ImpulseAction:
+class ImpulseAction(Struct, frozen=True):
     """Impulses by virtual work: pairs of (rate, impulse)."""
 
     pairs: tuple[tuple[Node, Node], ...]
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class CheckAction:
+class CheckAction(Struct, frozen=True):
     condition: Node
     message: str
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class EndAction:
+class EndAction(Struct, frozen=True):
     message: str
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class BranchRow:
+class BranchRow(Struct, frozen=True):
     """One branch of a ``when``; branches of one ``event`` exclude each other. ``text``: the condition as written."""
 
     event: int
@@ -85,8 +78,7 @@ class BranchRow:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Clock:
+class Clock(Struct, frozen=True):
     """A ``sample(start, period)``: 1 at the instants start + count period, for ``pulse`` and ``count`` in z."""
 
     start: Node

@@ -6,29 +6,26 @@ cosine are taken, translations add, and velocities follow step by step in the mo
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector, add, axis_rotation, matvec, negate, transpose
 
 
-@dataclass(frozen=True, slots=True)
-class Translate:
+class Translate(Struct, frozen=True):
     """Move the origin by ``offset`` (components in the axes reached so far)."""
 
     offset: Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Rotate:
+class Rotate(Struct, frozen=True):
     """Turn about coordinate axis 0, 1 or 2 (in the plane: 2) by ``angle``."""
 
     axis: int
     angle: Node
 
 
-@dataclass(frozen=True, slots=True)
-class Turn:
+class Turn(Struct, frozen=True):
     """A general rotation: ``matrix`` maps new components to old ones, ``rate`` is the angular velocity of the
     new axes relative to the old ones, in new components; None for a constant rotation."""
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import product
+
+from msgspec import Struct
 
 from ..flat.model import FlatModel, Kind, Role, Variable
 from ..graph import Graph, Node
@@ -12,8 +13,7 @@ from ..graph.vector import quaternion_rate
 from .values import Value, filled
 
 
-@dataclass(frozen=True, slots=True)
-class Scalar:
+class Scalar(Struct, frozen=True):
     """One number of a variable: its node, its name in results and the variable it belongs to."""
 
     node: Node
@@ -22,8 +22,7 @@ class Scalar:
     indices: tuple[int, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Coordinate:
+class Coordinate(Struct, frozen=True):
     """One coordinate variable: positions ``q``, velocities ``v``, accelerations ``a`` (4, 3, 3 for a Rotation)."""
 
     variable: Variable
@@ -37,8 +36,7 @@ class Coordinate:
         return self.variable.type.kind is Kind.ROTATION
 
 
-@dataclass(frozen=True, slots=True)
-class Symbols:
+class Symbols(Struct, frozen=True):
     """All symbols of a model. ``values`` maps a variable to its value (nested tuples of nodes)."""
 
     time: Node

@@ -6,7 +6,8 @@ Symbols are those of the field: q, v, a, x, u, p; T, V, R energies; all formulas
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from ..flat.model import Definition, FlatModel, Origin, Query, StartValue
 from ..graph import Graph, Node
@@ -20,8 +21,7 @@ from .topology import Topology
 from .virtual import VirtualDisplacement
 
 
-@dataclass(frozen=True, slots=True)
-class PointMass:
+class PointMass(Struct, frozen=True):
     """A mass [kg] at a point, in the uniform ``field`` [m/s^2] (world components), if any."""
 
     mass: Node
@@ -30,8 +30,7 @@ class PointMass:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class RotaryInertia:
+class RotaryInertia(Struct, frozen=True):
     """A moment of inertia [kg.m^2] about the centre of the mass stated beside it: 1x1 in the plane, 3x3 in space."""
 
     inertia: Matrix
@@ -39,8 +38,7 @@ class RotaryInertia:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Effort:
+class Effort(Struct, frozen=True):
     """Generalised forces by virtual power: ``pairs`` of (rate, effort), each product a power [W].
 
     ``supplied``: their work counts as supplied energy, as they depend on time or inputs, or on no velocity; what
@@ -53,8 +51,7 @@ class Effort:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class ConstraintRows:
+class ConstraintRows(Struct, frozen=True):
     """Residuals left - right. ``level``: ``position`` (functions of q and t) or ``velocity`` (affine in v).
 
     ``joint`` names the closure the rows come from; units are those of the residuals.
@@ -70,8 +67,7 @@ class ConstraintRows:
     mode: Mode | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class DriveRow:
+class DriveRow(Struct, frozen=True):
     """A prescribed motion: indices into q and v with their formulas of time.
 
     ``q`` and ``values`` are empty where only the rate is prescribed; ``names`` of the reactions, one for each v.
@@ -85,8 +81,7 @@ class DriveRow:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class Beginning:
+class Beginning(Struct, frozen=True):
     """Initial value of one number: ``value`` of parameters; ``known`` for ``=``; ``start`` says where it is written.
 
     ``by_others``: the same in terms of the coordinates, velocities and states that it is stated with; None if none.
@@ -98,8 +93,7 @@ class Beginning:
     by_others: Node | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class InitialRow:
+class InitialRow(Struct, frozen=True):
     """``initial e = v`` for one number of an expression: ``residual`` e - v; only wished where not ``known``."""
 
     name: str
@@ -109,8 +103,7 @@ class InitialRow:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class OutputRow:
+class OutputRow(Struct, frozen=True):
     """One number of an output."""
 
     name: str
@@ -118,8 +111,7 @@ class OutputRow:
     definition: Definition
 
 
-@dataclass(frozen=True, slots=True)
-class ExactRow:
+class ExactRow(Struct, frozen=True):
     """The closed solution of one number, by its name in results."""
 
     name: str
@@ -127,15 +119,13 @@ class ExactRow:
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class AssertionRow:
+class AssertionRow(Struct, frozen=True):
     condition: Node
     message: str
     origin: Origin
 
 
-@dataclass(frozen=True, slots=True)
-class MechanicalSystem:
+class MechanicalSystem(Struct, frozen=True):
     """One model as a Lagrangian system.
 
     Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops are

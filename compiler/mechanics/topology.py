@@ -8,7 +8,8 @@ before any formula exists, because the coordinates of a closure are no unknowns.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -17,8 +18,7 @@ from ..flat.model import Apply, Array, Definition, Element, Expression, FlatMode
 WORLD = "world"
 
 
-@dataclass(frozen=True, slots=True)
-class TreeEdge:
+class TreeEdge(Struct, frozen=True):
     """``joint`` places the free frame ``root``; ``backwards``: from its ``to`` side to its ``from`` side."""
 
     joint: Joint
@@ -26,8 +26,7 @@ class TreeEdge:
     backwards: bool
 
 
-@dataclass(frozen=True, slots=True)
-class Topology:
+class Topology(Struct, frozen=True):
     """``tree`` in the order in which frames get placed; ``closures`` in the order of declaration."""
 
     tree: tuple[TreeEdge, ...]

@@ -8,9 +8,10 @@ inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a 
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator
-from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from typing import Any
+
+from msgspec import Struct
 
 from ..flat.model import FlatModel, Query
 from ..graph import Graph, Node
@@ -22,8 +23,7 @@ from .rates import TotalDerivative
 REACTIONS = ("reaction", "moment")
 
 
-@dataclass(frozen=True, slots=True)
-class VirtualDisplacement:
+class VirtualDisplacement(Struct, frozen=True):
     """``frame``: the displaced ``to`` frame; ``force_rates``, ``moment_rates``: components in its own axes."""
 
     frame: Frame
@@ -59,9 +59,15 @@ def _queries(root: object) -> Iterator[Query]:
 @cache
 def _branches(kind: Hashable) -> tuple[str, ...]:
     """Return the fields of a type of the flat model in which a query may stand."""
-    if not isinstance(kind, type) or not is_dataclass(kind) or not kind.__module__.endswith("flat.model"):
+    if (
+        not isinstance(kind, type)
+        or not issubclass(kind, Struct)
+        or not kind.__module__.endswith("flat.model")
+    ):
         return ()
-    return tuple(f.name for f in fields(kind) if f.name not in ("type", "span", "origin", "name", "doc"))
+    return tuple(
+        name for name in kind.__struct_fields__ if name not in ("type", "span", "origin", "name", "doc")
+    )
 
 
 def displace(

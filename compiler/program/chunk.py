@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import heapq
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from ..graph.operations import COS, SIN
 from .model import (

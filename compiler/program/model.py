@@ -8,8 +8,9 @@ choice is the operation SELECT. All functions but ``parameters`` have the signat
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
+
+from msgspec import Struct
 
 from mechc.lang.source import Span
 
@@ -20,31 +21,27 @@ Value = int
 """Position of a statement in its body."""
 
 
-@dataclass(frozen=True, slots=True)
-class Load:
+class Load(Struct, frozen=True):
     """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w."""
 
     array: str
     index: int
 
 
-@dataclass(frozen=True, slots=True)
-class Literal:
+class Literal(Struct, frozen=True):
     """An exact constant; the target rounds it to its own numbers."""
 
     number: Fraction
 
 
-@dataclass(frozen=True, slots=True)
-class Operate:
+class Operate(Struct, frozen=True):
     """One operation of the graph (``graph/operations.py``)."""
 
     code: int
     operands: tuple[Value, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Lookup:
+class Lookup(Struct, frozen=True):
     """The value (order 0) or a derivative of ``tables[table]`` at the operand."""
 
     table: int
@@ -52,8 +49,7 @@ class Lookup:
     operand: Value
 
 
-@dataclass(frozen=True, slots=True)
-class Store:
+class Store(Struct, frozen=True):
     """``array[index] = value``; the array is out, w or, in ``parameters``, p.
 
     ``guarded``: only where the parameter is not set from outside (set[index] == 0).
@@ -80,8 +76,7 @@ def operands_of(statement: Statement) -> tuple[Value, ...]:
             return ()
 
 
-@dataclass(frozen=True, slots=True)
-class ProgramFunction:
+class ProgramFunction(Struct, frozen=True):
     """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only."""
 
     name: str
@@ -96,8 +91,7 @@ class ProgramFunction:
         return sum(type(s) is Operate or type(s) is Lookup for body in self.bodies for s in body)
 
 
-@dataclass(frozen=True, slots=True)
-class Program:
+class Program(Struct, frozen=True):
     """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
 
     ``parameters`` writes p in place: dependent parameters, then ``n_hoisted`` constants of the run behind them.

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from fractions import Fraction
 from math import pi
 
 import sympy as sp
+from msgspec import Struct
 
 from ..equations.constraints import rows_of
 from ..equations.energies import energies
@@ -45,8 +45,7 @@ SHOW_LIMIT = 20_000
 """Expressions with more operations than this are not shown; their size is stated instead."""
 
 
-@dataclass(frozen=True, slots=True)
-class Statement:
+class Statement(Struct, frozen=True):
     """``left = right``; ``right`` None where the expression is too large to be shown (``operations``)."""
 
     left: str
@@ -54,8 +53,7 @@ class Statement:
     operations: int
 
 
-@dataclass(frozen=True, slots=True)
-class Section:
+class Section(Struct, frozen=True):
     """Statements under a title, and in ``meaning`` what they say if that is not plain."""
 
     title: str
@@ -63,8 +61,7 @@ class Section:
     meaning: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Account:
+class Account(Struct, frozen=True):
     """What is written about a model: ``equations`` are residuals that vanish, one for each free velocity.
 
     ``constraints`` vanish always, ``switched`` are gaps and the velocities on which dry friction acts.

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+from msgspec import to_builtins
 from numpy.typing import NDArray
 
 from mechc.lang.source import Span
@@ -72,7 +72,7 @@ def make_problem(
 
 def describe(program: Program) -> dict[str, object]:
     """Return the fields of the problem but its code, as plain data for JSON."""
-    fields = asdict(make_problem(program))
+    fields: dict[str, object] = to_builtins(make_problem(program))
     for name in ("functions", "parameters_function", "library"):
         del fields[name]
     return fields

@@ -7,9 +7,10 @@ order of the arithmetic is that of the program, because each operation keeps its
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import NamedTuple, assert_never
+
+from msgspec import Struct
 
 from ..graph.operations import ADD, COS, SIN, SUB
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
@@ -22,8 +23,7 @@ INLINE = 46
 """Longest expression that is written inside another one."""
 
 
-@dataclass(frozen=True, slots=True)
-class Form:
+class Form(Struct, frozen=True):
     """How to write one operation.
 
     ``binds``: the strength of the result; ``needs``: the least strength of each operand without
@@ -46,8 +46,7 @@ def infix(sign: str, binds: int, *, condition: bool = False) -> Form:
     return Form(f"{{}} {sign} {{}}", binds, (binds + condition, binds + 1), condition)
 
 
-@dataclass(frozen=True, slots=True)
-class Dialect:
+class Dialect(Struct, frozen=True):
     """A target language: one form for each operation, and how it writes everything else."""
 
     forms: Mapping[int, Form]

@@ -6,12 +6,13 @@ twice); in higher precision none loses digits that the exact value has.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from functools import lru_cache
 from math import pi
 from typing import Final
+
+from msgspec import Struct
 
 _EXACT_DIGITS: Final = 28
 """Longest finite decimal that is written out."""
@@ -29,8 +30,7 @@ class Form(Enum):
     PI = "pi"  # a whole number times pi, divided by another one
 
 
-@dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Struct, frozen=True):
     """``text`` of the number, or of a factor of pi; ``divisor`` of a ratio, "" for one."""
 
     form: Form

@@ -6,10 +6,10 @@ import inspect
 import json
 import keyword
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from typing import Any, Final
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from mechc.runtime.problem import Array, ModelFunction

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from typing import Final
+
+from msgspec import Struct
 
 from ..graph import operations as ops
 from ..program.model import Store
@@ -28,8 +29,7 @@ from .literal import constant
 _BOTH: Final = (True, True)
 
 
-@dataclass(frozen=True, slots=True)
-class Named:
+class Named(Struct, frozen=True):
     """A function by which an operation is called in the text: its name, and where it comes from.
 
     ``own``: it stands in ``scalar_functions.py``, not in ``math``. ``array``: the NumPy form. ``condition``:

@@ -7,11 +7,11 @@ import platform
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import click
+from msgspec import Struct
 
 from .. import __version__
 
@@ -24,8 +24,7 @@ OPTIONAL = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
+class Finding(Struct, frozen=True):
     """One line of the report. ``state``: good, optional (missing, but nothing needs it), bad."""
 
     topic: str

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
 from fractions import Fraction
 from pathlib import Path
 
@@ -23,8 +22,8 @@ def only(text: str) -> ast.Statement:
 def nodes(node: ast.Node) -> list[ast.Node]:
     """The node and all below it."""
     found = [node]
-    for field in fields(node):
-        value = getattr(node, field.name)
+    for name in node.__struct_fields__:
+        value = getattr(node, name)
         for child in value if isinstance(value, tuple) else (value,):
             if isinstance(child, ast.Node):
                 found += nodes(child)

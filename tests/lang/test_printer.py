@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import fields, replace
 from fractions import Fraction
 from pathlib import Path
 from random import Random
 from typing import Any
 
 import pytest
+from msgspec.structs import replace
 from syntax import SAMPLES, parse_expression, parse_text, sample_files
 
 from mechc.lang import ast
@@ -216,7 +216,7 @@ def without_parentheses(node: Any) -> Any:
         return tuple(without_parentheses(n) for n in node)
     if not isinstance(node, ast.Node):
         return node
-    changes = {f.name: without_parentheses(getattr(node, f.name)) for f in fields(node) if f.name != "span"}
+    changes = {n: without_parentheses(getattr(node, n)) for n in node.__struct_fields__ if n != "span"}
     return replace(node, **changes)
 
 
@@ -229,7 +229,7 @@ def _ratio_of_literals(e: Any) -> bool:
     children = (
         e
         if isinstance(e, tuple)
-        else [getattr(e, f.name) for f in fields(e)]
+        else [getattr(e, name) for name in e.__struct_fields__]
         if isinstance(e, ast.Node)
         else []
     )

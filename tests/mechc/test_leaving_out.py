@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from msgspec import Struct
+from msgspec.structs import replace
 
 import mechc
 from mechc.api import Model
@@ -92,8 +93,7 @@ def compare(path: Path) -> None:
     same(lean, disturbed, motion(everything, share))
 
 
-@dataclass(frozen=True)
-class Motion:
+class Motion(Struct, frozen=True):
     """States by name, and the size of each: the largest value of any state of its unit."""
 
     t: Array

@@ -7,13 +7,13 @@ it is one exactly, or the agreement ends at its rounding, which ``rounded`` says
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 
 import mpmath
 import pytest
 from gallery import EXAMPLES
+from msgspec import Struct, field
 
 import mechc
 from mechc.benchmark import reference_at
@@ -32,8 +32,7 @@ def stars(n: int) -> dict[str, str]:
     return names
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(Struct, frozen=True):
     """``names``: state by published name. ``until``: the last time that is compared."""
 
     example: str

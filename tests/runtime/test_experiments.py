@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from written_problems import kepler, pendulum
 
@@ -24,7 +23,7 @@ def experiment(
 ) -> tuple[Experiment, ModelFunction]:
     values = np.array([*options.values(), *settings.values()])
     made = Experiment(name, "", f"experiment_{name}", tuple(options), {}, tuple(settings))
-    return replace(made, **more), lambda t, y, u, z, p: values  # type: ignore[arg-type]
+    return replace(made, **more), lambda t, y, u, z, p: values
 
 
 def with_experiments(p: Problem, *experiments: tuple[Experiment, ModelFunction]) -> Problem:

@@ -6,10 +6,10 @@ import os
 import signal
 import threading
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from written_problems import (
     ORIGIN,
     compiled_kepler,

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from kernel_driver import Numbers, run
 from kernel_models import CARTESIAN_PENDULUM, PENDULUM, SPHERICAL_PENDULUM, TILTED_BODY
+from msgspec.structs import replace
 
 from mechc.runtime.native import OFF_CONSTRAINTS, REACHED
 

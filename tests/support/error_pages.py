@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "mechc" / "errors"
@@ -15,8 +16,7 @@ _COMMAND = re.compile(r"^(?P<command>run|compile):(?P<options>.*)$", re.MULTILIN
 _CIRCUMSTANCE = re.compile(r"^(?P<what>without|machine): (?P<name>\S+)$", re.MULTILINE)
 
 
-@dataclass(frozen=True, slots=True)
-class Page:
+class Page(Struct, frozen=True):
     """``files`` by name, ``model.mech`` first; ``command`` with its options, empty where compiling fails.
 
     ``circumstances``: (without, compiler), (without, ziglang) or (machine, name): what the message depends on.

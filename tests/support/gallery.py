@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from msgspec import Struct, field
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
@@ -63,8 +63,7 @@ def run(
     return solution
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(Struct, frozen=True):
     """A run whose quantities are known functions of time.
 
     ``bound``: largest error at the end, relative to the largest value of each quantity in the run, in units of

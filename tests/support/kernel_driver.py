@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from mechc.runtime.build import build_shared, find_compiler, kernel_flags, model_flags
@@ -57,8 +57,7 @@ _PRELUDE = """
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Model:
+class Model(Struct, frozen=True):
     """A model in C: ``functions`` holds the statements of each function of ``mech_model`` by its name,
     ``sizes`` its numbers, ``entries`` the pattern (row, column) of its Jacobian."""
 
@@ -101,8 +100,7 @@ __attribute__((visibility("default"))) const mech_model *mech_model_get(void) {{
 """
 
 
-@dataclass(frozen=True, slots=True)
-class Run:
+class Run(Struct, frozen=True):
     """``y`` at the end and ``rows`` on the grid, as sums hi + lo of doubles along their last axis but one."""
 
     status: int

@@ -7,9 +7,9 @@ number; lam for multipliers.
 from __future__ import annotations
 
 import random
-from dataclasses import dataclass, field
 
 import numpy as np
+from msgspec import Struct, field
 
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph import vector as vec
@@ -18,8 +18,7 @@ from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.vector import Matrix, Vector
 
 
-@dataclass
-class Mechanism:
+class Mechanism(Struct):
     """``residuals`` vanish at the right ``a``; ``constraints`` are positions phi = 0 (none for a tree)."""
 
     graph: Graph
@@ -99,8 +98,7 @@ def planar_tree(graph: Graph, parents: list[int], *, joint_angles: bool, rigid: 
     return Mechanism(graph, q, u, a, vjp(graph, seeds, u))
 
 
-@dataclass
-class Motion:
+class Motion(Struct):
     """Of a frame, in its own axes: angular velocity and acceleration, velocity and acceleration less gravity."""
 
     w: Vector
@@ -205,8 +203,7 @@ def spherical_hub(graph: Graph, children: int) -> Mechanism:
     return Mechanism(graph, [n for p in quaternions for n in p], u, a, vjp(graph, seeds, u))
 
 
-@dataclass
-class _Bars:
+class _Bars(Struct):
     """Planar bars collected one by one: centres and angles, and which body is where."""
 
     graph: Graph

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from hypothesis import strategies as st
+from msgspec import Struct
 
 
-@dataclass(frozen=True)
-class HybridModel:
+class HybridModel(Struct, frozen=True):
     """``gaps``: outputs that must not become negative; ``stop`` [s]: how long it runs."""
 
     text: str

@@ -9,9 +9,8 @@ It is over the size of each state (nominal value and largest value), the largest
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+from msgspec import Struct
 
 from mechc.runtime.problem import Array
 
@@ -20,8 +19,7 @@ AGREED = 1e-2
 """Bound beyond which runs are no longer compared: they go ways of their own."""
 
 
-@dataclass(frozen=True, slots=True)
-class Agreement:
+class Agreement(Struct, frozen=True):
     """``difference`` and ``bound`` at the time at which they come nearest; ``until``: end of the comparison."""
 
     difference: float

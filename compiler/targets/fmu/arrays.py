@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
 import numpy as np
+from msgspec import Struct
 
 from mechc.runtime.problem import Array
 
@@ -18,8 +18,7 @@ from .variables import Table, Variable
 _ELEMENT = re.compile(r"(?P<base>(?:der\()?[\w.]+)\[(?P<index>\d+(?:,\d+)*)\](?P<rest>(?:,\d+)?\)?)")
 
 
-@dataclass(frozen=True, slots=True)
-class Group:
+class Group(Struct, frozen=True):
     """A variable of the file: positions of its scalars in the table, row by row; ``shape`` is empty for a scalar."""
 
     name: str

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import fmpy
 import numpy as np
 from fmpy.fmi1 import FMICallException
+from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
@@ -31,8 +32,7 @@ POINTS = 47
 """A prime: events at round times, where states jump, lie between two points."""
 
 
-@dataclass(frozen=True, slots=True)
-class Made:
+class Made(Struct, frozen=True):
     """A finished FMU with what it was made for; ``kinds``: me, cs."""
 
     package: Package
@@ -41,8 +41,7 @@ class Made:
     kinds: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
-class Checked:
+class Checked(Struct, frozen=True):
     """What a check has found out: how a run by CVode agrees, and the states of the native run that stops at ``times``.
 
     ``error``: estimated error of the native run at these times, with its safety. None where it was not run.

@@ -6,10 +6,11 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.runtime.case import SimulationOptions, find_experiment, input_values, prepare
 from mechc.runtime.functions import load_functions
@@ -33,8 +34,7 @@ DEFAULT_STOP = 10.0
 ICON = "terminalsAndIcons/icon.png"
 
 
-@dataclass(frozen=True, slots=True)
-class Package:
+class Package(Struct, frozen=True):
     """A finished FMU: its bytes, and what was written into it by path."""
 
     data: bytes
@@ -70,8 +70,7 @@ def start_of(
     )
 
 
-@dataclass(frozen=True, slots=True)
-class Written:
+class Written(Struct, frozen=True):
     """What the FMUs of both versions share: the program with its C text, and the table of variables."""
 
     program: Program

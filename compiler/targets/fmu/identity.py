@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
@@ -23,8 +24,7 @@ CATEGORIES = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Identity:
+class Identity(Struct, frozen=True):
     """``kinds``: me, cs or both. Times in s; ``tolerance`` of the default experiment."""
 
     name: str

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 from fmpy.simulation import simulate_fmu
+from msgspec import Struct
 
 from mechc.runtime.problem import Array
 
@@ -27,8 +27,7 @@ BOUND = 1e-3
 """Largest difference to the reference results, over the largest value of each variable."""
 
 
-@dataclass(frozen=True, slots=True)
-class Line:
+class Line(Struct, frozen=True):
     """One row of the table; ``rule`` names the rule of a finding."""
 
     what: str
@@ -37,8 +36,7 @@ class Line:
     rule: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class Report:
+class Report(Struct, frozen=True):
     lines: tuple[Line, ...]
 
     @property

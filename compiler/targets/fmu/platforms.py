@@ -7,7 +7,8 @@ import platform
 import struct
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.suggest import closest
@@ -17,8 +18,7 @@ HOST = "host"
 ALL = "all"
 
 
-@dataclass(frozen=True, slots=True)
-class Platform:
+class Platform(Struct, frozen=True):
     """One platform. ``name``: the tuple of FMI 3; ``short``: the folder of FMI 2, where it has another name.
 
     ``triple``: what zig calls it, with the oldest C library that the binary runs on.

@@ -10,11 +10,11 @@ import csv
 import io
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from msgspec import Struct
 
 from mechc.runtime.problem import Array
 
@@ -24,8 +24,7 @@ SMALL = 1e-3
 DRAFT = "extra/org.fmi-standard.fmi-ls-ref/"
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
+class Reference(Struct, frozen=True):
     """``columns``: values over ``time``, by the name of the variable."""
 
     file: str
@@ -33,8 +32,7 @@ class Reference:
     columns: Mapping[str, Array]
 
 
-@dataclass(frozen=True, slots=True)
-class Deviation:
+class Deviation(Struct, frozen=True):
     """The largest difference to a reference, over the largest value of the variable."""
 
     size: float

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+
+from msgspec import Struct, field
+from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
 
@@ -66,8 +68,7 @@ def _outputs_of(equations: Equations, function: str) -> tuple[Node, ...]:
 # ---------------------------------------------------------------- what is listed
 
 
-@dataclass(slots=True)
-class Listing:
+class Listing(Struct):
     """The variables as they come; ``place``: the position of each slot in the list, from 1."""
 
     equations: Equations

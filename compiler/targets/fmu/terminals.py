@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
+
+from msgspec import Struct
 
 from .arrays import Group
 from .variables import Table
@@ -19,8 +20,7 @@ _ELEMENT = re.compile(r"(?P<base>[\w.]+)\[(?P<member>[\d,]+)\]")
 _MEMBER = re.compile(r"(?P<base>[\w.]+)\.(?P<member>\w+)")
 
 
-@dataclass(frozen=True, slots=True)
-class Terminal:
+class Terminal(Struct, frozen=True):
     """``members``: name within the terminal, name of the variable."""
 
     name: str

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from mechc.runtime.case import Case
 from mechc.runtime.problem import Array, Problem
@@ -10,8 +10,7 @@ from mechc.runtime.problem import Array, Problem
 from ...equations.model import Entry
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Struct, frozen=True):
     """One scalar. ``index``: its position in the list, from 1; ``reference``: the value reference.
 
     ``derivative``: the index of the state of which this is the derivative, else 0. ``depends``: positions
@@ -35,8 +34,7 @@ class Variable:
     """A state that events or projections change."""
 
 
-@dataclass(frozen=True, slots=True)
-class Table:
+class Table(Struct, frozen=True):
     """All variables in the order of the model description; derivatives in the order of the states."""
 
     variables: tuple[Variable, ...]
@@ -57,8 +55,7 @@ class Table:
         return self.variables[index - 1]
 
 
-@dataclass(frozen=True, slots=True)
-class Start:
+class Start(Struct, frozen=True):
     """What the exported experiment begins with: the case, inputs at its start, sizes of the states."""
 
     problem: Problem

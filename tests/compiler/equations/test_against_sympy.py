@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import pytest
 import sympy as sp
 from compiled import compiled, outcome
+from msgspec import Struct
 from sympy.physics.mechanics import LagrangesMethod, dynamicsymbols
 
 TOLERANCE = 1e-12
@@ -19,8 +19,7 @@ STATES = 5
 t = sp.Symbol("t")
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(Struct, frozen=True):
     """A model text and its Lagrangian written independently; ``forces`` are generalised forces."""
 
     name: str

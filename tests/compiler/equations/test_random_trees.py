@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from compiled import compiled, outcome
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from msgspec import Struct
 
 pytestmark = pytest.mark.peers
 
@@ -19,8 +18,7 @@ that hang on long arms of light ones may lose a few digits more."""
 AXES = "xyz"
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(Struct, frozen=True):
     """A body on one joint: ``kind`` is R or P, ``axis`` 0 to 2, ``offset`` of the joint in the parent."""
 
     parent: int

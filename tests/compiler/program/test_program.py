@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from sample_equations import chain, equations, every_operation, pendulum
 
 from mechc.compiler.equations.model import Entry, Function

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from native_code import KERNEL, REPRODUCIBLE, Both, NativeModel, bits, compile_c, compiler, random_states
 from sample_equations import chain, equations, every_operation, pendulum
 

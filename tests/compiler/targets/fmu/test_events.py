@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 from fmu_models import DRIVEN, packed, put, references, restore, save, states, written
+from msgspec.structs import replace
 
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import native_points
