@@ -311,8 +311,10 @@ def _defaults(system: MechanicalSystem, which: str) -> list[Node]:
 def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
     rules = []
     scalars = system.symbols.parameters
-    for variable in dict.fromkeys(s.variable.name for s in scalars):
-        places = [k for k, s in enumerate(scalars) if s.variable.name == variable]
+    places_of: dict[str, list[int]] = {}
+    for k, scalar in enumerate(scalars):
+        places_of.setdefault(scalar.variable.name, []).append(k)
+    for places in places_of.values():
         value = scalars[places[0]].variable.value
         if value is None:
             continue

@@ -62,7 +62,7 @@ def eliminate_dense(
         values[k] = mul(total, graph.div(graph.one, matrix[row_of[k]][k]))
     unknowns = tuple(values[i] for i in range(len(order)))
     paired = tuple(rows[row_of[i]] for i in done)
-    return Solution(unknowns, tuple(pivots), tuple(done), paired, work, frozenset())
+    return Solution(unknowns, tuple(pivots), tuple(done), paired, work)
 
 
 def _next_pivot(matrix: list[dict[int, Node]], row_of: dict[int, int], pending: list[int]) -> int:

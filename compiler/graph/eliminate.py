@@ -10,7 +10,7 @@ from .dense import eliminate_dense
 from .linear import LinearSystem, linear_system
 from .node import Graph, Node
 from .order import elimination_order
-from .path import Choice, Solution, TooMuchWork, Variant, ZeroPivot, eliminate
+from .path import Attempt, Choice, Solution, TooMuchWork, Variant, ZeroPivot
 
 __all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
 
@@ -28,6 +28,10 @@ ALWAYS_TRIED = 3
 TRIAL_NODES = 40_000
 """Nodes made by all variants together before no more than the first three are tried."""
 
+RACE = 50
+"""From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
+
+DENSE = "dense elimination"
 DENSE_LIMIT = 16
 """Above this many unknowns the dense elimination never was the cheaper one."""
 
@@ -72,38 +76,63 @@ def solve(
     rows = _check(residuals, unknowns, rows)
     system = linear_system(graph, residuals, unknowns)
     order = elimination_order(system, rows, after)
-    best: tuple[int, str, Solution, Graph] | None = None
-    made = 0
+    heat = len(unknowns) if len(unknowns) < RACE else len(unknowns) // 2
+    best: _Candidate | None = None
+    made = tried = 0
     done: list[tuple[Variant, frozenset[int]]] = []
-    tried = 0
-    for attempt in _attempts(system, variants, dense):
+    for variant in _variants(system, variants, dense):
         if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
             break
-        if attempt and any(_same(attempt, variant, widths) for variant, widths in done):
+        if variant and any(_same(variant, other, widths) for other, widths in done):
             continue
         tried += 1
-        # an attempt much worse than the best one is not carried to its end
-        limit = float("inf") if best is None else 3.0 * best[2].work + 1000.0
+        # what is much worse than the best one is not carried to its end
+        limit = float("inf") if best is None else 3.0 * best.work + 1000.0
         fork = graph.fork()
         try:
-            if attempt is None:
-                found = eliminate_dense(fork, system, rows, order, limit)
-            else:
-                found = eliminate(fork, system, rows, order, attempt, limit)
+            candidate = _try(fork, system, rows, order, variant, heat, limit)
         except TooMuchWork:
             continue
         finally:
             made += len(fork) - len(graph)
-        if attempt:
-            done.append((attempt, found.widths))
-        operations = fork.count_operations(found.unknowns)
-        if best is None or operations < best[0]:
-            best = (operations, attempt.name if attempt else "dense elimination", found, fork)
+        if isinstance(candidate.found, Attempt):
+            done.append((candidate.found.variant, candidate.found.widths))
+        if best is None or candidate.operations < best.operations:
+            best = candidate
     if best is None:
         raise ValueError("no variant to try")
-    operations, name, found, fork = best
-    graph.adopt(fork)
-    return _elimination(found, name, operations)
+    graph.adopt(best.graph)
+    if isinstance(best.found, Solution):
+        return _elimination(best.found, DENSE, best.operations)
+    found = best.found.solution()
+    return _elimination(found, best.found.variant.name, graph.count_operations(found.unknowns))
+
+
+class _Candidate(Struct, frozen=True):
+    """What one variant came to in ``graph``, with the operations and the products that it took so far."""
+
+    graph: Graph
+    found: Attempt | Solution
+    operations: int
+    work: int
+
+
+def _try(
+    fork: Graph,
+    system: LinearSystem,
+    rows: Sequence[int],
+    order: Sequence[int],
+    variant: Variant | None,
+    heat: int,
+    limit: float,
+) -> _Candidate:
+    """Eliminate ``heat`` unknowns in a fork; dense elimination goes to its end. Raises TooMuchWork."""
+    if variant is None:
+        found = eliminate_dense(fork, system, rows, order, limit)
+        return _Candidate(fork, found, fork.count_operations(found.unknowns), found.work)
+    attempt = Attempt(fork, system, rows, order, variant)
+    attempt.advance(heat, limit=limit)
+    return _Candidate(fork, attempt, attempt.operations(), attempt.work)
 
 
 def solve_dense(
@@ -115,25 +144,25 @@ def solve_dense(
     order = elimination_order(system, rows, None)
     found = eliminate_dense(graph, system, rows, order)
     operations = graph.count_operations(found.unknowns)
-    return _elimination(found, "dense elimination", operations)
+    return _elimination(found, DENSE, operations)
 
 
-def _same(attempt: Variant, done: Variant, widths: frozenset[int]) -> bool:
-    """Tell whether an attempt repeats one that met rows and columns of these widths: it sweeps the same ones."""
-    low, high = sorted((attempt.frontier, done.frontier))
-    return attempt.choice is done.choice and not any(low < width <= high for width in widths)
+def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
+    """Tell whether a variant repeats one that met rows and columns of these widths: it sweeps the same ones."""
+    low, high = sorted((variant.frontier, done.frontier))
+    return variant.choice is done.choice and not any(low < width <= high for width in widths)
 
 
 def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
     return Elimination(found.unknowns, found.pivots, found.order, found.rows, variant, operations)
 
 
-def _attempts(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
+def _variants(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
     """Return what to try; None stands for dense elimination."""
-    attempts: list[Variant | None] = list(variants)
-    if dense and (len(system.unknowns) <= DENSE_LIMIT or not attempts):
-        attempts.insert(1, None)
-    return attempts
+    found: list[Variant | None] = list(variants)
+    if dense and (len(system.unknowns) <= DENSE_LIMIT or not found):
+        found.insert(1, None)
+    return found
 
 
 def _check(residuals: Sequence[Node], unknowns: Sequence[Node], rows: Sequence[int] | None) -> list[int]:

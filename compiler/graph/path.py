@@ -63,8 +63,7 @@ class Variant(Struct, frozen=True):
 class Solution(Struct, frozen=True):
     """``unknowns`` in the order given; ``pivots[k]`` is that of unknown ``order[k]`` in residual ``rows[k]``.
 
-    ``work`` counts products. ``widths`` are the numbers of entries that rows and columns of pivots had before they
-    were swept.
+    ``work`` counts products.
     """
 
     unknowns: tuple[Node, ...]
@@ -72,48 +71,85 @@ class Solution(Struct, frozen=True):
     order: tuple[int, ...]
     rows: tuple[int, ...]
     work: int
-    widths: frozenset[int]
 
 
-def eliminate(
-    graph: Graph,
-    system: LinearSystem,
-    rows: Sequence[int],
-    order: Sequence[int],
-    variant: Variant,
-    limit: float = float("inf"),
-) -> Solution:
-    """Solve the system, unknowns in the given order and each with its row of ``rows`` where that is possible.
+class Attempt:
+    """One elimination under way: ``advance`` as far as wanted, then ``solution``.
 
-    An unknown whose pivot is zero waits until others are gone; where all that are left have zero pivots, two
-    of them exchange their rows. Raises ZeroPivot, and TooMuchWork beyond ``limit`` products.
+    Unknowns go in the given order and each with its row of ``rows`` where that is possible. An unknown whose
+    pivot is zero waits until others are gone; where all that are left have zero pivots, two of them exchange
+    their rows. Raises ZeroPivot, and TooMuchWork where more than ``limit`` products would be formed.
     """
-    state = _State(graph, system, limit)
-    row_of = list(rows)
-    pending = list(order)
-    pivots: list[Node] = []
-    done: list[int] = []
-    widths: set[int] = set()
-    while pending:
-        for i in pending:
-            unknown, row = system.unknowns[i], ~row_of[i]
-            state.remove_paths(unknown, row, variant.choice)
-            if unknown in state.rows[row]:
-                break
-        else:
-            i = _exchange(state, row_of, pending, variant.choice)
-            unknown, row = system.unknowns[i], ~row_of[i]
-        widths.add(len(state.rows[row]))
-        state.sweep_row(unknown, row, variant.frontier)
-        widths.add(len(state.users[unknown]))
-        state.sweep_column(unknown, row, variant.frontier)
-        pivots.append(state.pivot(unknown, row))
-        pending.remove(i)
-        done.append(i)
-    paired = tuple(row_of[i] for i in done)
-    return Solution(
-        state.back_substitute(), tuple(pivots), tuple(done), paired, state.work, frozenset(widths)
-    )
+
+    def __init__(
+        self,
+        graph: Graph,
+        system: LinearSystem,
+        rows: Sequence[int],
+        order: Sequence[int],
+        variant: Variant,
+    ) -> None:
+        self.variant = variant
+        self._state = _State(graph, system)
+        self._row_of = list(rows)
+        self._pending = list(order)
+        self._pivots: list[Node] = []
+        self._done: list[int] = []
+        self._widths: set[int] = set()
+
+    @property
+    def work(self) -> int:
+        """The number of products so far."""
+        return self._state.work
+
+    @property
+    def widths(self) -> frozenset[int]:
+        """The numbers of entries that rows and columns of pivots had before they were swept."""
+        return frozenset(self._widths)
+
+    def advance(self, count: int | None = None, *, limit: float = float("inf")) -> None:
+        """Eliminate so many unknowns, or all that are left."""
+        self._state.limit = limit
+        state, row_of, pending, variant = self._state, self._row_of, self._pending, self.variant
+        unknowns = state.unknowns
+        left = 0 if count is None else max(0, len(pending) - count)
+        while len(pending) > left:
+            for i in pending:
+                unknown, row = unknowns[i], ~row_of[i]
+                state.remove_paths(unknown, row, variant.choice)
+                if unknown in state.rows[row]:
+                    break
+            else:
+                i = _exchange(state, row_of, pending, variant.choice)
+                unknown, row = unknowns[i], ~row_of[i]
+            self._widths.add(len(state.rows[row]))
+            state.sweep_row(unknown, row, variant.frontier)
+            self._widths.add(len(state.users[unknown]))
+            state.sweep_column(unknown, row, variant.frontier)
+            self._pivots.append(state.pivot(unknown, row))
+            pending.remove(i)
+            self._done.append(i)
+
+    def operations(self) -> int:
+        """Count those of the unknowns that are gone, in terms of what is left, and of the rows that are left."""
+        state = self._state
+        gone = state.back_substitute([state.unknowns[i] for i in self._done])
+        left = [c for k, row in state.rows.items() for c in (*row.values(), state.offsets[k])]
+        return state.graph.count_operations([*gone, *left])
+
+    def solution(self, *, limit: float = float("inf")) -> Solution:
+        """Eliminate what is left, and evaluate the unknowns."""
+        self.advance(limit=limit)
+        state = self._state
+        for k, row in state.rows.items():
+            state.solved[Node(k)] = (row, state.offsets[k])
+        return Solution(
+            state.back_substitute(state.unknowns),
+            tuple(self._pivots),
+            tuple(self._done),
+            tuple(self._row_of[i] for i in self._done),
+            self.work,
+        )
 
 
 def _exchange(state: _State, row_of: list[int], pending: list[int], choice: Choice) -> int:
@@ -133,7 +169,7 @@ class _State:
 
     __slots__ = ("graph", "limit", "offsets", "ordered", "rows", "solved", "unknowns", "users", "work")
 
-    def __init__(self, graph: Graph, system: LinearSystem, limit: float) -> None:
+    def __init__(self, graph: Graph, system: LinearSystem) -> None:
         self.graph = graph
         self.unknowns = system.unknowns
         self.rows = {k: dict(c) for k, c in system.rows.items()}
@@ -149,7 +185,7 @@ class _State:
         self.ordered = True
         """No definition depends on a younger one; an unknown that was solved for may bring that about."""
         self.work = 0
-        self.limit = limit
+        self.limit = float("inf")
 
     def remove_paths(self, unknown: Node, row: int, choice: Choice) -> None:
         """Eliminate every definition on a path from the unknown to its row."""
@@ -309,20 +345,21 @@ class _State:
         users[v] = {}
         self.solved[v] = (coefficients, offset)
 
-    def back_substitute(self) -> tuple[Node, ...]:
-        """Evaluate what the unknowns need, each once."""
-        graph = self.graph
-        for k, row in self.rows.items():
-            self.solved[Node(k)] = (row, self.offsets[k])
+    def back_substitute(self, unknowns: Sequence[Node]) -> tuple[Node, ...]:
+        """Evaluate what the unknowns need, each once; what is not solved for stands for itself."""
+        graph, solved = self.graph, self.solved
         values: dict[Node, Node] = {}
-        for unknown in self.unknowns:
+        for unknown in unknowns:
             stack = [unknown]
             while stack:
                 v = stack[-1]
                 if v in values:
                     stack.pop()
                     continue
-                coefficients, total = self.solved[v]
+                if v not in solved:
+                    values[v] = v
+                    continue
+                coefficients, total = solved[v]
                 missing = [w for w in coefficients if w not in values]
                 if missing:
                     stack += missing
@@ -330,4 +367,4 @@ class _State:
                 for w, c in coefficients.items():
                     total = graph.add(total, graph.mul(c, values[w]))
                 values[v] = total
-        return tuple(values[v] for v in self.unknowns)
+        return tuple(values[v] for v in unknowns)

@@ -8,7 +8,7 @@ from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import CONST, LOOKUP, SYMBOL
 from .hoist import hoistable, rule_order
-from .model import Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
+from .model import Body, Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
 from .schedule import schedule
 
 RUN_ONCE = ("initial", "initial_of_others", "discretes")
@@ -97,43 +97,50 @@ class _Statements:
             place[n] = len(body)
             body.append(statement)
 
-    def store(self, array: str, index: int, n: Node, guarded: bool = False) -> None:
+    def store(self, array: str, index: int, n: Node, guarded: bool) -> None:
         self.body.append(Store(array, index, self.place[n], guarded))
 
 
 def _function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
-    statements = _Statements(graph, layout, constants)
-    order = schedule(graph, function.outputs, constants)
-    wanted: dict[Node, list[int]] = {}
-    for i, n in enumerate(function.outputs):
-        wanted.setdefault(n, []).append(i)
-    start = 0
-    # each output is stored as soon as it is known
-    for position, n in enumerate(order):
-        if n in wanted:
-            statements.compute(order[start : position + 1])
-            start = position + 1
-            for i in wanted[n]:
-                statements.store("out", i, n)
-    return ProgramFunction(function.name, function.doc, len(function.outputs), (tuple(statements.body),))
+    stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
+    body = _body(graph, layout, stores, constants)
+    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,))
 
 
 def _parameters(equations: Equations, constants: Mapping[Node, int]) -> ProgramFunction:
     """Return the function that completes p: defaults and dependent parameters, then hoisted constants."""
     graph, layout = equations.graph, equations.layout
     rules = {rule.index: rule.value for rule in equations.parameter_rules}
-    statements = _Statements(graph, layout, {})
-    for index in rule_order(graph, layout, rules):
-        statements.compute(schedule(graph, [rules[index]], statements.place))
-        statements.store("p", index, rules[index], guarded=True)
-    for n, index in constants.items():
-        statements.compute(schedule(graph, [n], statements.place))
-        statements.store("p", index, n)
+    order = rule_order(graph, layout, rules)  # a parameter is stored before others load it
+    stores = [("p", index, rules[index], True) for index in order]
+    stores += [("p", index, n, False) for n, index in constants.items()]
     return ProgramFunction(
         "parameters",
         "Complete p: dependent parameters that are not set, then constants of the run.",
         0,
-        (tuple(statements.body),),
+        (_body(graph, layout, stores, {}),),
     )
+
+
+def _body(
+    graph: Graph,
+    layout: Mapping[Node, Slot],
+    stores: Sequence[tuple[str, int, Node, bool]],
+    constants: Mapping[Node, int],
+) -> Body:
+    """Return the statements of stores (array, index, node, guarded), each made as soon as its node is known."""
+    statements = _Statements(graph, layout, constants)
+    order = schedule(graph, [n for _, _, n, _ in stores], constants)
+    wanted: dict[Node, list[tuple[str, int, Node, bool]]] = {}
+    for store in stores:
+        wanted.setdefault(store[2], []).append(store)
+    start = 0
+    for position, n in enumerate(order):
+        if n in wanted:
+            statements.compute(order[start : position + 1])
+            start = position + 1
+            for store in wanted[n]:
+                statements.store(*store)
+    return tuple(statements.body)

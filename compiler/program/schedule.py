@@ -9,16 +9,16 @@ nodes). Sine and cosine of one argument stand side by side, where C compilers fu
 
 from __future__ import annotations
 
-from collections.abc import Container, Sequence
+from collections.abc import Collection, Sequence
 
 from ..graph import Graph, Node
 from ..graph.operations import COS, SIN
 
 
-def schedule(graph: Graph, outputs: Sequence[Node], given: Container[Node] = ()) -> list[Node]:
+def schedule(graph: Graph, outputs: Sequence[Node], given: Collection[Node] = ()) -> list[Node]:
     """Return all nodes that the outputs need, arguments first; nothing below a ``given`` node."""
     args = graph.args
-    pairs = _pairs(graph, outputs, given)
+    pairs = _pairs(graph, graph.reach(outputs, given))
     done: set[Node] = set()
     order: list[Node] = []
     # reversed, so that the first output and the left operand come first
@@ -41,24 +41,15 @@ def schedule(graph: Graph, outputs: Sequence[Node], given: Container[Node] = ())
     return order
 
 
-def _pairs(graph: Graph, outputs: Sequence[Node], given: Container[Node]) -> dict[Node, Node]:
-    """Return the cosine for each sine of the same argument that is needed too, and the reverse."""
-    args, op = graph.args, graph.op
+def _pairs(graph: Graph, needed: Sequence[Node]) -> dict[Node, Node]:
+    """Return the cosine for each sine of the same argument among the nodes, and the reverse."""
+    op = graph.op
     first: dict[Node, Node] = {}
     pairs: dict[Node, Node] = {}
-    seen: set[Node] = set()
-    stack = list(outputs)
-    while stack:
-        n = stack.pop()
-        if n in seen:
-            continue
-        seen.add(n)
-        if n in given:
-            continue
-        operands = args(n)
-        stack += operands
+    for n in needed:
         if op(n) in (SIN, COS):
-            other = first.setdefault(operands[0], n)
+            (angle,) = graph.args(n)
+            other = first.setdefault(angle, n)
             if other != n:
                 pairs[n], pairs[other] = other, n
     return pairs

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple, assert_never
+from typing import assert_never
 
 from msgspec import Struct
 
@@ -62,7 +62,7 @@ class Dialect(Struct, frozen=True):
     as_number: Form
 
 
-class _Text(NamedTuple):
+class _Text(Struct, gc=False):
     """A value as it is written where it is used; ``plain``: it is an argument of the function with a name."""
 
     text: str
@@ -79,10 +79,11 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
     for position, statement in enumerate(body):
         hint = ""
         match statement:
-            case Operate(code, operands):
+            case Operate():
                 value = _operation(statement, body, values, dialect)
+                code = statement.code
                 if code == SIN or code == COS:  # noqa: SIM109, the fastest way to ask
-                    argument = values[operands[0]]
+                    argument = values[statement.operands[0]]
                     if argument.plain:
                         hint = f"{'sin' if code == SIN else 'cos'}_{argument.text}"
             case Load(array, index):
