@@ -174,13 +174,13 @@ class _State:
         self.unknowns = system.unknowns
         self.rows = {k: dict(c) for k, c in system.rows.items()}
         self.offsets = dict(system.offsets)
-        self.users: dict[Node, dict[int, None]] = {v: {} for v in system.unknowns}
+        self.users: dict[Node, dict[Node, None]] = {v: {} for v in system.unknowns}
         for k in self.rows:
             if k >= 0:
                 self.users[Node(k)] = {}
         for k, row in self.rows.items():
             for v in row:
-                self.users[v][k] = None
+                self.users[v][Node(k)] = None
         self.solved: dict[Node, tuple[Coefficients, Node]] = {}
         self.ordered = True
         """No definition depends on a younger one; an unknown that was solved for may bring that about."""
@@ -197,8 +197,8 @@ class _State:
         while stack:
             for k in users[stack.pop()]:
                 if 0 <= k <= largest and k not in above:
-                    above.add(Node(k))
-                    stack.append(Node(k))
+                    above.add(k)
+                    stack.append(k)
         path: set[Node] = set()
         frontier = [v for v in rows[row] if v in above]
         while frontier:
@@ -309,7 +309,7 @@ class _State:
         coefficients = self.rows.pop(row)
         offset = self.offsets.pop(row)
         for w in coefficients:
-            del self.users[w][row]
+            del self.users[w][Node(row)]
         pivot = coefficients.pop(unknown)
         factor = graph.div(graph.minus_one, pivot)
         solved = {w: graph.mul(c, factor) for w, c in coefficients.items()}

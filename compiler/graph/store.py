@@ -169,6 +169,40 @@ class Store:
         found.sort()
         return found
 
+    def depth_first(self, outputs: Iterable[Node], given: Iterable[Node] = ()) -> list[Node]:
+        """Return the outputs and all they depend on, each after its arguments, left ones first.
+
+        ``given`` nodes that are met are among them, but not what is below.
+        """
+        left, right, code = self._left, self._right, self._code
+        done, leaf = bytearray(len(code)), bytearray(len(code))
+        for n in given:
+            leaf[n] = 1
+        order: list[Node] = []
+        for output in outputs:
+            stack = [output]
+            while stack:
+                n = stack[-1]
+                if not done[n]:
+                    if not leaf[n]:
+                        a = left[n]
+                        if a >= 0:
+                            if not done[a]:
+                                stack.append(a)
+                                continue
+                            b = right[n]
+                            if b >= 0:
+                                if not done[b]:
+                                    stack.append(b)
+                                    continue
+                                if code[n] == SELECT and not done[c := self._third[n]]:
+                                    stack.append(c)
+                                    continue
+                    done[n] = 1
+                    order.append(n)
+                stack.pop()
+        return order
+
     def support(self, *outputs: Node) -> list[Node]:
         """Return the symbols that the outputs depend on, ascending."""
         code = self._code
@@ -199,7 +233,7 @@ class Store:
     # ------------------------------------------------------------------ interning
 
     def _new(self, code: int, a: Node, b: Node, v: int) -> Node:
-        n = Node(len(self._code))
+        n: Node = len(self._code)  # type: ignore[assignment]  # Node(..) would be a call for each node
         self._code.append(code)
         self._left.append(a)
         self._right.append(b)

@@ -101,7 +101,7 @@ def _homes(body: Body, size: int) -> tuple[list[int], list[int]]:
             count += 1
             previous = statement
         home.append(current)
-        for operand in operands_of(statement):
+        for operand in statement.operands if type(statement) is Operate else operands_of(statement):
             last[operand] = current
     return home, last
 

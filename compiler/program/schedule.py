@@ -17,39 +17,32 @@ from ..graph.operations import COS, SIN
 
 def schedule(graph: Graph, outputs: Sequence[Node], given: Collection[Node] = ()) -> list[Node]:
     """Return all nodes that the outputs need, arguments first; nothing below a ``given`` node."""
-    args = graph.args
-    pairs = _pairs(graph, graph.reach(outputs, given))
-    done: set[Node] = set()
+    walk = graph.depth_first(outputs, given)
+    pairs = _pairs(graph, walk, given)
+    if not pairs:
+        return walk
+    early: set[Node] = set()
     order: list[Node] = []
-    # reversed, so that the first output and the left operand come first
-    stack = list(reversed(outputs))
-    while stack:
-        n = stack[-1]
-        if n in done:
-            stack.pop()
+    for n in walk:
+        if n in early:
             continue
-        waiting = [a for a in args(n) if a not in done] if n not in given else ()
-        if waiting:
-            stack += reversed(waiting)
-            continue
-        stack.pop()
-        done.add(n)
         order.append(n)
-        if n in pairs and pairs[n] not in done:
-            done.add(pairs[n])
-            order.append(pairs[n])
+        other = pairs.get(n)
+        if other is not None:
+            early.add(other)
+            order.append(other)
     return order
 
 
-def _pairs(graph: Graph, needed: Sequence[Node]) -> dict[Node, Node]:
-    """Return the cosine for each sine of the same argument among the nodes, and the reverse."""
+def _pairs(graph: Graph, nodes: Sequence[Node], given: Collection[Node]) -> dict[Node, Node]:
+    """Return for each sine or cosine that comes first the other one of the same argument."""
     op = graph.op
     first: dict[Node, Node] = {}
     pairs: dict[Node, Node] = {}
-    for n in needed:
-        if op(n) in (SIN, COS):
+    for n in nodes:
+        if op(n) in (SIN, COS) and n not in given:
             (angle,) = graph.args(n)
             other = first.setdefault(angle, n)
             if other != n:
-                pairs[n], pairs[other] = other, n
+                pairs[other] = n
     return pairs

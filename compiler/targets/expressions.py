@@ -123,10 +123,14 @@ def _uses(body: Body) -> tuple[list[int], bytearray]:
     uses = [0] * len(body)
     stored = bytearray(len(body))
     for statement in body:
-        for operand in operands_of(statement):
-            uses[operand] += 1
-        if type(statement) is Store:
-            stored[statement.value] = 1
+        if type(statement) is Operate:
+            for operand in statement.operands:
+                uses[operand] += 1
+        else:
+            for operand in operands_of(statement):
+                uses[operand] += 1
+            if type(statement) is Store:
+                stored[statement.value] = 1
     return uses, stored
 
 
