@@ -28,7 +28,7 @@ ALWAYS_TRIED = 3
 TRIAL_NODES = 40_000
 """Nodes made by all variants together before no more than the first three are tried."""
 
-RACE = 50
+RACE = 80
 """From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
 
 DENSE = "dense elimination"
