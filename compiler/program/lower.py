@@ -105,7 +105,7 @@ def _function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
     stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
-    body = _body(graph, layout, stores, constants)
+    body = _body(graph, layout, stores, constants, in_order=False)
     return ProgramFunction(function.name, function.doc, len(function.outputs), (body,))
 
 
@@ -120,7 +120,7 @@ def _parameters(equations: Equations, constants: Mapping[Node, int]) -> ProgramF
         "parameters",
         "Complete p: dependent parameters that are not set, then constants of the run.",
         0,
-        (_body(graph, layout, stores, {}),),
+        (_body(graph, layout, stores, {}, in_order=True),),
     )
 
 
@@ -129,18 +129,19 @@ def _body(
     layout: Mapping[Node, Slot],
     stores: Sequence[tuple[str, int, Node, bool]],
     constants: Mapping[Node, int],
+    *,
+    in_order: bool,
 ) -> Body:
-    """Return the statements of stores (array, index, node, guarded), each made as soon as its node is known."""
+    """Return the statements of stores (array, index, node, guarded): as soon as each is known, or in their order."""
     statements = _Statements(graph, layout, constants)
     order = schedule(graph, [n for _, _, n, _ in stores], constants)
-    wanted: dict[Node, list[tuple[str, int, Node, bool]]] = {}
-    for store in stores:
-        wanted.setdefault(store[2], []).append(store)
+    position = {n: k for k, n in enumerate(order)}
+    if not in_order:
+        stores = sorted(stores, key=lambda store: position[store[2]])
     start = 0
-    for position, n in enumerate(order):
-        if n in wanted:
-            statements.compute(order[start : position + 1])
-            start = position + 1
-            for store in wanted[n]:
-                statements.store(*store)
+    for array, index, n, guarded in stores:
+        stop = max(start, position[n] + 1)
+        statements.compute(order[start:stop])
+        start = stop
+        statements.store(array, index, n, guarded)
     return tuple(statements.body)
