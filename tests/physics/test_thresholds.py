@@ -135,3 +135,32 @@ end Step;
     solution = model.simulate(tolerance=1e-11)
     left = 2 - 3 / 2 - (solution["x"][-1] - 1) / 1000
     assert solution["der(x)"][-1] ** 2 / 2 == pytest.approx(left, rel=1e-9)
+
+
+NARROW = """
+parameter c = 0.3 m;
+parameter w = 1 mm;
+coordinate Length x = 1 m;
+kinetic 1/2*1 kg*der(x)^2;
+potential 1/2*1 N/m*x^2;
+discrete Integer n = 0;
+when %s then
+  n := n + 1;
+end when;
+"""
+
+
+@pytest.mark.parametrize(
+    "condition", ["abs(x - c) < w", "max(x - c, c - x) < w", "min(x - c + w, c + w - x) > 0 m"]
+)
+def test_a_narrow_region_with_a_kink_in_it_is_never_passed_over(condition: str) -> None:
+    """Whichever way the steps fall, x = cos(t) enters the region twice in each period."""
+    model = mechc.loads(NARROW % condition)
+    rng = np.random.default_rng(1)
+    for _ in range(25):
+        c, w = float(rng.uniform(-0.9, 0.9)), 10 ** float(rng.uniform(-5, -2))
+        stop, tolerance = float(rng.uniform(20, 40)), 10 ** float(rng.uniform(-10, -4))
+        solution = model.simulate(set={"c": c, "w": w}, stop=stop, tolerance=tolerance, estimate_error=False)
+        periods = 2 * math.pi * np.arange(8)
+        entries = np.concatenate([periods + math.acos(c), 2 * math.pi + periods - math.acos(c)])
+        assert solution["n"][-1] == np.count_nonzero(entries < stop), (c, w, stop, tolerance)
