@@ -151,7 +151,7 @@ def _power(base: Fraction, exponent: Fraction) -> Fraction | None:
         bits = max(base.numerator.bit_length(), base.denominator.bit_length())
         if bits * abs(exponent.numerator) <= 4096:
             return base**exponent.numerator
-    return Fraction(float(base) ** float(exponent))
+    return Fraction(math.pow(base, exponent))
 
 
 def _root(value: Fraction) -> Fraction:

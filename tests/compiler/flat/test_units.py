@@ -152,6 +152,7 @@ def test_types_of_expressions(expression: str, expected: str) -> None:
         ("v[4]", "E0314"),
         ("v[0]", "E0314"),
         ("v[n]", "E0315"),
+        ("v[floor((-8)^(1/3))]", "E0315"),
         ("v[1.5]", "E0326"),
         ("v[1, 2]", "E0316"),
         ("l[1]", "E0316"),
