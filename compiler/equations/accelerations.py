@@ -8,6 +8,7 @@ from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 
+from ..flat.model import Kind
 from ..graph import Node
 from ..graph.differentiate import jacobian
 from ..graph.eliminate import VARIANTS, Elimination, ZeroPivot, solve
@@ -62,8 +63,12 @@ def _coupled(
 ) -> list[str]:
     """Return the coordinates that share inertia with one that has no pivot; nothing if it has no inertia at all."""
     (row,) = jacobian(system.graph, [residual[unknown]], [system.a[i] for i in free])
-    names = [system.v[free[j]].name.removeprefix("der(").removesuffix(")") for j in row]
-    return list(dict.fromkeys(names)) if unknown in row else []
+    if unknown not in row:
+        return []
+    coupled = [system.v[free[j]] for j in row]
+    return list(
+        dict.fromkeys(s.variable.name if s.variable.type.kind is Kind.ROTATION else s.of for s in coupled)
+    )
 
 
 def massless(

@@ -89,8 +89,8 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     for i in energy.cyclic:
         scalar, momentum = system.v[i], energy.momenta[i]
         assert momentum is not None, "cyclic velocities are free"
-        name = scalar.name.removeprefix("der(").removesuffix(")")
-        rows.append((Entry(f"momentum({name})", "momentum", momentum_unit(scalar, layout)), momentum))
+        entry = Entry(f"momentum({scalar.of})", "momentum", momentum_unit(scalar, layout))
+        rows.append((entry, momentum))
     cyclic = {entry.name for entry, _ in rows}
     known = [n for entry, n in rows if entry.kind == "momentum"]
     for name, unit, node in conserved_momenta(system, solved, layout.dimensionless):

@@ -82,10 +82,7 @@ def _row(lowering: Lowering, drive: Drive, symbols: Symbols) -> DriveRow | None:
                 else tuple(first_q + k for k in places)
             )
             values, rates = _values(lowering, drive, coordinate, len(v), of_rate)
-            name = coordinate.variable.name
-            names = tuple(coordinate.v[k].name.removeprefix("der(").removesuffix(")") for k in places)
-            if coordinate.is_rotation:
-                names = tuple(f"{name}[{k + 1}]" for k in range(3))
+            names = tuple(coordinate.v[k].of for k in places)
             return DriveRow(names, () if of_rate else q, v, values, rates, drive.origin)
         first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
     return None

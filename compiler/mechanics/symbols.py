@@ -21,6 +21,11 @@ class Scalar(Struct, frozen=True):
     variable: Variable
     indices: tuple[int, ...]
 
+    @property
+    def of(self) -> str:
+        """The name without ``der``: ``x[1]`` of ``der(x[1])``, ``R[1]`` of ``der(R)[1]``, about the first axis."""
+        return element_name(self.variable.name, self.indices)
+
 
 class Coordinate(Struct, frozen=True):
     """One coordinate variable: positions ``q``, velocities ``v``, accelerations ``a`` (4, 3, 3 for a Rotation)."""
@@ -60,7 +65,7 @@ def element_name(name: str, indices: tuple[int, ...]) -> str:
 
 
 def rate_name(name: str, indices: tuple[int, ...]) -> str:
-    """Return the name of a rate in results: ``der(theta)``, ``der(x[1])``, ``der(R)[1]``."""
+    """Return the name of a rate in results: ``der(theta)``, ``der(x[1])``; rotations have others."""
     return f"der({element_name(name, indices)})"
 
 

@@ -126,12 +126,12 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     further = substitute(graph, [rate for _, rate in rates], replace) if replace else [n for _, n in rates]
     momenta = []
     for i in free:
-        name = system.v[i].name.removeprefix("der(").removesuffix(")")
+        name = system.v[i].of
         left = rf"p_{{{latex_name(name)}}}" if latex else f"p[{name}]"
         momentum = energy.momenta[i]
         assert momentum is not None, "free velocities have momenta"
         momenta.append(write(left, momentum))
-    cyclic = tuple(system.v[i].name.removeprefix("der(").removesuffix(")") for i in energy.cyclic)
+    cyclic = tuple(system.v[i].of for i in energy.cyclic)
     has_dissipation = not graph.is_constant(system.dissipation)
     return Account(
         system.model.name,

@@ -70,9 +70,8 @@ def symbols_of(system: MechanicalSystem, latex: bool) -> dict[Node, sp.Symbol]:
                 dotted = rf"\dot{{\omega}}_{{{k + 1}}}" if latex else f"omega_{name}[{k + 1}]'"
                 result[a] = sp.Symbol(dotted)
             else:
-                plain = s.name.removeprefix("der(").removesuffix(")")
-                result[s.node] = sp.Symbol(rate(plain, 1))
-                result[a] = sp.Symbol(rate(plain, 2))
+                result[s.node] = sp.Symbol(rate(s.of, 1))
+                result[a] = sp.Symbol(rate(s.of, 2))
     groups = (
         system.symbols.states,
         system.symbols.inputs,

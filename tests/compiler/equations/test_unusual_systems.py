@@ -212,6 +212,18 @@ def test_a_combination_without_mass_is_named() -> None:
     assert (found.code, found.message) == ("E0520", "some motion of 'x[1]' and 'x[2]' together moves no mass")
 
 
+def test_a_rotation_without_inertia_of_its_own_is_named() -> None:
+    text = """
+    coordinate Rotation R; coordinate Angle a;
+    frame body = world * R * rotx(a);
+    mass 1 kg at body; inertia diag({1, 2, 3} kg.m^2) on body;
+    """
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    (found,) = caught.value.diagnostics
+    assert (found.code, found.message) == ("E0520", "some motion of 'R' and 'a' together moves no mass")
+
+
 ELLIPSOID = """
 parameter a = 0.2 m;
 parameter b = 0.03 m;

@@ -60,6 +60,12 @@ def test_cone_has_one_cyclic_coordinate() -> None:
     assert sp.simplify(account.momenta[1].right - m * rho**2 * rate) == 0
 
 
+def test_momenta_of_a_rotation_are_those_about_the_axes_of_the_body() -> None:
+    text = "coordinate Rotation R; frame body = world * R; inertia diag({1, 2, 3} kg.m^2) on body;"
+    written = write_equations(compiled(text).system, "text")
+    assert "p[R[2]] = 2*omega_R[2]" in written
+
+
 def test_multiplier_stands_in_the_equations() -> None:
     account = account_of(compiled(STRING).system, latex=False)
     m, x, y, ax, tension = s("m", "x", "y", "x''", "lambda[rod]")
