@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import assert_never
 
 from ..graph import Node
@@ -13,8 +13,6 @@ from ..mechanics.modes import BranchRow, CheckAction, EndAction, ImpulseAction, 
 from ..mechanics.system import MechanicalSystem
 from .solve import Solved
 
-Resolve = Callable[[Sequence[Node]], tuple[Node, ...]]
-
 
 def branch_results(
     system: MechanicalSystem,
@@ -22,7 +20,6 @@ def branch_results(
     branch: BranchRow,
     y: Sequence[Node],
     z: Sequence[Node],
-    resolve: Resolve,
 ) -> tuple[Node, ...]:
     """Return new y, new z and the assertions of a branch; its actions run from top to bottom.
 
@@ -31,11 +28,10 @@ def branch_results(
     graph = system.graph
     now: dict[Node, Node] = {}
     originals = list(system.lowering.previous)
-    before = dict(zip(system.lowering.previous.values(), resolve(originals), strict=True))
+    before = dict(zip(system.lowering.previous.values(), solved.resolve(originals), strict=True))
 
     def present(nodes: Sequence[Node]) -> list[Node]:
-        found = substitute(graph, list(resolve(nodes)), now) if now else list(resolve(nodes))
-        return substitute(graph, found, before) if before else found
+        return substitute(graph, substitute(graph, solved.resolve(nodes), now), before)
 
     checks: list[Node] = []
     for action in branch.actions:

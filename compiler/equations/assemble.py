@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -12,7 +12,7 @@ from ..graph.path import ZeroPivot
 from ..graph.rewrite import substitute
 from ..mechanics.system import Beginning, MechanicalSystem
 from .accelerations import massless
-from .assembly import Resolve, assembly
+from .assembly import assembly
 from .constraints import Projection
 from .dead_symbols import without_dead_symbols
 from .entries import Layout, layout_of
@@ -50,7 +50,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         listed = list_outputs(system, solved, layout, parts)
         functions = _functions(system, solved, layout, listed, parts)
         check_rates(system, [n for f in functions for n in f.outputs], reporter)
-        assembled, assembly_functions = assembly(system, solved, layout, _resolver(system, solved), reporter)
+        assembled, assembly_functions = assembly(system, solved, layout, reporter)
         functions = (*functions, *assembly_functions)
         hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
     except ZeroPivot as singular:  # what only sticking friction or a closed contact holds
@@ -107,21 +107,10 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
 # ---------------------------------------------------------------- functions
 
 
-def _resolver(system: MechanicalSystem, solved: Solved) -> Resolve:
-    """Return what puts formulas in the place of symbols that have no place at run time."""
-
-    def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return (
-            tuple(substitute(system.graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
-        )
-
-    return resolve
-
-
 def _functions(
     system: MechanicalSystem, solved: Solved, layout: Layout, listed: OutputList, parts: frozenset[str]
 ) -> tuple[Function, ...]:
-    resolve = _resolver(system, solved)
+    resolve = solved.resolve
     accounts = {"energy.supplied": solved.energies.supplied, "energy.dissipated": solved.energies.dissipated}
     rates = [
         *(system.qdot[k] for k in layout.q_indices),
@@ -136,7 +125,7 @@ def _functions(
             "initial state, as far as it is known or guessed",
             resolve([b.value for b in _beginnings(system, solved, layout)]),
         ),
-        *_initial_of_others(system, solved, layout, resolve),
+        *_initial_of_others(system, solved, layout),
         Function(
             "outputs",
             "everything reported beside the state",
@@ -156,7 +145,7 @@ def _functions(
         nothing = (system.graph.zero,) * len(solved.free)
         projected = Projection(nothing, (), nothing, ())
     if projected is not None:
-        functions += _projections(system, solved, projected, layout, resolve)
+        functions += _projections(system, solved, projected, layout)
     if system.assertions:
         functions.append(
             Function(
@@ -208,13 +197,10 @@ def _jacobian(
 
 
 def _projections(
-    system: MechanicalSystem,
-    solved: Solved,
-    found: Projection,
-    layout: Layout,
-    resolve: Resolve,
+    system: MechanicalSystem, solved: Solved, found: Projection, layout: Layout
 ) -> list[Function]:
     """Return the functions that move a state onto the constraints; what is prescribed stays."""
+    resolve = solved.resolve
     still = {s.node: system.graph.zero for i, s in enumerate(system.v) if i not in solved.free}
     moves = substitute(system.graph, [system.qdot[k] for k in layout.q_indices], still)
     near = "how near a singular position is: the largest share of a compliance in its row of constraints"
@@ -251,15 +237,12 @@ def _projections(
 
 def _momentum_functions(system: MechanicalSystem, solved: Solved) -> list[Function]:
     """Return p = dL/dv, dL/dq + Q without the forces of constraints, and dp/dv."""
-    graph = system.graph
     values = [p for p in solved.energies.momenta if p is not None]
     velocities = [system.v[i].node for i in solved.free]
-    forces = [solved.energies.forces[i] for i in solved.free]
-    replace = solved.replace
-    forces = substitute(graph, forces, replace) if replace else forces
+    forces = solved.resolve([solved.energies.forces[i] for i in solved.free])
     return [
         Function("momentum", "dL/dv", tuple(values)),
-        Function("force", "dL/dq + Q, without the forces of constraints", tuple(forces)),
+        Function("force", "dL/dq + Q, without the forces of constraints", forces),
         Function("mass", "d(dL/dv)/dv, row by row", tuple(_dense(system, values, velocities))),
     ]
 
@@ -270,18 +253,15 @@ def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) 
     return [row.get(j, zero) for row in jacobian(system.graph, rows, wrt) for j in range(len(wrt))]
 
 
-def _initial_of_others(
-    system: MechanicalSystem,
-    solved: Solved,
-    layout: Layout,
-    resolve: Callable[[Sequence[Node]], tuple[Node, ...]],
-) -> list[Function]:
+def _initial_of_others(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Function]:
     """Return the function of the initial values that are stated with those of others, if there are any."""
     nodes = [b.by_others for b in _beginnings(system, solved, layout) if b.by_others is not None]
     if not nodes:
         return []
     return [
-        Function("initial_of_others", "initial values that are stated with those of others", resolve(nodes))
+        Function(
+            "initial_of_others", "initial values that are stated with those of others", solved.resolve(nodes)
+        )
     ]
 
 

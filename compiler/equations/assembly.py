@@ -7,8 +7,6 @@ positions has a row in both.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
 from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
@@ -18,17 +16,16 @@ from .entries import Layout
 from .model import AssemblyEntry, Function
 from .solve import Solved
 
-Resolve = Callable[[Sequence[Node]], tuple[Node, ...]]
-
 
 def assembly(
-    system: MechanicalSystem, solved: Solved, layout: Layout, resolve: Resolve, reporter: Reporter
+    system: MechanicalSystem, solved: Solved, layout: Layout, reporter: Reporter
 ) -> tuple[tuple[AssemblyEntry, ...], tuple[Function, ...]]:
     """Return the rows and the functions ``assembly`` (residuals) and ``assembly_jacobian``; none without rows.
 
     The Jacobian of a row of the first stage is its gradient times N, of the second stage that by v: one column
     for each velocity of the state, row by row.
     """
+    resolve = solved.resolve
     conditions = [(row, resolve([row.residual])[0]) for row in system.initials]
     entries: list[AssemblyEntry] = []
     residuals: list[Node] = []

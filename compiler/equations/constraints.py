@@ -72,7 +72,7 @@ def rows_of(
     for constraint, symbols in zip(system.constraints, multipliers, strict=True):
         rates = constraint_rates(system, constraint)
         nodes = [*constraint.residuals, *rates, *(system.rate(c) for c in rates)]
-        nodes = substitute(graph, nodes, replace) if replace else nodes
+        nodes = substitute(graph, nodes, replace)
         count = len(symbols)
         for k, lam in enumerate(symbols):
             position = nodes[k] if constraint.level == "position" else None

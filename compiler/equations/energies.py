@@ -55,8 +55,7 @@ def energies(
     graph = system.graph
     kinetic, potential = _kinetic(system), _potential(system)
     lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
-    if driven:
-        kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
+    kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
     gradient = highest(system, lagrangian)
@@ -137,9 +136,8 @@ def _powers(
     along = {v: v for v in velocities}
     dissipated = graph.zero
     if not graph.is_constant(system.dissipation):
-        (work,) = substitute(
-            graph, jvp(graph, [_replaced(system, driven, system.dissipation)], along), driven
-        )
+        resistance = substitute(graph, [system.dissipation], driven)
+        (work,) = substitute(graph, jvp(graph, resistance, along), driven)
         dissipated = graph.add(dissipated, work)
     for effort in system.efforts:
         rates = substitute(graph, [rate for rate, _ in effort.pairs], driven)
@@ -150,10 +148,6 @@ def _powers(
         else:
             dissipated = graph.sub(dissipated, power)
     return supplied, dissipated, ""
-
-
-def _replaced(system: MechanicalSystem, driven: Mapping[Node, Node], node: Node) -> Node:
-    return substitute(system.graph, [node], driven)[0] if driven else node
 
 
 def _forces(

@@ -11,9 +11,8 @@ from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
-from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
-from .actions import Resolve, branch_results, velocity_jumps
+from .actions import branch_results, velocity_jumps
 from .constraints import Row
 from .entries import Layout, booked_by_events
 from .model import (
@@ -60,16 +59,12 @@ def add_events(
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
     rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
-
-    def resolve(nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return tuple(substitute(graph, list(nodes), solved.replace)) if solved.replace else tuple(nodes)
-
     rhs = next(f for f in functions if f.name == "rhs")
-    conditions = resolve([branch.condition for branch in system.branches])
-    values = [n for row in rows for n in _row_values(system, solved, row, resolve)]
+    conditions = solved.resolve([branch.condition for branch in system.branches])
+    values = [n for row in rows for n in _row_values(system, solved, row)]
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = _mode_symbols(system)
-    energies = resolve([solved.energies.potential, solved.energies.kinetic])
+    energies = solved.resolve([solved.energies.potential, solved.energies.kinetic])
     formulas = (*rhs.outputs, *conditions, *values, *energies)
     switches = find_switches(system, solved.replace, formulas, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed):
@@ -77,7 +72,7 @@ def add_events(
             return None
         never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
         switches = replace(switches, located=(never,))
-    steps = energy_steps(system, solved, switches, resolve, reporter)
+    steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
     layout = _with_z(system, layout, z)
     place = {n: slot.index for n, slot in layout.slots.items() if slot.array == "z"}
@@ -90,7 +85,7 @@ def add_events(
     changed.append(
         Function("discretes", "initial discrete variables", (*start, *_starts(system, z, len(start))))
     )
-    made = _functions(system, solved, layout, switches, rows, steps, values, conditions, resolve, z)
+    made = _functions(system, solved, layout, switches, rows, steps, values, conditions, z)
     names = [entry.name for entry in layout.states]
     plan = HybridPlan(
         switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
@@ -163,7 +158,7 @@ def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Nod
 # ---------------------------------------------------------------- functions
 
 
-def _row_values(system: MechanicalSystem, solved: Solved, row: Row, resolve: Resolve) -> list[Node]:
+def _row_values(system: MechanicalSystem, solved: Solved, row: Row) -> list[Node]:
     """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
@@ -183,7 +178,7 @@ def _row_values(system: MechanicalSystem, solved: Solved, row: Row, resolve: Res
         assert mode.restitution is not None and mode.rest is not None
         coefficient, extra = mode.restitution, mode.rest
     values = [gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra]
-    return list(resolve(values))
+    return list(solved.resolve(values))
 
 
 def _functions(
@@ -195,7 +190,6 @@ def _functions(
     steps: Sequence[Step],
     values: Sequence[Node],
     conditions: Sequence[Node],
-    resolve: Resolve,
     z: Sequence[Node],
 ) -> list[Function]:
     graph = system.graph
@@ -224,7 +218,7 @@ def _functions(
     add(
         "crossing_times",
         "times of events that are known before",
-        [*(s.crossing for s in switches.timed), *resolve(ticks)],
+        [*(s.crossing for s in switches.timed), *solved.resolve(ticks)],
     )
     add("conditions", "1 where the condition of a branch holds", conditions)
     jumps = step_values(system, solved, steps)
@@ -237,11 +231,11 @@ def _functions(
         add(
             "respond",
             "jumps of the velocities and of the rates of rows by unit impulses",
-            _respond(system, solved, rows, steps, resolve),
+            _respond(system, solved, rows, steps),
         )
     y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
     for number, branch in enumerate(system.branches):
-        results = branch_results(system, solved, branch, y, z, resolve)
+        results = branch_results(system, solved, branch, y, z)
         functions.append(Function(f"act_{number + 1}", f"when {one_line(branch.text)}", results))
     return functions
 
@@ -311,7 +305,7 @@ def _on_surface(
 
 
 def _respond(
-    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[Step], resolve: Resolve
+    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[Step]
 ) -> tuple[Node, ...]:
     """Return the jumps of v, then of the rate of each row, by the impulses in z."""
     graph = system.graph
@@ -321,4 +315,4 @@ def _respond(
     impulses = vjp(graph, list(zip(rates, places, strict=True)), velocities)
     jumps = velocity_jumps(system, solved, impulses)
     changes = jvp(graph, rates, dict(zip(velocities, jumps, strict=True)))
-    return resolve([*jumps, *changes])
+    return solved.resolve([*jumps, *changes])

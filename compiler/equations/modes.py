@@ -102,10 +102,7 @@ def limits(
     """Return the largest forces while sliding and while sticking."""
     graph = system.graph
     assert mode.kinetic is not None and mode.static is not None
-    kinetic, static = substitute(graph, [mode.kinetic, mode.static], answers) if answers else (
-        mode.kinetic,
-        mode.static,
-    )  # fmt: skip
+    kinetic, static = substitute(graph, [mode.kinetic, mode.static], answers)
     if mode.contact:
         normal = normals[mode.contact]
         kinetic, static = graph.mul(kinetic, normal), graph.mul(static, normal)

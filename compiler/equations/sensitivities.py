@@ -103,7 +103,7 @@ def total(equations: Equations, independent: Sequence[int], nodes: Sequence[Node
         for r in equations.parameter_rules
         if r.index not in chosen and Slot("p", r.index) in places
     }
-    return tuple(substitute(graph, list(nodes), _closed(graph, rules))) if rules else tuple(nodes)
+    return tuple(substitute(graph, nodes, _closed(graph, rules)))
 
 
 def _closed(graph: Graph, rules: Mapping[Node, Node]) -> dict[Node, Node]:

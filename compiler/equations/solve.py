@@ -12,7 +12,7 @@ from msgspec.structs import replace as replace_fields
 from mechc.lang.diagnostics import Label, Reporter
 
 from ..flat.model import Role
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
@@ -56,7 +56,12 @@ class Solved(Struct, frozen=True):
     pivots: tuple[Node, ...]
     method: str
     operations: int
+    graph: Graph
     replace: Mapping[Node, Node]
+
+    def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """Return formulas of numbers that have a place at run time."""
+        return tuple(substitute(self.graph, nodes, self.replace))
 
 
 def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Solved:
@@ -101,7 +106,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         )
     rows, found_rank, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
     absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
-    r = substitute(graph, raw, before | absent) if before or absent else raw
+    r = substitute(graph, raw, before | absent)
     supports = [found_rank.supports[all_rows.index(row)] for row in rows] if found_rank else []
     if rows:
         from .singular import soften
@@ -144,6 +149,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         pivots=found.elimination.pivots,
         method=found.elimination.variant,
         operations=found.elimination.operations,
+        graph=graph,
         replace=replace,
     )
 

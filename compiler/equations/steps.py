@@ -12,7 +12,6 @@ from mechc.lang.source import Span
 from ..graph import Node
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
-from .actions import Resolve
 from .solve import Solved
 from .switches import Switch, Switches
 
@@ -28,12 +27,12 @@ class Step(Struct, frozen=True):
 
 
 def energy_steps(
-    system: MechanicalSystem, solved: Solved, switches: Switches, resolve: Resolve, reporter: Reporter
+    system: MechanicalSystem, solved: Solved, switches: Switches, reporter: Reporter
 ) -> list[Step]:
     """Return the switches across which the energies jump; report what has no meaning."""
     graph = system.graph
     (potential, kinetic) = switches.apply(
-        system, resolve([solved.energies.potential, solved.energies.kinetic])
+        system, solved.resolve([solved.energies.potential, solved.energies.kinetic])
     )
     steps: list[Step] = []
     velocities = {s.node for s in system.v}
@@ -86,6 +85,6 @@ def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[Step])
     values: list[Node] = []
     for step in steps:
         jump = graph.select(step.symbol, graph.neg(step.jump), step.jump)
-        (rate,) = substitute(graph, [step.rate], solved.replace) if solved.replace else [step.rate]
+        (rate,) = solved.resolve([step.rate])
         values += [zero, rate, zero, zero, jump, zero, zero, zero]
     return values

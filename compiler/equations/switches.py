@@ -46,7 +46,7 @@ class Switches(Struct, frozen=True):
     replace: Mapping[Node, Node]
 
     def apply(self, system: MechanicalSystem, nodes: Sequence[Node]) -> tuple[Node, ...]:
-        return tuple(substitute(system.graph, list(nodes), self.replace)) if self.replace else tuple(nodes)
+        return tuple(substitute(system.graph, nodes, self.replace))
 
 
 def find_switches(
@@ -65,7 +65,7 @@ def find_switches(
     written = list(system.lowering.relations)
     if not written and not sides:
         return Switches((), (), {})
-    images = substitute(graph, written, resolve) if resolve else written
+    images = substitute(graph, written, resolve)
     reached = set(graph.reach(list(formulas)))
     time = system.symbols.time
     unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
@@ -93,7 +93,7 @@ def find_switches(
                 written_g = graph.sub(raw_a, raw_b)
                 known = not unknown.intersection(graph.support(written_g))
                 rate = system.rate(written_g) if known else graph.zero
-                (rate,) = substitute(graph, [rate], resolve) if resolve else (rate,)
+                (rate,) = substitute(graph, [rate], resolve)
                 if set(graph.support(rate)) & set(system.unknown_rates):
                     rate = graph.zero
                 located.append(Switch(symbol, g, rate, written_g, text))

@@ -13,6 +13,8 @@ def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node
 
     Raises DivisionByZero where a divisor becomes zero.
     """
+    if not replacements:
+        return list(outputs)
     images: dict[Node, Node] = dict(replacements)
     for n in graph.reach(outputs):
         if n in images:

@@ -107,9 +107,10 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     free = [i for i in range(len(system.v)) if i not in prescribed]
     multipliers, titles = _multipliers(system, symbols, latex)
     rows = residual(system, multipliers)
-    r = substitute(graph, [rows[i] for i in free], replace) if replace else [rows[i] for i in free]
+    r = substitute(graph, [rows[i] for i in free], replace)
     energy = energies(system, replace, free, graph.zero, graph.zero)
-    lagrangian = graph.add(graph.sub(energy.kinetic, energy.potential), _extra(system, replace))
+    (further,) = substitute(graph, [system.lagrangian], replace)
+    lagrangian = graph.add(graph.sub(energy.kinetic, energy.potential), further)
 
     def write(left: str, node: Node) -> Statement:
         (expression,) = express(graph, [node], symbols)
@@ -123,7 +124,7 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         kinds[_kind(row.constraint.mode)].append(shown)
     given = [(symbols[node].name, value) for node, value in driven.items() if node not in system.a]
     rates = [(symbols[system.rate(state)].name, rate) for state, rate in system.xdot.items()]
-    further = substitute(graph, [rate for _, rate in rates], replace) if replace else [n for _, n in rates]
+    state_rates = substitute(graph, [rate for _, rate in rates], replace)
     momenta = []
     for i in free:
         name = system.v[i].of
@@ -139,7 +140,7 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         write("L", lagrangian),
         write("R", system.dissipation) if has_dissipation else None,
         tuple(write("0", n) for n in r),
-        tuple(write(name, n) for (name, _), n in zip(rates, further, strict=True)),
+        tuple(write(name, n) for (name, _), n in zip(rates, state_rates, strict=True)),
         tuple(write(name, n) for name, n in given),
         tuple(kinds["constraint"]),
         tuple(Section(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()),
@@ -153,10 +154,6 @@ def _kind(mode: Mode | None) -> str:
     if mode is None:
         return "constraint"
     return "regularized" if mode.smooth is not None else mode.kind
-
-
-def _extra(system: MechanicalSystem, replace: dict[Node, Node]) -> Node:
-    return substitute(system.graph, [system.lagrangian], replace)[0] if replace else system.lagrangian
 
 
 def _multipliers(
