@@ -1,4 +1,9 @@
-"""Which constraint rows are independent, decided from numbers at a few consistent states."""
+"""Which constraint rows are independent, decided from numbers at a few consistent states.
+
+The rows K of all constraints are evaluated on the constraint manifold: at the initial state with the default
+parameters and at disturbed ones, each projected by Newton's method. Rows that depend on earlier ones at all of them
+are dropped from the dynamics.
+"""
 
 from __future__ import annotations
 
@@ -27,28 +32,23 @@ Vector = NDArray[np.float64]
 
 
 class Rank(Struct, frozen=True):
-    """``independent`` rows by index; the rank at each sample; for each row the velocities it depends on.
+    """``independent`` rows by index; ``supports``: for each row the velocities it depends on.
 
     Seen on the manifold, a loop depends on its own joints only: those of the bodies that carry it drop out.
     """
 
     independent: tuple[int, ...]
-    ranks: tuple[int, ...]
     supports: tuple[frozenset[int], ...]
     unfulfilled: frozenset[int]
     """Rows that hold at none of the samples: they contradict others, or the mechanism does not reach."""
 
 
 def rank(
-    system: MechanicalSystem,
-    rows: Sequence[Row],
-    free: Sequence[int],
-    parameters: Mapping[Node, float],
-    start: Mapping[Node, float],
+    system: MechanicalSystem, rows: Sequence[Row], free: Sequence[int], start: Mapping[Node, float]
 ) -> Rank:
     """Return the independent rows, later ones depending on earlier ones.
 
-    ``parameters``: values of parameters, inputs and time; ``start``: of coordinates and velocities.
+    ``start``: values of parameters, inputs, time, coordinates and velocities.
     """
     graph = system.graph
     velocities = [system.v[i].node for i in free]
@@ -56,13 +56,12 @@ def rank(
     entries = jacobian(graph, rates, velocities)
     flat = _flat(entries)
     seeds = np.random.default_rng(20)
-    counts: list[int] = []
     touched = np.zeros((len(rows), len(velocities)), dtype=bool)
     chosen: tuple[int, ...] = ()
     unfulfilled = set(range(len(rows)))
     positions = [graph.zero if row.position is None else row.position for row in rows]
     for sample in range(SAMPLES):
-        values = dict(parameters) | dict(start)
+        values = dict(start)
         if sample:
             values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
         values = _assembled(system, rows, entries, velocities, values)
@@ -74,9 +73,8 @@ def rank(
         independent = _independent(matrix)
         if len(independent) > len(chosen):
             chosen = independent
-        counts.append(len(independent))
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
-    return Rank(chosen, tuple(counts), supports, frozenset(unfulfilled))
+    return Rank(chosen, supports, frozenset(unfulfilled))
 
 
 def _flat(entries: Sequence[Mapping[int, Node]]) -> list[tuple[int, int, Node]]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace as replace_fields
@@ -28,9 +27,6 @@ from .modes import friction_loss, with_modes
 from .residual import residual, seeds_of
 from .sides import Side
 
-if TYPE_CHECKING:
-    from .rank import Rank
-
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
 
@@ -50,7 +46,6 @@ class Solved(Struct, frozen=True):
     switched: tuple[Row, ...]
     sides: tuple[Side, ...]
     residual: tuple[Node, ...]
-    rank: Rank | None
     projection: Projection | None
     energies: Energies
     pivots: tuple[Node, ...]
@@ -104,10 +99,10 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         switched, sides = with_modes(
             system, plain, [lam for group in multipliers for lam in group], forces, reporter
         )
-    rows, found_rank, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
-    absent = {row.multiplier: graph.zero for row in all_rows if row not in rows}
+    rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    kept = {row.multiplier for row in rows}
+    absent = {row.multiplier: graph.zero for row in all_rows if row.multiplier not in kept}
     r = substitute(graph, raw, before | absent)
-    supports = [found_rank.supports[all_rows.index(row)] for row in rows] if found_rank else []
     if rows:
         from .singular import soften
 
@@ -143,7 +138,6 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         switched=switched,
         sides=sides,
         residual=tuple(r),
-        rank=found_rank,
         projection=projection(system, r, free, rows, supports) if rows else None,
         energies=energy,
         pivots=found.elimination.pivots,
@@ -272,22 +266,27 @@ def _independent(
     free: Sequence[int],
     fixed: Mapping[Node, Node],
     reporter: Reporter,
-) -> tuple[tuple[Row, ...], Rank | None, dict[Node, float]]:
-    """Return the independent rows, and numbers for everything at the start; name the other rows."""
+) -> tuple[tuple[Row, ...], list[frozenset[int]], dict[Node, float]]:
+    """Return the independent rows, those of positions first, and name the others.
+
+    With them come the free velocities on which each depends, and numbers for everything at the start.
+    """
     if not rows:
-        return rows, None, {}
+        return rows, [], {}
     from .rank import rank  # numpy is imported for models with constraints only
 
     values = default_values(system)
     if fixed:
         numbers = evaluate(system.graph, list(fixed.values()), values)
         values |= dict(zip(fixed, numbers, strict=True))
-    found = rank(system, rows, free, values, {})
-    kept = tuple(sorted((rows[i] for i in found.independent), key=lambda row: row.position is None))
-    dropped = [row for i, row in enumerate(rows) if row not in kept and i not in found.unfulfilled]
-    for name in dict.fromkeys(row.constraint.name for row in dropped):
-        report_superfluous([row for row in dropped if row.constraint.name == name], reporter)
-    return kept, found, values
+    found = rank(system, rows, free, values)
+    kept = sorted(found.independent, key=lambda i: rows[i].position is None)
+    dropped: dict[str, list[Row]] = {}
+    for i in sorted(set(range(len(rows))).difference(kept, found.unfulfilled)):
+        dropped.setdefault(rows[i].constraint.name, []).append(rows[i])
+    for group in dropped.values():
+        report_superfluous(group, reporter)
+    return tuple(rows[i] for i in kept), [found.supports[i] for i in kept], values
 
 
 def _by_constraint(
