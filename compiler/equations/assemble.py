@@ -172,13 +172,12 @@ def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:
 def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Function]) -> bool:
     """Whether q' = v, there are no first-order states but accounts, and accelerations do not depend on velocities."""
     rhs = next(f for f in functions if f.name == "rhs")
-    velocities = {s.node for s in system.v}
     forces = rhs.outputs[layout.nq : layout.nq + layout.nv]
     return (
         layout.nx == len(layout.accounts)
         and not system.rotations
         and not layout.constrained
-        and not velocities.intersection(system.graph.support(*forces))
+        and system.symbols.velocities.isdisjoint(system.graph.support(*forces))
     )
 
 

@@ -1,10 +1,6 @@
-"""Constraint rows: which are independent, their second derivatives, and the corrections that project a state.
+"""Constraint rows with their second derivatives, and the corrections that project a state onto them.
 
-Rank. The rows K of all constraints are evaluated at a few states on the constraint manifold (Newton projections of
-disturbed initial states with the default parameters). Rows that depend on earlier ones at all of them are dropped
-from the dynamics and named. If the rank changes between states, the mechanism passes singular positions.
-
-Projection. The nearest state in the mass metric: M d - K^T mu = 0 with K d = -phi for positions, and with
+The corrections lead to the nearest state in the mass metric: M d - K^T mu = 0 with K d = -phi for positions, and with
 K d = -(K v + b) for velocities. Solved along the structure like the accelerations, so it costs as little.
 """
 
@@ -26,7 +22,6 @@ from .residual import constraint_rates
 
 ROUNDING = 1e-12
 """A residual of this size, in SI units, counts as none."""
-
 
 SWEEPS = 3
 """Solutions in a row with compliant multipliers, each about the multipliers of the one before."""
@@ -95,14 +90,14 @@ def without_empty(
     for: that reaction is not unique.
     """
     graph = system.graph
-    moving = {s.node for s in (*system.q, *system.v)}
+    moving = system.symbols.positions | system.symbols.velocities
     kept: list[Row] = []
     empty: dict[str, list[Row]] = {}
     for row in rows:
         if graph.is_zero(row.rate) and (row.position is None or graph.is_zero(row.position)):
             empty.setdefault(row.constraint.name, []).append(row)
             continue
-        if not moving.intersection(graph.support(row.rate)):
+        if moving.isdisjoint(graph.support(row.rate)):
             _report_unchangeable(row, system, reporter, numbers)
         kept.append(row)
     left = {row.constraint.name for row in kept}

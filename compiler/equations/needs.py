@@ -5,6 +5,7 @@ Targets own the tables from a fact to files and functions (``targets/``); ``mech
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Sequence
 
 from msgspec import Struct
@@ -175,14 +176,13 @@ def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
     for unknown, equation in own:
         if equation in within:
             group[root(within[equation])] = root(unknown)
-    roots = [root(system.a[i]) for i in solved.free]
-    return tuple(sorted((roots.count(n) for n in dict.fromkeys(roots)), reverse=True))
+    sizes = Counter(root(system.a[i]) for i in solved.free)
+    return tuple(sorted(sizes.values(), reverse=True))
 
 
 def _form(system: MechanicalSystem, solved: Solved) -> Choice:
-    graph = system.graph
-    moving = {s.node for s in (*system.q, *system.v)} | {system.symbols.time}
-    constant = not any(moving.intersection(graph.support(p)) for p in solved.pivots)
+    moving = system.symbols.positions | system.symbols.velocities | {system.symbols.time}
+    constant = moving.isdisjoint(system.graph.support(*solved.pivots))
     form = "constant mass matrix, factorised once" if constant else solved.method
     count = len(system.v)
     reason = f"{solved.operations} operations for {count} accelerations"

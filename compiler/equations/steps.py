@@ -35,9 +35,9 @@ def energy_steps(
         system, solved.resolve([solved.energies.potential, solved.energies.kinetic])
     )
     steps: list[Step] = []
-    velocities = {s.node for s in system.v}
+    in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential))
     for k, s in enumerate(switches.located):
-        if s.symbol in graph.support(kinetic) and not graph.is_zero(_jump(system, kinetic, s)):
+        if s.symbol in in_kinetic and not graph.is_zero(_jump(system, kinetic, s)):
             reporter.error(
                 "E0715",
                 "the kinetic energy must not jump",
@@ -45,13 +45,13 @@ def energy_steps(
                 caption="this contains an 'if' on a moving quantity",
                 help="a mass that changes its value belongs to an event: use a 'discrete' variable and 'reinit'",
             )
-        if s.symbol not in graph.support(potential):
+        if s.symbol not in in_potential:
             continue
         jump = _jump(system, potential, s)
         if graph.is_zero(jump):
             continue
         support = set(graph.support(s.raw))
-        if support & velocities or system.symbols.time in support:
+        if support & system.symbols.velocities or system.symbols.time in support:
             if graph.is_constant(jump):
                 reporter.error(
                     "E0716",

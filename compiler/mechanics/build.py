@@ -238,7 +238,7 @@ def _bodies(
     lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
 ) -> tuple[tuple[PointMass, ...], tuple[RotaryInertia, ...]]:
     graph = lowering.graph
-    moving = {s.node for c in symbols.coordinates for s in (*c.q, *c.v)}
+    moving = symbols.positions | symbols.velocities
     masses = []
     for mass in model.masses:
         value = lowering.scalar(mass.value)
@@ -276,12 +276,10 @@ def _energies(
 ) -> tuple[Node, Node, Node, Node]:
     """Return T, V(q, t), further terms of the Lagrangian, and R."""
     graph = lowering.graph
-    velocities = {s.node for c in symbols.coordinates for s in c.v}
     kinetic = potential = lagrangian = dissipation = graph.constant(0)
-    accelerations = {a for c in symbols.coordinates for a in c.a}
     for energy in model.energies:
         value = lowering.scalar(energy.value)
-        if energy.kind != "lagrangian" and accelerations.intersection(graph.support(value)):
+        if energy.kind != "lagrangian" and symbols.accelerations.intersection(graph.support(value)):
             reporter.error(
                 "E0519",
                 f"'{energy.kind}' must not depend on accelerations",
@@ -292,7 +290,7 @@ def _energies(
         match energy.kind:
             case "kinetic":
                 kinetic = graph.add(kinetic, value)
-            case "potential" if velocities.intersection(graph.support(value)):
+            case "potential" if symbols.velocities.intersection(graph.support(value)):
                 lagrangian = graph.sub(lagrangian, value)
             case "potential":
                 potential = graph.add(potential, value)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 from mechc.lang.diagnostics import Reporter
 
@@ -88,14 +88,13 @@ def constraint_rows(
 ) -> tuple[ConstraintRows, ...]:
     """Return the user's constraints with the level that their residuals have."""
     graph = lowering.graph
-    velocities = [s.node for c in symbols.coordinates for s in c.v]
-    coordinates = {s.node for c in symbols.coordinates for s in c.q}
     rows = []
     for constraint in model.constraints:
         residuals = _differences(lowering, constraint.left, constraint.right)
         span = constraint.origin.shown
         support = set(graph.support(*residuals))
-        if not support.intersection(velocities) and not support.intersection(coordinates):
+        velocities = symbols.velocities & support
+        if not velocities and not symbols.positions & support:
             reporter.error(
                 "E0503",
                 f"constraint '{constraint.name}' contains no coordinate",
@@ -103,7 +102,7 @@ def constraint_rows(
                 caption="nothing here can move",
             )
             continue
-        if support & {a for c in symbols.coordinates for a in c.a}:
+        if symbols.accelerations & support:
             reporter.error(
                 "E0501",
                 f"constraint '{constraint.name}' contains accelerations",
@@ -112,7 +111,7 @@ def constraint_rows(
                 help="integrate it once, or write it as a force",
             )
             continue
-        level = "velocity" if support.intersection(velocities) else "position"
+        level = "velocity" if velocities else "position"
         if level == "velocity" and not _affine(graph, residuals, velocities):
             reporter.error(
                 "E0501",
@@ -153,7 +152,7 @@ def constraint_rows(
     return tuple(rows)
 
 
-def _affine(graph: Graph, residuals: Sequence[Node], velocities: Sequence[Node]) -> bool:
+def _affine(graph: Graph, residuals: Sequence[Node], velocities: Set[Node]) -> bool:
     """Whether the residuals are affine in the velocities: their directional derivative does not contain v."""
-    seeds = {v: graph.symbol(f"#direction {k}") for k, v in enumerate(velocities)}
-    return not set(graph.support(*jvp(graph, residuals, seeds))).intersection(velocities)
+    seeds = {v: graph.symbol(f"#direction {k}") for k, v in enumerate(sorted(velocities))}
+    return velocities.isdisjoint(graph.support(*jvp(graph, residuals, seeds)))

@@ -69,15 +69,13 @@ def _contact(
 ) -> list[ConstraintRows]:
     graph, name, span = lowering.graph, contact.name, contact.origin.span
     gap = lowering.scalar(contact.gap)
-    positions = {s.node for c in symbols.coordinates for s in c.q}
-    velocities = {s.node for c in symbols.coordinates for s in c.v}
     support = set(graph.support(gap))
-    if support & velocities or not support & positions:
+    if support & symbols.velocities or not support & symbols.positions:
         reporter.error(
             "E0702",
             f"the gap of contact '{name}' must depend on coordinates",
             contact.gap.span,
-            caption="this contains velocities" if support & velocities else "nothing here can move",
+            caption="this contains velocities" if support & symbols.velocities else "nothing here can move",
             help="write the distance that stays positive or zero",
         )
         return []

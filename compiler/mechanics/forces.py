@@ -20,14 +20,12 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
     """Return every force and torque of a model."""
     graph = lowering.graph
     outside = {symbols.time, *(s.node for s in symbols.inputs)}
-    velocities = {s.node for c in symbols.coordinates for s in c.v}
-    accelerations = {a for c in symbols.coordinates for a in c.a}
     result = []
     for load in model.loads:
         pairs = virtual_power(lowering, load, symbols)
         _check_line(lowering, load, reporter)
         support = set(graph.support(*(effort for _, effort in pairs)))
-        if support & accelerations:
+        if support & symbols.accelerations:
             reporter.error(
                 "E0519",
                 f"a {load.kind} must not depend on accelerations",
@@ -35,7 +33,7 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 caption="this contains a second derivative",
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
-        supplied = bool(support & outside) or not support & velocities
+        supplied = bool(support & outside) or not support & symbols.velocities
         result.append(Effort(load.name, tuple(pairs), supplied, load.origin))
     return tuple(result)
 
@@ -53,8 +51,7 @@ def rate_of(lowering: Lowering, expression: Expression, symbols: Symbols) -> tup
     """Return the rates on which a force on ``expression`` works: itself if it is a rate, else its derivative."""
     graph = lowering.graph
     nodes = lowering.numbers(expression)
-    velocities = {s.node for c in symbols.coordinates for s in c.v}
-    if velocities.intersection(graph.support(*nodes)):
+    if symbols.velocities.intersection(graph.support(*nodes)):
         return nodes
     return tuple(lowering.rate(n) for n in nodes)
 

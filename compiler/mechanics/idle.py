@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Set
+
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Origin
@@ -14,13 +16,13 @@ from .system import MechanicalSystem
 def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
     """Warn of forces, frictions, impulses and energies that move nothing and are moved by nothing."""
     graph, model, lowering = system.graph, system.model, system.lowering
-    moving = {s.node for s in (*system.q, *system.v)}
-    velocities = {s.node for s in system.v}
+    velocities = system.symbols.velocities
+    moving = system.symbols.positions | velocities
 
     def check(
-        what: str, nodes: tuple[Node, ...], kept: set[Node], origin: Origin, why: str, help: str = ""
+        what: str, nodes: tuple[Node, ...], kept: Set[Node], origin: Origin, why: str, help: str = ""
     ) -> None:
-        if not kept.intersection(graph.support(*nodes)):
+        if kept.isdisjoint(graph.support(*nodes)):
             reporter.warning("W0531", f"this {what} has no effect", origin.shown, caption=why, help=help)
 
     still = "what it acts on does not move"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 from itertools import product
 
 from msgspec import Struct
@@ -41,7 +42,7 @@ class Coordinate(Struct, frozen=True):
         return self.variable.type.kind is Kind.ROTATION
 
 
-class Symbols(Struct, frozen=True):
+class Symbols(Struct, frozen=True, dict=True):
     """All symbols of a model. ``values`` maps a variable to its value (nested tuples of nodes)."""
 
     time: Node
@@ -52,6 +53,18 @@ class Symbols(Struct, frozen=True):
     parameters: tuple[Scalar, ...]
     values: Mapping[str, Value]
     rates: Mapping[str, Value]
+
+    @cached_property
+    def positions(self) -> frozenset[Node]:
+        return frozenset(s.node for c in self.coordinates for s in c.q)
+
+    @cached_property
+    def velocities(self) -> frozenset[Node]:
+        return frozenset(s.node for c in self.coordinates for s in c.v)
+
+    @cached_property
+    def accelerations(self) -> frozenset[Node]:
+        return frozenset(a for c in self.coordinates for a in c.a)
 
 
 def subscripts(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
