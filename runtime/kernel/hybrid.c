@@ -130,7 +130,7 @@ static int repeat_step(mech_solver *s, mech_real h, mech_real *error)
 {
     const mech_method *m = s->method;
     const mech_real t_new = s->run->report.t + h;
-    if (m->begin) m->begin(s, 0); /* what it remembers is the end of the whole step */
+    if (m->begin) m->begin(s, 1); /* what it remembers, its momenta among it, is the end of the whole step */
     *error = m->attempt(s, h);
     s->run->dense_of = 0;
     if (!mech_finite(*error)) return MECH_NOT_FINITE;

@@ -7,6 +7,7 @@ import pytest
 from kernel_driver import Model, Numbers, Run, run
 from kernel_models import COUPLED_PENDULUM, KEPLER, PENDULUM, TWO_SPRINGS
 
+import mechc
 from mechc.runtime.native import NOT_CONVERGED, NOT_FINITE, REACHED
 
 PERIOD = 6.69998665
@@ -231,3 +232,24 @@ def test_iterations_end_in_any_unit_of_time(method: str) -> None:
         assert one.status == REACHED
         errors.append(one.y[0] - np.cos(100.0))
     assert errors == pytest.approx([errors[1]] * 3, rel=1e-4, abs=1e-12)
+
+
+SWING = """\
+coordinate theta = 1 rad;
+kinetic 1/2*(1 kg.m^2)*der(theta)^2;
+potential -(9.81 J)*cos(theta);
+"""
+COUNTED = SWING + "discrete Integer n = 0;\nwhen theta < 0 rad then n := n + 1; end when;\n"
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_step_that_is_repeated_up_to_an_event_begins_where_the_first_one_did(method: str) -> None:
+    """Momenta and rounding that a method keeps are those of the end of the step that is taken back."""
+    plain, counted = (
+        mechc.loads(text).simulate(method=method, step=0.01, stop=3, estimate_error=False)
+        for text in (SWING, COUNTED)
+    )
+    assert counted["n"][-1] == 2
+    assert plain.accuracy.energy is not None and counted.accuracy.energy is not None
+    assert plain.accuracy.energy.relative is not None and counted.accuracy.energy.relative is not None
+    assert counted.accuracy.energy.relative <= 1.1 * plain.accuracy.energy.relative + 1e-14
