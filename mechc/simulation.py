@@ -85,7 +85,16 @@ def start(model: Model, request: Request) -> Stepper:
     method = request.method or model.method(request.experiment)
     problem = model.problem(request.target, method=method, reproducible=request.reproducible)
     advice = "" if _foreseen(model) else PASSED_BY
-    return Stepper(problem, _options(model, request, problem), at_singular_positions=advice)
+    return Stepper(problem, _options(model, request, problem), _moving_inputs(model), advice)
+
+
+def _moving_inputs(model: Model) -> frozenset[str]:
+    """Return the inputs whose defaults depend on time."""
+    equations = model.compilation.equations
+    time = {n for n, slot in equations.layout.items() if slot.array == "t"}
+    defaults = [n for f in equations.functions if f.name == "inputs" for n in f.outputs]
+    moving = [bool(time & set(equations.graph.support(n))) for n in defaults]
+    return frozenset(e.name for e, moves in zip(equations.inputs, moving, strict=True) if moves)
 
 
 def plan(model: Model, request: Request) -> Plan:

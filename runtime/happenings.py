@@ -1,4 +1,4 @@
-"""What happened during a run: events with their names, both sides of each instant, and how events end a run."""
+"""What happened during a run: events with their names, and both sides of each instant."""
 
 from __future__ import annotations
 
@@ -8,12 +8,8 @@ import numpy as np
 from msgspec import Struct, field
 
 from . import native
-from .outcome import Failure, state_at, time_text
 from .problem import Array, Problem
-from .solver import Solver
-
-MOST_ROWS = 64
-"""That may be chosen among at an instant: the room that the kernel has for them (modes.c)."""
+from .solver import FIRST_EVENTS, Solver
 
 
 class Event(Struct, frozen=True):
@@ -69,7 +65,7 @@ class Log:
         self._events: list[tuple[float, str, str, float, int]] = []
         self._instants: list[Array] = []
         self._count = 0
-        self._capacity = 256
+        self._capacity = FIRST_EVENTS
 
     def renew(self) -> None:
         self._take()
@@ -106,86 +102,3 @@ class Log:
                     changed[1][names[i]] = float(after[instant, i])
             events.append(Event(t, name, kind, value, *changed))
         return Happenings(tuple(events), rows[:, 0].copy(), before, after, start_z, grid_z)
-
-
-def event_failure(problem: Problem, status: int, report: native.ReportStruct, y: Array) -> Failure | None:
-    """Give the failure that ends a run at an event, or None if the status is another one."""
-    hybrid = problem.hybrid
-    if hybrid is None or status > native.EVENT_LOOP:
-        return None
-    k, at = report.failed_index, time_text(problem, report.t)
-    branch = hybrid.branches[k] if k < len(hybrid.branches) else None
-    row = hybrid.rows[k] if k < len(hybrid.rows) else None
-    name, origin = "", None
-    match status:
-        case native.EVENT_LOOP if branch is not None:
-            kind, origin = "event loop", branch.origin
-            conditions = ", ".join(f"'{b.text}'" for b in hybrid.branches)
-            message = f"the events at {at} do not come to rest: 'when {branch.text}' fires again and again (of {conditions})"
-        case native.EVENT_LOOP:
-            kind, message = "event loop", f"the events at {at} do not come to rest"
-        case native.ZENO:
-            assert branch is not None
-            kind, origin = "zeno", branch.origin
-            message = (
-                f"'when {branch.text}' fires in ever shorter intervals, until {at}: "
-                "for something that bounces or rests, write a 'contact', which comes to rest"
-            )
-        case native.PENETRATION:
-            assert row is not None
-            kind, name, origin = "penetration", row.name, row.origin
-            message = f"contact '{row.name}' is penetrated at {at}: its gap is {report.failed_value:.6g} (SI)"
-        case native.ENERGY_RAISED:
-            assert row is not None
-            kind, name, origin = "impact", row.name, row.origin
-            message = (
-                f"the impact of '{row.name}' at {at} would raise the energy: Newton's restitution and Coulomb's "
-                "friction do not fit together here; use a smaller restitution or no friction"
-            )
-        case native.CHATTER:
-            kind = "chattering"
-            message = (
-                f"a condition in the equations of motion goes to and fro at {at}: the motion slides along it; "
-                "write it as 'friction' or 'contact'"
-            )
-        case native.BRANCH_ASSERTION:
-            assert branch is not None
-            check = branch.checks[report.failed_part]
-            kind, origin = "assertion", check.origin
-            message = f"assertion failed at {at}: {check.message}"
-        case native.APART:
-            assert row is not None
-            kind, name, origin = "engage", row.name, row.origin
-            apart = f"its sides are {abs(report.failed_value):.6g} (SI) apart"
-            message = f"'{row.name}' is engaged at {at}, but does not hold there: {apart}"
-        case native.OUT_OF_RANGE:
-            assert row is not None
-            kind, name, origin = "coefficient", row.name, row.origin
-            value = f"{report.failed_value:.6g}"
-            if row.kind == "contact":
-                message = f"the restitution of '{row.name}' is {value} at {at}; it lies between 0 and 1"
-            else:
-                message = (
-                    f"the friction of '{row.name}' has a negative coefficient or limit at {at}, {value} (SI): "
-                    "it is a size; where the normal force can change its sign, write a 'contact' with friction"
-                )
-        case native.NO_MODE if len(hybrid.rows) > MOST_ROWS:
-            kind, name, origin = "modes", "", None
-            message = (
-                f"the model has {len(hybrid.rows)} rows of contacts, friction and constraints that switch; "
-                f"a run decides over {MOST_ROWS} at once: replace some by potentials, or by friction "
-                'with law = "regularized"'
-            )
-        case native.NO_MODE:
-            kind = "modes"
-            title = f"'{row.name}'" if row is not None else "the contacts"
-            name, origin = (row.name, row.origin) if row is not None else ("", None)
-            message = (
-                f"no combination of touching, sticking and sliding fits for {title} at {at}: "
-                "Coulomb's law has no solution, or more than one"
-            )
-        case _:
-            kind = "impact"
-            name, origin = (row.name, row.origin) if row is not None else ("", None)
-            message = f"the impacts at {at} have no solution"
-    return Failure(kind, report.t, name, message, origin, state_at(problem, y))

@@ -11,18 +11,10 @@ import numpy as np
 from . import native
 from .case import Case
 from .functions import Functions
-from .happenings import Log, event_failure
+from .happenings import Log
 from .interruption import noted_interruptions
-from .outcome import (
-    Failure,
-    assertion_failed,
-    given_up,
-    not_converged,
-    not_finite,
-    off_constraints,
-    step_too_small,
-    too_many_steps,
-)
+from .kernel_failure import kernel_failure
+from .outcome import Failure, given_up, too_many_steps
 from .problem import Array, Problem
 from .solver import Solver
 from .trajectory import DenseOutput, Progress, Statistics, Trajectory, with_last_point
@@ -165,20 +157,8 @@ def _failure(
     max_steps: int | None,
     seconds: float,
 ) -> Failure | None:
-    match status:
-        case native.NOT_FINITE:
-            return not_finite(problem, report.failed_index, report.failed_value, report.t, y)
-        case native.STEP_TOO_SMALL:
-            return step_too_small(problem, report.failed_index, report.t, y)
-        case native.ASSERTION:
-            return assertion_failed(problem, report.failed_index, report.t, y)
-        case native.NOT_CONVERGED:
-            return not_converged(problem, report.t, y)
-        case native.OFF_CONSTRAINTS:
-            return off_constraints(problem, report.t, y)
-        case native.RUNNING if max_steps is not None and report.steps >= max_steps:
-            return too_many_steps(problem, max_steps, report.t, y)
-        case native.RUNNING if report.seconds > seconds:
-            return given_up(problem, report.seconds, report.evaluations, report.t, y)
-        case _:
-            return event_failure(problem, status, report, y)
+    if status == native.RUNNING and max_steps is not None and report.steps >= max_steps:
+        return too_many_steps(problem, max_steps, report.t, y)
+    if status == native.RUNNING and report.seconds > seconds:
+        return given_up(problem, report.seconds, report.evaluations, report.t, y)
+    return kernel_failure(problem, status, report, y)

@@ -3,26 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection
 
 import numpy as np
 from msgspec.structs import replace
 
 from . import native
 from .case import SimulationOptions, input_values
-from .happenings import event_failure
 from .inputs import constant
-from .outcome import (
-    AT_SINGULAR_POSITIONS,
-    SimulationError,
-    not_converged,
-    not_finite,
-    off_constraints,
-    step_too_small,
-    time_text,
-)
+from .kernel_failure import kernel_failure
+from .outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
 from .problem import Array, Problem
 from .simulate import plan_run
-from .solver import Solver
+from .solver import FIRST_EVENTS, Solver
 
 LONGEST = 1000
 """The longest step over that of the experiment's run: how far the caller will go is not known."""
@@ -38,20 +31,27 @@ class Stepper:
     and ``restore`` save and restore everything, bit for bit. Close it, or use it as a context.
     """
 
-    def __init__(self, problem: Problem, options: SimulationOptions, at_singular_positions: str = "") -> None:
-        """Begin a run. ``at_singular_positions``: what helps where constraints become dependent on its way."""
+    def __init__(
+        self,
+        problem: Problem,
+        options: SimulationOptions,
+        moving: Collection[str],
+        at_singular_positions: str = "",
+    ) -> None:
+        """Begin a run. ``moving``: inputs that the model gives as functions of time, so that they cannot be set;
+        ``at_singular_positions``: what helps where constraints become dependent on its way."""
         if problem.library is None:
             raise SimulationError("a run step by step needs the compiled kernel, and so a C compiler")
         stop = math.inf if options.stop is None else options.stop
         options = replace(options, stop=stop if math.isfinite(stop) else 1.0, points=2)
         plan = plan_run(problem, options)
         count = len(problem.inputs)
-        probes = [
-            input_values(plan.functions, plan.case.tables, t, plan.case.p, count)
-            for t in (plan.case.begin, plan.case.begin + 1.0, plan.case.begin + math.pi)
-        ]
+        now = input_values(plan.functions, plan.case.tables, plan.case.begin, plan.case.p, count)
+        given = {k: table.times.size > 1 for k, table in plan.case.tables.items()}
         self._held = {
-            k: constant(float(probes[0][k])) for k in range(count) if len({float(u[k]) for u in probes}) == 1
+            k: constant(float(now[k]))
+            for k, quantity in enumerate(problem.inputs)
+            if not given.get(k, quantity.name in moving)
         }
         self._case = replace(
             plan.case,
@@ -90,25 +90,17 @@ class Stepper:
         while status in (native.RUNNING, native.EVENTS_FULL):
             status = self._solver.advance(until, SLICE)
             if status == native.EVENTS_FULL:
-                self._solver.start_events(256)
+                self._solver.start_events(FIRST_EVENTS)
         if status != native.REACHED:
             raise self._failure(status)
 
     def _failure(self, status: int) -> SimulationError:
         report, y = self._solver.report()
         problem = self._problem
-        found = event_failure(problem, status, report, y)
-        if found is None and status == native.NOT_FINITE:
-            found = not_finite(problem, report.failed_index, report.failed_value, report.t, y)
-        if found is None and status == native.STEP_TOO_SMALL:
-            found = step_too_small(problem, report.failed_index, report.t, y)
-        if found is None and status == native.TERMINATED and problem.hybrid is not None:
+        if status == native.TERMINATED and problem.hybrid is not None:
             message = problem.hybrid.branches[report.failed_index].message
             return SimulationError(f"{message} at {time_text(problem, report.t)}")
-        if found is None and status == native.NOT_CONVERGED:
-            found = not_converged(problem, report.t, y)
-        if found is None and status == native.OFF_CONSTRAINTS:
-            found = off_constraints(problem, report.t, y)
+        found = kernel_failure(problem, status, report, y)
         if found is None:
             return SimulationError(f"the run stopped at {time_text(problem, report.t)}")
         singular = problem.constraints and found.kind in AT_SINGULAR_POSITIONS

@@ -265,6 +265,10 @@ int mech_pass_step(mech_solver *s, int hit, int *passed)
         mech_read_rows(s);
         mech_find_response(s);
         const mech_real jump = jump_in(s, i), r = *rate(s, i), w = response(s, i, i);
+        if (jump != jump) { /* an infinite one is a wall */
+            s->run->report.failed_value = jump;
+            return mech_fail(s, MECH_UNDEFINED_JUMP, hit);
+        }
         if (jump == 0 || !(w > 0)) return MECH_RUNNING;
         const mech_real square = r * r - 2 * w * jump;
         *passed = square > 0;

@@ -349,7 +349,7 @@ int mech_instant(mech_solver *s, int hit)
     status = mech_happen(s, hit, 1);
     if (status < 0) return status;
     mech_note_modes(s, 0);
-    if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, 0);
+    if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);
     if (run->report.n_events > events || memcmp(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real)) ||
         memcmp(e->z_before, e->z, (size_t)s->model->nz * sizeof(mech_real)))
         mech_write_instant(s);

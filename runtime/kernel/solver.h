@@ -53,7 +53,8 @@ enum mech_status {
     MECH_APART = -26,         /* a constraint was engaged that does not hold                   */
     MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits         */
     MECH_NO_IMPACT = -28,     /* the impacts of one instant have no solution                   */
-    MECH_OUT_OF_RANGE = -29   /* a restitution beyond 0..1, or a negative limit of friction    */
+    MECH_OUT_OF_RANGE = -29,  /* a restitution beyond 0..1, or a negative limit of friction    */
+    MECH_UNDEFINED_JUMP = -30 /* the energy behind a switch is not a number                    */
 };
 
 enum mech_event_kind {
@@ -104,7 +105,7 @@ typedef struct mech_options {
 typedef struct mech_report {
     mech_real t, dt, dt_min, dt_max;
     mech_real stiff_time;   /* where stiffness was first detected, else not-a-number */
-    mech_real failed_value; /* the derivative that is not finite, the gap that is open or negative */
+    mech_real failed_value; /* the derivative that is not finite, the gap that is open or negative, ... */
     mech_real switch_time;  /* where the last change of method was, else not-a-number */
     mech_real drift_position, drift_velocity; /* largest correction by projection, over the nominal values */
     double seconds;         /* spent in mech_advance                          */
@@ -112,7 +113,7 @@ typedef struct mech_report {
     long long jacobians, factorisations, iterations, switches;
     long n_grid, n_record;  /* rows written                                   */
     int status;
-    int failed_index;       /* of the derivative or assertion, else -1        */
+    int failed_index;       /* of the derivative, assertion, branch, row or switch, else -1 */
     int method;             /* in use at present                              */
     int failed_part;        /* of a branch: its assertion; of a loop: 1 for a switch */
     long n_events, n_instants;

@@ -46,3 +46,21 @@ def test_a_body_leaves_an_elastic_contact_that_is_written_as_a_potential() -> No
     assert [e.kind for e in solution.events] == ["crossing", "crossing"]
     assert solution["der(x)"][-1] == pytest.approx(-0.5, abs=1000 * TOLERANCE)
     assert solution["der(y)"][-1] == pytest.approx(0.5, abs=1000 * TOLERANCE)
+
+
+def test_an_energy_that_is_undefined_behind_a_surface_ends_the_run() -> None:
+    """No jump can be told, so neither passing nor reflection is right; an infinite energy is a wall."""
+    text = """
+    coordinate Length x = 0 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential if x > 1 m then BEHIND else 0 J;
+    experiment(stop = 3 s);
+    """
+    undefined = mechc.loads(text.replace("BEHIND", "1 J*sqrt(-x/(1 m))")).simulate()
+    assert undefined.outcome.value == "failed"
+    assert undefined.time[-1] == pytest.approx(1, rel=1e-12)
+    assert "a potential energy is not a number behind the surface" in undefined.message
+    wall = mechc.loads(text.replace("BEHIND", "1 J*(x/(1 m) + 1e200)^2")).simulate()
+    assert [e.kind for e in wall.events] == ["reflection"]
+    assert wall["x"][-1] == pytest.approx(-1, abs=1e-6)

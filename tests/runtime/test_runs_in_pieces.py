@@ -54,6 +54,29 @@ def test_only_inputs_can_be_set() -> None:
         sim["x"] = 1.0
 
 
+SWITCHED_ON = """\
+input Force push = if time > 5 s then 4 N else 0 N;
+coordinate x = 0 m;
+kinetic 1/2*(2 kg)*der(x)^2;
+force push on x;
+assert x < 3 m, "the end of the rail";
+"""
+
+
+def test_an_input_that_the_model_moves_goes_on_moving() -> None:
+    """Even one that stands still at first; it cannot be set."""
+    with mechc.loads(SWITCHED_ON).start() as sim:
+        with pytest.raises(SimulationError, match="function of time"):
+            sim["push"] = 1.0
+        sim.step(6.0)
+        assert sim["x"] == pytest.approx(1, rel=1e-6)
+
+
+def test_an_assertion_that_fails_is_told() -> None:
+    with mechc.loads(SWITCHED_ON).start() as sim, pytest.raises(SimulationError, match="the end of the rail"):
+        sim.step(8.0)
+
+
 HYBRID = """\
 input Force push = 0 N;
 coordinate Length h = 1 m;
