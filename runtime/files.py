@@ -34,13 +34,15 @@ def write_results(
     headed = {header(name, unit): values for name, (unit, values) in columns.items()}
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
-        if path.suffix == ".npz":
+        if path.suffix.lower() == ".npz":
             with partial.open("wb") as binary:
                 text = np.array(json.dumps(report))
                 np.savez_compressed(binary, allow_pickle=False, **{**headed, REPORT: text})
         else:
             with partial.open("w", newline="", encoding="utf-8") as file:
-                _write_csv(file, headed) if path.suffix == ".csv" else _write_json(file, headed, report)
+                _write_csv(file, headed) if path.suffix.lower() == ".csv" else _write_json(
+                    file, headed, report
+                )
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
@@ -51,7 +53,9 @@ def read_results(path: Path | str) -> Results:
     path = Path(path)
     _check_format(path)
     try:
-        headed, report = {".csv": _read_csv, ".npz": _read_npz, ".json": _read_json}[path.suffix](path)
+        headed, report = {".csv": _read_csv, ".npz": _read_npz, ".json": _read_json}[path.suffix.lower()](
+            path
+        )
         names_units = [_split(text) for text in headed]
         if not names_units or names_units[0][0] != "time":
             raise ValueError("its first column is not the time")
@@ -71,7 +75,7 @@ def json_number(value: float) -> float | None:
 
 
 def _check_format(path: Path) -> None:
-    if path.suffix not in FORMATS:
+    if path.suffix.lower() not in FORMATS:
         raise ResultsFileError(f"results are written as {', '.join(FORMATS)}, not '{path.name}'")
 
 

@@ -157,7 +157,7 @@ def _solve(plan: Plan) -> Solution:
         failure = undefined_energy(problem, times, states, outputs)
         if failure is not None:
             outcome, message = Outcome.FAILED, failure.message
-    interpolated = main.dense or _hermite(plan, main)
+    interpolated = main.dense or _hermite(plan, times, states, modes)
 
     def at(t: Array) -> Array:
         y = with_unit_rotations(problem.rotations, interpolated(t))
@@ -235,10 +235,23 @@ def _estimate(
         return None, "the companion run was interrupted", None, True
     if companion.failure is not None:
         return None, f"the companion run failed: {companion.failure.message}", companion.failure, False
-    estimate = compare(
-        plan.problem, main.y, companion.y, plan.nominal, factor, main.statistics.steps, tightened
-    )
+    if (companion.terminated is None) is not (main.terminated is None):
+        return None, f"the companion run {_ending(companion)}, the main run {_ending(main)}", None, False
+    ours, theirs = _paired(main, companion)
+    estimate = compare(plan.problem, ours, theirs, plan.nominal, factor, main.statistics.steps, tightened)
     return estimate, "", None, False
+
+
+def _ending(run: Trajectory) -> str:
+    return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
+
+
+def _paired(main: Trajectory, companion: Trajectory) -> tuple[Array, Array]:
+    """Give the states of both runs at the output times that both have, and at their ends: a model may end one of them
+    just before an output time and the other just behind it."""
+    shared = min(main.t.size, companion.t.size) - 1
+    ours, theirs = (np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
+    return ours, theirs
 
 
 def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
@@ -280,19 +293,23 @@ def _part(progress: Progress | None, begin: float, end: float) -> Progress | Non
     return lambda fraction: progress(begin + (end - begin) * fraction)
 
 
-def _hermite(plan: Plan, main: Trajectory) -> Callable[[Array], Array]:
-    """Cubic interpolation between output points, from states and their derivatives."""
+def _hermite(plan: Plan, t: Array, y: Array, z: Array | None) -> Callable[[Array], Array]:
+    """Cubic interpolation between output points, from states and their derivatives.
+
+    ``t`` [n], ``y`` [n, ny] and ``z`` [n, nz]: with both sides of each event, so that nothing is interpolated across it.
+    """
 
     def states(at: Array) -> Array:
-        if main.t.size < 2:
-            return np.repeat(main.y, at.size, axis=0)
-        dy = evaluate_rows(plan.problem, plan.functions, plan.case, "rhs", main.t, main.y)
-        i = np.clip(np.searchsorted(main.t, at, side="right") - 1, 0, main.t.size - 2)
-        h = (main.t[i + 1] - main.t[i])[:, None]
-        s = (at - main.t[i])[:, None] / h
-        r, d = 1 - s, main.y[i + 1] - main.y[i]
+        if t.size < 2:
+            return np.repeat(y, at.size, axis=0)
+        dy = evaluate_rows(plan.problem, plan.functions, plan.case, "rhs", t, y, z)
+        i = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 1)
+        j = np.minimum(i + 1, t.size - 1)
+        h = (t[j] - t[i])[:, None]
+        s = (at - t[i])[:, None] / np.where(h > 0, h, 1.0)  # at the last point, itself
+        r, d = 1 - s, y[j] - y[i]
         b = h * dy[i] - d
-        value: Array = main.y[i] + s * (d + r * (b + s * (d - h * dy[i + 1] - b)))
+        value: Array = y[i] + s * (d + r * (b + s * (d - h * dy[j] - b)))
         return value
 
     return states

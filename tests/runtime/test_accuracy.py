@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -20,6 +21,7 @@ from written_problems import (
     problem,
 )
 
+import mechc
 from mechc.runtime.accuracy import companion_tolerance
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.nominal import nominal_values
@@ -240,3 +242,30 @@ def test_companion_that_takes_too_many_steps_gives_way_to_a_looser_one(
     assert error.tolerance == pytest.approx(1e-6)
     true = np.max(np.abs(solution["x"] - exact[:, 0]) / (0.4 + np.abs(exact[:, 0])))
     assert true < error.by_state["x"] < 1000 * true
+
+
+SPRING = """\
+coordinate Length x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*(1 kg)*der(x)^2;
+potential 1/2*(1 N/m)*x^2;
+"""
+
+
+def test_estimate_of_a_run_that_its_model_ends_between_output_times() -> None:
+    """The end lies between those of the two runs, and just there is an output time: one run has a row more."""
+    text = f'{SPRING}when x > {math.sin(1 - 5e-9)!r} m then terminate("there"); end when;\n'
+    run = mechc.loads(text).simulate(stop=10, every=0.1, tolerance=1e-5)
+    assert run.outcome.value == "terminated" and len(run.time) == 13  # both sides of the end
+    assert run.accuracy.error is not None
+    true = np.abs(run["x"] - np.sin(run.time)).max()
+    assert true / 10 < run.accuracy.error.by_state["x"] < 10 * true
+
+
+def test_no_estimate_where_the_companion_run_ends_otherwise() -> None:
+    """The swing just reaches what ends the run, and the error of the main run keeps it from there."""
+    text = f'{SPRING}when x > {1 - 1e-8!r} m then terminate("there"); end when;\n'
+    run = mechc.loads(text).simulate(stop=20, tolerance=1e-4)
+    assert run.outcome.value == "completed"
+    assert run.accuracy.error is None
+    assert "the companion run was ended by 'there'" in run.accuracy.remark
