@@ -10,20 +10,15 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from .compiler.pipeline import program_for
-from .compiler.problem import header
-from .compiler.targets.c import emit_c
-from .runtime.build import build_shared
-from .runtime.case import Case, SimulationOptions, find_experiment, input_values, prepare
+from .runtime.case import Case, SimulationOptions, find_experiment, prepare
 from .runtime.evaluate import evaluate_rows
 from .runtime.functions import Functions, load_functions
 from .runtime.kernel_run import run_kernel
 from .runtime.methods import check_name
 from .runtime.native import kernel_methods, load_kernel
-from .runtime.nominal import nominal_values
 from .runtime.outcome import SimulationError
 from .runtime.peers import METHODS
-from .runtime.pilot import largest_values
+from .runtime.pilot import nominal_of
 from .runtime.reference import (
     FAST_PRECISION,
     Reference,
@@ -32,15 +27,14 @@ from .runtime.reference import (
     best_precision,
     has_precision,
     reference,
-    reference_flags,
 )
 from .runtime.reference_cache import kept_reference
 from .runtime.scipy_methods import PREFIX
+from .runtime.solver_options import SolverOptions
 from .runtime.work_precision import LONGEST, TOLERANCES, Point, measure
+from .truth import compile_for_reference
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from .api import Model
     from .runtime.problem import Array, Problem
 
@@ -132,7 +126,7 @@ def benchmark(
         experiment=experiment, values=model.settings, stop=stop, points=MEASURED_POINTS
     )
     case = prepare(problem, functions, options)
-    nominal = _nominal(problem, functions, case)
+    nominal = nominal_of(problem, functions, case)
     stop = case.stop
     case = _before_the_end(problem, functions, case, nominal)
     exact = closed_solutions(model, problem, functions, case)
@@ -212,18 +206,8 @@ def _before_the_end(problem: Problem, functions: Functions, case: Case, nominal:
     """Return the case up to shortly before a model ends its run, if it does."""
     if problem.hybrid is None or all(branch.message is None for branch in problem.hybrid.branches):
         return case
-    done = run_kernel(
-        problem,
-        functions,
-        case,
-        method="dop853",
-        tolerance=END_TOLERANCE,
-        nominal=nominal,
-        step=None,
-        dense=False,
-        max_steps=MOST_STEPS,
-        progress=None,
-    )
+    options = SolverOptions("dop853", END_TOLERANCE, nominal, max_steps=MOST_STEPS)
+    done = run_kernel(problem, functions, case, options)
     if done.terminated is None:
         return case
     stop = case.begin + (1 - END_TOLERANCE) * (float(done.t[-1]) - case.begin)
@@ -253,7 +237,7 @@ def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str],
     method = "radau5" if tuple(methods) == ("radau5",) else "dop853"
 
     def make(precision: str) -> Reference:
-        library = _library(model, precision)
+        library = compile_for_reference(model, precision)
         return reference(
             library, case, nominal, case.grid, precision=precision, method=method, seconds=seconds
         )
@@ -267,7 +251,7 @@ def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str],
             return make(FAST_PRECISION)
 
     return kept_reference(
-        _library(model, precision),
+        compile_for_reference(model, precision),
         case,
         nominal,
         case.grid,
@@ -276,12 +260,6 @@ def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str],
         seconds=seconds,
         make=make_best,
     )
-
-
-def _library(model: Model, precision: str) -> Path:
-    program = program_for(model.compilation, implicit=True)
-    sources = {"model.c": emit_c(program), "model.h": header()}
-    return build_shared(sources, reference_flags(precision), name="reference-model")
 
 
 def reference_at(
@@ -297,31 +275,14 @@ def reference_at(
     case = prepare(problem, functions, options)
     precision = best_precision()
     return reference(
-        _library(model, precision),
+        compile_for_reference(model, precision),
         case,
-        _nominal(problem, functions, case),
+        nominal_of(problem, functions, case),
         np.array(times),
         precision=precision,
         method="dop853",
         seconds=seconds,
         decimals=True,
-    )
-
-
-def _nominal(problem: Problem, functions: Functions, case: Case) -> Array:
-    u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
-    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
-    outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else ()
-    energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
-    duration = case.stop - case.begin
-    return nominal_values(
-        problem,
-        case.y0,
-        rates,
-        case.p,
-        energies,
-        duration,
-        lambda provisional: largest_values(problem, functions, case, provisional),
     )
 
 

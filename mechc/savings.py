@@ -115,22 +115,13 @@ def nanoseconds(
 def _by_kernel(problem: Problem, functions: Functions, case: Case, step: float) -> float:
     """Steps of the classical Runge-Kutta method: the same ones in every build."""
     from .runtime.kernel_run import run_kernel
+    from .runtime.solver_options import SolverOptions
 
     short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
+    options = SolverOptions("rk4", case.tolerance, np.ones(problem.ny), step, max_steps=STEPS)
     times = []
     for _ in range(REPEATS):
-        done = run_kernel(
-            problem,
-            functions,
-            short,
-            method="rk4",
-            tolerance=case.tolerance,
-            nominal=np.ones(problem.ny),
-            step=step,
-            dense=False,
-            max_steps=STEPS,
-            progress=None,
-        )
+        done = run_kernel(problem, functions, short, options)
         times.append(done.statistics.run_time / max(done.statistics.evaluations, 1))
     return min(times) * 1e9
 

@@ -43,10 +43,13 @@ class TrueErrors(Struct, frozen=True):
     precision: str
 
 
-def compile_for_reference(model: Model) -> Path:
-    """Compile the functions of a model with the numbers of a reference. Raises ReferenceFailed, BuildError."""
+def compile_for_reference(model: Model, precision: str | None = None) -> Path:
+    """Compile the functions of a model with the numbers of a reference, the best of this machine without ``precision``.
+
+    Raises ReferenceFailed, BuildError.
+    """
     sources = {"model.c": emit_c(program_for(model.compilation, implicit=True)), "model.h": header()}
-    return build_shared(sources, reference_flags(best_precision()), name="reference-model")
+    return build_shared(sources, reference_flags(precision or best_precision()), name="reference-model")
 
 
 def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -> TrueErrors:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import ctypes
-import math
 import time
+from collections.abc import Callable
 
 import numpy as np
 
@@ -17,7 +17,8 @@ from .kernel_failure import kernel_failure
 from .outcome import Failure, given_up, too_many_steps
 from .problem import Array, Problem
 from .solver import Solver
-from .trajectory import DenseOutput, Progress, Statistics, Trajectory, with_last_point
+from .solver_options import SolverOptions
+from .trajectory import DenseOutput, Statistics, Trajectory, with_last_point
 
 SLICE_SECONDS = 0.05
 FIRST_SLICE = 256
@@ -26,51 +27,18 @@ DENSE_LIMIT = 128_000_000
 FIRST_RECORD = 512
 
 
-def run_kernel(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
-    *,
-    method: str,
-    tolerance: float,
-    nominal: Array,
-    step: float | None,
-    dense: bool,
-    max_steps: int | None,
-    progress: Progress | None,
-    reproducible: bool = False,
-    seconds: float = math.inf,
-) -> Trajectory:
-    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed.
-
-    A run that takes more than ``seconds`` is given up.
-    """
-    kernel = native.load_kernel(reproducible)
+def run_kernel(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
+    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
+    kernel = native.load_kernel(options.reproducible)
     with (
-        Solver(kernel, functions, case, method, tolerance, tolerance * nominal, step or 0.0) as solver,
+        Solver(
+            kernel, functions, case, options.method, options.tolerance, options.atol, options.step or 0.0
+        ) as solver,
         noted_interruptions() as interrupted,
     ):
-        record = _Record(solver) if dense else None
+        record = _Record(solver) if options.dense else None
         log = Log(solver, problem) if problem.hybrid is not None else None
-        status = native.RUNNING
-        size = FIRST_SLICE
-        while not interrupted():
-            left = size if max_steps is None else max_steps - solver.report()[0].steps
-            if left <= 0 or solver.report()[0].seconds > seconds:
-                break
-            begun = time.perf_counter()
-            status = solver.advance(case.stop, min(size, left))
-            taken = time.perf_counter() - begun
-            if status == native.RECORD_FULL and record is not None:
-                record.renew()
-            elif status == native.EVENTS_FULL and log is not None:
-                log.renew()
-            elif status != native.RUNNING:
-                break
-            else:
-                size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
-            if progress is not None:
-                progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
+        status = _advance(solver, case, options, record, log, interrupted)
         report, y = solver.report()
         t, rows = solver.grid_rows(report.n_grid)
         count = t.size
@@ -88,11 +56,42 @@ def run_kernel(
             y=rows,
             dense=record.polynomials() if record is not None else None,
             statistics=_statistics(kernel, functions, report),
-            failure=_failure(problem, status, report, y, max_steps, seconds),
+            failure=_failure(problem, status, report, y, options),
             interrupted=status in (native.RUNNING, native.RECORD_FULL, native.EVENTS_FULL) and interrupted(),
             happened=happened,
             terminated=ended if status == native.TERMINATED else None,
         )
+
+
+def _advance(
+    solver: Solver,
+    case: Case,
+    options: SolverOptions,
+    record: _Record | None,
+    log: Log | None,
+    interrupted: Callable[[], bool],
+) -> int:
+    """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
+    status, size = native.RUNNING, FIRST_SLICE
+    while not interrupted():
+        report, _ = solver.report()
+        left = size if options.max_steps is None else options.max_steps - report.steps
+        if left <= 0 or report.seconds > options.seconds:
+            break
+        begun = time.perf_counter()
+        status = solver.advance(case.stop, min(size, left))
+        taken = time.perf_counter() - begun
+        if status == native.RECORD_FULL and record is not None:
+            record.renew()
+        elif status == native.EVENTS_FULL and log is not None:
+            log.renew()
+        elif status != native.RUNNING:
+            break
+        else:
+            size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
+        if options.progress is not None:
+            options.progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
+    return status
 
 
 class _Record:
@@ -150,15 +149,10 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
 
 
 def _failure(
-    problem: Problem,
-    status: int,
-    report: native.ReportStruct,
-    y: Array,
-    max_steps: int | None,
-    seconds: float,
+    problem: Problem, status: int, report: native.ReportStruct, y: Array, options: SolverOptions
 ) -> Failure | None:
-    if status == native.RUNNING and max_steps is not None and report.steps >= max_steps:
-        return too_many_steps(problem, max_steps, report.t, y)
-    if status == native.RUNNING and report.seconds > seconds:
+    if status == native.RUNNING and options.max_steps is not None and report.steps >= options.max_steps:
+        return too_many_steps(problem, options.max_steps, report.t, y)
+    if status == native.RUNNING and report.seconds > options.seconds:
         return given_up(problem, report.seconds, report.evaluations, report.t, y)
     return kernel_failure(problem, status, report, y)

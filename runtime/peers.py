@@ -22,6 +22,7 @@ from .functions import Functions
 from .outcome import Failure, SimulationError, given_up, step_too_small
 from .problem import Array, Problem
 from .scipy_methods import PREFIX
+from .solver_options import SolverOptions
 from .trajectory import Statistics, Trajectory, with_unit_rotations
 
 METHODS = ("DOP853", "RK45", "LSODA", "Radau", "BDF")
@@ -46,29 +47,24 @@ def peer_lacks(problem: Problem, functions: Functions) -> str:
     return ""
 
 
-def run_peer(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
-    *,
-    method: str,
-    tolerance: float,
-    nominal: Array,
-    seconds: float = math.inf,
-) -> Trajectory:
+def run_peer(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
     """Run a case by ``scipy:NAME``; a grid of the start alone costs no dense output. ``run_time`` is CPU time.
 
-    A run that takes more than ``seconds`` is given up. Raises SimulationError if the problem is none for scipy.
+    Of the options it takes method, tolerance, nominal values and seconds. Raises SimulationError if the problem is none
+    for scipy.
     """
+    assert (
+        options.step is None and options.max_steps is None and options.progress is None and not options.dense
+    )
     lacks = peer_lacks(problem, functions)
     if lacks:
-        raise SimulationError(f"'{method}' {lacks}")
+        raise SimulationError(f"'{options.method}' {lacks}")
     import scipy.integrate  # noqa: F401, loading it is no part of a run
 
     begun = time.thread_time()  # other work on the machine adds nothing
-    watch = _Watch(begun + seconds) if seconds < math.inf else None
+    watch = _Watch(begun + options.seconds) if options.seconds < math.inf else None
     try:
-        found = _solve(problem, functions, case, method.removeprefix(PREFIX), tolerance, nominal, watch)
+        found = _solve(problem, functions, case, options, watch)
     except _TooLong as late:
         failure = given_up(problem, time.thread_time() - begun, late.evaluations, late.time, case.y0)
         found = _Run(np.empty(0), np.empty((0, problem.ny)), 0, late.evaluations, failure)
@@ -77,7 +73,7 @@ def run_peer(
         t=found.t,
         y=with_unit_rotations(problem.rotations, found.y),
         dense=None,
-        statistics=Statistics(method, found.steps, None, found.evaluations, taken),
+        statistics=Statistics(options.method, found.steps, None, found.evaluations, taken),
         failure=found.failure,
         interrupted=False,
     )
@@ -120,9 +116,7 @@ def _solve(
     problem: Problem,
     functions: Functions,
     case: Case,
-    method: str,
-    tolerance: float,
-    nominal: Array,
+    options: SolverOptions,
     watch: _Watch | None,
 ) -> _Run:
     from scipy.integrate import solve_ivp
@@ -136,12 +130,12 @@ def _solve(
     t, y = case.begin, case.y0
     if watched is not None:
         y = watched.happen(t, y)
-    rtol = max(tolerance, 100 * np.finfo(float).eps)  # scipy raises lower ones itself, with a warning
     counter = [0]
-    options: dict[str, Any] = {
-        "method": _counting(method, counter),
-        "rtol": rtol,
-        "atol": tolerance * nominal,
+    of_scipy: dict[str, Any] = {
+        "method": _counting(options.method.removeprefix(PREFIX), counter),
+        # scipy raises lower ones itself, with a warning
+        "rtol": max(options.tolerance, 100 * np.finfo(float).eps),
+        "atol": options.atol,
     }
     times, rows, evaluations = [], [], 0
     failure = None
@@ -155,7 +149,7 @@ def _solve(
                 y,
                 t_eval=here if grid else None,
                 events=watched.functions() if watched is not None else None,
-                **options,
+                **of_scipy,
             )
             evaluations += found.nfev
             if grid and len(found.t):

@@ -1,20 +1,40 @@
-"""A cheap first run that tells how large the states become which nothing in the model gives a size to."""
+"""Nominal values of a case: by the rules, and by a cheap first run where nothing in the model gives a state a size."""
 
 from __future__ import annotations
 
 import numpy as np
 from msgspec.structs import replace
 
-from .case import Case
+from .case import Case, input_values
 from .functions import Functions
+from .initial import unmoved
 from .kernel_run import run_kernel
+from .nominal import nominal_values
 from .problem import Array, Problem
 from .scipy_methods import PREFIX, run_scipy
+from .solver_options import SolverOptions
 
 TOLERANCE = 1e-6
 POINTS = 200
 MOST_STEPS = 5000
 """A motion that takes more steps at this tolerance is judged by its beginning."""
+
+
+def nominal_of(problem: Problem, functions: Functions, case: Case) -> Array:
+    """Give the nominal value [ny] of each state in a case (nominal.py)."""
+    u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
+    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
+    outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
+    energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
+    return nominal_values(
+        problem,
+        unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
+        rates,
+        case.p,
+        energies,
+        case.stop - case.begin,
+        lambda provisional: largest_values(problem, functions, case, provisional),
+    )
 
 
 def largest_values(problem: Problem, functions: Functions, case: Case, nominal: Array) -> Array:
@@ -28,18 +48,7 @@ def largest_values(problem: Problem, functions: Functions, case: Case, nominal: 
     grid = np.linspace(case.begin, case.stop, POINTS) if case.stop > case.begin else case.grid
     pilot = replace(case, grid=grid, step=None)
     run, method = (run_kernel, "dop853") if functions.struct is not None else (run_scipy, PREFIX + "DOP853")
-    done = run(
-        problem,
-        functions,
-        pilot,
-        method=method,
-        tolerance=TOLERANCE,
-        nominal=nominal,
-        step=None,
-        dense=False,
-        max_steps=MOST_STEPS,
-        progress=None,
-    )
+    done = run(problem, functions, pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
     if done.interrupted:
         raise KeyboardInterrupt
     if not done.y.size:

@@ -16,9 +16,10 @@ from msgspec import Struct
 from .case import Case, input_values
 from .functions import Functions
 from .interruption import noted_interruptions
-from .outcome import Failure, assertion_failed, not_finite, step_too_small, too_many_steps
+from .outcome import Failure, assertion_failed, given_up, not_finite, step_too_small, too_many_steps
 from .problem import Array, Problem
-from .trajectory import Progress, Statistics, Trajectory, with_last_point, with_unit_rotations
+from .solver_options import SolverOptions
+from .trajectory import Statistics, Trajectory, with_last_point, with_unit_rotations
 
 PREFIX = "scipy:"
 SLICE_SECONDS = 0.05
@@ -116,25 +117,13 @@ class _Rows:
         return _Pieces(np.array(self._ends), tuple(self._polynomials)) if self._ends else None
 
 
-def run_scipy(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
-    *,
-    method: str,
-    tolerance: float,
-    nominal: Array,
-    step: float | None,
-    dense: bool,
-    max_steps: int | None,
-    progress: Progress | None,
-) -> Trajectory:
-    """Run ``case`` by ``method``: "rk4" or "scipy:NAME"."""
+def run_scipy(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
+    """Run ``case`` by "rk4" or "scipy:NAME"."""
     system = _System(problem, functions, case)
     stops = np.unique(np.concatenate([[case.stop], *(table.kinks() for table in case.tables.values())]))
     ends = [float(t) for t in stops if case.begin < t <= case.stop]
-    make = _maker(system, method, tolerance, nominal, step)
-    rows = _Rows(case, keep=dense)
+    make = _maker(system, options)
+    rows = _Rows(case, keep=options.dense)
     t, y, steps = case.begin, case.y0, 0
     shortest, longest = np.inf, 0.0
     failure = _first_failure(system, t, y, ends[0] if ends else t)
@@ -155,10 +144,10 @@ def run_scipy(
                 taken = t - float(solver.t_old)
                 shortest, longest = min(shortest, taken), max(longest, taken)
                 failure = system.failed_assertion(t, y)
-                if max_steps is not None and steps >= max_steps and t < case.stop and not failure:
-                    failure = too_many_steps(problem, max_steps, t, system.normalised(y))
-                if progress is not None and time.perf_counter() - told > SLICE_SECONDS:
-                    progress((t - case.begin) / (case.stop - case.begin))
+                if t < case.stop and not failure:
+                    failure = _given_up(system, options, t, y, steps, time.perf_counter() - begun)
+                if options.progress is not None and time.perf_counter() - told > SLICE_SECONDS:
+                    options.progress((t - case.begin) / (case.stop - case.begin))
                     told = time.perf_counter()
         stopped = interrupted() and t < case.stop
     seconds = time.perf_counter() - begun
@@ -168,9 +157,9 @@ def run_scipy(
     return Trajectory(
         t=times,
         y=system.normalised(states),
-        dense=rows.pieces() if dense else None,
+        dense=rows.pieces() if options.dense else None,
         statistics=Statistics(
-            method=method,
+            method=options.method,
             steps=steps,
             rejected=None,
             evaluations=system.evaluations,
@@ -181,6 +170,16 @@ def run_scipy(
         failure=failure,
         interrupted=stopped,
     )
+
+
+def _given_up(
+    system: _System, options: SolverOptions, t: float, y: Array, steps: int, seconds: float
+) -> Failure | None:
+    if options.max_steps is not None and steps >= options.max_steps:
+        return too_many_steps(system.problem, options.max_steps, t, system.normalised(y))
+    if seconds > options.seconds:
+        return given_up(system.problem, seconds, system.evaluations, t, system.normalised(y))
+    return None
 
 
 def _first_failure(system: _System, t: float, y: Array, end: float) -> Failure | None:
@@ -209,19 +208,17 @@ def _step(system: _System, solver: Any) -> Failure | None:
     return None
 
 
-def _maker(
-    system: _System, method: str, tolerance: float, nominal: Array, step: float | None
-) -> Callable[[float, Array, float], Any]:
+def _maker(system: _System, options: SolverOptions) -> Callable[[float, Array, float], Any]:
     """Give what makes a solver from time, state and end."""
-    if method == "rk4":
-        return lambda t, y, end: _FixedStep(system.rhs, t, y, end, step or 0.0)
+    if options.method == "rk4":
+        return lambda t, y, end: _FixedStep(system.rhs, t, y, end, options.step or 0.0)
     import scipy.integrate
 
-    make = getattr(scipy.integrate, method.removeprefix(PREFIX))
+    make = getattr(scipy.integrate, options.method.removeprefix(PREFIX))
     # Below 100 units in the last place scipy raises rtol itself, with a warning.
-    rtol = max(tolerance, 100 * np.finfo(float).eps)
+    rtol = max(options.tolerance, 100 * np.finfo(float).eps)
     return lambda t, y, end: make(
-        system.rhs, t, y, end, rtol=rtol, atol=tolerance * nominal, max_step=system.case.max_step
+        system.rhs, t, y, end, rtol=rtol, atol=options.atol, max_step=system.case.max_step
     )
 
 

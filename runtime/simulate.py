@@ -19,20 +19,19 @@ from .accuracy import (
     energy_drift,
     looser_companion,
 )
-from .case import Case, SimulationOptions, find_experiment, input_values, prepare
+from .case import Case, SimulationOptions, find_experiment, prepare
 from .constraint_drift import constraint_drifts
 from .diagnosis import undefined_energy, with_cause
 from .evaluate import evaluate_rows, solution_columns
 from .functions import Functions, load_functions
-from .initial import unmoved
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
-from .nominal import nominal_values
 from .outcome import Failure, Outcome, SimulationError, time_text
-from .pilot import largest_values
+from .pilot import nominal_of
 from .problem import Array, Problem
 from .scipy_methods import run_scipy
 from .solution import Solution
+from .solver_options import SolverOptions
 from .trajectory import Progress, Trajectory, with_unit_rotations
 
 MAIN_SHARE = 0.36
@@ -115,20 +114,7 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
             "Only the compiled kernel locates these: take one of its methods, and a C compiler "
             "(pip install ziglang brings one)"
         )
-    u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
-    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
-    outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
-    energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
-    duration = case.stop - case.begin
-    nominal = nominal_values(
-        problem,
-        unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
-        rates,
-        case.p,
-        energies,
-        duration,
-        lambda provisional: largest_values(problem, functions, case, provisional),
-    )
+    nominal = nominal_of(problem, functions, case)
     return Plan(problem, functions, options, case, method, nominal)
 
 
@@ -192,21 +178,18 @@ def _solve(plan: Plan) -> Solution:
 def _run(
     plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
 ) -> Trajectory:
-    options = plan.options
-    run: Callable[..., Trajectory] = run_kernel if plan.method.in_kernel else run_scipy
-    return run(
-        plan.problem,
-        plan.functions,
-        plan.case,
-        method=plan.method.name,
-        tolerance=tolerance,
-        nominal=plan.nominal,
-        step=step,
-        dense=dense,
-        max_steps=options.max_steps,
+    run = run_kernel if plan.method.in_kernel else run_scipy
+    options = SolverOptions(
+        plan.method.name,
+        tolerance,
+        plan.nominal,
+        step,
+        dense,
+        plan.options.max_steps,
+        reproducible=plan.options.reproducible,
         progress=progress,
-        **({"reproducible": options.reproducible} if plan.method.in_kernel else {}),
     )
+    return run(plan.problem, plan.functions, plan.case, options)
 
 
 def _estimate(

@@ -23,6 +23,7 @@ from .peers import run_peer
 from .problem import Array, Problem
 from .reference import Reference
 from .scipy_methods import PREFIX
+from .solver_options import SolverOptions
 from .trajectory import Trajectory
 
 TOLERANCES = tuple(10.0**-k for k in range(3, 15))
@@ -123,20 +124,17 @@ def _point(
     reference: Reference,
     longest: float,
 ) -> Point:
+    options = SolverOptions(
+        method.name,
+        case.tolerance if method.fixed_step else setting,
+        nominal,
+        setting if method.fixed_step else None,
+        max_steps=MOST_STEPS,
+        seconds=longest,
+    )
+
     def run(case: Case) -> Trajectory:
-        return run_kernel(
-            problem,
-            functions,
-            case,
-            method=method.name,
-            tolerance=case.tolerance if method.fixed_step else setting,
-            nominal=nominal,
-            step=setting if method.fixed_step else None,
-            dense=False,
-            max_steps=MOST_STEPS,
-            progress=None,
-            seconds=longest,
-        )
+        return run_kernel(problem, functions, case, options)
 
     alone = replace(case, grid=case.grid[:1])
     return _repeated(method.name, setting, reference, lambda: run(alone), lambda: run(case))
@@ -155,9 +153,7 @@ def _peer(
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
-        done = run_peer(
-            problem, functions, case, method=method, tolerance=setting, nominal=nominal, seconds=seconds
-        )
+        done = run_peer(problem, functions, case, SolverOptions(method, setting, nominal, seconds=seconds))
         if problem.hybrid is not None and len(done.y) == len(reference.t):
             done.y[:, accounts] = reference.high[
                 :, accounts

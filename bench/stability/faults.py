@@ -100,7 +100,7 @@ def _estimate_understated() -> None:
 
 
 def _nominal_one() -> None:
-    simulate.nominal_values = lambda problem, *_: np.ones(problem.ny)
+    simulate.nominal_of = lambda problem, *_: np.ones(problem.ny)
 
 
 def _kinks_ignored() -> None:

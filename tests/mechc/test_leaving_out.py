@@ -23,6 +23,7 @@ from mechc.runtime.kernel_run import run_kernel
 from mechc.runtime.object_code import code_bytes
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Problem
+from mechc.runtime.solver_options import SolverOptions
 from mechc.runtime.trajectory import Trajectory
 from mechc.savings import LARGEST, SQUARE, savings
 
@@ -127,18 +128,9 @@ def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion 
 
 
 def run(problem: Problem, functions: Functions, case: Case) -> Trajectory:
-    return run_kernel(
-        problem,
-        functions,
-        case,
-        method="rk4",
-        tolerance=1e-8,
-        nominal=np.ones(problem.ny),
-        step=(case.stop - case.begin) / STEPS,
-        dense=False,
-        max_steps=20 * STEPS,
-        progress=None,
-    )
+    step = (case.stop - case.begin) / STEPS
+    options = SolverOptions("rk4", 1e-8, np.ones(problem.ny), step, max_steps=20 * STEPS)
+    return run_kernel(problem, functions, case, options)
 
 
 def apart(a: Motion, b: Motion) -> float:

@@ -10,6 +10,7 @@ from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.peers import METHODS, run_peer
+from mechc.runtime.solver_options import SolverOptions
 
 BALL = """
 model Ball
@@ -41,9 +42,8 @@ def test_ball_bounces_as_the_closed_solution_says(method: str) -> None:
     problem = mechc.loads(BALL).problem("c")
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=41))
-    done = run_peer(
-        problem, functions, case, method=f"scipy:{method}", tolerance=1e-8, nominal=np.ones(problem.ny)
-    )
+    options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny))
+    done = run_peer(problem, functions, case, options)
     assert done.failure is None and done.t.size == 41
     # between impacts a parabola; each impact leaves 0.8 of the speed and lasts 0.8 of the time before
     first, speed = np.sqrt(2 / 9.81), np.sqrt(2 * 9.81)
@@ -64,9 +64,7 @@ def test_evaluations_are_counted_and_constrained_models_run() -> None:
     problem = model.problem("c")
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=11, stop=1.0))
-    done = run_peer(
-        problem, functions, case, method="scipy:DOP853", tolerance=1e-9, nominal=np.ones(problem.ny)
-    )
+    done = run_peer(problem, functions, case, SolverOptions("scipy:DOP853", 1e-9, np.ones(problem.ny)))
     ours = model.simulate(stop=1.0, tolerance=1e-10)
     assert done.statistics.evaluations > 12
     for k, quantity in enumerate(problem.states):
@@ -78,7 +76,7 @@ def test_models_with_inputs_are_refused_with_the_reason() -> None:
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     with pytest.raises(SimulationError, match="without inputs"):
-        run_peer(problem, functions, case, method="scipy:RK45", tolerance=1e-6, nominal=np.ones(problem.ny))
+        run_peer(problem, functions, case, SolverOptions("scipy:RK45", 1e-6, np.ones(problem.ny)))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -86,15 +84,8 @@ def test_run_that_takes_too_long_is_given_up_with_its_evaluations(method: str) -
     problem = mechc.loads(BALL.replace("potential 1 kg*g*h", "potential 1e10 N/m*h^2")).problem("c")
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
-    done = run_peer(
-        problem,
-        functions,
-        case,
-        method=f"scipy:{method}",
-        tolerance=1e-8,
-        nominal=np.ones(problem.ny),
-        seconds=0.05,
-    )
+    options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny), seconds=0.05)
+    done = run_peer(problem, functions, case, options)
     assert done.failure is not None and done.failure.kind == "given up"
     assert done.statistics.run_time < 5 and done.statistics.evaluations >= 64
     assert f"{done.statistics.evaluations} evaluations" in done.failure.message
