@@ -10,11 +10,13 @@ from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
 from ..graph.path import ZeroPivot
 from ..graph.rewrite import substitute
+from ..mechanics.symbols import Scalar
 from ..mechanics.system import Beginning, MechanicalSystem
 from .accelerations import massless
 from .assembly import assembly
 from .constraints import Projection
 from .dead_symbols import without_dead_symbols
+from .defaults import default_formulas
 from .entries import Layout, layout_of
 from .experiments import experiment_plans
 from .hybrid import add_events
@@ -48,7 +50,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     layout = layout_of(system, solved.driven, solved.energies, parts)
     try:
         listed = list_outputs(system, solved, layout, parts)
-        functions = _functions(system, solved, layout, listed, parts)
+        starts = _starts(system, layout)
+        functions = _functions(system, solved, layout, listed, starts, parts)
         check_rates(system, [n for f in functions for n in f.outputs], reporter)
         assembled, assembly_functions = assembly(system, solved, layout, reporter)
         functions = (*functions, *assembly_functions)
@@ -67,7 +70,6 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         functions = (*functions, derivatives)
     everything = (*functions, *plan_functions)
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
-    starts = _beginnings(system, solved, layout)
     return Equations(
         name=system.model.name,
         doc=system.model.doc,
@@ -94,9 +96,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
-        dependent=tuple(
-            k for k, b in enumerate(_beginnings(system, solved, layout)) if b.by_others is not None
-        ),
+        dependent=tuple(k for k, b in enumerate(starts) if b.by_others is not None),
         constraints=_constraint_entries(solved),
         assembly=assembled,
         separable=_separable(system, layout, functions),
@@ -108,7 +108,12 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
 
 
 def _functions(
-    system: MechanicalSystem, solved: Solved, layout: Layout, listed: OutputList, parts: frozenset[str]
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    listed: OutputList,
+    starts: Sequence[Beginning],
+    parts: frozenset[str],
 ) -> tuple[Function, ...]:
     resolve = solved.resolve
     accounts = {"energy.supplied": solved.energies.supplied, "energy.dissipated": solved.energies.dissipated}
@@ -123,9 +128,9 @@ def _functions(
         Function(
             "initial",
             "initial state, as far as it is known or guessed",
-            resolve([b.value for b in _beginnings(system, solved, layout)]),
+            resolve([b.value for b in starts]),
         ),
-        *_initial_of_others(system, solved, layout),
+        *_initial_of_others(solved, starts),
         Function(
             "outputs",
             "everything reported beside the state",
@@ -134,11 +139,17 @@ def _functions(
     ]
     if layout.inputs:
         functions.append(
-            Function("inputs", "default of each input at time t", resolve(_defaults(system, "inputs")))
+            Function(
+                "inputs", "default of each input at time t", resolve(_defaults(system, system.symbols.inputs))
+            )
         )
     if layout.discretes:
         functions.append(
-            Function("discretes", "initial discrete variables", resolve(_defaults(system, "discretes")))
+            Function(
+                "discretes",
+                "initial discrete variables",
+                resolve(_defaults(system, system.symbols.discretes)),
+            )
         )
     projected = solved.projection
     if projected is None and "projection" in parts:
@@ -252,9 +263,9 @@ def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) 
     return [row.get(j, zero) for row in jacobian(system.graph, rows, wrt) for j in range(len(wrt))]
 
 
-def _initial_of_others(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Function]:
+def _initial_of_others(solved: Solved, starts: Sequence[Beginning]) -> list[Function]:
     """Return the function of the initial values that are stated with those of others, if there are any."""
-    nodes = [b.by_others for b in _beginnings(system, solved, layout) if b.by_others is not None]
+    nodes = [b.by_others for b in starts if b.by_others is not None]
     if not nodes:
         return []
     return [
@@ -264,7 +275,8 @@ def _initial_of_others(system: MechanicalSystem, solved: Solved, layout: Layout)
     ]
 
 
-def _beginnings(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[Beginning]:
+def _starts(system: MechanicalSystem, layout: Layout) -> list[Beginning]:
+    """Return the initial value of each number of the state."""
     zero = Beginning(system.graph.zero, True, None)
     return [
         *(system.start_q[k] for k in layout.q_indices),
@@ -274,33 +286,19 @@ def _beginnings(system: MechanicalSystem, solved: Solved, layout: Layout) -> lis
     ]
 
 
-def _defaults(system: MechanicalSystem, which: str) -> list[Node]:
-    scalars = system.symbols.inputs if which == "inputs" else system.symbols.discretes
-    result = []
-    for s in scalars:
-        if s.variable.value is None:
-            result.append(system.graph.zero)
-            continue
-        values = system.lowering.numbers(s.variable.value)
-        same = [t for t in scalars if t.variable is s.variable]
-        result.append(values[0] if len(values) == 1 else values[same.index(s)])
-    return result
+def _defaults(system: MechanicalSystem, scalars: Sequence[Scalar]) -> list[Node]:
+    """Return the default of each number; zero where none is stated."""
+    formulas = default_formulas(system, scalars)
+    return [formulas.get(s.node, system.graph.zero) for s in scalars]
 
 
 def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
-    rules = []
-    scalars = system.symbols.parameters
-    places_of: dict[str, list[int]] = {}
-    for k, scalar in enumerate(scalars):
-        places_of.setdefault(scalar.variable.name, []).append(k)
-    for places in places_of.values():
-        value = scalars[places[0]].variable.value
-        if value is None:
-            continue
-        numbers = system.lowering.numbers(value)
-        numbers = numbers * len(places) if len(numbers) == 1 else numbers
-        rules += [ParameterRule(k, n) for k, n in zip(places, numbers, strict=True)]
-    return tuple(rules)
+    formulas = default_formulas(system, system.symbols.parameters)
+    return tuple(
+        ParameterRule(k, formulas[s.node])
+        for k, s in enumerate(system.symbols.parameters)
+        if s.node in formulas
+    )
 
 
 def _rotations(system: MechanicalSystem) -> tuple[int, ...]:

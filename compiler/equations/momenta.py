@@ -17,8 +17,9 @@ from ..graph.rewrite import substitute
 from ..graph.vector import Vector, add, cross, cross_planar, matvec, scale
 from ..mechanics.system import MechanicalSystem
 from .actions import velocity_jumps
+from .defaults import default_values
 from .energies import jumps
-from .solve import Solved, default_values
+from .solve import Solved
 
 MOST_BODIES = 30
 """Larger systems are not tried: world components of all velocities cost more than the whole compilation."""

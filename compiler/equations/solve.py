@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from itertools import groupby
 
 from msgspec import Struct
 from msgspec.structs import replace as replace_fields
@@ -15,12 +14,11 @@ from ..graph import Graph, Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
-from ..mechanics.lower import Lowering
-from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .accelerations import accelerations
 from .answers import Replies, answers, force_answers
 from .constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
+from .defaults import default_values
 from .energies import Energies, energies
 from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
@@ -217,47 +215,6 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
 
 
 # ---------------------------------------------------------------- constraints
-
-
-def default_values(system: MechanicalSystem) -> dict[Node, float]:
-    """Return the default values of parameters, inputs, discrete variables and time, and the initial state."""
-    graph, lowering = system.graph, system.lowering
-    values: dict[Node, float] = {system.symbols.time: 0.0}
-    for scalars in (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes):
-        formulas: dict[Node, Node] = {}
-        for _, group in groupby(scalars, key=lambda s: s.variable.name):
-            same = list(group)
-            default = same[0].variable.value
-            numbers = () if default is None else lowering.numbers(default)
-            numbers = numbers * len(same) if len(numbers) == 1 else numbers
-            formulas |= dict(zip((s.node for s in same), numbers, strict=False))
-        values |= {s.node: 0.0 for s in scalars}
-        for _ in range(len(formulas) + 1):  # parameters may depend on later ones
-            found = evaluate(graph, list(formulas.values()), values)
-            settled = all(values[n] == x for n, x in zip(formulas, found, strict=True))
-            values |= dict(zip(formulas, found, strict=True))
-            if settled:
-                break
-    starts = [
-        *zip(system.q, system.start_q, strict=True),
-        *zip(system.v, system.start_v, strict=True),
-        *zip(system.symbols.states, system.start_x, strict=True),
-    ]
-    numbers = tuple(evaluate(graph, [b.value for _, b in starts], values))
-    return values | {s.node: x for (s, _), x in zip(starts, numbers, strict=True)}
-
-
-def _formulas(scalars: Sequence[Scalar], lowering: Lowering) -> dict[Node, Node]:
-    """Return each symbol with the formula that its variable is given, elements of arrays one by one."""
-    found: dict[Node, Node] = {}
-    for _, group in groupby(scalars, key=lambda s: id(s.variable)):
-        elements = list(group)
-        if (value := elements[0].variable.value) is None:
-            continue
-        numbers = lowering.numbers(value)
-        numbers = numbers * len(elements) if len(numbers) == 1 else numbers
-        found |= {s.node: n for s, n in zip(elements, numbers, strict=True)}
-    return found
 
 
 def _independent(
