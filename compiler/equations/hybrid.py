@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -15,16 +15,10 @@ from ..mechanics.system import MechanicalSystem
 from .actions import branch_results, velocity_jumps
 from .constraints import Row
 from .entries import Layout, booked_by_events
-from .model import (
-    Entry,
-    Function,
-    HybridPlan,
-    Slot,
-    SwitchText,
-)
-from .modes import across, limits
+from .model import Entry, Function, HybridPlan, Slot, SwitchText
+from .modes import frictions, limits
 from .needs import NEVER
-from .plans import branch_plans, impulse_of, one_line, row_plans, simultaneous
+from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
 from .solve import Solved
 from .steps import Step, energy_steps, step_values
 from .switches import Switch, Switches, find_switches
@@ -35,6 +29,10 @@ UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assem
 
 TURN = 0.5
 """A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
+
+
+RowValues = Mapping[Node, tuple[Node, ...]]
+"""The eight values of each row, by its multiplier."""
 
 
 class Hybrid(Struct, frozen=True):
@@ -61,11 +59,12 @@ def add_events(
     rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])
-    values = [n for row in rows for n in _row_values(system, solved, row)]
+    normals = {row.constraint.name: row.multiplier for row in solved.switched}
+    values = {row.multiplier: _row_values(system, solved, row, normals) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = _mode_symbols(system)
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic])
-    formulas = (*rhs.outputs, *conditions, *values, *energies)
+    formulas = (*rhs.outputs, *conditions, *(n for eight in values.values() for n in eight), *energies)
     switches = find_switches(system, solved.replace, formulas, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed):
         if "events" not in parts:
@@ -94,7 +93,7 @@ def add_events(
         initial=-1 if system.lowering.initial is None else place[system.lowering.initial],
         branches=branch_plans(system),
         rows=row_plans(rows, steps, place),
-        simultaneous=simultaneous(system, reporter),
+        simultaneous=impacts_are_simultaneous(system, reporter),
         dissipated=_index(names, "energy.dissipated"),
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
@@ -158,7 +157,9 @@ def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Nod
 # ---------------------------------------------------------------- functions
 
 
-def _row_values(system: MechanicalSystem, solved: Solved, row: Row) -> list[Node]:
+def _row_values(
+    system: MechanicalSystem, solved: Solved, row: Row, normals: Mapping[str, Node]
+) -> tuple[Node, ...]:
     """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
@@ -169,7 +170,6 @@ def _row_values(system: MechanicalSystem, solved: Solved, row: Row) -> list[Node
     gap = row.position if row.position is not None else zero
     limit = coefficient = extra = zero
     if mode.kind == "friction":
-        normals = {r.constraint.name: r.multiplier for r in solved.switched}
         _, limit = limits(system, mode, normals, {})
         if mode.contact:
             assert mode.kinetic is not None and mode.static is not None
@@ -177,8 +177,7 @@ def _row_values(system: MechanicalSystem, solved: Solved, row: Row) -> list[Node
     elif mode.kind == "contact":
         assert mode.restitution is not None and mode.rest is not None
         coefficient, extra = mode.restitution, mode.rest
-    values = [gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra]
-    return list(solved.resolve(values))
+    return solved.resolve([gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra])
 
 
 def _functions(
@@ -188,7 +187,7 @@ def _functions(
     switches: Switches,
     rows: Sequence[Row],
     steps: Sequence[Step],
-    values: Sequence[Node],
+    values: RowValues,
     conditions: Sequence[Node],
     z: Sequence[Node],
 ) -> list[Function]:
@@ -199,7 +198,8 @@ def _functions(
         if nodes:
             functions.append(Function(name, doc, switches.apply(system, nodes)))
 
-    tests = [_indicator(system, row, rows, values) for row in rows]
+    surfaces = frictions(rows)
+    tests = [_indicator(system, row, surfaces[row.multiplier], values) for row in rows]
     idle = [graph.one] * len(steps)
     add(
         "indicators",
@@ -225,7 +225,7 @@ def _functions(
     add(
         "row_values",
         "gap, rate, drift, second derivative, force, limit, coefficients of each row",
-        [*values, *jumps],
+        [*(n for eight in values.values() for n in eight), *jumps],
     )
     if rows or steps:
         add(
@@ -241,19 +241,21 @@ def _functions(
 
 
 def _indicator(
-    system: MechanicalSystem, row: Row, rows: Sequence[Row], values: Sequence[Node]
+    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
 ) -> tuple[Node, Node]:
-    """Return what stays positive in the present mode of a row, and its rate where it is known."""
+    """Return what stays positive in the present mode of a row, and its rate where it is known.
+
+    ``surface``: the rows of the friction that the row belongs to; ``values`` by the multiplier of each row.
+    """
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
-    number = rows.index(row)
-    gap, rate, _, second, force, limit, _, _ = values[8 * number : 8 * number + 8]
+    gap, rate, _, second, force, limit, _, _ = values[row.multiplier]
     zero = graph.zero
     match mode.kind:
         case "contact":
             found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
-        case "friction" if len(across(row, rows)) == 2:
-            return _on_surface(system, row, rows, values)
+        case "friction" if len(surface) == 2:
+            return _on_surface(system, row, surface, values)
         case "friction":
             assert mode.sign is not None
             margin = graph.sub(limit, graph.abs(force))
@@ -269,7 +271,7 @@ def _indicator(
 
 
 def _on_surface(
-    system: MechanicalSystem, row: Row, rows: Sequence[Row], values: Sequence[Node]
+    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
 ) -> tuple[Node, Node]:
     """Return the indicator of friction on a surface with its first row.
 
@@ -277,14 +279,13 @@ def _on_surface(
     is less than z, so that a slip that keeps its direction ends at s = 0.
     """
     graph, zero = system.graph, system.graph.zero
-    both = across(row, rows)
-    if row is not both[0]:
+    if row is not surface[0]:
         return graph.one, zero
     begun = along = change = force = square = growth = sticks = limit = zero
-    for r in both:
-        mode, number = r.constraint.mode, rows.index(r)
+    for r in surface:
+        mode = r.constraint.mode
         assert mode is not None and mode.sign is not None
-        _, rate, _, second, part, limit, _, _ = values[8 * number : 8 * number + 8]
+        _, rate, _, second, part, limit, _, _ = values[r.multiplier]
         begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
         along = graph.add(along, graph.mul(mode.sign, rate))
         change = graph.add(change, graph.mul(mode.sign, second))

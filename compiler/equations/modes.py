@@ -36,6 +36,7 @@ def with_modes(
     """
     graph = system.graph
     normals = {row.constraint.name: row.multiplier for row in rows}
+    surfaces = frictions(rows)
     result = []
     sides: dict[Node, Side] = {}
     for row in rows:
@@ -46,7 +47,7 @@ def with_modes(
         if mode.kind == "friction":
             kinetic, _ = limits(system, mode, normals, answers)
             kinetic = take_sides(graph, kinetic, (*system.a, *multipliers), sides)
-            law = graph.add(law, graph.mul(_side(system, row, rows), kinetic))
+            law = graph.add(law, graph.mul(_side(system, row, surfaces[row.multiplier]), kinetic))
             _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
         equation = (
             law
@@ -57,15 +58,19 @@ def with_modes(
     return tuple(result), tuple(sides.values())
 
 
-def across(row: Row, rows: Sequence[Row]) -> tuple[Row, ...]:
-    """Return the rows of the friction that a row belongs to: two where it acts on a surface."""
-    contact = row.constraint.mode.contact if row.constraint.mode is not None else ""
-    if not contact:
-        return (row,)
-    return tuple(r for r in rows if r.constraint.mode is not None and r.constraint.mode.contact == contact)
+def frictions(rows: Sequence[Row]) -> dict[Node, list[Row]]:
+    """Return, by the multiplier of each row, the rows of the friction it belongs to: two where it acts on a surface."""
+    by_contact: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.constraint.mode is not None and row.constraint.mode.contact:
+            by_contact.setdefault(row.constraint.mode.contact, []).append(row)
+    return {
+        row.multiplier: by_contact.get(row.constraint.mode.contact, [row]) if row.constraint.mode else [row]
+        for row in rows
+    }
 
 
-def _side(system: MechanicalSystem, row: Row, rows: Sequence[Row]) -> Node:
+def _side(system: MechanicalSystem, row: Row, surface: Sequence[Row]) -> Node:
     """Return the part of the limit that acts against a slip in the direction of a row.
 
     On a surface it is (s + z)/|s + z| as long as the slip s goes on at all along z, which comes from the kernel: a
@@ -77,12 +82,11 @@ def _side(system: MechanicalSystem, row: Row, rows: Sequence[Row]) -> Node:
     assert mode is not None and mode.sign is not None
     if mode.smooth is not None:
         return mode.smooth.side
-    both = across(row, rows)
-    if len(both) == 1:
+    if len(surface) == 1:
         return mode.sign
     along = graph.zero
     directions = []
-    for r in both:
+    for r in surface:
         assert r.constraint.mode is not None and r.constraint.mode.sign is not None
         along = graph.add(along, graph.mul(r.constraint.mode.sign, r.rate))
         directions.append((r.rate, r.constraint.mode.sign))
