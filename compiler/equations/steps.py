@@ -50,7 +50,7 @@ def energy_steps(
         jump = _jump(system, potential, s)
         if graph.is_zero(jump):
             continue
-        support = set(graph.support(s.raw))
+        support = set(graph.support(s.written))
         if support & system.symbols.velocities or system.symbols.time in support:
             if graph.is_constant(jump):
                 reporter.error(
@@ -60,7 +60,7 @@ def energy_steps(
                     caption="only a jump at a place in space has a direction for its impulse",
                 )
             continue
-        steps.append(Step(k, s.symbol, system.rate(s.raw), graph.symbol(f"#impulse step {k}"), jump))
+        steps.append(Step(k, s.symbol, system.rate(s.written), graph.symbol(f"#impulse step {k}"), jump))
     return steps
 
 

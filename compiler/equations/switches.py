@@ -20,12 +20,15 @@ from .sides import Side
 
 
 class Switch(Struct, frozen=True):
-    """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared."""
+    """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared.
+
+    ``written``: g in the coordinates and rates that the user wrote, of which total derivatives are known.
+    """
 
     symbol: Node
     indicator: Node
     rate: Node
-    raw: Node
+    written: Node
     text: str
 
 
@@ -62,10 +65,10 @@ def find_switches(
     events only.
     """
     graph = system.graph
-    written = list(system.lowering.relations)
-    if not written and not sides:
+    relations = list(system.lowering.relations)
+    if not relations and not sides:
         return Switches((), (), {})
-    images = substitute(graph, written, resolve)
+    images = substitute(graph, relations, resolve)
     reached = set(graph.reach(list(formulas)))
     time = system.symbols.time
     unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
@@ -73,12 +76,11 @@ def find_switches(
     timed: list[TimeSwitch] = []
     made: dict[tuple[Node, Node], Node] = {}
     replace: dict[Node, Node] = {}
-    for raw, image in zip(written, images, strict=True):
+    for relation, image in zip(relations, images, strict=True):
         pairs = _compared(system, image)
         if image not in reached or image in replace or pairs is None:
             continue
-        sources = _compared(system, raw) or pairs
-        (a, b, negated), (raw_a, raw_b, _) = pairs, sources
+        (a, b, negated), (left, right, _) = pairs, _compared(system, relation) or pairs
         support = set(graph.support(image))
         if support <= fixed:
             continue
@@ -90,13 +92,13 @@ def find_switches(
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
             else:
-                written_g = graph.sub(raw_a, raw_b)
-                known = not unknown.intersection(graph.support(written_g))
-                rate = system.rate(written_g) if known else graph.zero
+                written = graph.sub(left, right)
+                known = unknown.isdisjoint(graph.support(written))
+                rate = system.rate(written) if known else graph.zero
                 (rate,) = substitute(graph, [rate], resolve)
                 if set(graph.support(rate)) & set(system.unknown_rates):
                     rate = graph.zero
-                located.append(Switch(symbol, g, rate, written_g, text))
+                located.append(Switch(symbol, g, rate, written, text))
         if graph.op(image) == ops.SIGN:
             replace[image] = graph.select(symbol, graph.minus_one, graph.one)
         else:
