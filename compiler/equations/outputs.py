@@ -6,7 +6,7 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
-from ..flat.model import Kind
+from ..flat.model import Definition, Kind
 from ..graph import Node
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout, momentum_unit, unit_of
@@ -49,27 +49,7 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         rows += [(layout.entry(system.q[k], "coordinate"), system.q[k].node) for k in drive.q]
         rows += [(layout.entry(system.v[i], "rate", rate=True), system.v[i].node) for i in drive.v]
     for row in system.outputs:
-        kind = row.definition.type
-        attributes = row.definition.attributes
-        unit = unit_of(kind.dimension, kind.angle, attributes.display)
-        if kind.kind is Kind.POINT:
-            unit = layout.length
-        rows.append(
-            (
-                Entry(
-                    row.name,
-                    "output",
-                    unit,
-                    attributes.display,
-                    attributes.nominal,
-                    attributes.minimum,
-                    attributes.maximum,
-                    row.definition.doc,
-                    row.definition.origin.span,
-                ),
-                row.node,
-            )
-        )
+        rows.append((_declared(row.definition, row.name, layout), row.node))
     energy = solved.energies
     joule = layout.energy
     rows += [
@@ -97,6 +77,23 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
         if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
             rows.append((Entry(name, "momentum", unit), node))
     return rows
+
+
+def _declared(definition: Definition, name: str, layout: Layout) -> Entry:
+    """Return the description of one number of an output."""
+    type, attributes = definition.type, definition.attributes
+    unit = unit_of(type.dimension, type.angle, attributes.display)
+    return Entry(
+        name,
+        "output",
+        layout.length if type.kind is Kind.POINT else unit,
+        attributes.display,
+        attributes.nominal,
+        attributes.minimum,
+        attributes.maximum,
+        definition.doc,
+        definition.origin.span,
+    )
 
 
 def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:

@@ -64,9 +64,9 @@ def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, i
     return tuple(plans)
 
 
-def simultaneous(system: MechanicalSystem, reporter: Reporter) -> bool:
-    """Return the impact law: the contacts of a model share it."""
-    laws: dict[str, object] = {}
+def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bool:
+    """Tell whether a contact asks for simultaneous impacts, which all contacts then have; report what cannot be."""
+    laws: set[str] = set()
     for contact in system.model.contacts:
         option = contact.options.get("impacts")
         law = getattr(option, "value", "sequential") if option is not None else "sequential"
@@ -76,7 +76,7 @@ def simultaneous(system: MechanicalSystem, reporter: Reporter) -> bool:
                 f'impacts are "sequential" or "simultaneous", not "{law}"',
                 contact.origin.span,
             )
-        laws[str(law)] = contact.origin.span
+        laws.add(str(law))
     if "simultaneous" in laws and any(c.friction is not None for c in system.model.contacts):
         reporter.error(
             "E0718",

@@ -27,7 +27,7 @@ from ..graph.operations import DIV
 from ..mechanics.system import MechanicalSystem
 from .constraints import Compliance, Row, give_way
 
-COMPLIANCE, PROJECTED = 1e-9, 1e-7
+SHARE, PROJECTED_SHARE = 1e-9, 1e-7
 """Shares of the diagonal of K M^-1 K^T, of accelerations and of projections. Rounding in a vanishing pivot, 1e-16 of
 the largest, must be far below them. Measured with rows of 2 to 40 four-bars and tolerances of 1e-6 to 1e-12."""
 
@@ -72,7 +72,7 @@ def soften(
     softened = []
     for row, size in zip(rows, sizes, strict=True):
         previous = graph.symbol(f"#previous {graph.name(row.multiplier)}")
-        share, projected = (graph.constant(Fraction(f"{s * size:.2g}")) for s in (COMPLIANCE, PROJECTED))
+        share, projected = (graph.constant(Fraction(f"{s * size:.2g}")) for s in (SHARE, PROJECTED_SHARE))
         soft = replace(row, give=Compliance(share, projected, previous))
         softened.append(replace(soft, equation=give_way(graph, row.equation, soft, share)))
     return tuple(softened)
