@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
+import errno
 import os
 import shutil
+import tempfile
 import time
+import warnings
 from contextlib import suppress
 from pathlib import Path
 
@@ -23,17 +27,56 @@ class CacheContent(Struct, frozen=True):
     size: int
 
 
-def cache_folder() -> Path:
-    """Give the folder, made if absent: ``MECHC_CACHE``, else the user's cache of this platform."""
-    chosen = os.environ.get("MECHC_CACHE")
-    if chosen:
-        folder = Path(chosen)
-    else:
-        import platformdirs
+class CacheUnusable(OSError):
+    """The folder that the user chose for compiled code cannot be made or written."""
 
-        folder = Path(platformdirs.user_cache_dir("mechc", appauthor=False))
+
+def cache_folder() -> Path:
+    """Give the folder, made if absent: ``MECHC_CACHE``, else the user's cache of this platform.
+
+    Where the user's cache cannot be written (no home, a system that is read-only), a folder that lasts as long as this process takes
+    its place, with a warning. Raises CacheUnusable where ``MECHC_CACHE`` cannot be written: it was asked for.
+    """
+    chosen = os.environ.get("MECHC_CACHE")
+    if not chosen:
+        return _users_folder(users_cache())
+    try:
+        return made(Path(chosen))
+    except OSError as error:
+        raise CacheUnusable(
+            f"compiled code cannot be kept in {chosen}, which MECHC_CACHE names: {error.strerror}"
+        ) from error
+
+
+def users_cache() -> Path:
+    """Give the user's cache folder of this platform, whether it is there or not."""
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("mechc", appauthor=False))
+
+
+def made(folder: Path) -> Path:
+    """Make a folder if absent. Raises OSError where it may not be written."""
     folder.mkdir(parents=True, exist_ok=True)
+    if not os.access(folder, os.W_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
     return folder
+
+
+def _users_folder(folder: Path) -> Path:
+    try:
+        return made(folder)
+    except OSError as error:
+        instead = Path(tempfile.mkdtemp(prefix="mechc-cache-"))
+        atexit.register(shutil.rmtree, instead, ignore_errors=True)
+        os.environ["MECHC_CACHE"] = str(instead)  # from here on, also for the processes that this one starts
+        warnings.warn(
+            f"compiled code cannot be kept in {folder} ({error.strerror}), so each run compiles anew; "
+            "the environment variable MECHC_CACHE chooses another folder",
+            RuntimeWarning,
+            stacklevel=1,
+        )
+        return instead
 
 
 def mark_used(entry: Path) -> None:

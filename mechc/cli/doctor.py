@@ -56,8 +56,11 @@ def examine() -> Iterator[Finding]:
     yield Finding("python", f"{platform.python_version()} ({sys.executable})")
     for name in REQUIRED:
         yield _package(name, "bad", "pip install mechc brings it; this installation is damaged")
+    cache = (
+        _cache()
+    )  # before the compiler is tried: that takes another folder where this one cannot be written
     yield _compiler()
-    yield _cache()
+    yield cache
     for name, use in OPTIONAL.items():
         yield _package(name, "optional", use)
 
@@ -92,15 +95,15 @@ def _compiler() -> Finding:
 
 
 def _cache() -> Finding:
-    from ..runtime.cache import cache_content
+    from ..runtime.cache import cache_content, made, users_cache
     from .cache import size_text
 
+    chosen = os.environ.get("MECHC_CACHE")
+    folder = Path(chosen) if chosen else users_cache()
     try:
-        content = cache_content()
-        with tempfile.TemporaryFile(dir=content.folder):
-            pass
+        with tempfile.TemporaryFile(dir=made(folder)):
+            content = cache_content()
     except OSError as error:
-        chosen = os.environ.get("MECHC_CACHE")
-        where = f"MECHC_CACHE={chosen}" if chosen else str(Path(error.filename or ""))
+        where = f"MECHC_CACHE={chosen}" if chosen else str(folder)
         return Finding("cache", f"{where}: {error.strerror}", "bad", "MECHC_CACHE chooses another folder")
     return Finding("cache", f"{content.folder} ({content.entries} entries, {size_text(content.size)})")

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib import import_module
 
 import click
 
 from .. import __version__
-from .failures import explain_failure
+from .failures import explain_failure, say
 
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
@@ -87,6 +88,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code."""
+    with warnings.catch_warnings():
+        warnings.showwarning = _say_warning
+        return _run(arguments)
+
+
+def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
+    say("warning", str(message))
+
+
+def _run(arguments: Sequence[str] | None) -> int:
     try:
         code = mechc.main(args=arguments, prog_name="mechc", standalone_mode=False)
         sys.stdout.flush()

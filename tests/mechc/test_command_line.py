@@ -150,6 +150,19 @@ def test_cache_and_doctor(
     assert list((tmp_path / "cache").iterdir()) == []
 
 
+@pytest.mark.filterwarnings("default:compiled code cannot be kept")
+def test_doctor_tells_of_a_cache_that_cannot_be_written(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("MECHC_CACHE", "")
+    (tmp_path / "home").write_text("no folder")
+    monkeypatch.setattr("mechc.runtime.cache.users_cache", lambda: tmp_path / "home" / "mechc")
+    code, out, err = call(capsys, "doctor")
+    assert code == 1
+    assert f"!!  cache         {tmp_path / 'home' / 'mechc'}: " in out
+    assert err.startswith("warning: compiled code cannot be kept in ")
+
+
 def test_doctor_tells_of_a_compiler_that_does_not_answer(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from mechc.runtime import build
 from mechc.runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
-from mechc.runtime.cache import cache_content, cache_folder, clear_cache, prune_cache
+from mechc.runtime.cache import CacheUnusable, cache_content, cache_folder, clear_cache, prune_cache
 
 SOURCE = {"a.c": '#include "a.h"\n__attribute__((visibility("default"))) int f(void) { return VALUE; }\n'}
 
@@ -174,3 +174,22 @@ def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
             build_shared(sources(1), model_flags())
     finally:
         build._find_compiler.cache_clear()
+
+
+def test_a_users_cache_that_cannot_be_written_is_told_and_done_without(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "home").write_text("no folder")
+    monkeypatch.delenv("MECHC_CACHE")
+    monkeypatch.setattr("mechc.runtime.cache.users_cache", lambda: tmp_path / "home" / "mechc")
+    with pytest.warns(RuntimeWarning, match="MECHC_CACHE chooses another folder"):
+        folder = cache_folder()
+    assert folder.is_dir() and cache_folder() == folder, "one folder as long as the process lasts"
+    assert os.environ["MECHC_CACHE"] == str(folder), "the processes that it starts have it, too"
+
+
+def test_a_cache_that_was_chosen_must_be_writable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("no folder")
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "file"))
+    with pytest.raises(CacheUnusable, match="which MECHC_CACHE names"):
+        cache_folder()
