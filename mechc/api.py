@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from itertools import product
@@ -23,7 +24,16 @@ from .lang.diagnostics import Diagnostic, Reporter
 from .lang.parser import parse
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .settings import Given, Scalar, UsageMistake, read_value, settings_in_si, structural_value, unknown_name
+from .settings import (
+    Given,
+    Scalar,
+    UsageMistake,
+    plain,
+    read_value,
+    settings_in_si,
+    structural_value,
+    unknown_name,
+)
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -126,6 +136,20 @@ class Model:
 
     def __repr__(self) -> str:
         return f"<mechc model {self.name}>"
+
+    def __reduce__(self) -> tuple[Callable[..., Model], tuple[object, ...]]:
+        """Pickle as the source text and the values that were set; it is compiled again where it arrives."""
+        code = self._code
+        structural = tuple(sorted(code.structural.items()))
+        return _arrived, (
+            code.source.name,
+            code.source.text,
+            code.folder.absolute(),
+            code.model,
+            structural,
+            code.keep,
+            self._settings,
+        )
 
     @property
     def compilation(self) -> Compilation:
@@ -327,6 +351,31 @@ def _compile(
     return Model(_Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
 
 
+def _arrived(
+    name: str,
+    text: str,
+    folder: Path,
+    model: str | None,
+    structural: tuple[tuple[str, Fraction | bool | str], ...],
+    keep: frozenset[str],
+    settings: dict[str, Given],
+) -> Model:
+    return Model(_compiled(name, text, folder, model, structural, keep), settings)
+
+
+@functools.lru_cache(maxsize=8)
+def _compiled(
+    name: str,
+    text: str,
+    folder: Path,
+    model: str | None,
+    structural: tuple[tuple[str, Fraction | bool | str], ...],
+    keep: frozenset[str],
+) -> _Code:
+    """Compile what came from another process, once for all tasks that it sends."""
+    return _Code.make(SourceFile(name, text), folder, model, dict(structural), keep)
+
+
 def _structural_names(source: SourceFile) -> Sequence[str]:
     """Return the structural parameters of all models of a file: they must be known before it is compiled."""
     names: list[str] = []
@@ -343,18 +392,26 @@ def _structural_names(source: SourceFile) -> Sequence[str]:
 
 def _fraction(name: str, value: Given) -> Fraction | bool | str:
     """Return a structural value as the compiler wants it: numbers exactly, in SI."""
+    value = plain(value)
     if not isinstance(value, (str, int, float)):
-        raise TypeError(f"the structural parameter '{name}' takes one value")
-    plain: Scalar = structural_value(value)
-    if isinstance(plain, str) and plain[:1].isdigit():
-        number = read_value(plain)
+        raise UsageMistake(f"the structural parameter '{name}' takes one value, not {value!r}")
+    scalar: Scalar = structural_value(value)
+    if isinstance(scalar, str) and scalar[:1].isdigit():
+        number = read_value(scalar)
         return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
-    return plain if isinstance(plain, (bool, str)) else Fraction(plain)
+    return scalar if isinstance(scalar, (bool, str)) else Fraction(scalar)
 
 
 def _request(experiment: str | None, options: Options) -> Request:
     from .simulation import Request
 
+    known = Options.__annotations__
+    for name in options:
+        if name not in known:
+            raise UsageMistake(
+                f"there is no option '{name}' of a run",
+                f"values of the model are given as set={{'{name}': ...}}; the options are {', '.join(known)}",
+            )
     return Request(experiment=experiment, **options)
 
 

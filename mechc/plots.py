@@ -87,14 +87,15 @@ class View:
 def figure(solution: Solution, names: Sequence[str] = ()) -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities."""
     import matplotlib
-    from matplotlib.figure import Figure
+
+    from .notebook import Picture
 
     view = View(solution)
-    panels = curves_of(solution, names) if names else panels_of(solution)
+    panels = curves_of(solution, solution.named(names)) if names else panels_of(solution)
     columns = 1 if len(panels) == 1 else 2
     rows = max(1, math.ceil(len(panels) / columns))
     with matplotlib.rc_context(STYLE):
-        result = Figure(
+        result = Picture(
             figsize=(5.2 * columns if columns > 1 else 7.0, 3.0 * rows + 0.5), layout="constrained"
         )
         problem = solution.problem

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping
+from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
 
@@ -12,8 +13,17 @@ from .lang.suggest import closest
 from .lang.units import Unit, UnitError, parse_unit
 
 Scalar = float | int | bool | str
-Given = Scalar | Iterable[float]
-"""What the Python API takes: a number in SI, a text with a unit, or several numbers."""
+
+
+@runtime_checkable
+class Numeric(Protocol):
+    """A number or an array of NumPy."""
+
+    def tolist(self) -> Any: ...
+
+
+Given = Scalar | Iterable[float] | Numeric
+"""What the Python API takes: a number in SI, a text with a unit, or several numbers; NumPy's too."""
 
 
 class UsageMistake(ValueError):
@@ -21,7 +31,11 @@ class UsageMistake(ValueError):
 
     def __init__(self, message: str, help: str = "") -> None:
         super().__init__(message)
+        self.message = message
         self.help = help
+
+    def __str__(self) -> str:
+        return f"{self.message}; {self.help}" if self.help else self.message
 
 
 class Value(Struct, frozen=True):
@@ -79,7 +93,7 @@ def read_value_of(name: str, text: str) -> Value:
     try:
         return read_value(text)
     except UsageMistake as mistake:
-        raise UsageMistake(f"'{name}': {mistake}", mistake.help) from None
+        raise UsageMistake(f"'{name}': {mistake.message}", mistake.help) from None
 
 
 def _number(text: str) -> tuple[float, str]:
@@ -138,12 +152,7 @@ def settings_in_si(given: Mapping[str, Given], units: Mapping[str, str]) -> dict
     """
     settings: dict[str, float] = {}
     for name, what in given.items():
-        if isinstance(what, str):
-            value = read_value_of(name, what)
-        elif isinstance(what, (int, float)):
-            value = Value((float(what),), None)
-        else:
-            value = Value(tuple(float(x) for x in what), None, single=False)
+        value = _as_value(name, plain(what))
         elements = [name] if name in units else _elements(name, units)
         if not elements:
             raise unknown_name("parameter or initial value", name, units)
@@ -153,10 +162,39 @@ def settings_in_si(given: Mapping[str, Given], units: Mapping[str, str]) -> dict
                 f"'{name}' has {len(elements)} elements",
                 f"give all of them, as in {name}={{1, 2, ...}}, or {elements[0]}=1",
             )
+        if name in units and len(numbers) != 1:
+            raise UsageMistake(
+                f"'{name}' is one number, {len(numbers)} were given",
+                f"run once for each, or write an experiment with '{name} in {{...}}'",
+            )
         if len(numbers) != len(elements):
             raise UsageMistake(f"'{name}' has {len(elements)} element(s), {len(numbers)} were given")
         settings.update(zip(elements, numbers, strict=True))
     return settings
+
+
+def plain(what: Given) -> Scalar | Iterable[float]:
+    """Return a number or an array of NumPy as plain numbers, everything else as it is."""
+    if isinstance(what, Numeric):
+        converted: Scalar | list[float] = what.tolist()
+        return converted
+    return what
+
+
+def _as_value(name: str, what: Scalar | Iterable[float]) -> Value:
+    """Return what was given as numbers with their unit. Raises UsageMistake."""
+    if isinstance(what, str):
+        return read_value_of(name, what)
+    single = isinstance(what, (int, float))
+    try:
+        numbers = (float(what),) if isinstance(what, (int, float)) else tuple(float(x) for x in what)
+    except (TypeError, ValueError):
+        raise UsageMistake(
+            f"'{name}' takes a number, a text such as \"80 cm\" or a list of numbers, not {what!r}"
+        ) from None
+    if not all(math.isfinite(number) for number in numbers):
+        raise UsageMistake(f"'{name}' takes finite numbers, not {what!r}")
+    return Value(numbers, None, single)
 
 
 def _elements(name: str, units: Mapping[str, str]) -> list[str]:

@@ -195,7 +195,7 @@ def _options(model: Model, request: Request, problem: Problem) -> SimulationOpti
         start=_time("start", request.start, unit),
         step=_time("step", request.step, unit),
         every=_time("every", request.every, unit),
-        tolerance=request.tolerance,
+        tolerance=_tolerance(request.tolerance),
         method=request.method,
         estimate_error=request.estimate_error,
         reproducible=request.reproducible,
@@ -216,6 +216,14 @@ def _shown(
     )
     display = _display(problem, request.experiment)
     return Solution.of(solution, problem, display=display, as_stated=as_stated, swept=swept)
+
+
+def _tolerance(given: float | None) -> float | None:
+    """Return the tolerance as a number. Raises UsageMistake."""
+    try:
+        return None if given is None else float(given)
+    except (TypeError, ValueError):
+        raise UsageMistake(f"the tolerance is a number such as 1e-9, not {given!r}") from None
 
 
 def _time(name: str, given: float | str | None, unit: str) -> float | None:

@@ -66,6 +66,12 @@ class Solution(Run):
     def __repr__(self) -> str:
         return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
 
+    def __str__(self) -> str:
+        """The report of the run, as ``mechc run`` prints it."""
+        from .report import report
+
+        return report(self)
+
     @property
     def true_errors(self) -> tuple[TrueError, ...]:
         """Compare with the closed solutions that the model states; they hold for its default experiment only."""

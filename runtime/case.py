@@ -123,7 +123,11 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     start, every = number("start", options.start) or 0.0, number("every", options.every)
     stop = number("stop", options.stop)
     if stop is None:
-        raise SimulationError(f"'{problem.name}' does not say when to stop: give a stop time")
+        raise SimulationError(
+            f"'{problem.name}' does not say when to stop",
+            help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
+            'or stop="10 s" in Python',
+        )
     grid = output_times(start, stop, every, options.points)
     begin = min(0.0, start)
     tolerance = number("tolerance", options.tolerance)

@@ -37,7 +37,10 @@ def choose_method(functions: Functions, case: Case, reproducible: bool = False) 
     """
     method = _find(functions, case.method, reproducible)
     if method.fixed_step and case.step is None:
-        raise SimulationError(f"'{method.name}' takes steps of one size: give a step")
+        raise SimulationError(
+            f"'{method.name}' takes steps of one size",
+            help='give a step: step = 1 ms in the experiment, --step "1 ms" to the command, or step="1 ms" in Python',
+        )
     if not method.fixed_step and case.step is not None:
         raise SimulationError(
             f"'{method.name}' chooses its steps itself, 'step' is for methods of fixed step; "

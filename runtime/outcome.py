@@ -43,6 +43,9 @@ class SimulationError(Exception):
         self.notes = notes
         self.help = help
 
+    def __str__(self) -> str:
+        return f"{self.message}; {self.help}" if self.help else self.message
+
 
 class Failure(Struct, frozen=True):
     """Why a run stopped early. ``name`` is the offending quantity, "" for an assertion; ``state`` the last

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,31 @@ Display = Callable[[str, str], tuple[str, float]]
 """(name, SI unit) -> (unit to show, factor from SI)"""
 
 
+_INDEX = re.compile(r"\[(\d+(?:, ?\d+)*)\]")
+
+
+class Values(dict[str, Array]):
+    """Arrays by the names of scalars; the name of a vector or matrix gives its elements along further axes."""
+
+    def __missing__(self, name: str) -> Array:
+        names = elements(self, name)
+        places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
+        shape = tuple(max(axis) for axis in zip(*places, strict=True)) if names else ()
+        if not names or places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
+            raise KeyError(f"there is no '{name}'{suggest(name, self)}")
+        first = np.asarray(self[names[0]])
+        return np.stack([self[one] for one in names], axis=-1).reshape(*first.shape, *shape)
+
+
+def elements(known: Iterable[str], name: str) -> list[str]:
+    """Give the elements of a vector in their order: ``joint.angle`` has ``joint[1].angle``, ``joint[2].angle``."""
+    return [one for one in known if one != name and _INDEX.sub("", one) == name]
+
+
 class Results(Mapping[str, Array]):
     """``results["theta"]`` is an array along ``results.time``; SI throughout.
 
+    ``results["x"]`` of a vector with the elements ``x[1]``, ``x[2]`` has them as columns; iteration gives the elements.
     ``units`` has an entry for each name, and for "time". ``report`` is what the run said of itself
     (``Solution.summary``), where it is known.
     """
@@ -34,16 +57,13 @@ class Results(Mapping[str, Array]):
     ) -> None:
         self.time = time
         self.report = report
-        self._values = dict(values)
+        self._values = Values(values)
         self._units = dict(units)
 
     def __getitem__(self, name: str) -> Array:
         if name == "time":
             return self.time
-        try:
-            return self._values[name]
-        except KeyError:
-            raise KeyError(f"there is no '{name}'{suggest(name, self._values)}") from None
+        return self._values[name]
 
     def __contains__(self, name: object) -> bool:
         return name == "time" or name in self._values
@@ -56,7 +76,17 @@ class Results(Mapping[str, Array]):
 
     def unit(self, name: str) -> str:
         """Give the SI unit of a quantity, "" for a pure number."""
-        return self._units[name]
+        return self._units[self.named([name])[0]]
+
+    def named(self, names: Iterable[str]) -> list[str]:
+        """Put the elements in the place of each vector. Raises KeyError for a name that there is not."""
+        found: list[str] = []
+        for name in names:
+            parts = [name] if name in self else elements(self._values, name)
+            if not parts:
+                raise KeyError(f"there is no '{name}'{suggest(name, self._values)}")
+            found += parts
+        return found
 
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
         """Interpolate everything at ``time`` (a number or an array) by cubic splines through the points.
@@ -65,10 +95,10 @@ class Results(Mapping[str, Array]):
         """
         at = self._inside(time)
         if self.time.size < 4:
-            return {name: np.interp(at, self.time, values) for name, values in self._values.items()}
+            return Values({name: np.interp(at, self.time, values) for name, values in self._values.items()})
         from scipy.interpolate import CubicSpline
 
-        return {name: CubicSpline(self.time, values)(at) for name, values in self._values.items()}
+        return Values({name: CubicSpline(self.time, values)(at) for name, values in self._values.items()})
 
     def _inside(self, time: float | Sequence[float] | Array) -> Array:
         at = np.asarray(time, dtype=np.float64)
@@ -80,7 +110,8 @@ class Results(Mapping[str, Array]):
         self, names: Sequence[str] | None = None, display: Display | None = None
     ) -> dict[str, tuple[str, Array]]:
         """Give unit and values by name, time first, in the units that ``display`` wants."""
-        chosen = {"time": self.time} | {name: self[name] for name in (self if names is None else names)}
+        wanted = self if names is None else self.named(names)
+        chosen = {"time": self.time} | {name: self[name] for name in wanted}
         columns: dict[str, tuple[str, Array]] = {}
         for name, values in chosen.items():
             unit, factor = display(name, self.unit(name)) if display else (self.unit(name), 1.0)
@@ -90,8 +121,11 @@ class Results(Mapping[str, Array]):
     def to_dataframe(
         self, names: Sequence[str] | None = None, display: Display | None = None
     ) -> pandas.DataFrame:
-        """Give a pandas data frame with units in the headers and the time as index."""
-        import pandas
+        """Give a pandas data frame with units in the headers and the time as index. Raises ImportError without pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise ImportError("a data frame needs pandas: pip install 'mechc[data]'", name="pandas") from None
 
         columns = {
             header(name, unit): values for name, (unit, values) in self.columns(names, display).items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from msgspec import to_builtins
@@ -14,7 +14,7 @@ from .files import json_number
 from .happenings import Event
 from .outcome import Failure, Outcome
 from .problem import Array, Problem, Quantity
-from .results import Results
+from .results import Results, Values
 from .trajectory import Statistics
 
 ROUNDING = 1e-12
@@ -76,7 +76,16 @@ class Solution(Results):
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
         at = self._inside(time)
         rows = self._at(np.atleast_1d(at).ravel())
-        return {name: rows[:, i].reshape(at.shape) for name, i in self._column.items()}
+        return Values({name: rows[:, i].reshape(at.shape) for name, i in self._column.items()})
+
+    def __copy__(self) -> Self:
+        other = type(self).__new__(type(self))
+        vars(other).update(vars(self))
+        return other
+
+    def __reduce__(self) -> tuple[type[Results], tuple[object, ...]]:
+        """Pickle as what a file of results gives back: functions of the method do not reach other processes."""
+        return Results, (self.time, dict(self._values), self._units, self.report)
 
     def add_remark(self, remark: str) -> None:
         """Say something further about the run."""

@@ -62,7 +62,7 @@ def command(file: str, **given: Any) -> None:
             seconds=given["seconds"],
         )
     except UsageMistake as mistake:
-        raise click.UsageError(f"{mistake}; {mistake.help}" if mistake.help else str(mistake)) from None
+        raise click.UsageError(str(mistake)) from None
     except ReferenceFailed as failure:
         raise click.ClickException(f"no reference could be had: {failure}") from None
     text = json.dumps(made.summary(), indent=1)

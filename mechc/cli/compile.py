@@ -88,7 +88,7 @@ def command(
         try:
             paths = export_fmu(loaded, Path(output) if output else None, options)
         except UsageMistake as mistake:
-            raise click.UsageError(f"{mistake}\n{mistake.help}" if mistake.help else str(mistake)) from None
+            raise click.UsageError(str(mistake)) from None
         for path in paths:
             click.echo(f"wrote {path}", err=True)
         return

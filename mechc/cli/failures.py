@@ -71,7 +71,7 @@ def show_usage_mistake(error: BaseException) -> bool:
 
     if not isinstance(error, UsageMistake):
         return False
-    say("error", f"{error}; {error.help}" if error.help else str(error))
+    say("error", str(error))
     return True
 
 

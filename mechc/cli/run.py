@@ -114,7 +114,7 @@ def command(file: str, **given: Any) -> int:
         names = _chosen_outputs(model, given["outputs"])
         return _run_all(model, file, given, display, names)
     except UsageMistake as mistake:
-        raise click.UsageError(f"{mistake}; {mistake.help}" if mistake.help else str(mistake)) from None
+        raise click.UsageError(str(mistake)) from None
 
 
 def _run_all(

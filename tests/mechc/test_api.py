@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -67,6 +68,37 @@ def test_simulate(model: mechc.Model) -> None:
     assert len(solution.plot().axes) >= 4
 
 
+def test_vectors_are_arrays_with_their_elements_as_columns(model: mechc.Model) -> None:
+    solution = model.simulate(stop=0.1, estimate_error=False)
+    np.testing.assert_array_equal(
+        solution["th"], np.column_stack([solution["th[1]"], solution["th[2]"]]), strict=True
+    )
+    assert solution["der(th)"].shape == (len(solution.time), 2) and solution(0.05)["th"].shape == (2,)
+    assert solution.unit("th") == "rad" and list(solution.columns(["th"])) == ["time", "th[1]", "th[2]"]
+    assert len(solution.plot(names=["th"]).axes) == 1
+    for ask in (solution.__getitem__, solution.unit, lambda name: solution.plot(names=[name])):
+        with pytest.raises(KeyError, match=r"there is no 'de\(th\)'; did you mean 'der\(th"):
+            ask("de(th)")
+
+
+def test_a_solution_in_words_and_in_a_notebook(model: mechc.Model) -> None:
+    solution = model.simulate(stop=0.1)
+    assert str(solution).startswith("Pendulum: completed at time = 0.1 s\n")
+    assert repr(solution) == "<mechc solution of Pendulum: completed, 500 times, 7 quantities>"
+    assert solution.plot()._repr_png_().startswith(b"\x89PNG")
+
+
+def test_models_and_results_reach_other_processes(model: mechc.Model) -> None:
+    longer = model.with_values({"l": 4.0, "n": 1})
+    there = pickle.loads(pickle.dumps(longer))
+    assert dict(there.structural_parameters) == {"n": 1} and there.settings == {"l": 4.0}
+    assert pickle.loads(pickle.dumps(longer)).compilation is there.compilation, "compiled once for all tasks"
+    solution = longer.simulate(stop=0.1)
+    back = pickle.loads(pickle.dumps(solution))
+    np.testing.assert_array_equal(back["th[1]"], there.simulate(stop=0.1)["th[1]"])
+    assert back.report == solution.summary() and back.unit("der(th[1])") == "rad/s"
+
+
 def test_structural_values_compile_again_once(model: mechc.Model) -> None:
     three = model.with_values({"n": 3})
     assert len(three.coordinates) == 3 and len(model.coordinates) == 2
@@ -101,7 +133,16 @@ def test_sweeps_over_parameters_and_structure(model: mechc.Model) -> None:
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"set": {"ll": 1}}, {"set": {"l": "1 s"}}, {"experiment": "four"}, {"stop": "soon"}]
+    "wrong",
+    [
+        {"l": 2.0},
+        {"tolerance": "tight"},
+        {"set": {"n": [1, 2]}},
+        {"set": {"ll": 1}},
+        {"set": {"l": "1 s"}},
+        {"experiment": "four"},
+        {"stop": "soon"},
+    ],
 )
 def test_mistakes(model: mechc.Model, wrong: dict[str, object]) -> None:
     with pytest.raises(UsageMistake):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from mechc.settings import (
@@ -55,6 +56,16 @@ def test_settings_are_converted_to_si() -> None:
     )
 
 
+def test_numbers_of_numpy_are_numbers() -> None:
+    given: dict[str, Given] = {
+        "l": np.int64(2),
+        "theta": np.array(0.5),
+        "r": np.array([1, 2]),
+        "mu": np.float32(0.5),
+    }
+    assert settings_in_si(given, UNITS) == {"l": 2.0, "theta": 0.5, "r[1]": 1.0, "r[2]": 2.0, "mu": 0.5}
+
+
 @pytest.mark.parametrize(
     ("given", "message", "help"),
     [
@@ -64,6 +75,17 @@ def test_settings_are_converted_to_si() -> None:
         ({"l": "3 metres"}, "'l': unknown unit 'metres'", "did you mean 'm'?"),
         ({"l": "long"}, "'l': 'long' is not a number", 'a number with its unit, as in "80 cm" or "30 deg"'),
         ({"r": "1 m"}, "'r' has 2 elements", "give all of them, as in r={1, 2, ...}, or r[1]=1"),
+        (
+            {"l": [1.0, 2.0]},
+            "'l' is one number, 2 were given",
+            "run once for each, or write an experiment with 'l in {...}'",
+        ),
+        ({"l": math.nan}, "'l' takes finite numbers, not nan", ""),
+        (
+            {"r": [[1.0], [2.0]]},
+            "'r' takes a number, a text such as \"80 cm\" or a list of numbers, not [[1.0], [2.0]]",
+            "",
+        ),
         ({"r": "{1, 2, 3} m"}, "'r' has 2 element(s), 3 were given", ""),
         (
             {"r": "{1 m, 2}"},
@@ -76,7 +98,8 @@ def test_settings_are_converted_to_si() -> None:
 def test_mistakes(given: dict[str, Given], message: str, help: str) -> None:
     with pytest.raises(UsageMistake) as caught:
         settings_in_si(given, UNITS)
-    assert (str(caught.value), caught.value.help) == (message, help)
+    assert (caught.value.message, caught.value.help) == (message, help)
+    assert str(caught.value) == (f"{message}; {help}" if help else message), "what a traceback shows"
 
 
 def test_assignments() -> None:
