@@ -38,24 +38,10 @@ Value = Constant | tuple["Value", ...]
 
 _FLOATS: Mapping[str, Callable[..., float]] = {
     name: getattr(math, name)
-    for name in [
-        "sin",
-        "cos",
-        "tan",
-        "asin",
-        "acos",
-        "atan",
-        "atan2",
-        "sinh",
-        "cosh",
-        "tanh",
-        "asinh",
-        "acosh",
-        "atanh",
-        "exp",
-        "log",
-        "log10",
-    ]
+    for name in (
+        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+        *("asinh", "acosh", "atanh", "exp", "log", "log10"),
+    )
 }
 
 _EXACT: Mapping[str, Callable[..., Constant]] = {

@@ -8,6 +8,7 @@ from fractions import Fraction
 from ..graph import Graph, Node
 from ..graph import vector as v3
 from .frames import Frame, Kinematics, Point
+from .planar import Planar
 from .pose import Rotate, Translate, Turn
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
@@ -77,28 +78,14 @@ def _deadzone(graph: Graph, x: Node, width: Node) -> Node:
     return graph.sub(x, _clamp(graph, x, graph.neg(width), width))
 
 
-def _round(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
-    """Nearest whole number, halves away from zero."""
-    graph, x = k.graph, node(a[0])
-    return graph.mul(graph.sign(x), graph.floor(graph.add(graph.abs(x), graph.half)))
-
-
 def _quotient(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
     """Quotient of whole numbers, rounded towards zero."""
     graph, x = k.graph, k.graph.div(node(a[0]), node(a[1]))
     return graph.mul(graph.sign(x), graph.floor(graph.abs(x)))
 
 
-def _array(value: int) -> Rule:
-    def rule(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
-        shape = tuple(int(k.graph.value(node(x))) for x in a)
-        return filled(shape, lambda _: k.graph.constant(value))
-
-    return rule
-
-
 def _diag(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
-    items = list(elements(a[0])) if len(a) == 1 else [node(x) for x in a]
+    items = list(elements(a[0]))
     zero = k.graph.constant(0)
     return filled((len(items), len(items)), lambda i: items[i[0]] if i[0] == i[1] else zero)
 
@@ -203,8 +190,6 @@ def _velocity_at(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ..
 
 
 def _heading(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
-    from .planar import Planar
-
     assert isinstance(a[0], Frame) and isinstance(k, Planar)
     return k.angle(a[0])
 
@@ -251,26 +236,8 @@ FUNCTIONS: dict[str, Rule] = {
     **{
         name: _unary(name)
         for name in (
-            [
-                "sin",
-                "cos",
-                "tan",
-                "asin",
-                "acos",
-                "atan",
-                "sinh",
-                "cosh",
-                "tanh",
-                "asinh",
-                "acosh",
-                "atanh",
-                "exp",
-                "log",
-                "sqrt",
-                "abs",
-                "sign",
-                "floor",
-            ]
+            *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+            *("exp", "log", "sqrt", "abs", "sign", "floor"),
         )
     },
     "log10": lambda k, rate, a: k.graph.div(k.graph.log(node(a[0])), k.graph.log(k.graph.constant(10))),
@@ -280,17 +247,12 @@ FUNCTIONS: dict[str, Rule] = {
     "max": _fold("maximum"),
     "mod": lambda k, rate, a: k.graph.modulo(node(a[0]), node(a[1])),
     "div": _quotient,
-    "round": _round,
     "clamp": lambda k, rate, a: _clamp(k.graph, node(a[0]), node(a[1]), node(a[2])),
     "deadzone": lambda k, rate, a: _deadzone(k.graph, node(a[0]), node(a[1])),
     # vectors
-    "sum": _fold("add"),
-    "product": _fold("mul"),
     "dot": lambda k, rate, a: k.graph.dot(vector(_numbers(k, a[0])), vector(_numbers(k, a[1]))),
     "cross": lambda k, rate, a: _cross(k.graph, _numbers(k, a[0]), _numbers(k, a[1])),
     "norm": lambda k, rate, a: _norm(k.graph, _numbers(k, a[0])),
-    "zeros": _array(0),
-    "ones": _array(1),
     "diag": _diag,
     "identity": _identity,
     "linspace": _linspace,

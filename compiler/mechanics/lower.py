@@ -33,6 +33,7 @@ from .frames import Frame, Kinematics, Point
 from .functions import FUNCTIONS
 from .modes import Clock
 from .pose import Turn
+from .quadrature import panels
 from .rates import TotalDerivative
 from .symbols import Symbols
 from .values import Placement, Value, each, elements, node
@@ -96,9 +97,8 @@ class Lowering:
             case Element(base=base, indices=indices):
                 result = self.value(base)
                 if isinstance(result, Placement) and isinstance(base, Name):
-                    result = self._symbols.values[
-                        self._renamed(base.name)
-                    ]  # R[1] is the scalar part of the quaternion
+                    # R[1] is the scalar part of the quaternion
+                    result = self._symbols.values[self._renamed(base.name)]
                 if isinstance(result, Point):
                     result = self.kinematics.position(result)
                 for i in indices:
@@ -125,10 +125,6 @@ class Lowering:
                 if self.initial is None:
                     self.initial = self.graph.symbol("initial()")
                 return self.initial
-            case Apply(function="acc", arguments=arguments):
-                return each(
-                    self.rate, FUNCTIONS["vel"](self.kinematics, self.rate, (self.value(arguments[0]),))
-                )
             case Apply(function=function, arguments=arguments):
                 values = tuple(self.value(x) for x in arguments)
                 try:
@@ -317,8 +313,6 @@ class Lowering:
 
     def _quadrature(self, expression: Quadrature) -> Value:
         """Gauss-Legendre quadrature of the body on 4 panels of 12 points (exact to degree 23 on each)."""
-        from .quadrature import panels
-
         graph = self.graph
         lower, upper = self.scalar(expression.lower), self.scalar(expression.upper)
         width = graph.sub(upper, lower)
