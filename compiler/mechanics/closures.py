@@ -11,7 +11,7 @@ from ..graph import Graph, Node
 from ..graph.differentiate import jvp
 from .frames import Frame
 from .lower import Lowering
-from .symbols import Symbols
+from .symbols import Symbols, base_unit
 from .system import ConstraintRows
 from .topology import Topology
 from .virtual import VirtualDisplacement, displace
@@ -26,11 +26,7 @@ def _differences(lowering: Lowering, left: Expression, right: Expression) -> tup
 
 
 def _unit(left: Expression, right: Expression) -> str:
-    dimension = left.type.dimension
-    text = str(dimension)
-    if text == "1":
-        text = str(right.type.dimension)
-    return "" if text == "1" else text
+    return base_unit(left) or base_unit(right)  # a zero has the unit of the other side
 
 
 def closure_rows(

@@ -9,12 +9,12 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import preferred_unit
 
-from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
-from ..graph import Graph, Node
+from ..flat.model import Contact, Expression, FlatModel, Friction, Literal, Switch
+from ..graph import Node
 from .forces import rate_of
 from .lower import Lowering
 from .modes import Mode, Regularized
-from .symbols import Symbols
+from .symbols import Symbols, base_unit
 from .system import ConstraintRows
 
 REGULARIZED = "regularized"
@@ -22,8 +22,6 @@ REGULARIZED = "regularized"
 
 def switched_names(model: FlatModel) -> frozenset[str]:
     """Return the names of what ``release`` and ``engage`` switch."""
-    from ..flat.model import Switch
-
     return frozenset(
         action.target
         for event in model.events
@@ -79,7 +77,7 @@ def _contact(
             help="write the distance that stays positive or zero",
         )
         return []
-    restitution = _coefficient(lowering, contact.restitution, "restitution", "E0701", 1, reporter)
+    restitution = _coefficient(lowering, contact.restitution, "restitution", reporter, most=1)
     rest = contact.options.get("rest")
     mode = Mode(
         "contact",
@@ -90,7 +88,7 @@ def _contact(
         rest=graph.minus_one if rest is None else lowering.scalar(rest),
     )
     rows = [
-        ConstraintRows(name, "position", (gap,), (_unit(contact.gap),), "", "", contact.origin, mode),
+        ConstraintRows(name, "position", (gap,), (base_unit(contact.gap),), "", "", contact.origin, mode),
     ]
     if contact.friction is None:
         return rows
@@ -103,11 +101,11 @@ def _contact(
         )
         return rows
     slips = lowering.numbers(contact.along)
-    kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", "E0701", None, reporter)
+    kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", reporter)
     static = kinetic
     if contact.static is not None:
-        static = _coefficient(lowering, contact.static, "coefficient of friction", "E0701", None, reporter)
-    smooth = _smooth(lowering, contact.options, slips, name, span, reporter)
+        static = _coefficient(lowering, contact.static, "coefficient of friction", reporter)
+    smooth = _smooth(lowering, contact.options, slips, name, reporter)
     for k, slip in enumerate(slips):
         component = "" if len(slips) == 1 else f"[{k + 1}]"
         own = f"{name}.friction{component}"
@@ -123,7 +121,7 @@ def _contact(
         )
         rows.append(
             ConstraintRows(
-                own, "velocity", (slip,), (_unit(contact.along),), "", "", contact.origin, friction
+                own, "velocity", (slip,), (base_unit(contact.along),), "", "", contact.origin, friction
             )
         )
     return rows
@@ -142,7 +140,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
                 expression.span,
                 caption="this is a size: zero or positive",
             )
-    smooth = _smooth(lowering, friction.options, slips, name, friction.origin.span, reporter)
+    smooth = _smooth(lowering, friction.options, slips, name, reporter)
     mode = Mode(
         "friction",
         graph.symbol(f"sticks({name})"),
@@ -160,7 +158,6 @@ def _smooth(
     options: Mapping[str, Expression],
     slips: Sequence[Node],
     name: str,
-    span: object,
     reporter: Reporter,
 ) -> tuple[Regularized, ...]:
     """Return the smooth law with tanh(|s|/v_stick) s/|s| for a regularized friction, or nothing."""
@@ -195,11 +192,12 @@ def _coefficient(
     lowering: Lowering,
     expression: Expression | None,
     what: str,
-    code: str,
-    most: int | None,
     reporter: Reporter,
+    *,
+    most: int | None = None,
 ) -> Node:
-    graph: Graph = lowering.graph
+    """Return a number that is not negative; zero where none is given."""
+    graph = lowering.graph
     if expression is None:
         return graph.zero
     value = lowering.scalar(expression)
@@ -207,14 +205,9 @@ def _coefficient(
         number = graph.value(value)
         if number < 0 or (most is not None and number > most):
             reporter.error(
-                code,
+                "E0701",
                 f"a {what} lies between 0 and 1" if most else f"a {what} is zero or positive",
                 expression.span,
                 caption=f"this is {float(number):g}",
             )
     return value
-
-
-def _unit(expression: Expression) -> str:
-    text = str(expression.type.dimension)
-    return "" if text == "1" else text

@@ -72,7 +72,8 @@ def _check_condition(
             caption="nothing here changes during a run",
             help="an event fires when its condition becomes true; for the start write 'initial()'",
         )
-    if any(n in graph.reach([condition]) for n in lowering.previous.values()):
+    reached = graph.reach([condition])
+    if not set(lowering.previous.values()).isdisjoint(reached):
         reporter.error(
             "E0709",
             "'pre' belongs to the actions of an event",
@@ -80,7 +81,7 @@ def _check_condition(
             caption="a condition is tested with present values",
         )
     discrete = {*parameters, *(s.node for s in symbols.discretes)}
-    for n in graph.reach([condition]):
+    for n in reached:
         if graph.op(n) == ops.EQUAL and not set(graph.support(n)) <= discrete:
             reporter.error(
                 "E0710",

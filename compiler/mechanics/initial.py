@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TypedDict
 
 from msgspec.structs import replace
@@ -12,7 +13,7 @@ from ..flat.model import FlatModel, StartValue, Variable
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
-from .symbols import Symbols, subscripts
+from .symbols import Symbols, base_unit, subscripts
 from .system import Beginning, InitialRow
 from .values import Placement, elements, quaternion_of
 
@@ -35,15 +36,15 @@ def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter:
         variable = coordinate.variable
         if coordinate.is_rotation:
             q += _rotation(lowering, variable)
-            v += _whole(lowering, variable.rate, [(k,) for k in range(3)], variable.rates)
+            v += _starts(lowering, variable.rate, [(k,) for k in range(3)], variable.rates)
         else:
             places = subscripts(variable.type.shape)
-            q += _whole(lowering, variable.start, places, variable.starts)
-            v += _whole(lowering, variable.rate, places, variable.rates)
+            q += _starts(lowering, variable.start, places, variable.starts)
+            v += _starts(lowering, variable.rate, places, variable.rates)
     states: dict[str, Variable] = {s.variable.name: s.variable for s in symbols.states}
     x: list[Beginning] = []
     for variable in states.values():
-        x += _whole(lowering, variable.start, subscripts(variable.type.shape), variable.starts)
+        x += _starts(lowering, variable.start, subscripts(variable.type.shape), variable.starts)
     nodes = [s.node for c in symbols.coordinates for s in c.q]
     nodes += [s.node for c in symbols.coordinates for s in c.v]
     nodes += [s.node for s in symbols.states]
@@ -64,11 +65,10 @@ def _conditions(lowering: Lowering, model: FlatModel) -> tuple[InitialRow, ...]:
         left, right = lowering.numbers(target), lowering.numbers(condition.start.value)
         right = right * len(left) if len(right) == 1 else right
         text = " ".join(target.span.text.split())
-        unit = str(target.type.dimension)
+        unit = base_unit(target)
         for k, (a, b) in enumerate(zip(left, right, strict=True)):
             name = f"{text}[{k + 1}]" if len(left) > 1 else text
             residual = lowering.graph.sub(a, b)
-            unit = "" if unit == "1" else unit
             rows.append(InitialRow(name, residual, not condition.start.guess, unit, condition.origin))
     return tuple(rows)
 
@@ -106,19 +106,19 @@ def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) ->
     return tuple(starts.values())
 
 
-def _whole(
+def _starts(
     lowering: Lowering,
     start: StartValue | None,
     places: list[tuple[int, ...]],
-    single: object,
+    single: Mapping[tuple[int, ...], StartValue],
 ) -> list[Beginning]:
+    """Return the initial value of each place: of the whole, or its own among those of ``single`` elements."""
     zero = lowering.graph.constant(0)
     result = [Beginning(zero, False, None)] * len(places)
     if start is not None:
         values = lowering.numbers(start.value)
         values = values * len(places) if len(values) == 1 else values
         result = [Beginning(n, not start.guess, start) for n in values]
-    assert hasattr(single, "items")
     for indices, one in single.items():
         values = lowering.numbers(one.value)
         covered = [k for k, place in enumerate(places) if place[: len(indices)] == indices]

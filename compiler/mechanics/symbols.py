@@ -8,7 +8,7 @@ from itertools import product
 
 from msgspec import Struct
 
-from ..flat.model import FlatModel, Kind, Role, Variable
+from ..flat.model import Expression, FlatModel, Kind, Role, Variable
 from ..graph import Graph, Node
 from ..graph.vector import quaternion_rate
 from .values import Value, filled
@@ -80,6 +80,12 @@ def element_name(name: str, indices: tuple[int, ...]) -> str:
 def rate_name(name: str, indices: tuple[int, ...]) -> str:
     """Return the name of a rate in results: ``der(theta)``, ``der(x[1])``; rotations have others."""
     return f"der({element_name(name, indices)})"
+
+
+def base_unit(expression: Expression) -> str:
+    """Return the unit of an expression in base units, as text; empty for a pure number."""
+    dimension = expression.type.dimension
+    return "" if dimension.is_none else str(dimension)
 
 
 def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset()) -> Symbols:
