@@ -2,21 +2,26 @@
 
 A relation a < b of a formula that depends on the state, inputs or time becomes a number s in z, 1 where it holds, and
 the indicator g = a - b; s changes only at events. Where g is affine in time alone, the event is at a known time. A
-relation of parameters and discrete variables alone stays as it is: these change at events only.
+relation of parameters and discrete variables alone stays as it is: these change at events only, and so do numbers that
+merely jump. Whole parts of moving quantities are switches of the same kind (stairs.py).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph import operations as ops
-from ..graph.differentiate import jvp
+from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .sides import Side
+from .stairs import evenness, frozen, stair
+
+JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.SIGN, ops.SELECT})
+"""Operations that a derivative does not see jump."""
 
 
 class Switch(Struct, frozen=True):
@@ -76,14 +81,35 @@ def find_switches(
     timed: list[TimeSwitch] = []
     made: dict[tuple[Node, Node], Node] = {}
     replace: dict[Node, Node] = {}
+
+    def locate(symbol: Node, g: Node, written: Node, text: str) -> None:
+        known = unknown.isdisjoint(graph.support(written))
+        rate = system.rate(written) if known else graph.zero
+        (rate,) = substitute(graph, [rate], resolve)
+        if set(graph.support(rate)) & set(system.unknown_rates):
+            rate = graph.zero
+        located.append(Switch(symbol, g, rate, written, text))
+
     for relation, image in zip(relations, images, strict=True):
-        pairs = _compared(system, image)
-        if image not in reached or image in replace or pairs is None:
+        if image not in reached or image in replace:
             continue
-        (a, b, negated), (left, right, _) = pairs, _compared(system, relation) or pairs
         support = set(graph.support(image))
         if support <= fixed:
             continue
+        x, pairs = stair(graph, image), _compared(system, image)
+        if x is not None:
+            if not _moves(graph, x, support - fixed):
+                continue
+            symbol = made.get((x, x))
+            if symbol is None:
+                symbol = made[x, x] = graph.symbol(f"switch({len(made) + 1})")
+                written_x = stair(graph, relation) or x
+                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"whole part {len(made)}")
+            replace[image] = frozen(graph, image, x, symbol)
+            continue
+        if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
+            continue
+        (a, b, negated), (left, right, _) = pairs, _compared(system, relation) or pairs
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
@@ -92,13 +118,7 @@ def find_switches(
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
             else:
-                written = graph.sub(left, right)
-                known = unknown.isdisjoint(graph.support(written))
-                rate = system.rate(written) if known else graph.zero
-                (rate,) = substitute(graph, [rate], resolve)
-                if set(graph.support(rate)) & set(system.unknown_rates):
-                    rate = graph.zero
-                located.append(Switch(symbol, g, rate, written, text))
+                locate(symbol, g, graph.sub(left, right), text)
         if graph.op(image) == ops.SIGN:
             replace[image] = graph.select(symbol, graph.minus_one, graph.one)
         else:
@@ -108,6 +128,11 @@ def find_switches(
         text = f"side of force {k + 1}"
         located.append(Switch(side.symbol, difference, graph.zero, side.difference, text))
     return Switches(tuple(located), tuple(timed), replace)
+
+
+def _moves(graph: Graph, x: Node, symbols: Collection[Node]) -> bool:
+    """Tell whether x changes between events."""
+    return not all(map(graph.is_zero, vjp(graph, [(x, graph.one)], list(symbols))))
 
 
 def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, bool] | None:
@@ -129,7 +154,7 @@ def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, boo
 def _crossing(system: MechanicalSystem, g: Node, of_time: bool) -> tuple[Node, int] | None:
     """Return the time at which g = slope (t - T) vanishes and the value of g < 0 from then on."""
     graph, time = system.graph, system.symbols.time
-    if not of_time:
+    if not of_time or any(graph.op(n) in JUMPING and time in graph.support(n) for n in graph.reach([g])):
         return None
     (slope,) = jvp(graph, [g], {time: graph.one})
     if not graph.is_constant(slope) or graph.is_zero(slope):

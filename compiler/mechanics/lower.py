@@ -27,6 +27,7 @@ from ..flat.model import (
     Select,
 )
 from ..graph import DivisionByZero, Graph, Node
+from ..graph import operations as ops
 from ..graph.table import Table, monotone_table
 from ..graph.vector import quaternion_rotation
 from .frames import Frame, Kinematics, Point
@@ -42,6 +43,9 @@ QueryRule = Callable[[Query], Value]
 
 RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
 """Functions that jump where their arguments pass each other, so that a run stops there."""
+
+STAIRS = frozenset({"floor", "ceil", "round", "mod", "div"})
+"""Functions that jump with the whole part of a number; a run stops there, too."""
 
 
 class Lowering:
@@ -74,7 +78,7 @@ class Lowering:
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
         self.relations: dict[Node, None] = {}
-        """Conditions that compare numbers, and signs, as the user wrote them."""
+        """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
         self.initial: Node | None = None
         """The symbol of ``initial()``, if it is used."""
@@ -131,6 +135,8 @@ class Lowering:
                     result = FUNCTIONS[function](self.kinematics, self.rate, values)
                     if function in RELATIONS:
                         self.relations[node(result)] = None
+                    if function in STAIRS:
+                        self.relations |= dict.fromkeys(self._whole_parts(node(result)))
                     return result
                 except DivisionByZero:
                     raise self._reporter.fail(
@@ -147,6 +153,9 @@ class Lowering:
                 return self._quadrature(expression)
             case _:
                 assert_never(expression)
+
+    def _whole_parts(self, result: Node) -> list[Node]:
+        return [n for n in self.graph.reach([result]) if self.graph.op(n) in (ops.FLOOR, ops.MODULO)]
 
     def _check_rate(self, expression: Expression, operand: Expression) -> None:
         """Report the derivative of an answer about the motion, whose formula is found only afterwards."""

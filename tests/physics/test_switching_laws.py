@@ -1,0 +1,112 @@
+"""Laws that jump in time and space, by all methods: every jump is met, however short what lies between two of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import mechc
+
+METHODS = ("dop853", "radau5", "rk4", "verlet", "gauss4", "rattle", "lobatto4", "lobatto6")
+FIXED = METHODS[2:]
+
+POINT = """
+coordinate Length x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*1 kg*der(x)^2;
+force 1 N*(%s) on x;
+experiment(stop = 1 s);
+"""
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize(
+    ("law", "speed"),
+    [
+        ("if time < 0.505 s then 1 else 0", 1.505),
+        ("if x < 0.505 m then 1 else 0", math.sqrt(1 + 2 * 0.505)),
+        ("floor(time/0.1 s)", 1 + 4.5),
+    ],
+)
+def test_pieces_of_constant_force(method: str, law: str, speed: float) -> None:
+    """Within a piece every one of these methods is exact; 0.013 s hits no jump."""
+    step = "13 ms" if method in FIXED else None
+    solution = mechc.loads(POINT % law).simulate(method=method, step=step, estimate_error=False)
+    assert solution["der(x)"][-1] == pytest.approx(speed, abs=1e-11)
+
+
+@pytest.mark.parametrize(("method", "error"), [("rattle", 1e-5), ("lobatto4", 1e-9), ("lobatto6", 1e-12)])
+def test_a_force_on_a_constrained_point_ends(method: str, error: float) -> None:
+    """On the unit circle a force along it of 1 N, for 0.505 s, gives the angle a t^2/2, then a constant rate."""
+    model = mechc.loads("""
+    coordinate Length x = 1 m;
+    coordinate Length y = 0 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    constraint rim: x^2 + y^2 = 1 m^2;
+    let push = if time < 0.505 s then 1 N else 0;
+    force -push*y/1 m on x;
+    force push*x/1 m on y;
+    experiment(stop = 1 s);
+    """)
+    solution = model.simulate(method=method, step="13 ms", estimate_error=False)
+    angle = 0.505**2 / 2 + 0.505 * (1 - 0.505)
+    assert math.atan2(solution["y"][-1], solution["x"][-1]) == pytest.approx(angle, abs=error)
+
+
+def test_short_pulses_of_a_period_are_all_met() -> None:
+    """Eleven pulses of 1 N.s, each of a millisecond, in free flight, where steps are as long as they may be."""
+    solution = mechc.loads(POINT % "if mod(time, 1 s) < 1 ms then 1000 else 0").simulate(stop=10.5)
+    assert solution["der(x)"][-1] == pytest.approx(12, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("law", "python"),
+    [
+        ("-floor(x/0.1 m)", lambda x: -math.floor(x / 0.1)),
+        ("-ceil(x/0.1 m)", lambda x: -math.ceil(x / 0.1)),
+        ("mod(x, 0.3 m)/1 m", lambda x: x % 0.3),
+        ("-1 - mod(x, -0.3 m)/1 m", lambda x: -1 - x % -0.3),
+        ("-floor(floor(x/0.1 m)/2)", lambda x: -math.floor(math.floor(x / 0.1) / 2)),
+        ("if mod(x, 0.3 m) < 0.1 m then -2 else 1", lambda x: -2 if x % 0.3 < 0.1 else 1),
+        ("if floor(x/0.1 m) == 2 then -2 else 1", lambda x: -2 if math.floor(x / 0.1) == 2 else 1),
+        ("if floor(x/0.1 m) >= 2 then -2 else 1", lambda x: -2 if math.floor(x / 0.1) >= 2 else 1),
+        ("if sign(x) <= -1 then 2 else -1", lambda x: 2 if x < 0 else -1),
+    ],
+)
+def test_work_of_a_force_of_stairs(law: str, python: Callable[[float], float]) -> None:
+    """The kinetic energy is the area under the law; sums of 200000 strips have it to 2e-5."""
+    solution = mechc.loads(POINT % law).simulate(set={"x": 0.35, "der(x)": -1}, stop=3, estimate_error=False)
+    for k in (100, 250, -1):
+        edges = np.linspace(0.35, solution["x"][k], 200001)
+        work = np.mean([python(x) for x in (edges[1:] + edges[:-1]) / 2]) * (edges[-1] - edges[0])
+        assert solution["der(x)"][k] ** 2 / 2 == pytest.approx(0.5 + work, abs=2e-5)
+
+
+@pytest.mark.parametrize("x", [-1.0, 0.0, 1.0, 2.0, 3.0, 0.1 * 3 / 0.1])
+def test_a_whole_number_at_rest_is_its_own_whole_part(x: float) -> None:
+    model = mechc.loads("""
+    coordinate Length x = 0 m;
+    coordinate Length y = 0 m;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    force 2 N*floor(x/1 m) on y;
+    experiment(stop = 1 s);
+    """)
+    assert model.simulate(set={"x": x})["y"][-1] == pytest.approx(round(x), abs=1e-12)
+
+
+def test_steps_of_a_potential_of_stairs() -> None:
+    """Each stair of 0.1 J takes its energy; the fifth is too high, and all are passed on the way back."""
+    solution = mechc.loads("""
+    coordinate Length x = 0.05 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 0.1 J*floor(x/0.1 m);
+    """).simulate(stop=1.2)
+    kinds = [event.kind for event in solution.events]
+    assert kinds == ["crossing"] * 4 + ["reflection"] + ["crossing"] * 3
+    assert solution["energy.total"] == pytest.approx(np.full(len(solution.time), 0.5), abs=1e-12)
+    speeds = [abs(event.before["der(x)"]) for event in solution.events[:5]]
+    assert speeds == pytest.approx([math.sqrt(1 - 0.2 * k) for k in range(5)], rel=1e-12)
