@@ -55,6 +55,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         check_rates(system, [n for f in functions for n in f.outputs], reporter)
         assembled, assembly_functions = assembly(system, solved, layout, reporter)
         functions = (*functions, *assembly_functions)
+        if "momenta" in parts:
+            functions = (*functions, *_momentum_functions(system, solved))
         hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
     except ZeroPivot as singular:  # what only sticking friction or a closed contact holds
         raise massless(system, solved.residual, solved.free, solved.rows, singular, reporter) from None
@@ -63,8 +65,6 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     plans, plan_functions = experiment_plans(system, layout, reporter)
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
-    if "momenta" in parts:
-        functions = (*functions, *_momentum_functions(system, solved))
     if "jacobian" in parts:
         derivatives, pattern = _jacobian(system, layout, functions)
         functions = (*functions, derivatives)

@@ -107,16 +107,15 @@ static int factorise(mech_solver *s, const arrays *k, mech_real t, const mech_re
     return mech_factorise(nc, k->s, k->s_pivot);
 }
 
-static void begin(mech_solver *s, int fresh, const lobatto *c)
+/* Whatever the memory holds, it may be of a step that was not taken: its end was behind an event. */
+static void begin(mech_solver *s, const lobatto *c)
 {
     const arrays k = arrays_of(s, c);
     const int nv = s->model->nv;
     for (int i = 0; i < c->stages * s->model->n_velocity; i++) k.lam[i] = 0;
-    if (fresh) {
-        for (int i = 0; i < nv; i++) k.p_rest[i] = k.q_rest[i] = 0;
-        for (int i = 0; i < s->model->nx; i++) k.x_rest[i] = 0;
-        call(s, s->model->momentum, s->run->report.t, s->y, k.p);
-    }
+    for (int i = 0; i < nv; i++) k.p_rest[i] = k.q_rest[i] = 0;
+    for (int i = 0; i < s->model->nx; i++) k.x_rest[i] = 0;
+    call(s, s->model->momentum, s->run->report.t, s->y, k.p);
     /* A singular matrix has a zero or a not-a-number in its factors: the first step fails. */
     if (factorise(s, &k, s->run->report.t, s->y)) k.mass[0] = (mech_real)NAN;
 }
@@ -332,7 +331,7 @@ static mech_real attempt(mech_solver *s, mech_real h, const lobatto *c)
     {                                                                                                        \
         return n_numbers(TABLEAU.stages, m->nv, m->n_velocity, m->nx);                                       \
     }                                                                                                        \
-    static void begin_##NAME(mech_solver *s, int fresh) { begin(s, fresh, &TABLEAU); }                       \
+    static void begin_##NAME(mech_solver *s, int fresh) { (void)fresh, begin(s, &TABLEAU); }                 \
     static mech_real attempt_##NAME(mech_solver *s, mech_real h) { return attempt(s, h, &TABLEAU); }         \
     const mech_method mech_##NAME = {                                                                        \
         .name = #NAME,                                                                                       \
