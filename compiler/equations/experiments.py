@@ -7,7 +7,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Experiment, Kind, Literal, Role, Setting, StartValue
 from ..graph import Node
 from ..graph.evaluate import evaluate
-from ..mechanics.initial import rotation_quaternion
+from ..mechanics.quaternions import rotation_quaternion
 from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
 from .entries import Layout

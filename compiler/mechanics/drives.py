@@ -8,9 +8,10 @@ from ..flat.model import Derivative, Drive, Expression, FlatModel
 from ..graph import Node
 from .frames import displaced
 from .lower import Lowering
+from .quaternions import quaternion_of
 from .symbols import Coordinate, Symbols
 from .system import DriveRow
-from .values import Placement, elements, quaternion_of
+from .values import Placement, elements
 
 
 def drive_rows(

@@ -13,9 +13,9 @@ from ..flat.model import FlatModel, StartValue, Variable
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
+from .quaternions import rotation_quaternion
 from .symbols import Symbols, base_unit, subscripts
 from .system import Beginning, InitialRow
-from .values import Placement, elements, quaternion_of
 
 
 class Beginnings(TypedDict):
@@ -134,16 +134,3 @@ def _rotation(lowering: Lowering, variable: Variable) -> list[Beginning]:
     if start is None:
         return [Beginning(graph.constant(x), False, None) for x in (1, 0, 0, 0)]
     return [Beginning(n, not start.guess, start) for n in rotation_quaternion(graph, lowering, start)]
-
-
-def rotation_quaternion(graph: Graph, lowering: Lowering, start: StartValue) -> tuple[Node, ...]:
-    """Return the unit quaternion of a rotation given as a pose, or as four numbers (normalised)."""
-    value = lowering.value(start.value)
-    if isinstance(value, Placement):
-        return quaternion_of(graph, value.pose)
-    q = tuple(elements(value))
-    square = graph.constant(0)
-    for x in q:
-        square = graph.add(square, graph.mul(x, x))
-    size = graph.sqrt(square)
-    return tuple(graph.div(x, size) for x in q)
