@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 import mechc
-from mechc.benchmark import benchmark
+from mechc.measurement.benchmark import benchmark
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.reference import Reference
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import mechc
-from mechc.benchmark import Benchmark, benchmark
-from mechc.benchmark_report import draw_small
+from mechc.measurement.benchmark import Benchmark, benchmark
+from mechc.measurement.benchmark_report import draw_small
 from mechc.runtime.work_precision import time_to_reach
 
 from .machine import REPORT, table, write

@@ -21,8 +21,8 @@ from mechc.api import Model, load
 from mechc.compiler.targets.fmu.agreement import AGREED, SAFETY, Agreement, agreement, distance
 from mechc.compiler.targets.fmu.checks import APART, CVODE, Checked, Made, check_package
 from mechc.compiler.targets.fmu.inspect import behaviour
-from mechc.fmu_documents import native_run
-from mechc.fmus import FmuOptions, fmu_packages
+from mechc.fmu.documents import native_run
+from mechc.fmu.export import FmuOptions, fmu_packages
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.accuracy import companion_tolerance
 

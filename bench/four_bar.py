@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 
 import mechc
-from mechc.benchmark import benchmark
+from mechc.measurement.benchmark import benchmark
 from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions

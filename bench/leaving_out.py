@@ -10,7 +10,7 @@ import mechc
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.pipeline import compile_source
 from mechc.lang.read import read_source
-from mechc.savings import LARGEST, SQUARE, Cost, cost
+from mechc.measurement.savings import LARGEST, SQUARE, Cost, cost
 
 from .instructions import instructions, make_driver
 from .machine import table, write

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TypeVar
 
 import mechc
-from mechc.benchmark import benchmark
 from mechc.lang.diagnostics import CompileError
+from mechc.measurement.benchmark import benchmark
 from mechc.runtime.build import BuildError
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference import ReferenceFailed

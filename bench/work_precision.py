@@ -10,8 +10,8 @@ from pathlib import Path
 from msgspec import Struct
 
 import mechc
-from mechc.benchmark import Benchmark, benchmark
-from mechc.benchmark_report import draw
+from mechc.measurement.benchmark import Benchmark, benchmark
+from mechc.measurement.benchmark_report import draw
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference import ReferenceFailed
 from mechc.runtime.work_precision import time_to_reach

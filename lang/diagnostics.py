@@ -4,7 +4,7 @@ Codes: E01xx text and syntax, E02xx names and imports, E03xx types, shapes and u
 E04xx components and modifications, E05xx mechanics, E06xx initialisation, E07xx events,
 contact and friction, E08xx experiments and structural parameters, E09xx export.
 W and N stand for warnings and notes with the same families. Each code has one page in
-``mechc/errors/CODE.md``. ``mechc/render.py`` turns diagnostics into text.
+``mechc/errors/CODE.md``. ``mechc/presentation/render.py`` turns diagnostics into text.
 """
 
 from __future__ import annotations

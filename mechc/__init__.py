@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from .api import load as load
     from .api import loads as loads
     from .lang.diagnostics import CompileError as CompileError
+    from .presentation.render import render as render
     from .runtime.outcome import SimulationError as SimulationError
     from .settings import UsageMistake as UsageMistake
     from .solution import Solution as Solution
@@ -29,6 +30,7 @@ __all__ = [
     "__version__",
     "load",
     "loads",
+    "render",
 ]
 
 _HOMES = {
@@ -37,6 +39,7 @@ _HOMES = {
     "Model": "mechc.api",
     "Solution": "mechc.solution",
     "CompileError": "mechc.lang.diagnostics",
+    "render": "mechc.presentation.render",
     "SimulationError": "mechc.runtime.outcome",
     "UsageMistake": "mechc.settings",
 }

@@ -124,7 +124,7 @@ class Solution(Run):
 
         ``path`` writes the picture (png, pdf, svg); ``names`` limits it; ``display`` names units, "deg,mm".
         """
-        from . import plots
+        from .presentation import plots
 
         solution = self.shown_in(display) if display else self
         return plots.figure(solution, names) if path is None else plots.save(solution, Path(path), names)

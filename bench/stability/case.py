@@ -9,9 +9,9 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from mechc.measurement.truth import TrueErrors
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.solution import Solution
-from mechc.truth import TrueErrors
 
 Array = NDArray[np.float64]
 Formula = Callable[[Array], Any]

@@ -14,6 +14,8 @@ from msgspec.structs import replace
 import mechc
 from mechc.api import Model
 from mechc.lang.diagnostics import CompileError
+from mechc.measurement.truth import compile_for_reference, true_errors
+from mechc.measurement.watchdog import Crashed, Hung, Watchdog
 from mechc.runtime.build import BuildError
 from mechc.runtime.native import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
@@ -21,8 +23,6 @@ from mechc.runtime.reference import ReferenceFailed
 from mechc.settings import UsageMistake
 from mechc.simulation import Request, plan
 from mechc.solution import Solution
-from mechc.truth import compile_for_reference, true_errors
-from mechc.watchdog import Crashed, Hung, Watchdog
 
 from .case import Case, Finding, Followed, Refusal, Row, claimed
 from .faults import FAULTS

@@ -38,7 +38,7 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
 def command(file: str, **given: Any) -> None:
     """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
     from ..api import load
-    from ..benchmark import benchmark
+    from ..measurement.benchmark import benchmark
     from ..runtime.reference import ReferenceFailed
     from ..runtime.work_precision import TOLERANCES
     from ..settings import UsageMistake, read_value
@@ -69,12 +69,12 @@ def command(file: str, **given: Any) -> None:
     if given["json_file"] == "-":
         click.echo(text)
     else:
-        from ..benchmark_report import report
+        from ..measurement.benchmark_report import report
 
         click.echo(report(made))
         if given["json_file"]:
             Path(given["json_file"]).write_text(text + "\n", encoding="utf-8")
     if given["plot"]:
-        from ..benchmark_report import draw
+        from ..measurement.benchmark_report import draw
 
         draw(made, Path(given["plot"]))

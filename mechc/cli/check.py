@@ -41,10 +41,10 @@ def command(
     with 1 if a model is wrong."""
     from ..api import load
     from ..lang.diagnostics import CompileError
-    from ..render import render
-    from ..report import render_error
+    from ..presentation.render import render
+    from ..presentation.run_failure import render_error
+    from ..presentation.style import style_for
     from ..starts import impossible_starts
-    from ..style import style_for
     from .failures import COMPLETED, FAILED, show_compile_error
 
     found: list[Diagnostic] = []
@@ -72,7 +72,7 @@ def command(
         if not quiet and not impossible:
             click.echo(f"{name}: {summary(checked)}")
         if with_structure:
-            from ..structure import structure
+            from ..presentation.structure import structure
 
             click.echo(structure(checked, style_for(sys.stdout)))
     if as_json:

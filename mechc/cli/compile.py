@@ -79,7 +79,7 @@ def command(
     if target == "fmu":
         from pathlib import Path
 
-        from ..fmus import FmuOptions, export_fmu
+        from ..fmu.export import FmuOptions, export_fmu
         from ..settings import UsageMistake
 
         options = FmuOptions(

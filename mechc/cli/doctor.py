@@ -36,7 +36,7 @@ class Finding(Struct, frozen=True):
 @click.command(name="doctor", short_help="Say what this installation can use, and what is missing.")
 def command() -> int:
     """Print versions, the C compiler and the cache folder; exit with 1 if something needed is missing."""
-    from ..style import style_for
+    from ..presentation.style import style_for
     from .failures import COMPLETED, FAILED
 
     style = style_for(sys.stdout)

@@ -13,7 +13,7 @@ import click
 from .options import model_option, set_option
 
 if TYPE_CHECKING:
-    from ..savings import Code
+    from ..measurement.savings import Code
 
 CODE = re.compile(r"[EWN]\d{4}")
 
@@ -37,10 +37,10 @@ def command(
         click.echo(page(what.upper()))
         return
     from ..api import load
-    from ..explanation import explanation, summary
+    from ..measurement.savings import savings
+    from ..presentation.explanation import explanation, summary
+    from ..presentation.style import style_for
     from ..runtime.build import find_compiler
-    from ..savings import savings
-    from ..style import style_for
 
     loaded = load(what, model=model, set=settings).for_experiment(None)
     measured = target is not None or find_compiler() is not None
@@ -49,14 +49,14 @@ def command(
     if as_json:
         found = summary(loaded, saved)
         if target == "fmu":
-            from ..fmu_account import fmu_summary
+            from ..fmu.account import fmu_summary
 
             found |= {"fmu": fmu_summary(loaded)}
         click.echo(json.dumps(found, indent=1, ensure_ascii=False))
         return
     click.echo(explanation(loaded, style, saved))
     if target == "fmu":
-        from ..fmu_account import fmu_rows
+        from ..fmu.account import fmu_rows
 
         click.echo("\n" + "\n".join(fmu_rows(loaded, style)))
 

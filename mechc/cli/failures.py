@@ -28,6 +28,9 @@ STAGES = {
 }
 """What each package does, in the words of a user."""
 
+PACKAGES = {package.partition(".")[0] for package in STAGES if package != "mechc"}
+"""Those that lie beside ``mechc`` in a checkout, and in it where it is installed."""
+
 
 def explain_failure(error: BaseException) -> int:
     """Write the message of an exception to standard error and return the exit code."""
@@ -77,11 +80,11 @@ def show_usage_mistake(error: BaseException) -> bool:
 
 def show_runtime_error(error: BaseException) -> bool:
     """Write an exception of the runtime that tells of the user's model or machine; say whether it was one."""
-    from ..report import render_error
+    from ..presentation.run_failure import render_error
+    from ..presentation.style import style_for
     from ..runtime.build import BuildError, CompilerMissing
     from ..runtime.files import ResultsFileError
     from ..runtime.outcome import SimulationError
-    from ..style import style_for
 
     match error:
         case SimulationError():
@@ -102,8 +105,8 @@ def show_runtime_error(error: BaseException) -> bool:
 def show_compile_error(error: BaseException) -> None:
     """Write the diagnostics of a ``CompileError``, then how many there are if more than one."""
     from ..lang.diagnostics import CompileError, Severity
-    from ..render import render
-    from ..style import style_for
+    from ..presentation.render import render
+    from ..presentation.style import style_for
 
     assert isinstance(error, CompileError)
     style = style_for(sys.stderr)
@@ -115,7 +118,7 @@ def show_compile_error(error: BaseException) -> None:
 
 def say(word: str, text: str, help: str = "") -> None:
     """Write ``word: text`` to standard error, coloured like a diagnostic."""
-    from ..style import style_for
+    from ..presentation.style import style_for
 
     style = style_for(sys.stderr)
     colour = {"error": style.red, "warning": style.yellow, "note": style.green}[word]
@@ -143,7 +146,8 @@ def stage_of(error: BaseException) -> str:
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         path = Path(frame.filename)
         parts = path.resolve().relative_to(root).parts if path.resolve().is_relative_to(root) else ()
-        dotted = ".".join(parts[1:] if parts[:1] == ("mechc",) and parts[1:2] != ("cli",) else parts)
+        installed = parts[:1] == ("mechc",) and ".".join(parts[1:2]) in PACKAGES
+        dotted = ".".join(parts[1:] if installed else parts)
         for package, words in STAGES.items():
             if dotted.startswith(package + "."):
                 return words

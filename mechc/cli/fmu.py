@@ -49,7 +49,7 @@ def check(files: tuple[str, ...], run: bool) -> int:
 
 def _table(report: Report) -> None:
     """Print one row for each line of a report."""
-    from ..style import style_for
+    from ..presentation.style import style_for
 
     style = style_for(sys.stdout)
     width = max(len(line.what) for line in report.lines)
@@ -90,8 +90,8 @@ def run(
     """
     from pathlib import Path
 
-    from ..fmu_run import run_fmu
-    from ..plots import has_display, save, show
+    from ..fmu.run import run_fmu
+    from ..presentation.plots import has_display, save, show
 
     solution = run_fmu(Path(file), kind=kind, stop=stop, every=every, values=settings).shown_in(display)
     _print(solution)

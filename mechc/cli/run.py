@@ -163,7 +163,7 @@ def _run_all(
 
 
 def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Sweep:
-    from ..progress import Progress
+    from ..presentation.progress import Progress
 
     with Progress(model.name, quiet=given["quiet"]) as progress:
         return model.sweep(
@@ -210,8 +210,8 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
 
 def _show_warnings(model: Model, *, quiet: bool) -> None:
     if model.diagnostics and not quiet:
-        from ..render import render
-        from ..style import style_for
+        from ..presentation.render import render
+        from ..presentation.style import style_for
 
         click.echo(render(model.diagnostics, style_for(sys.stderr)) + "\n", err=True, color=True)
 
@@ -236,8 +236,8 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
 
 
 def _print_report(sweep: Sweep, *, first: bool) -> None:
-    from ..report import report, sweep_report
-    from ..style import style_for
+    from ..presentation.report import report, sweep_report
+    from ..presentation.style import style_for
 
     style = style_for(sys.stdout)
     solution = sweep.solutions[0]
@@ -246,8 +246,8 @@ def _print_report(sweep: Sweep, *, first: bool) -> None:
 
 
 def _print_failure(solution: Solution) -> None:
-    from ..report import render_failure
-    from ..style import style_for
+    from ..presentation.run_failure import render_failure
+    from ..presentation.style import style_for
 
     click.echo(render_failure(solution, style_for(sys.stderr)), err=True, color=True)
 
@@ -267,7 +267,7 @@ def _write(solution: Solution, path: Path, names: list[str], display: Display | 
 
 def _plot(solution: Solution, path: Path, names: list[str], *, window: bool, quiet: bool) -> None:
     """Open a window if that is wanted and possible, else write the picture."""
-    from ..plots import has_display, save, show
+    from ..presentation.plots import has_display, save, show
 
     if window and has_display():
         show(solution, names)

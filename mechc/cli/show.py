@@ -24,6 +24,6 @@ def command(stage: str, file: str, model: str | None, settings: dict[str, str]) 
     equations  the functions that will be computed, and the chosen forms
     program    their straight-line statements, in order
     """
-    from ..stages import show
+    from ..presentation.stages import show
 
     click.echo(show(stage, file, model, settings))

@@ -29,7 +29,7 @@ def command(file: str, **given: Any) -> int:
     Each run is compared with a reference in higher precision, or with another method. A refusal with its reason is
     well; an answer outside its claimed error is not: the exit code is then 1.
     """
-    from ..stress import Subject, line_of, report, stress
+    from ..measurement.stress import Subject, line_of, report, stress
 
     subject = Subject(
         str(Path(file)), given["model"], given["settings"], given["experiment"], given["seconds"]

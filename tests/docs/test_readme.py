@@ -9,7 +9,7 @@ import pytest
 
 import mechc
 from mechc.cli.main import COMMANDS
-from mechc.report import report
+from mechc.presentation.report import report
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -21,7 +21,7 @@ from error_pages import (
 from mechc.api import load
 from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
-from mechc.render import render
+from mechc.presentation.render import render
 
 
 def words_for(page: Page, capsys: pytest.CaptureFixture[str]) -> str:

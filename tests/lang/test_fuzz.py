@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import CompileError
 from mechc.lang.keywords import KEYWORDS
 from mechc.lang.lexer import MOST_ERRORS
 from mechc.lang.printer import format_file
-from mechc.render import render
+from mechc.presentation.render import render
 
 _PIECES = (
     *sorted(KEYWORDS), *'()[]{};,.:=~^*/+-<>"\\\n\t #@\u03b8\u00b0', "->", ":=", "==", "//", "/*", "*/",

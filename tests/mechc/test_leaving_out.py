@@ -16,7 +16,8 @@ from mechc.api import Model
 from mechc.cli.main import mechc as program
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.parts import FUNCTIONS
-from mechc.explanation import explanation
+from mechc.measurement.savings import LARGEST, SQUARE, savings
+from mechc.presentation.explanation import explanation
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.kernel_run import run_kernel
@@ -25,7 +26,6 @@ from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.solver_options import SolverOptions
 from mechc.runtime.trajectory import Trajectory
-from mechc.savings import LARGEST, SQUARE, savings
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.mech"))
 EPSILON = float(np.finfo(float).eps)

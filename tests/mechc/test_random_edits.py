@@ -17,7 +17,7 @@ from mechc.compiler.pipeline import check_source
 from mechc.lang.diagnostics import MAXIMUM, CompileError, Severity
 from mechc.lang.source import SourceFile
 from mechc.lang.tables import load_tables
-from mechc.render import render
+from mechc.presentation.render import render
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.mech"))

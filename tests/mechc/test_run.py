@@ -15,7 +15,7 @@ import pytest
 
 import mechc
 from mechc.cli.main import run
-from mechc.progress import Progress
+from mechc.presentation.progress import Progress
 from mechc.runtime.files import read_results
 
 OSCILLATOR = """\

@@ -16,7 +16,7 @@ from gallery import EXAMPLES
 from msgspec import Struct, field
 
 import mechc
-from mechc.benchmark import reference_at
+from mechc.measurement.benchmark import reference_at
 from mechc.runtime.reference import best_precision
 
 DATA = Path(__file__).parent / "data"

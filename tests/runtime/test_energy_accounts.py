@@ -7,7 +7,7 @@ import math
 import pytest
 
 import mechc
-from mechc.report import report
+from mechc.presentation.report import report
 
 BALL = """\
 coordinate h = 1 m;

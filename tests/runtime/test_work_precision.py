@@ -11,10 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 import mechc
-import mechc.benchmark as benchmark_module
-from mechc.benchmark import benchmark
-from mechc.benchmark_report import report
+import mechc.measurement.benchmark as benchmark_module
 from mechc.cli.main import mechc as program
+from mechc.measurement.benchmark import benchmark
+from mechc.measurement.benchmark_report import report
 from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
@@ -123,7 +123,7 @@ def test_closed_solution_takes_the_place_of_a_reference_that_cannot_be_had(
     def fail(*arguments: object) -> None:
         raise ReferenceFailed("no")
 
-    monkeypatch.setattr("mechc.benchmark._reference", fail)
+    monkeypatch.setattr("mechc.measurement.benchmark._reference", fail)
     without = benchmark(mechc.loads(text), methods=("dop853",), tolerances=(1e-6,))
     assert without.reference.method == "closed solution"
     a, b = with_reference.points[0].error, without.points[0].error
@@ -157,7 +157,7 @@ def test_without_wide_numbers_in_c_the_reference_is_made_by_mpmath(monkeypatch: 
     def none() -> str:
         raise ReferenceFailed("the C compiler has no numbers of more than 53 bits")
 
-    monkeypatch.setattr("mechc.benchmark.best_precision", none)
+    monkeypatch.setattr("mechc.measurement.benchmark.best_precision", none)
     slow = benchmark(mechc.loads(OSCILLATOR), methods=("dop853",), tolerances=(1e-6,))
     assert slow.reference.precision == "mpmath, 36 digits" and slow.digits >= 17
     a, b = usual.reference, slow.reference

@@ -10,7 +10,7 @@ import fmpy
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu.export import Package, make_package, start_of
 from mechc.compiler.targets.fmu.variables import Start
-from mechc.fmus import equations_for
+from mechc.fmu.export import equations_for
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

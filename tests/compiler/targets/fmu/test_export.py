@@ -19,7 +19,7 @@ from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import Made, check_package, native_points
 from mechc.compiler.targets.fmu.export import Package
 from mechc.compiler.targets.fmu.variables import Start
-from mechc.fmus import FmuOptions, export_fmu
+from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")

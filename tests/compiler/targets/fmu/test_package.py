@@ -29,9 +29,9 @@ from mechc.compiler.targets.fmu.checks import check_package
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
 from mechc.compiler.targets.fmu.reference import parse_reference, read_reference
-from mechc.fmu_account import account
-from mechc.fmu_documents import native_run, reference
-from mechc.fmus import FmuOptions, export_fmu, fmu_packages
+from mechc.fmu.account import account
+from mechc.fmu.documents import native_run, reference
+from mechc.fmu.export import FmuOptions, export_fmu, fmu_packages
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.build import find_compiler
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from .numbers import plural
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .compiler.flat.model import Joint
-    from .compiler.mechanics.system import MechanicalSystem
+    from ..api import Model
+    from ..compiler.flat.model import Joint
+    from ..compiler.mechanics.system import MechanicalSystem
 
 
 SWITCHING = {
@@ -46,20 +47,20 @@ def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
     own = sum(x.origin.instance == "" for x in system.masses)
     named = [name for name in bodies if name]
     if bodies:
-        parts = [*named, *([_plural(own, "mass", "masses") + " of the model itself"] if own else [])]
+        parts = [*named, *([plural(own, "mass", "masses") + " of the model itself"] if own else [])]
         yield "bodies", f"{len(named) + own}: {', '.join(parts)}"
     for edge in system.topology.tree:
         count = _freedoms(system, edge.joint)
         driven = _driven(system, edge.joint)
-        words = _plural(count, "freedom") + (f", {driven} prescribed" if driven else "")
+        words = plural(count, "freedom") + (f", {driven} prescribed" if driven else "")
         yield f"joint {edge.joint.name}", words
     others = [s for s in system.v if not any(s.variable.name in j.coordinates for j in system.model.joints)]
     if others:
         names = dict.fromkeys(s.variable.name for s in others)
-        yield "other coordinates", f"{_plural(len(others), 'freedom')}: {', '.join(names)}"
+        yield "other coordinates", f"{plural(len(others), 'freedom')}: {', '.join(names)}"
     prescribed = sum(len(row.v) for row in system.drives)
     if prescribed:
-        yield "prescribed", _plural(prescribed, "motion")
+        yield "prescribed", plural(prescribed, "motion")
     stated: dict[str, int] = {}
     lasting = [row for row in system.constraints if row.mode is None]
     for row in lasting:
@@ -70,7 +71,7 @@ def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
         titles = {name, *(f"{name}[{k}]" for k in range(1, count + 1))}
         rank = sum(entry.name in titles for entry in equations.constraints)
         what = "loop closed by" if name in closing else "constraint"
-        words = _plural(count, "equation")
+        words = plural(count, "equation")
         if rank < count:
             words += f", {rank} independent"
         if levels[name] == "velocity":
@@ -90,7 +91,3 @@ def _freedoms(system: MechanicalSystem, joint: Joint) -> int:
 
 def _driven(system: MechanicalSystem, joint: Joint) -> int:
     return sum(system.v[i].variable.name in joint.coordinates for row in system.drives for i in row.v)
-
-
-def _plural(n: int, word: str, words: str = "") -> str:
-    return f"{n} {word if n == 1 else words or word + 's'}"

@@ -8,36 +8,36 @@ from fractions import Fraction
 
 from msgspec import Struct
 
-from .lang.source import SourceFile, Span
-from .settings import Given
+from ..lang.source import SourceFile, Span
+from ..settings import Given
 
 
 def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]) -> str:
     """Return a model as text after a stage: ast, flat, system, equations or program."""
     if stage == "ast":
-        from .lang.diagnostics import Reporter
-        from .lang.parser import parse
-        from .lang.read import read_source
+        from ..lang.diagnostics import Reporter
+        from ..lang.parser import parse
+        from ..lang.read import read_source
 
         return tree(parse(read_source(file), Reporter()))
-    from .api import load
+    from ..api import load
 
     compilation = load(file, model=model, set=settings).compilation
     match stage:
         case "flat":
-            from .compiler.flat.show import show as show_flat
+            from ..compiler.flat.show import show as show_flat
 
             return show_flat(compilation.flat).rstrip("\n")
         case "system":
-            from .compiler.mechanics.show import show as show_system
+            from ..compiler.mechanics.show import show as show_system
 
             return show_system(compilation.system).rstrip("\n")
         case "equations":
-            from .compiler.equations.show import show as show_equations
+            from ..compiler.equations.show import show as show_equations
 
             return show_equations(compilation.equations).rstrip("\n")
         case "program":
-            from .compiler.program.show import show as show_program
+            from ..compiler.program.show import show as show_program
 
             return show_program(compilation.program).rstrip("\n")
     raise AssertionError(f"unknown stage {stage}")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from .report import number
-from .runtime.case import Case, SimulationOptions, prepare
-from .runtime.functions import load_functions
+from ..runtime.case import Case, SimulationOptions, prepare
+from ..runtime.functions import load_functions
+from .numbers import number
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from .api import Model, Target
-    from .runtime.problem import Problem
+    from ..api import Model, Target
+    from ..runtime.problem import Problem
 
 
 def initial_text(

@@ -19,8 +19,8 @@ from typing import assert_never
 from msgspec import Struct
 from msgspec.structs import replace
 
-from .lang.diagnostics import MAXIMUM, Diagnostic, Severity
-from .lang.source import SourceFile, Span
+from ..lang.diagnostics import MAXIMUM, Diagnostic, Severity
+from ..lang.source import SourceFile, Span
 from .style import PLAIN, Style, printable, width
 
 LONGEST_LINE = 140

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
-from .lang.units import BASE, parse_unit
-from .report import number
+from ..lang.units import BASE, parse_unit
+from ..presentation.numbers import number
 
 if TYPE_CHECKING:
-    from .runtime.problem import Quantity
-    from .runtime.simulate import Plan
+    from ..runtime.problem import Quantity
+    from ..runtime.simulate import Plan
 
 QUICK_PARAMETERS = 8
 """Parameters that a quick run scales; the others are named as left out."""

@@ -10,12 +10,12 @@ import pytest
 from msgspec.structs import replace
 
 from mechc.cli.main import run
-from mechc.extremes import Extreme, extremes
+from mechc.measurement.extremes import Extreme, extremes
+from mechc.measurement.stress import Subject, adaptive_methods, worker
 from mechc.runtime.accuracy import ErrorEstimate
 from mechc.simulation import Request, plan
-from mechc.stress import Subject, adaptive_methods, worker
 
-PENDULUM = Path(__file__).parents[2] / "examples" / "pendulum.mech"
+PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
 SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)
 
 

@@ -9,8 +9,17 @@ import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
 import mechc
-from mechc.panels import Curves, Energies, Paths, Portrait, element, matrix_rows, panels_of, point_names
-from mechc.plots import balance_error, figure, save
+from mechc.presentation.panels import (
+    Curves,
+    Energies,
+    Paths,
+    Portrait,
+    element,
+    matrix_rows,
+    panels_of,
+    point_names,
+)
+from mechc.presentation.plots import balance_error, figure, save
 from mechc.runtime.problem import Quantity
 from mechc.solution import Solution
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..presentation.numbers import duration
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -31,7 +33,7 @@ def report(made: Benchmark) -> str:
                 rows.append(f"  {p.setting:>14.3g}  {p.failure}")
                 continue
             rows.append(
-                f"  {p.setting:>14.3g}  {p.error:.1e}  {p.error_at_end:.1e}  {_duration(p.seconds):>11}"
+                f"  {p.setting:>14.3g}  {p.error:.1e}  {p.error_at_end:.1e}  {duration(p.seconds):>11}"
                 f"  {p.spread:>5.0%}  {p.steps:>9}  {p.evaluations:>11}"
             )
     rows += ["", *(f"  {name}: {why}" for name, why in made.skipped)] if made.skipped else []
@@ -47,13 +49,6 @@ def _reference_line(made: Benchmark) -> str:
         f"reference: {truth.method} in {truth.precision} at {truth.tolerance:.0e}, "
         f"{made.digits} digits trusted ({effort})"
     )
-
-
-def _duration(seconds: float) -> str:
-    for unit, factor in (("us", 1e6), ("ms", 1e3)):
-        if seconds * factor < 1000:
-            return f"{seconds * factor:.3g} {unit}"
-    return f"{seconds:.3g} s"
 
 
 def draw(made: Benchmark, path: Path) -> None:

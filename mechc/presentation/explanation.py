@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 from msgspec import to_builtins
 
-from .compiler.targets.parts import FUNCTIONS
+from ..compiler.targets.parts import FUNCTIONS
+from .numbers import plural
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .compiler.equations.model import Choice
-    from .savings import Cost, Savings
+    from ..api import Model
+    from ..compiler.equations.model import Choice
+    from ..measurement.savings import Cost, Savings
 
 WIDTH = 100
 SIZES = {"c": "bytes of code", "python": "bytes of text", "fmu": "bytes of the binary"}
@@ -26,7 +27,7 @@ def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None
     for choice in model.compilation.equations.choices:
         groups[choice.decision, choice.reason].append(choice)
     column = max((width(_lead(choices)) for choices in groups.values()), default=0)
-    rows = [f"{style.bold(model.name)}: {', '.join(_plural(n, word) for n, word in _counts(model) if n)}"]
+    rows = [f"{style.bold(model.name)}: {', '.join(plural(n, word) for n, word in _counts(model) if n)}"]
     for (decision, reason), choices in groups.items():
         words = decision if len(choices) == 1 else ", ".join(choice.topic for choice in choices)
         lines = textwrap.wrap(words, WIDTH - column)
@@ -102,7 +103,7 @@ def _said(saved: Savings, choice: Choice) -> str:
     if choice.part in FUNCTIONS:
         names = FUNCTIONS[choice.part]
         texts.append(f"the function{'s' if len(names) > 1 else ''} {', '.join(names)}")
-    texts.append(_plural(int(more["operations"] or 0), "operation"))
+    texts.append(plural(int(more["operations"] or 0), "operation"))
     if more["size"] is not None:
         texts.append(f"{int(more['size'])} {SIZES[saved.target]}")
     if more["nanoseconds"] is not None and saved.lean.nanoseconds:
@@ -131,9 +132,3 @@ def _totals(saved: Savings, style: Style) -> list[str]:
 def _lead(choices: list[Choice]) -> str:
     """Return what stands in the margin: the topic of a single choice, the decision of several."""
     return choices[0].topic if len(choices) == 1 else choices[0].decision
-
-
-def _plural(n: int, word: str) -> str:
-    if n != 1:
-        word = word[:-1] + "ies" if word.endswith("y") else word + "s"
-    return f"{n} {word}"

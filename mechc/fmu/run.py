@@ -11,17 +11,17 @@ import fmpy
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
-from .compiler.targets.fmu.arrays import element_names, flattened
-from .compiler.targets.fmu.inspect import KINDS, kinds_of
-from .display import Display
-from .lang.units import UnitError, parse_unit
-from .runtime.accuracy import Accuracy
-from .runtime.outcome import Outcome
-from .runtime.problem import Array, Problem, Quantity
-from .runtime.solution import Solution as Run
-from .runtime.trajectory import Statistics
-from .settings import UsageMistake, unknown_name
-from .solution import Solution
+from ..compiler.targets.fmu.arrays import element_names, flattened
+from ..compiler.targets.fmu.inspect import KINDS, kinds_of
+from ..display import Display
+from ..lang.units import UnitError, parse_unit
+from ..runtime.accuracy import Accuracy
+from ..runtime.outcome import Outcome
+from ..runtime.problem import Array, Problem, Quantity
+from ..runtime.solution import Solution as Run
+from ..runtime.trajectory import Statistics
+from ..settings import UsageMistake, unknown_name
+from ..solution import Solution
 
 
 def run_fmu(

@@ -6,7 +6,7 @@ import io
 
 import pytest
 
-from mechc.progress import Progress
+from mechc.presentation.progress import Progress
 
 
 class Terminal(io.StringIO):
@@ -18,7 +18,7 @@ class Terminal(io.StringIO):
 def clock(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """The time that the bar sees."""
     now = [100.0]
-    monkeypatch.setattr("mechc.progress.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("mechc.presentation.progress.time.monotonic", lambda: now[0])
     return now
 
 

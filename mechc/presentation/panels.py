@@ -10,8 +10,8 @@ import numpy as np
 from msgspec import Struct
 
 if TYPE_CHECKING:
-    from .runtime.problem import Quantity
-    from .solution import Solution
+    from ..runtime.problem import Quantity
+    from ..solution import Solution
 
 MOST_CURVES = 8
 """Curves in one panel; of more, as many are drawn evenly spread, and the title says so."""

@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
-from .lang.diagnostics import CompileError, Reporter
-from .runtime.build import CompilerMissing
-from .settings import UsageMistake
+from ..lang.diagnostics import CompileError, Reporter
+from ..runtime.build import CompilerMissing
+from ..settings import UsageMistake
 
 if TYPE_CHECKING:
-    from .api import Model, Target
-    from .compiler.equations.model import Equations
-    from .compiler.targets.fmu.checks import Made
-    from .compiler.targets.fmu.variables import Start
-    from .solution import Solution
+    from ..api import Model, Target
+    from ..compiler.equations.model import Equations
+    from ..compiler.targets.fmu.checks import Made
+    from ..compiler.targets.fmu.variables import Start
+    from ..solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
 VERSIONS = {"2": (2,), "3": (3,), "both": (2, 3)}
@@ -47,7 +47,7 @@ def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[
     Nothing is written unless everything succeeded. Raises CompileError (E09), UsageMistake, SimulationError,
     BuildError.
     """
-    from .compiler.targets.fmu.checks import check_package
+    from ..compiler.targets.fmu.checks import check_package
 
     chosen = model.for_experiment(options.experiment)
     places = _places(chosen, output, options)
@@ -61,7 +61,7 @@ def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[
 
 def _places(model: Model, output: Path | None, options: FmuOptions) -> list[Path]:
     """Return the files to be written. Raises CompileError (E0901) for those that cannot be, UsageMistake."""
-    from .exporting import file_stem
+    from ..exporting import file_stem
 
     target = output or Path(f"{file_stem(model.name)}.fmu")
     if target.suffix != ".fmu":
@@ -87,12 +87,12 @@ def _unwritable(place: Path, reason: str) -> CompileError:
 
 def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     """Return the FMU of each version that is asked for. Raises CompileError, SimulationError, BuildError."""
-    from .compiler.targets.fmu.checks import Made
-    from .compiler.targets.fmu.export import make_package, start_of, write_program
-    from .compiler.targets.fmu.identity import checked_identifier
-    from .compiler.targets.fmu.platforms import chosen_platforms
-    from .fmu_documents import documents, native_run, placed
-    from .runtime.build import find_compiler
+    from ..compiler.targets.fmu.checks import Made
+    from ..compiler.targets.fmu.export import make_package, start_of, write_program
+    from ..compiler.targets.fmu.identity import checked_identifier
+    from ..compiler.targets.fmu.platforms import chosen_platforms
+    from ..runtime.build import find_compiler
+    from .documents import documents, native_run, placed
 
     checked_identifier(model.name)
     platforms = () if options.sources_only else chosen_platforms(options.platforms)
@@ -155,8 +155,8 @@ def _method(model: Model, options: FmuOptions, run: Solution) -> str:
 
 def equations_for(model: Model, method: str) -> Equations:
     """Return the equations with what the method needs of them, and all that the model was asked to keep."""
-    from .api import WITH_JACOBIAN, WITH_MOMENTA
-    from .compiler.equations.assemble import assemble
+    from ..api import WITH_JACOBIAN, WITH_MOMENTA
+    from ..compiler.equations.assemble import assemble
 
     parts = {"jacobian"} if method in WITH_JACOBIAN else set()
     parts |= {"momenta"} if method in WITH_MOMENTA else set()

@@ -9,13 +9,13 @@ from xml.etree import ElementTree
 
 from msgspec import Struct
 
-from .compiler.equations.needs import EVERYTHING
-from .compiler.targets.fmu.export import make_package, start_of
-from .fmus import equations_for
-from .style import PLAIN, Style
+from ..compiler.equations.needs import EVERYTHING
+from ..compiler.targets.fmu.export import make_package, start_of
+from ..presentation.style import PLAIN, Style
+from .export import equations_for
 
 if TYPE_CHECKING:
-    from .api import Model
+    from ..api import Model
 
 INTERFACES = ("ModelExchange", "CoSimulation")
 WIDTH = 100

@@ -8,7 +8,9 @@ import pytest
 from hand_made import failing_solution, pendulum_solution
 
 import mechc
-from mechc.report import count, duration, number, render_failure, report, sweep_report
+from mechc.presentation.numbers import count, duration, number
+from mechc.presentation.report import report, sweep_report
+from mechc.presentation.run_failure import render_failure
 
 
 def test_a_completed_run() -> None:

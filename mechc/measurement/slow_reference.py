@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .compiler.graph.evaluate import Tape, multiprecision
-from .runtime.extrapolation import NoConvergence, extrapolate
-from .runtime.reference import Reference, ReferenceFailed
+from ..compiler.graph.evaluate import Tape, multiprecision
+from ..runtime.extrapolation import NoConvergence, extrapolate
+from ..runtime.reference import Reference, ReferenceFailed
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .runtime.case import Case
-    from .runtime.problem import Array
+    from ..api import Model
+    from ..runtime.case import Case
+    from ..runtime.problem import Array
 
 DIGITS = 36
 TOLERANCES = (1e-18, 1e-22)

@@ -10,16 +10,16 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from .compiler.equations.needs import EVERYTHING
-from .runtime.case import SimulationOptions, prepare
-from .runtime.functions import Functions, load_functions
-from .runtime.object_code import code_bytes
-from .runtime.outcome import SimulationError
+from ..compiler.equations.needs import EVERYTHING
+from ..runtime.case import SimulationOptions, prepare
+from ..runtime.functions import Functions, load_functions
+from ..runtime.object_code import code_bytes
+from ..runtime.outcome import SimulationError
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .runtime.case import Case
-    from .runtime.problem import Problem
+    from ..api import Model
+    from ..runtime.case import Case
+    from ..runtime.problem import Problem
 
 Code = Literal["c", "python", "fmu"]
 
@@ -88,7 +88,7 @@ def cost(model: Model, target: Code = "c", measured: bool = True) -> Cost:
                 plain, size=code_bytes(problem.library), nanoseconds=nanoseconds(problem, _by_kernel)
             )
         case "python":
-            from .compiler.targets.python import emit_python
+            from ..compiler.targets.python import emit_python
 
             problem = model.problem("python")
             size = len(emit_python(program).encode())
@@ -114,8 +114,8 @@ def nanoseconds(
 
 def _by_kernel(problem: Problem, functions: Functions, case: Case, step: float) -> float:
     """Steps of the classical Runge-Kutta method: the same ones in every build."""
-    from .runtime.kernel_run import run_kernel
-    from .runtime.solver_options import SolverOptions
+    from ..runtime.kernel_run import run_kernel
+    from ..runtime.solver_options import SolverOptions
 
     short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
     options = SolverOptions("rk4", case.tolerance, np.ones(problem.ny), step, max_steps=STEPS)
@@ -138,6 +138,6 @@ def _by_python(problem: Problem, functions: Functions, case: Case, step: float) 
 
 
 def _fmu_size(model: Model) -> int:
-    from .fmu_account import account
+    from ..fmu.account import account
 
     return account(model).binary

@@ -10,16 +10,16 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from .runtime.case import Case, SimulationOptions, find_experiment, prepare
-from .runtime.evaluate import evaluate_rows
-from .runtime.functions import Functions, load_functions
-from .runtime.kernel_run import run_kernel
-from .runtime.methods import check_name
-from .runtime.native import kernel_methods, load_kernel
-from .runtime.outcome import SimulationError
-from .runtime.peers import METHODS
-from .runtime.pilot import nominal_of
-from .runtime.reference import (
+from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
+from ..runtime.evaluate import evaluate_rows
+from ..runtime.functions import Functions, load_functions
+from ..runtime.kernel_run import run_kernel
+from ..runtime.methods import check_name
+from ..runtime.native import kernel_methods, load_kernel
+from ..runtime.outcome import SimulationError
+from ..runtime.peers import METHODS
+from ..runtime.pilot import nominal_of
+from ..runtime.reference import (
     FAST_PRECISION,
     Reference,
     ReferenceFailed,
@@ -28,15 +28,15 @@ from .runtime.reference import (
     has_precision,
     reference,
 )
-from .runtime.reference_cache import kept_reference
-from .runtime.scipy_methods import PREFIX
-from .runtime.solver_options import SolverOptions
-from .runtime.work_precision import LONGEST, TOLERANCES, Point, measure
+from ..runtime.reference_cache import kept_reference
+from ..runtime.scipy_methods import PREFIX
+from ..runtime.solver_options import SolverOptions
+from ..runtime.work_precision import LONGEST, TOLERANCES, Point, measure
 from .truth import compile_for_reference
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .runtime.problem import Array, Problem
+    from ..api import Model
+    from ..runtime.problem import Array, Problem
 
 DEFAULT_METHODS = ("dop853", "radau5", "rk4")
 MEASURED_POINTS = 41

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from mechc.api import load, loads
-from mechc.structure import structure
+from mechc.presentation.structure import structure
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 
 def rows(text: str) -> dict[str, str]:

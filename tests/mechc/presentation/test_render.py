@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Diagnostic, Label, Severity
 from mechc.lang.source import SourceFile, Span
-from mechc.render import render
-from mechc.style import Style, printable, width
+from mechc.presentation.render import render
+from mechc.presentation.style import Style, printable, width
 
 PENDULUM = SourceFile(
     "pendulum.mech",

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import panels, plots
-from .lang.diagnostics import Reporter
-from .runtime.outcome import Outcome
+from ..lang.diagnostics import Reporter
+from ..presentation import panels, plots
+from ..runtime.outcome import Outcome
 
 if TYPE_CHECKING:
-    from .api import Model
-    from .compiler.equations.model import Entry
-    from .runtime.problem import Array
-    from .solution import Solution
+    from ..api import Model
+    from ..compiler.equations.model import Entry
+    from ..runtime.problem import Array
+    from ..solution import Solution
 
 ICON = "icon.png"
 ICON_SIZE = 128
@@ -54,8 +54,8 @@ def native_run(
 
     Raises CompileError (E0906) if it fails, SimulationError.
     """
-    from .runtime.build import find_compiler
-    from .simulation import Request, simulate_settled
+    from ..runtime.build import find_compiler
+    from ..simulation import Request, simulate_settled
 
     request = Request(
         experiment=experiment,
@@ -127,7 +127,7 @@ def _extent(solution: Solution) -> str:
 
 def _equations(model: Model) -> list[str]:
     """Return the sections on the equations, or how to get them if they are long."""
-    from .compiler.symbolic.layouts import write_equations
+    from ..compiler.symbolic.layouts import write_equations
 
     equations = model.compilation.equations
     rhs = next(f for f in equations.functions if f.name == "rhs")
@@ -157,7 +157,7 @@ def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) ->
 
 def reference(model: Model, experiment: str | None, solution: Solution) -> str:
     """Return the reference results: states and outputs at even times, as long as they can be trusted."""
-    from .compiler.targets.fmu.reference import write_reference
+    from ..compiler.targets.fmu.reference import write_reference
 
     begin, stop = float(solution.time[0]), float(solution.time[-1])
     time = np.linspace(begin, stop, ROWS) if stop > begin else solution.time[:1]
@@ -200,7 +200,7 @@ def _away_from_events(time: Array, solution: Solution) -> Any:
 
 def _horizon(solution: Solution, loose: Solution, time: Array, columns: Mapping[str, Array]) -> float:
     """Return the time up to which a run at a loose tolerance follows."""
-    from .compiler.targets.fmu.reference import sizes
+    from ..compiler.targets.fmu.reference import sizes
 
     early = time[time <= loose.time[-1]]
     values = loose(early)

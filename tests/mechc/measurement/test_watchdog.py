@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import pytest
 
-from mechc.watchdog import Crashed, Hung, Watchdog
+from mechc.measurement.watchdog import Crashed, Hung, Watchdog
 
 
 def maker(base: int) -> Callable[[str], int]:

@@ -17,8 +17,8 @@ import numpy as np
 from .panels import Curves, Energies, Panel, Paths, Portrait, curves_of, element, panels_of
 
 if TYPE_CHECKING:
-    from .runtime.problem import Array
-    from .solution import Solution
+    from ..runtime.problem import Array
+    from ..solution import Solution
 
 COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
 GREY = "#6b7280"

@@ -6,16 +6,14 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from .lang.diagnostics import Severity
-from .render import Mark, ShownLine, heading, line_rows, note_rows, place_row
+from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from .runtime.accuracy import Accuracy, Drift
-    from .runtime.outcome import SimulationError
-    from .runtime.problem import Origin, Quantity
-    from .simulation import Sweep
-    from .solution import Solution
+    from ..runtime.accuracy import Accuracy, Drift
+    from ..runtime.problem import Quantity
+    from ..simulation import Sweep
+    from ..solution import Solution
 
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
@@ -67,66 +65,7 @@ def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
 
 
 def _column(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if _with_unit(unit) else name
-
-
-def render_failure(solution: Solution, style: Style = PLAIN) -> str:
-    """Return why a run stopped early, with the line of the model that is to blame and the state there."""
-    failure = solution.failure
-    if failure is None:
-        return solution.message
-    rows = render_message(failure.message, failure.origin, style).split("\n")
-    units = {q.name: q.unit for q in solution.problem.states if q.kind != "account"}
-    known = [(name, value) for name, value in failure.state.items() if name in units]
-    shown = known[:MOST_STATES]
-    state = ", ".join(f"{name} = {number(value)}{_with_unit(units[name])}" for name, value in shown)
-    more = len(known) - len(shown)
-    rows += note_rows("state", state + (f", and {more} more" if more else ""), 2, style)
-    return "\n".join(rows)
-
-
-def render_error(error: SimulationError, style: Style = PLAIN) -> str:
-    """Return why a run cannot begin, like a diagnostic."""
-    rows = render_message(error.message, error.origin, style, error.code).split("\n")
-    for note in error.notes:
-        rows += note_rows("note", note, 2, style)
-    if error.help:
-        rows += note_rows("help", error.help, 2, style)
-    return "\n".join(rows)
-
-
-def render_message(message: str, origin: Origin | None, style: Style = PLAIN, code: str = "") -> str:
-    """Return a message of the runtime like a diagnostic, with its source line where one is known."""
-    rows = [heading(Severity.ERROR, code, message, style)]
-    if origin is not None:
-        gutter = len(str(origin.line)) + 1
-        rows.append(place_row(origin.file, origin.line, origin.column, gutter, first=True, style=style))
-        start = width(origin.text[: origin.column - 1])
-        mark = Mark(start, max(width(origin.text.rstrip()), start + 1), "", True)
-        rows += line_rows(ShownLine(origin.line, origin.text, (mark,)), gutter, Severity.ERROR, style)
-    return "\n".join(rows)
-
-
-def number(value: float) -> str:
-    """Return a number with seven digits, as short as possible."""
-    return f"{value + 0.0:.7g}"  # no minus before a zero
-
-
-def duration(seconds: float) -> str:
-    """Return a time in the unit that suits its size: ``183 us``, ``2.1 ms``, ``3.4 s``, ``2 min 5 s``."""
-    if seconds < 0.9995e-3:
-        return f"{seconds * 1e6:.3g} us"
-    if seconds < 0.9995:
-        return f"{seconds * 1e3:.3g} ms"
-    if seconds < 99.95:
-        return f"{seconds:.3g} s"
-    minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s"
-
-
-def count(value: int) -> str:
-    """Return an integer with thin groups of three digits: ``12 345``."""
-    return f"{value:,}".replace(",", " ")
+    return f"{name} [{unit}]" if with_unit(unit) else name
 
 
 def _headline(solution: Solution, style: Style) -> str:
@@ -135,9 +74,7 @@ def _headline(solution: Solution, style: Style) -> str:
     colour = {"completed": style.green, "terminated": style.green, "interrupted": style.yellow}.get(
         word, style.red
     )
-    end = (
-        f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{_with_unit(problem.time.unit)}"
-    )
+    end = f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{with_unit(problem.time.unit)}"
     text = f"{style.bold(_title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
     return f"{text}: {solution.message}" if word == "terminated" and solution.message else text
 
@@ -175,7 +112,7 @@ def _values(solution: Solution, style: Style) -> list[str]:
         if estimate:
             states.sort(key=lambda q: -estimate.by_state[q.name])
         states = states[:MOST_STATES]
-    head = ["", f"at {number(float(solution.time[-1]))}{_with_unit(solution.problem.time.unit)}", ""]
+    head = ["", f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}", ""]
     head += ["estimated error", "largest"] if estimate else []
     table = [head]
     for quantity in states:
@@ -261,7 +198,7 @@ def _events(solution: Solution, style: Style) -> list[str]:
     events = solution.events
     if not events:
         return []
-    unit = _with_unit(solution.problem.time.unit)
+    unit = with_unit(solution.problem.time.unit)
     shown = events[:MOST_EVENTS]
     names = max(width(event.name) for event in shown)
     rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
@@ -291,7 +228,3 @@ def _aligned(table: Sequence[Sequence[str]], style: Style) -> list[str]:
         text = f"  {cells[0]}   {cells[1]} {'   '.join(cells[2:])}".rstrip()
         rows.append(style.dim(text) if i == 0 else text)
     return rows
-
-
-def _with_unit(unit: str) -> str:
-    return f" {unit}" if unit and unit != "1" else ""

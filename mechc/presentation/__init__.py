@@ -1,0 +1,1 @@
+"""What people see: messages, reports, tables and pictures."""
