@@ -7,33 +7,20 @@
 
 from __future__ import annotations
 
-import functools
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
-from msgspec import Struct, field
-
-from .compiler.flat.model import Experiment, Expression
+from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
+from .compiler.flat.model import Experiment
 from .compiler.flat.model import Literal as LiteralValue
-from .compiler.pipeline import Compilation, compile_source, program_for
-from .lang import ast
-from .lang.diagnostics import Diagnostic, Reporter
-from .lang.parser import parse
+from .compiler.pipeline import Compilation, program_for
+from .lang.diagnostics import Diagnostic
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .settings import (
-    Given,
-    Scalar,
-    UsageMistake,
-    plain,
-    read_value,
-    settings_in_si,
-    structural_value,
-    unknown_name,
-)
+from .settings import Given, UsageMistake, settings_in_si, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -42,7 +29,7 @@ if TYPE_CHECKING:
     from .simulation import Request, Sweep
     from .solution import Solution
 
-Structural = Mapping[str, Fraction | bool | str]
+Structural = Mapping[str, Exact]
 Target = Literal["auto", "c", "python"]
 
 WITH_JACOBIAN = {"radau5", "auto", "gauss2", "gauss4", "gauss6", "gauss8"}
@@ -94,43 +81,10 @@ def loads(
     return _compile(SourceFile(name, text.replace("\r\n", "\n")), Path(), model, {}, keep)
 
 
-class _Code(Struct, eq=False):
-    """One compilation with the problems made of it, and the same source with other structural parameters."""
-
-    source: SourceFile
-    folder: Path
-    model: str | None
-    structural: dict[str, Fraction | bool | str]
-    compilation: Compilation
-    keep: frozenset[str] = frozenset()
-    problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
-    variants: dict[tuple[tuple[str, object], ...], _Code] = field(default_factory=dict)
-    kept: dict[frozenset[str], _Code] = field(default_factory=dict)
-
-    @staticmethod
-    def make(
-        source: SourceFile,
-        folder: Path,
-        model: str | None,
-        structural: dict[str, Fraction | bool | str],
-        keep: frozenset[str],
-    ) -> _Code:
-        compilation = compile_source(source, model=model, structural=structural, search=(folder,), parts=keep)
-        return _Code(source, folder, model, structural, compilation, keep)
-
-    def variant(self, structural: dict[str, Fraction | bool | str]) -> _Code:
-        if structural == self.structural:
-            return self
-        key = tuple(sorted(structural.items()))
-        if key not in self.variants:
-            self.variants[key] = _Code.make(self.source, self.folder, self.model, structural, self.keep)
-        return self.variants[key]
-
-
 class Model:
     """A compiled model with the values that were set. Immutable; ``with_values`` gives a changed one."""
 
-    def __init__(self, code: _Code, settings: dict[str, Given]) -> None:
+    def __init__(self, code: Code, settings: dict[str, Given]) -> None:
         self._code = code
         self._settings = settings
 
@@ -253,7 +207,7 @@ class Model:
         if not values:
             return self
         known = self.structural_parameters
-        structural = {name: _fraction(name, value) for name, value in values.items() if name in known}
+        structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
         settings = {name: value for name, value in values.items() if name not in known}
         changed = Model(self._code.variant(self._code.structural | structural), self._settings | settings)
         settings_in_si(settings, changed.settable_units())  # a mistake is told here, not when the run begins
@@ -330,7 +284,7 @@ class Model:
         """Return this model with parts built whether they are needed or not."""
         code, wanted = self._code, frozenset(parts)
         if wanted not in code.kept:
-            code.kept[wanted] = _Code.make(code.source, code.folder, code.model, code.structural, wanted)
+            code.kept[wanted] = Code.make(code.source, code.folder, code.model, code.structural, wanted)
         return Model(code.kept[wanted], self._settings)
 
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
@@ -346,9 +300,9 @@ class Model:
 def _compile(
     source: SourceFile, folder: Path, model: str | None, given: dict[str, Given], keep: Collection[str]
 ) -> Model:
-    declared = _structural_names(source) if given else ()
-    early = {name: _fraction(name, given.pop(name)) for name in declared if name in given}
-    return Model(_Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
+    declared = structural_names(source) if given else ()
+    early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}
+    return Model(Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
 
 
 def _arrived(
@@ -356,50 +310,11 @@ def _arrived(
     text: str,
     folder: Path,
     model: str | None,
-    structural: tuple[tuple[str, Fraction | bool | str], ...],
+    structural: tuple[tuple[str, Exact], ...],
     keep: frozenset[str],
     settings: dict[str, Given],
 ) -> Model:
-    return Model(_compiled(name, text, folder, model, structural, keep), settings)
-
-
-@functools.lru_cache(maxsize=8)
-def _compiled(
-    name: str,
-    text: str,
-    folder: Path,
-    model: str | None,
-    structural: tuple[tuple[str, Fraction | bool | str], ...],
-    keep: frozenset[str],
-) -> _Code:
-    """Compile what came from another process, once for all tasks that it sends."""
-    return _Code.make(SourceFile(name, text), folder, model, dict(structural), keep)
-
-
-def _structural_names(source: SourceFile) -> Sequence[str]:
-    """Return the structural parameters of all models of a file: they must be known before it is compiled."""
-    names: list[str] = []
-    pending: list[object] = list(parse(source, Reporter()).items)
-    while pending:
-        item = pending.pop()
-        match item:
-            case ast.Model():
-                pending.extend(item.body)
-            case ast.Parameter(structural=True):
-                names.append(item.name)
-    return names
-
-
-def _fraction(name: str, value: Given) -> Fraction | bool | str:
-    """Return a structural value as the compiler wants it: numbers exactly, in SI."""
-    value = plain(value)
-    if not isinstance(value, (str, int, float)):
-        raise UsageMistake(f"the structural parameter '{name}' takes one value, not {value!r}")
-    scalar: Scalar = structural_value(value)
-    if isinstance(scalar, str) and scalar[:1].isdigit():
-        number = read_value(scalar)
-        return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
-    return scalar if isinstance(scalar, (bool, str)) else Fraction(scalar)
+    return Model(compiled_again(name, text, folder, model, structural, keep), settings)
 
 
 def _request(experiment: str | None, options: Options) -> Request:
@@ -413,10 +328,3 @@ def _request(experiment: str | None, options: Options) -> Request:
                 f"values of the model are given as set={{'{name}': ...}}; the options are {', '.join(known)}",
             )
     return Request(experiment=experiment, **options)
-
-
-def structural_literal(value: Expression) -> Fraction | bool | str:
-    """Return the value of a swept structural parameter, which the compiler has made a literal."""
-    if not isinstance(value, LiteralValue):
-        raise TypeError("a swept structural parameter takes literal values")
-    return value.value

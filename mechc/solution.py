@@ -68,7 +68,7 @@ class Solution(Run):
 
     def __str__(self) -> str:
         """The report of the run, as ``mechc run`` prints it."""
-        from .report import report
+        from .presentation.report import report
 
         return report(self)
 

@@ -1,0 +1,104 @@
+"""A source text compiled: the problems made of it, and the same text with other structural parameters."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msgspec import Struct, field
+
+from .compiler.flat.model import Expression, Literal
+from .compiler.pipeline import Compilation, compile_source
+from .lang import ast
+from .lang.diagnostics import Reporter
+from .lang.parser import parse
+from .lang.source import SourceFile
+from .settings import Given, Scalar, UsageMistake, plain, read_value, structural_value
+
+if TYPE_CHECKING:
+    from .runtime.problem import Problem
+
+Exact = Fraction | bool | str
+"""A structural value: numbers exactly, in SI."""
+
+
+class Code(Struct, eq=False):
+    """One compilation with the problems made of it, and the same source with other structural parameters."""
+
+    source: SourceFile
+    folder: Path
+    model: str | None
+    structural: dict[str, Exact]
+    compilation: Compilation
+    keep: frozenset[str] = frozenset()
+    problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
+    variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
+    kept: dict[frozenset[str], Code] = field(default_factory=dict)
+
+    @staticmethod
+    def make(
+        source: SourceFile,
+        folder: Path,
+        model: str | None,
+        structural: dict[str, Exact],
+        keep: frozenset[str],
+    ) -> Code:
+        compilation = compile_source(source, model=model, structural=structural, search=(folder,), parts=keep)
+        return Code(source, folder, model, structural, compilation, keep)
+
+    def variant(self, structural: dict[str, Exact]) -> Code:
+        if structural == self.structural:
+            return self
+        key = tuple(sorted(structural.items()))
+        if key not in self.variants:
+            self.variants[key] = Code.make(self.source, self.folder, self.model, structural, self.keep)
+        return self.variants[key]
+
+
+@functools.lru_cache(maxsize=8)
+def compiled_again(
+    name: str,
+    text: str,
+    folder: Path,
+    model: str | None,
+    structural: tuple[tuple[str, Exact], ...],
+    keep: frozenset[str],
+) -> Code:
+    """Compile what came from another process, once for all tasks that it sends."""
+    return Code.make(SourceFile(name, text), folder, model, dict(structural), keep)
+
+
+def structural_names(source: SourceFile) -> Sequence[str]:
+    """Return the structural parameters of all models of a file: they must be known before it is compiled."""
+    names: list[str] = []
+    pending: list[object] = list(parse(source, Reporter()).items)
+    while pending:
+        item = pending.pop()
+        match item:
+            case ast.Model():
+                pending.extend(item.body)
+            case ast.Parameter(structural=True):
+                names.append(item.name)
+    return names
+
+
+def exact_value(name: str, value: Given) -> Exact:
+    """Return a structural value as the compiler wants it: numbers exactly, in SI."""
+    value = plain(value)
+    if not isinstance(value, (str, int, float)):
+        raise UsageMistake(f"the structural parameter '{name}' takes one value, not {value!r}")
+    scalar: Scalar = structural_value(value)
+    if isinstance(scalar, str) and scalar[:1].isdigit():
+        number = read_value(scalar)
+        return Fraction(number.numbers[0]) * (number.unit.factor if number.unit else 1)
+    return scalar if isinstance(scalar, (bool, str)) else Fraction(scalar)
+
+
+def structural_literal(value: Expression) -> Exact:
+    """Return the value of a swept structural parameter, which the compiler has made a literal."""
+    if not isinstance(value, Literal):
+        raise TypeError("a swept structural parameter takes literal values")
+    return value.value
