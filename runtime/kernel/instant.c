@@ -121,9 +121,12 @@ static int turn_switches(mech_solver *s, int *changed)
     return MECH_RUNNING;
 }
 
-/* Stops where branches fire in geometrically shrinking intervals. */
+/* Stops where branches fire in geometrically shrinking intervals: after MECH_RECENT of them, or as soon as what is
+ * left of the sequence is too short for its rounded positions to tell one side of the condition from the other. */
 static int check_accumulation(mech_solver *s, int branch)
 {
+    enum { FEWEST = 4 };
+    const mech_real shortest = MECH_C(1e-6); /* of the sequence */
     mech_modes *e = s->modes;
     const mech_real t = s->run->report.t;
     int count = (int)e->counters[MECH_FIRED];
@@ -131,15 +134,22 @@ static int check_accumulation(mech_solver *s, int branch)
     e->recent[count % MECH_RECENT] = t;
     e->counters[MECH_FIRED] = ++count;
     e->counters[MECH_BRANCH] = branch;
-    if (count < MECH_RECENT) return MECH_RUNNING;
-    mech_real before = 0, interval = 0;
-    for (int k = 1; k < MECH_RECENT; k++) {
-        interval = e->recent[(count + k) % MECH_RECENT] - e->recent[(count + k - 1) % MECH_RECENT];
-        if (k > 1 && !(interval < before)) return MECH_RUNNING;
-        if (k < MECH_RECENT - 1) before = interval;
+    const int kept = count < MECH_RECENT ? count : MECH_RECENT;
+    mech_real last = 0, second = 0, span = 0;
+    int n = 0;
+    for (mech_real newer = 0; n < kept - 1; n++) {
+        const mech_real interval =
+            e->recent[(count - 1 - n) % MECH_RECENT] - e->recent[(count - 2 - n) % MECH_RECENT];
+        if (n && !(interval > newer)) break;
+        if (n == 0) last = interval;
+        if (n == 1) second = interval;
+        span += interval;
+        newer = interval;
     }
-    const mech_real ratio = interval / before, span = t - e->recent[count % MECH_RECENT];
-    if (interval * ratio / (1 - ratio) < MECH_C(1.9) * span) return mech_fail(s, MECH_ZENO, branch);
+    if (n < FEWEST) return MECH_RUNNING;
+    const mech_real left = last * last / (second - last);
+    if (left < shortest * span || (n == MECH_RECENT - 1 && left < MECH_C(1.9) * span))
+        return mech_fail(s, MECH_ZENO, branch);
     return MECH_RUNNING;
 }
 

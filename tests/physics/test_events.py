@@ -56,6 +56,21 @@ def test_raw_events_that_pile_up_name_the_condition_and_contact() -> None:
     assert "h < 0 m" in solution.message and "'contact'" in solution.message
 
 
+@pytest.mark.parametrize("floor", ["0 m", "1 m", "1000 m"])
+@pytest.mark.parametrize("e", [0.03, 0.2, 0.5])
+def test_raw_events_that_pile_up_fast_do_not_fall_through(e: float, floor: str) -> None:
+    """After few bounces their height is below the rounding of the position, long before fifty are counted.
+
+    The fall takes sqrt(2/g), the bounces 2 e/(1 - e) of that; stopped within 1e-5 of the first bounce of the end.
+    """
+    text = "coordinate h = FLOOR + 1 m; kinetic 1/2*1 kg*der(h)^2; potential 9.81 N*h;"
+    bounce = f"when h < FLOOR then reinit(der(h), -{e}*der(h)); end when;"
+    s = run((text + bounce).replace("FLOOR", floor), stop=9.0)
+    assert s.outcome is Outcome.FAILED and "write a 'contact'" in s.message
+    fall = math.sqrt(2 / 9.81)
+    assert s.time[-1] == pytest.approx(fall * (1 + 2 * e / (1 - e)), abs=2e-5 * e * fall)
+
+
 def test_a_condition_that_holds_at_the_start_does_not_fire() -> None:
     text = "discrete Integer n = 0;\nwhen h > 0.5 m then n := n + 1; end when;\n"
     assert run(BALL + text, stop=0.2)["n"][-1] == 0
