@@ -11,6 +11,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Query
 from ..graph import Node
 from ..mechanics.bodies import inertia_tensor, mass_centre
+from ..mechanics.forces import damping_power
 from ..mechanics.symbols import element_name, subscripts
 from ..mechanics.system import MechanicalSystem
 from .energies import Energies
@@ -70,6 +71,9 @@ def answers(
         for effort in system.efforts:
             if effort.name == query.target:
                 return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
+        for item in system.model.dampings:
+            if item.name == query.target:
+                return [damping_power(system.lowering, item, system.symbols)]
         for rows in system.constraints:
             if rows.name == query.target and rows.mode is not None and rows.mode.kind == "friction":
                 return [graph.mul(replies.multipliers[rows.name][0], rows.residuals[0])]
@@ -151,7 +155,7 @@ def _reason(query: Query) -> str:
         case "momentum":
             return "no free coordinate of this name"
         case "power":
-            return "no force or torque of this name"
+            return "no force, torque, damping or friction of this name"
         case "multiplier":
             return "no constraint of this name"
         case "reaction":

@@ -12,7 +12,7 @@ from . import types
 from .coordinates import Target, constraint_dimension, target_of
 from .instance import Instance, LabelMember
 from .kinematics import in_frame, position_argument
-from .model import Element, Expression, Kind, Query, Role, Type
+from .model import Apply, Element, Expression, Kind, Query, Role, Type
 from .references import find_instance, find_label
 from .scope import Poisoned, Scope
 from .signature import Call
@@ -90,9 +90,17 @@ def _power(call: Call) -> Expression:
         label = _label(call, ("force", "torque", "damping", "friction"), "a named force or torque")
         return _query(call, type, label.name)
     target = _coordinate(call, 1)
+    if target.type.shape or target.type.kind is Kind.ROTATION:
+        raise call.scope.fail(
+            "E0212",
+            f"'power(f, q)' asks about one coordinate, '{call.nodes[1].span.text}' has several numbers",
+            call.nodes[1].span,
+            help="give an index, or give the force a name: 'power(name)'",
+        )
     force = call.scope.elaborate(call.nodes[0])
     wanted = _per(call, types.ENERGY, target.type.dimension)
-    if force.type.dimension != wanted and not types.is_zero(force):
+    number = force.type.kind in types.NUMERIC and not force.type.shape
+    if not number or (force.type.dimension != wanted and not types.is_zero(force)):
         given = types.describe(force.type)
         raise call.scope.fail(
             "E0322",
@@ -100,7 +108,8 @@ def _power(call: Call) -> Expression:
             call.nodes[0].span,
             caption=f"this is {given}",
         )
-    return _query(call, type, target.name, force)
+    rate = call.scope.elaborate(ast.Derivative(operand=call.nodes[1], order=1, span=call.nodes[1].span))
+    return Apply(type=type, span=call.node.span, function="multiply", arguments=(force, rate))
 
 
 def _coordinate(call: Call, index: int = 0) -> Target:
