@@ -213,7 +213,9 @@ def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
     message = "a modification gives a value to a name"
     if isinstance(value, ast.Call) and value.keywords and not value.arguments:
         message = "a modification of a part inside is written with a dot"
-        inner = ", ".join(f"{value.function.name}.{k.name} = {k.value.span.text}" for k in value.keywords)
+        inner = ", ".join(
+            f"{value.function.span.text}.{k.name} = {k.value.span.text}" for k in value.keywords
+        )
         help = f"write '{inner}'"
     elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
         help = f"write 'name = {value.span.text}'"

@@ -173,7 +173,7 @@ def _norm(call: Call) -> Expression:
 
 def _matrix(call: Call) -> Type:
     type = call.arguments[0].type
-    if type.kind is not Kind.REAL or len(type.shape) != 2:
+    if type.kind not in types.NUMERIC or len(type.shape) != 2:
         raise call.wrong(0, "a matrix", "E0305")
     return type
 

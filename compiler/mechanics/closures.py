@@ -90,14 +90,6 @@ def constraint_rows(
         span = constraint.origin.shown
         support = set(graph.support(*residuals))
         velocities = symbols.velocities & support
-        if not velocities and not symbols.positions & support:
-            reporter.error(
-                "E0503",
-                f"constraint '{constraint.name}' contains no coordinate",
-                span,
-                caption="nothing here can move",
-            )
-            continue
         if symbols.accelerations & support:
             reporter.error(
                 "E0501",
@@ -105,6 +97,14 @@ def constraint_rows(
                 span,
                 caption="a constraint is a relation between coordinates or velocities",
                 help="integrate it once, or write it as a force",
+            )
+            continue
+        if not velocities and not symbols.positions & support:
+            reporter.error(
+                "E0503",
+                f"constraint '{constraint.name}' contains no coordinate",
+                span,
+                caption="nothing here can move",
             )
             continue
         level = "velocity" if velocities else "position"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Expression, FlatModel, Kind, Load
+from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .frames import Frame
@@ -96,8 +96,8 @@ def _check_line(lowering: Lowering, load: Load, reporter: Reporter) -> None:
     if load.kind != "force" or load.source is None or load.at is not None or load.on.type.kind not in ends:
         return
     first, second = lowering.point(load.on), lowering.point(load.source)
-    if kinematics.world in (first.frame, second.frame):
-        return
+    if any(all(map(graph.is_zero, kinematics.velocity(end))) for end in (first, second)):
+        return  # what does not move takes up any moment
     value = lowering.numbers(load.value)
     if load.frame is not None:
         value = kinematics.to_world(lowering.frame(load.frame), value)
@@ -145,10 +145,21 @@ def damping(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Node:
     graph: Graph = lowering.graph
     total = graph.constant(0)
     for item in model.dampings:
-        rates = rate_of(lowering, item.on, symbols)
-        coefficients = lowering.numbers(item.value)
-        coefficients = coefficients * len(rates) if len(coefficients) == 1 else coefficients
-        for c, rate in zip(coefficients, rates, strict=True):
+        for c, rate in _coefficients(lowering, item, symbols):
             half = graph.mul(graph.half, c)
             total = graph.add(total, graph.mul(half, graph.mul(rate, rate)))
     return total
+
+
+def damping_power(lowering: Lowering, item: Damping, symbols: Symbols) -> Node:
+    """Return the power of one ``damping`` statement [W], which is never positive."""
+    graph = lowering.graph
+    pairs = _coefficients(lowering, item, symbols)
+    return graph.neg(graph.sum(graph.mul(c, graph.mul(rate, rate)) for c, rate in pairs))
+
+
+def _coefficients(lowering: Lowering, item: Damping, symbols: Symbols) -> Pairs:
+    rates = rate_of(lowering, item.on, symbols)
+    coefficients = lowering.numbers(item.value)
+    coefficients = coefficients * len(rates) if len(coefficients) == 1 else coefficients
+    return list(zip(coefficients, rates, strict=True))

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Origin
-from ..graph import Node
+from ..graph import Graph, Node
 from .forces import rate_of
 from .modes import ImpulseAction
 from .system import MechanicalSystem
@@ -27,8 +27,16 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
 
     still = "what it acts on does not move"
     coordinate = "let it act on a coordinate, or on a frame or point that moves"
+
+    def check_load(what: str, pairs: Sequence[tuple[Node, Node]], origin: Origin) -> None:
+        if _cancels(graph, pairs):
+            why, other = "its reaction acts where it acts itself", "let 'from' name what it pushes away from"
+            reporter.warning("W0531", f"this {what} has no effect", origin.shown, caption=why, help=other)
+        else:
+            check(what, tuple(rate for rate, _ in pairs), velocities, origin, still, coordinate)
+
     for load, effort in zip(model.loads, system.efforts, strict=True):
-        check(load.kind, tuple(rate for rate, _ in effort.pairs), velocities, load.origin, still, coordinate)
+        check_load(load.kind, effort.pairs, load.origin)
     for item in model.dampings:
         check(
             "damping", rate_of(lowering, item.on, system.symbols), velocities, item.origin, still, coordinate
@@ -39,8 +47,7 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
     for branch in system.branches:
         for action in branch.actions:
             if isinstance(action, ImpulseAction):
-                rates = tuple(rate for rate, _ in action.pairs)
-                check("impulse", rates, velocities, action.origin, still, coordinate)
+                check_load("impulse", action.pairs, action.origin)
     for energy in model.energies:
         kept = velocities if energy.kind == "dissipation" else moving
         why = (
@@ -51,3 +58,11 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
         noun = "dissipation" if energy.kind == "dissipation" else f"{energy.kind} energy"
         noun = "Lagrangian" if energy.kind == "lagrangian" else noun
         check(noun, (lowering.scalar(energy.value),), kept, energy.origin, why)
+
+
+def _cancels(graph: Graph, pairs: Sequence[tuple[Node, Node]]) -> bool:
+    """Tell whether efforts work on the same rates as their reactions, so that nothing is left of them."""
+    left: dict[Node, Node] = {}
+    for rate, effort in pairs:
+        left[rate] = graph.add(left.get(rate, graph.zero), effort)
+    return all(map(graph.is_zero, left.values())) and any(not graph.is_zero(effort) for _, effort in pairs)

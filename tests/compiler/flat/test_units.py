@@ -60,6 +60,7 @@ kinetic 1/2*m*der(x)^2 + 1/2*1 kg.m^2*der(q)^2;
         ("v[2:3]", "m [2] = {v[2], v[3]}"),
         ("A*{1, 2}", "N [3] = A*{1, 2}"),
         ("transpose(A)", "N [2, 3] = transpose(A)"),
+        ("transpose({{1, 2}, {3, 4}})", "Integer [2, 2] = transpose({{1, 2}, {3, 4}})"),
         ("transpose(A)*A", "kg^2.m^2/s^4 [2, 2] = transpose(A)*A"),
         ("A[2]", "N [2] = A[2]"),
         ("A[2, 1]", "N = A[2,1]"),
