@@ -13,11 +13,14 @@ from msgspec import Struct
 from ..flat.model import Impulse, Reinit
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
-from ..graph.operations import SELECT
+from ..graph.operations import FLOOR, LESS, LESS_EQUAL, MODULO, SELECT, SIGN
 from ..graph.rewrite import substitute
 from ..graph.vector import matvec
+from ..mechanics.modes import SetAction
 from ..mechanics.system import MechanicalSystem
 from .residual import constraint_rates, highest, projected
+
+JUMPING = frozenset({LESS, LESS_EQUAL, SIGN, FLOOR, MODULO})
 
 
 class Energies(Struct, frozen=True):
@@ -175,6 +178,19 @@ def _forces(
         i for i in free if i not in turning and i not in jumping and all(graph.is_zero(x) for x in parts[i])
     )
     return forces, tuple(cyclic)
+
+
+def supplied_at_instants(system: MechanicalSystem, total: Node) -> bool:
+    """Tell whether the energy of a state may jump: by its law at a time or a speed, or by a number that events set."""
+    graph = system.graph
+    actions = [a for branch in system.branches for a in branch.actions]
+    assigned = {target for a in actions if isinstance(a, SetAction) for target in a.targets}
+    reached = graph.reach([total])
+    if assigned.intersection(reached):
+        return True
+    elsewhere = {system.symbols.time, *(s.node for s in (*system.v, *system.symbols.states))}
+    jumping = [n for n in reached if graph.op(n) in JUMPING]
+    return bool(jumping) and not elsewhere.isdisjoint(graph.support(*jumping))
 
 
 def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:

@@ -13,7 +13,7 @@ from ..graph import Node
 from ..mechanics.modes import ImpulseAction, SetAction
 from ..mechanics.symbols import Scalar
 from ..mechanics.system import MechanicalSystem
-from .energies import Energies
+from .energies import Energies, supplied_at_instants
 from .model import Entry, Slot
 
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
@@ -71,6 +71,8 @@ def layout_of(
     v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
     powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
     booked = frozenset(powers) if "accounts" in parts else booked_by_events(system)
+    if not energies.reason and supplied_at_instants(system, energies.total):
+        booked |= {"energy.supplied"}
     accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
     if not (q_indices or v_indices or symbols.states or accounts):
         accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state

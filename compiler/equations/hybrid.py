@@ -23,7 +23,8 @@ from .solve import Solved
 from .steps import Step, energy_steps, step_values
 from .switches import Switch, Switches, find_switches
 
-UNSWITCHED = ("initial", "discretes", "inputs", "assertions", "assembly", "assembly_jacobian")
+STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
+UNSWITCHED = (*STARTS, "inputs", "assertions")
 """Functions in which relations are evaluated as they stand."""
 
 
@@ -63,7 +64,7 @@ def add_events(
     values = {row.multiplier: _row_values(system, solved, row, normals) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = _mode_symbols(system)
-    energies = solved.resolve([solved.energies.potential, solved.energies.kinetic])
+    energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
     formulas = (*rhs.outputs, *conditions, *(n for eight in values.values() for n in eight), *energies)
     switches = find_switches(system, solved.replace, formulas, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed):

@@ -9,11 +9,11 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import Span
 
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .solve import Solved
-from .switches import Switch, Switches
+from .switches import Switches
 
 
 class Step(Struct, frozen=True):
@@ -31,44 +31,64 @@ def energy_steps(
 ) -> list[Step]:
     """Return the switches across which the energies jump; report what has no meaning."""
     graph = system.graph
-    (potential, kinetic) = switches.apply(
-        system, solved.resolve([solved.energies.potential, solved.energies.kinetic])
-    )
+    formulas = [solved.energies.potential, solved.energies.kinetic, system.lagrangian, system.kinetic]
+    potential, kinetic, lagrangian, own = switches.apply(system, solved.resolve(formulas))
+    potential = graph.sub(potential, lagrangian)
     steps: list[Step] = []
     in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential))
+    for timed in switches.timed:  # a `mass` may change with time: what joins it has its velocity
+        if timed.symbol in in_kinetic | in_potential:
+            _check_inertia(system, timed.symbol, own, potential, reporter)
     for k, s in enumerate(switches.located):
-        if s.symbol in in_kinetic and not graph.is_zero(_jump(system, kinetic, s)):
-            reporter.error(
-                "E0715",
-                "the kinetic energy must not jump",
-                _span(system, "kinetic"),
-                caption="this contains an 'if' on a moving quantity",
-                help="a mass that changes its value belongs to an event: use a 'discrete' variable and 'reinit'",
-            )
-        if s.symbol not in in_potential:
+        if s.symbol not in in_kinetic | in_potential:
             continue
-        jump = _jump(system, potential, s)
+        _check_inertia(system, s.symbol, kinetic, potential, reporter)
+        jump = _jump(graph, potential, s.symbol)
         if graph.is_zero(jump):
             continue
-        support = set(graph.support(s.written))
-        if support & system.symbols.velocities or system.symbols.time in support:
+        rate = system.rate(s.written)
+        if system.symbols.velocities.intersection(graph.support(s.written)) or not _directed(system, rate):
             if graph.is_constant(jump):
                 reporter.error(
                     "E0716",
                     "the potential energy jumps where velocities or time say so",
-                    _span(system, "potential"),
+                    _span(system, "potential") or _span(system, "lagrangian"),
                     caption="only a jump at a place in space has a direction for its impulse",
                 )
             continue
-        steps.append(Step(k, s.symbol, system.rate(s.written), graph.symbol(f"#impulse step {k}"), jump))
+        steps.append(Step(k, s.symbol, rate, graph.symbol(f"#impulse step {k}"), jump))
     return steps
 
 
-def _jump(system: MechanicalSystem, energy: Node, switch: Switch) -> Node:
+def _directed(system: MechanicalSystem, rate: Node) -> bool:
+    """Tell whether an impulse can change the rate of a surface."""
+    return not system.symbols.velocities.isdisjoint(system.graph.support(rate))
+
+
+def _check_inertia(
+    system: MechanicalSystem, switch: Node, kinetic: Node, potential: Node, reporter: Reporter
+) -> None:
+    """Report momenta, as derivatives of the energies, that jump with a switch."""
+    graph, velocities = system.graph, system.symbols.velocities
+    for energy, kind in ((kinetic, "kinetic"), (potential, "lagrangian")):
+        jump = _jump(graph, energy, switch)
+        if kind == "lagrangian" and velocities.isdisjoint(graph.support(jump)):
+            continue
+        if not graph.is_zero(jump):
+            reporter.error(
+                "E0715",
+                "the kinetic energy must not jump",
+                _span(system, kind) or _span(system, "potential"),
+                caption="this contains an 'if' on a moving quantity",
+                help="a mass that changes its value belongs to an event: use a 'discrete' variable and 'reinit'",
+            )
+            return
+
+
+def _jump(graph: Graph, energy: Node, switch: Node) -> Node:
     """Return the energy where the relation holds minus that where it does not."""
-    graph = system.graph
-    (holds,) = substitute(graph, [energy], {switch.symbol: graph.one})
-    (fails,) = substitute(graph, [energy], {switch.symbol: graph.zero})
+    (holds,) = substitute(graph, [energy], {switch: graph.one})
+    (fails,) = substitute(graph, [energy], {switch: graph.zero})
     return graph.sub(holds, fails)
 
 

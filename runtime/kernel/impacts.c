@@ -269,7 +269,8 @@ int mech_pass_step(mech_solver *s, int hit, int *passed)
             s->run->report.failed_value = jump;
             return mech_fail(s, MECH_UNDEFINED_JUMP, hit);
         }
-        if (jump == 0 || !(w > 0)) return MECH_RUNNING;
+        /* Beside a surface across which the energy only bends, rounding of its place gives a jump. */
+        if (!(w > 0) || mech_abs(2 * w * jump) <= MECH_C(1e-13) * r * r) return MECH_RUNNING;
         const mech_real square = r * r - 2 * w * jump;
         *passed = square > 0;
         memset(e->impulse, 0, (size_t)e->n_rows * sizeof(mech_real));

@@ -46,6 +46,15 @@ static void book(mech_solver *s, mech_real gain)
         s->y[h->dissipated] -= gain;
 }
 
+/* Books what a law brings in that changes at this instant, and with it the energy of a state that stays. */
+static void supply(mech_solver *s, mech_real before)
+{
+    const int account = s->model->hybrid->supplied;
+    if (account < 0) return;
+    const mech_real after = total_energy(s), gain = after - before;
+    if (mech_abs(gain) > MECH_C(1e-12) * (mech_abs(before) + mech_abs(after))) s->y[account] += gain;
+}
+
 int mech_set_times(mech_solver *s, int ticks)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -89,6 +98,7 @@ static void end_ticks(mech_solver *s)
 static int turn(mech_solver *s, int k)
 {
     mech_modes *e = s->modes;
+    const mech_real before = s->model->hybrid->supplied < 0 ? 0 : total_energy(s);
     int passed = 1;
     if (s->run->report.t > s->o.t0 || s->run->report.steps) {
         const int status = mech_pass_step(s, k, &passed);
@@ -98,6 +108,7 @@ static int turn(mech_solver *s, int k)
         mech_real *z = e->z + s->model->hybrid->switches[k];
         *z = *z > MECH_C(0.5) ? 0 : 1;
     }
+    supply(s, before);
     e->fresh[k] = 1;
     return MECH_RUNNING;
 }
@@ -218,7 +229,9 @@ static int rounds(mech_solver *s, int hit, int ticks)
     const mech_hybrid *h = s->model->hybrid;
     int row = hit - h->n_switches, status, turns = 0;
     for (int round = 0;; round++) {
+        const mech_real before = h->n_times && h->supplied >= 0 ? total_energy(s) : 0;
         int changed = mech_set_times(s, ticks && round == 0), turned = 0, fired = 0;
+        if (changed && h->n_times) supply(s, before);
         status = settle(s, row >= 0 ? row : -1, &changed);
         row = -1;
         if (!status) status = turn_switches(s, &turned);

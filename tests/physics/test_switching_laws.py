@@ -110,3 +110,85 @@ def test_steps_of_a_potential_of_stairs() -> None:
     assert solution["energy.total"] == pytest.approx(np.full(len(solution.time), 0.5), abs=1e-12)
     speeds = [abs(event.before["der(x)"]) for event in solution.events[:5]]
     assert speeds == pytest.approx([math.sqrt(1 - 0.2 * k) for k in range(5)], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        "potential 1/2*(if time < 1 s then 1 N/m else 4 N/m)*x^2;",
+        "lagrangian -1/2*(if time < 1 s then 1 N/m else 4 N/m)*x^2;",
+        "discrete Stiffness k = 1 N/m; when time > 1 s then k := 4 N/m; end when; potential 1/2*k*x^2;",
+    ],
+)
+def test_a_spring_that_becomes_stiffer_is_given_energy(law: str) -> None:
+    """At 1 s the position is cos(1) m; three quarters of the energy of the spring are new then."""
+    solution = mechc.loads(f"coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; {law}").simulate(stop=3)
+    assert solution.energy is not None
+    assert solution.energy.supplied_at_events == pytest.approx(1.5 * math.cos(1) ** 2, rel=1e-7)
+    assert solution["x"][-1] == pytest.approx(
+        math.cos(1) * math.cos(4) - math.sin(1) / 2 * math.sin(4), abs=1e-7
+    )
+    balance = solution["energy.total"] - solution["energy.supplied"]
+    assert balance == pytest.approx(np.full(len(balance), 0.5), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("step", "speed"),
+    [
+        ("if x < v*time then 0 J else 0.1 J", 0.5 + math.sqrt(0.05)),
+        ("if x < v*time then 0 J else 0.1 J*x/2 m", None),
+        ("if x < v*time then 0 J else 1 J", 0),
+        ("if x < wall then 0 J else 0.1 J", 0.5 + math.sqrt(0.05)),
+    ],
+)
+def test_a_step_that_moves(step: str, speed: float | None) -> None:
+    """Where the step rests the speed of 1/2 m/s loses what 0.1 J take, or is thrown back; the mover does work."""
+    solution = mechc.loads(f"""
+    parameter v = 0.5 m/s;
+    coordinate Length wall;
+    drive wall = v*time;
+    coordinate Length x = -1 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential {step};
+    """).simulate(stop=2.5)
+    (event,) = solution.events
+    assert event.time == pytest.approx(2, rel=1e-12)
+    jump = 0.1 if speed is not None else 0.05
+    expected = 0.5 + math.sqrt(0.25 - 2 * jump) if speed is None else speed
+    assert event.after["der(x)"] == pytest.approx(expected, abs=1e-12)
+    balance = solution["energy.total"] - solution["energy.supplied"]
+    assert balance == pytest.approx(np.full(len(balance), 0.5), abs=1e-12)
+
+
+def test_a_step_of_the_lagrangian_is_one_of_the_potential() -> None:
+    solution = mechc.loads("""
+    coordinate Length x = 0 m;
+    initial der(x) = 1 m/s;
+    lagrangian 1/2*1 kg*der(x)^2 - (if x > 1 m then 0.4 J else 0);
+    """).simulate(stop=2)
+    assert solution["der(x)"][-1] == pytest.approx(math.sqrt(0.2), rel=1e-12)
+
+
+@pytest.mark.parametrize("word", ["kinetic", "lagrangian"])
+@pytest.mark.parametrize("condition", ["time < 1 s", "x < 1 m"])
+def test_an_inertia_that_jumps_is_refused(word: str, condition: str) -> None:
+    """The momentum would go on, so the speed would jump; which of them, an event has to say."""
+    with pytest.raises(mechc.CompileError, match="E0715"):
+        mechc.loads(f"""
+        coordinate Length x = 0 m;
+        {word} 1/2*(if {condition} then 1 kg else 2 kg)*der(x)^2;
+        """).simulate(stop=2, set={"der(x)": 1})
+
+
+def test_an_initial_value_that_asks_for_another() -> None:
+    """The branch is that of the initial state, though nothing has been located yet."""
+    model = mechc.loads("""
+    coordinate Length x = 2 m;
+    coordinate Length y = 0 m;
+    initial der(y) = if x > 1 m then 1 m/s else -1 m/s;
+    kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+    force (if x > 1 m then 1 N else 0) on x;
+    """)
+    assert model.simulate(stop=1)["der(y)"][0] == 1
+    assert model.simulate(stop=1, set={"x": 0.5})["der(y)"][0] == -1
