@@ -10,13 +10,11 @@ W and N stand for warnings and notes with the same families. Each code has one p
 from __future__ import annotations
 
 from enum import Enum
+from typing import TypedDict, Unpack
 
 from msgspec import Struct
 
 from .source import Span
-
-MAXIMUM = 20
-"""Most diagnostics shown for one compilation."""
 
 
 class Severity(Enum):
@@ -30,6 +28,14 @@ class Label(Struct, frozen=True):
 
     span: Span
     text: str
+
+
+class Details(TypedDict, total=False):
+    """What a diagnostic may say beside its message, as ``Diagnostic`` has it."""
+
+    caption: str
+    labels: tuple[Label, ...]
+    help: str
 
 
 class Diagnostic(Struct, frozen=True):
@@ -63,54 +69,19 @@ class Reporter:
     def diagnostics(self) -> tuple[Diagnostic, ...]:
         return tuple(self._items)
 
-    def _add(
-        self,
-        severity: Severity,
-        code: str,
-        message: str,
-        span: Span | None,
-        caption: str,
-        labels: tuple[Label, ...],
-        help: str,
-    ) -> None:
-        self._items[Diagnostic(severity, code, message, span, caption, labels, help)] = None
+    def add(self, diagnostic: Diagnostic) -> None:
+        """Record a diagnostic that is made already."""
+        self._items[diagnostic] = None
 
-    def error(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> None:
+    def error(self, code: str, message: str, span: Span | None, **details: Unpack[Details]) -> None:
         """Record an error and go on; see ``stop_on_errors`` and ``fail``."""
-        self._add(Severity.ERROR, code, message, span, caption, labels, help)
+        self.add(Diagnostic(Severity.ERROR, code, message, span, **details))
 
-    def warning(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> None:
-        self._add(Severity.WARNING, code, message, span, caption, labels, help)
+    def warning(self, code: str, message: str, span: Span | None, **details: Unpack[Details]) -> None:
+        self.add(Diagnostic(Severity.WARNING, code, message, span, **details))
 
-    def note(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> None:
-        self._add(Severity.NOTE, code, message, span, caption, labels, help)
+    def note(self, code: str, message: str, span: Span | None, **details: Unpack[Details]) -> None:
+        self.add(Diagnostic(Severity.NOTE, code, message, span, **details))
 
     @property
     def has_errors(self) -> bool:
@@ -121,16 +92,7 @@ class Reporter:
         if self.has_errors:
             raise CompileError(self.diagnostics)
 
-    def fail(
-        self,
-        code: str,
-        message: str,
-        span: Span | None,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> CompileError:
+    def fail(self, code: str, message: str, span: Span | None, **details: Unpack[Details]) -> CompileError:
         """Record an error and return the exception to raise: ``raise reporter.fail(...)``."""
-        self.error(code, message, span, caption=caption, labels=labels, help=help)
+        self.error(code, message, span, **details)
         return CompileError(self.diagnostics)

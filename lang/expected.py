@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from .diagnostics import Diagnostic, Label, Severity
+from typing import Unpack
+
+from .diagnostics import Details, Diagnostic, Severity
 from .lexer import Token
 from .recovery import Panic, Repair, Situation, words_of
 from .source import Span
@@ -21,17 +23,9 @@ _SIGNS = {
 }  # fmt: skip
 
 
-def error(
-    code: str,
-    message: str,
-    span: Span,
-    *,
-    caption: str = "",
-    labels: tuple[Label, ...] = (),
-    help: str = "",
-) -> Diagnostic:
+def error(code: str, message: str, span: Span, **details: Unpack[Details]) -> Diagnostic:
     """Return an error, to be reported by the parser."""
-    return Diagnostic(Severity.ERROR, code, message, span, caption, labels, help)
+    return Diagnostic(Severity.ERROR, code, message, span, **details)
 
 
 def behind(s: Situation) -> Span:

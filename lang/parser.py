@@ -17,13 +17,10 @@ from .builder import Builder
 from .diagnostics import Reporter
 from .keywords import RESERVED
 from .lexer import MOST_ERRORS, Token, tokenise
-from .read import read_source
 from .recovery import Edit, Panic, Situation, replaced_header, synchronise
 from .source import SourceFile, Span
-from .syntax_errors import STRAY, diagnose
+from .syntax_errors import diagnose
 from .tables import END, Mode, Tables, load_tables
-
-__all__ = ["DEEPEST", "MOST_ERRORS", "VERSION", "parse", "read_source"]
 
 DEEPEST = 150
 """Most levels of nodes within nodes: later passes are recursive."""
@@ -162,16 +159,9 @@ class _Machine(Struct):
         problem, repair = diagnose(situation)
         line = self.builder.source.position(self.tokens[self.index].start)[0]
         unbalanced = any(d.code in ("E0115", "E0116") for d in problems.diagnostics)
-        consequence = problem.code == "E0115" and problem.help == STRAY and unbalanced
+        consequence = unbalanced and isinstance(repair, Panic) and repair.stray_end
         if self.index >= self.trusted and line not in mended and not consequence:
-            problems.error(
-                problem.code,
-                problem.message,
-                problem.span,
-                caption=problem.caption,
-                labels=problem.labels,
-                help=problem.help,
-            )
+            problems.add(problem)
         header = replaced_header(situation) if isinstance(repair, Panic) else None
         if header is not None:
             end, tokens = header
@@ -194,7 +184,7 @@ class _Machine(Struct):
 def _hand_over(problems: Reporter, reporter: Reporter) -> None:
     """Pass the errors on in the order of the text, and stop on any."""
     for d in sorted(problems.diagnostics, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
-        reporter.error(d.code, d.message, d.span, caption=d.caption, labels=d.labels, help=d.help)
+        reporter.add(d)
     reporter.stop_on_errors()
 
 

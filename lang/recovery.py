@@ -34,7 +34,12 @@ class Edit(Struct, frozen=True):
 
 
 class Panic(Struct, frozen=True):
-    """Give up this statement and go on with the next."""
+    """Give up this statement and go on with the next.
+
+    ``stray_end``: it is an 'end' too many, which is often the consequence of an earlier mistake.
+    """
+
+    stray_end: bool = False
 
 
 Repair = Edit | Panic

@@ -28,9 +28,6 @@ from .suggest import closest
 from .tables import END
 from .units import NAMED_TYPES
 
-STRAY = "delete it"
-"""The help for an 'end' too many, which is often the consequence of an earlier mistake."""
-
 
 def diagnose(s: Situation) -> Finding:
     """Say what is wrong at the token, and how to go on."""
@@ -107,7 +104,7 @@ def _block_not_closed(s: Situation) -> Finding | None:
         message = f"this 'end' closes no '{s.token.text}'"
         labels = (Label(opening, f"open here is only {what}"),)
         both = s.span(before).to(s.span(s.token))
-        return error("E0115", message, both, labels=labels, help=STRAY), Panic()
+        return error("E0115", message, both, labels=labels, help="delete it"), Panic(stray_end=True)
     if s.token.kind == "SEMICOLON":
         message = f"'end' does not say what it closes: {what}"
         labels = (Label(opening, "this begins here"),)
@@ -167,7 +164,9 @@ def _missing_semicolon(s: Situation) -> Finding | None:
 def _stray_end(s: Situation) -> Finding | None:
     if s.token.text != "end" or not s.at_beginning:
         return None
-    return error("E0115", "this 'end' closes nothing", s.span(s.token), help=STRAY), Panic()
+    return error("E0115", "this 'end' closes nothing", s.span(s.token), help="delete it"), Panic(
+        stray_end=True
+    )
 
 
 def _no_else(s: Situation) -> Finding | None:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Unpack
 
 from msgspec import Struct, field
 
 from mechc.lang import ast
-from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.diagnostics import Details, Label, Reporter
 from mechc.lang.source import Span
 
 from . import types
@@ -91,24 +91,15 @@ class Flattening(Struct):
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
     _reported: set[tuple[str, str, int]] = field(default_factory=set)
 
-    def report(
-        self,
-        scope: Scope,
-        code: str,
-        message: str,
-        span: Span,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> None:
+    def report(self, scope: Scope, code: str, message: str, span: Span, **details: Unpack[Details]) -> None:
         """Record an error once for each place, however many instances share it."""
         key = (code, span.file.name, span.start)
         follows = self.space.mixed and code in ("E0305", "E0306")
         if key in self._reported or follows:
             return
         self._reported.add(key)
-        self.reporter.error(code, message, span, caption=caption, labels=(*labels, *scope.trail()), help=help)
+        details["labels"] = (*details.get("labels", ()), *scope.trail())
+        self.reporter.error(code, message, span, **details)
 
 
 class Scope(Struct):
@@ -152,31 +143,13 @@ class Scope(Struct):
             top = top.parent
         return Origin(span, self.path, None if top is None else top.made_at)
 
-    def report(
-        self,
-        code: str,
-        message: str,
-        span: Span,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> None:
+    def report(self, code: str, message: str, span: Span, **details: Unpack[Details]) -> None:
         """Record an error and go on."""
-        self.flattening.report(self, code, message, span, caption=caption, labels=labels, help=help)
+        self.flattening.report(self, code, message, span, **details)
 
-    def fail(
-        self,
-        code: str,
-        message: str,
-        span: Span,
-        *,
-        caption: str = "",
-        labels: tuple[Label, ...] = (),
-        help: str = "",
-    ) -> Poisoned:
+    def fail(self, code: str, message: str, span: Span, **details: Unpack[Details]) -> Poisoned:
         """Record an error and return the exception to raise: ``raise scope.fail(...)``."""
-        self.report(code, message, span, caption=caption, labels=labels, help=help)
+        self.report(code, message, span, **details)
         return Poisoned()
 
     def trail(self) -> tuple[Label, ...]:

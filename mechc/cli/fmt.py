@@ -46,8 +46,9 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
 def formatted(name: str) -> tuple[str, str]:
     """Return the text of a file (``-``: standard input) as it is and in the canonical layout."""
     from ..lang.diagnostics import Reporter
-    from ..lang.parser import parse, read_source
+    from ..lang.parser import parse
     from ..lang.printer import format_file
+    from ..lang.read import read_source
     from ..lang.source import SourceFile
 
     reporter = Reporter()

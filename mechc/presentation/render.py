@@ -19,9 +19,12 @@ from typing import assert_never
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..lang.diagnostics import MAXIMUM, Diagnostic, Severity
+from ..lang.diagnostics import Diagnostic, Severity
 from ..lang.source import SourceFile, Span
 from .style import PLAIN, Style, printable, width
+
+MOST_SHOWN = 20
+"""Diagnostics of one compilation; of more the number is told."""
 
 LONGEST_LINE = 140
 """Cells of a source line that are shown; a longer one is cut around its marks."""
@@ -51,11 +54,11 @@ class ShownLine(Struct, frozen=True):
 def render(diagnostics: Sequence[Diagnostic], style: Style = PLAIN) -> str:
     """Return all diagnostics as text with a blank line between them, without an end of line.
 
-    At most ``MAXIMUM`` are shown, errors before the rest, and the number of those left out.
+    At most ``MOST_SHOWN`` are shown, errors before the rest, and the number of those left out.
     """
     chosen = diagnostics
-    if len(diagnostics) > MAXIMUM:
-        chosen = sorted(diagnostics, key=lambda d: d.severity is not Severity.ERROR)[:MAXIMUM]
+    if len(diagnostics) > MOST_SHOWN:
+        chosen = sorted(diagnostics, key=lambda d: d.severity is not Severity.ERROR)[:MOST_SHOWN]
     blocks = [render_diagnostic(d, style) for d in chosen]
     if len(diagnostics) > len(chosen):
         blocks.append(style.dim(f"... and {len(diagnostics) - len(chosen)} more"))

@@ -9,8 +9,7 @@ import pytest
 
 from mechc.lang import tables
 from mechc.lang.diagnostics import CompileError
-from mechc.lang.parser import read_source
-from mechc.lang.read import LARGEST, decode
+from mechc.lang.read import LARGEST, decode, read_source
 
 
 def message(path: Path) -> str:

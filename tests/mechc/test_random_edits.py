@@ -14,10 +14,10 @@ import pytest
 from random_edits import edited
 
 from mechc.compiler.pipeline import check_source
-from mechc.lang.diagnostics import MAXIMUM, CompileError, Severity
+from mechc.lang.diagnostics import CompileError, Severity
 from mechc.lang.source import SourceFile
 from mechc.lang.tables import load_tables
-from mechc.presentation.render import render
+from mechc.presentation.render import MOST_SHOWN, render
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.mech"))
@@ -39,7 +39,7 @@ def check(text: str) -> bool:
         assert any(d.severity is Severity.ERROR for d in diagnostics)
     seconds = time.process_time() - began
     assert seconds < SECONDS, f"took {seconds:.1f} s"
-    assert render(diagnostics).count("-->") <= MAXIMUM
+    assert render(diagnostics).count("-->") <= MOST_SHOWN
     return accepted
 
 
