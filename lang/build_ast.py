@@ -108,7 +108,7 @@ ACTIONS: Mapping[str, Action] = {
     "generator": expressions.generator,
     "reference": expressions.reference,
     "part": expressions.part,
-    "span": expressions.span_of,
-    "stepped_span": expressions.stepped_span,
+    "unit_range": expressions.unit_range,
+    "stepped_range": expressions.stepped_range,
 }
 """The action of each rule, by its name in the grammar."""

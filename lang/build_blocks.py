@@ -41,6 +41,9 @@ def elsewhen_block(b: Builder, c: Children, span: Span) -> ast.WhenBranch:
     return ast.WhenBranch(condition=c[1], actions=tuple(c[3]), span=_branch_span(b, c[1], c[3]))
 
 
+# ---------------------------------------------------------------- actions of events
+
+
 def reinit(b: Builder, c: Children, span: Span) -> ast.Reinit:
     return ast.Reinit(target=c[2], value=c[4], doc=text_of(b, c[6]), span=span)
 

@@ -11,7 +11,7 @@ from .lexer import Token
 from .source import Span
 
 
-def _subscripted(base: Any, indices: list[Any] | None, span: Span) -> Any:
+def _subscripted(base: ast.Expression, indices: list[Any] | None, span: Span) -> ast.Expression:
     return base if indices is None else ast.Subscript(base=base, indices=tuple(indices), span=span)
 
 
@@ -95,8 +95,7 @@ def time(b: Builder, c: Children, span: Span) -> ast.Time:
 def derivative(b: Builder, c: Children, span: Span) -> ast.Expression:
     _, _, operand, order, closing, indices = c
     base = ast.Derivative(operand=operand, order=order or 1, span=_up_to(span, closing))
-    subscripted: ast.Expression = _subscripted(base, indices, span)
-    return subscripted
+    return _subscripted(base, indices, span)
 
 
 def order(b: Builder, c: Children, span: Span) -> int:
@@ -110,8 +109,7 @@ def order(b: Builder, c: Children, span: Span) -> int:
 
 def previous(b: Builder, c: Children, span: Span) -> ast.Expression:
     base = ast.Previous(operand=c[2], span=_up_to(span, c[3]))
-    subscripted: ast.Expression = _subscripted(base, c[4], span)
-    return subscripted
+    return _subscripted(base, c[4], span)
 
 
 def vector(b: Builder, c: Children, span: Span) -> ast.Expression:
@@ -119,8 +117,7 @@ def vector(b: Builder, c: Children, span: Span) -> ast.Expression:
     base = ast.Vector(
         elements=tuple(elements), unit=unit.text if unit else "", span=_up_to(span, unit or closing)
     )
-    subscripted: ast.Expression = _subscripted(base, indices, span)
-    return subscripted
+    return _subscripted(base, indices, span)
 
 
 def comprehension(b: Builder, c: Children, span: Span) -> ast.Expression:
@@ -131,15 +128,13 @@ def comprehension(b: Builder, c: Children, span: Span) -> ast.Expression:
         unit=unit.text if unit else "",
         span=_up_to(span, unit or closing),
     )
-    subscripted: ast.Expression = _subscripted(base, indices, span)
-    return subscripted
+    return _subscripted(base, indices, span)
 
 
 def parenthesis(b: Builder, c: Children, span: Span) -> ast.Expression:
     _, inner, closing, unit, indices = c
     base = ast.Parenthesis(inner=inner, unit=unit.text if unit else "", span=_up_to(span, unit or closing))
-    subscripted: ast.Expression = _subscripted(base, indices, span)
-    return subscripted
+    return _subscripted(base, indices, span)
 
 
 def call(b: Builder, c: Children, span: Span) -> ast.Expression:
@@ -159,8 +154,7 @@ def call(b: Builder, c: Children, span: Span) -> ast.Expression:
         keywords=tuple(named),
         span=_up_to(span, closing),
     )
-    subscripted: ast.Expression = _subscripted(base, indices, span)
-    return subscripted
+    return _subscripted(base, indices, span)
 
 
 def keyword(b: Builder, c: Children, span: Span) -> ast.Keyword:
@@ -183,9 +177,9 @@ def part(b: Builder, c: Children, span: Span) -> ast.Part:
     return ast.Part(name=c[0].text, indices=items_of(c[1]), span=span)
 
 
-def span_of(b: Builder, c: Children, span: Span) -> ast.Range:
+def unit_range(b: Builder, c: Children, span: Span) -> ast.Range:
     return ast.Range(start=c[0], stop=c[2], span=span)
 
 
-def stepped_span(b: Builder, c: Children, span: Span) -> ast.Range:
+def stepped_range(b: Builder, c: Children, span: Span) -> ast.Range:
     return ast.Range(start=c[0], stop=c[4], step=c[2], span=span)

@@ -1,4 +1,4 @@
-"""The words of the language by what they begin; the grammar alone says where each is reserved."""
+"""The words of the language by what they begin. The grammar says where each may be a name; some never may."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Long lines: documents that know where they may be broken.
 
-A document is flat text, a sequence, a bracket with items, or a chain of operands. What fits on the
+A document is flat text, a row of documents, a bracket with items, or a chain of operands. What fits on the
 line is set flat; otherwise items and operands fill the lines, aligned below the first of them
 (in the manner of Wadler 2003, without his choice between several layouts).
 """
@@ -39,7 +39,7 @@ class Chain(Struct, frozen=True):
     links: tuple[Link, ...]
 
 
-class Sequence(Struct, frozen=True):
+class Row(Struct, frozen=True):
     """Parts one behind the other, never broken between them."""
 
     parts: tuple[Doc, ...]
@@ -51,7 +51,7 @@ class Clauses(Struct, frozen=True):
     parts: tuple[Doc, ...]
 
 
-Doc = str | Bracket | Chain | Sequence | Clauses
+Doc = str | Bracket | Chain | Row | Clauses
 
 
 def flat(doc: Doc) -> str:
@@ -63,7 +63,7 @@ def flat(doc: Doc) -> str:
             return open + ", ".join(flat(i) for i in items) + close + tail
         case Chain(first, links):
             return flat(first) + "".join(link.flat + flat(link.operand) for link in links)
-        case Sequence(parts):
+        case Row(parts):
             return "".join(flat(p) for p in parts)
         case Clauses(parts):
             return " ".join(flat(p) for p in parts)
@@ -71,12 +71,8 @@ def flat(doc: Doc) -> str:
             assert_never(doc)
 
 
-def lay_out(doc: Doc, indent: int, after: int = 0) -> str:
-    """Return the text from column ``indent``, with room for ``after`` more characters on its last line."""
-    return _place(doc, indent, after)
-
-
-def _place(doc: Doc, column: int, after: int) -> str:
+def lay_out(doc: Doc, column: int, after: int = 0) -> str:
+    """Return the text from a column, with room for ``after`` more characters on its last line."""
     text = flat(doc)
     if column + len(text) + after <= WIDTH:
         return text
@@ -93,7 +89,7 @@ def _place(doc: Doc, column: int, after: int) -> str:
                 lines += "" if last else ","
             return lines + close + tail
         case Chain(first, links):
-            lines = _place(first, column, after if not links else 0)
+            lines = lay_out(first, column, after if not links else 0)
             for i, link in enumerate(links):
                 room = after if i == len(links) - 1 else 0
                 here = _column(lines, column)
@@ -101,13 +97,13 @@ def _place(doc: Doc, column: int, after: int) -> str:
                     lines += link.flat + flat(link.operand)
                 else:
                     lines += "\n" + " " * column + link.broken
-                    lines += _place(link.operand, column + len(link.broken), room)
+                    lines += lay_out(link.operand, column + len(link.broken), room)
             return lines
-        case Sequence(parts):
+        case Row(parts):
             lines = ""
             for i, part in enumerate(parts):
                 rest = sum(len(flat(p)) for p in parts[i + 1 :])
-                lines += _place(part, _column(lines, column), after + rest)
+                lines += lay_out(part, _column(lines, column), after + rest)
             return lines
         case Clauses(parts):
             lines = ""
@@ -125,8 +121,8 @@ def _append(lines: str, column: int, blank: str, part: Doc, after: int, indent: 
     length = len(flat(part)) + after
     fits_here = here + length <= WIDTH
     if blank and not fits_here and (indent + length <= WIDTH or here > WIDTH // 2):
-        return lines + "\n" + " " * indent + _place(part, indent, after)
-    return lines + blank + _place(part, here, after)
+        return lines + "\n" + " " * indent + lay_out(part, indent, after)
+    return lines + blank + lay_out(part, here, after)
 
 
 def _column(lines: str, column: int) -> int:

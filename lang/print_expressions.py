@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import assert_never
 
 from . import ast
-from .layout import Bracket, Chain, Doc, Link, flat
-from .layout import Sequence as Row
+from .layout import Bracket, Chain, Doc, Link, Row, flat
 from .units import unit_end
 
 # How tightly each form binds; an operand that binds less than its place asks for gets parentheses.

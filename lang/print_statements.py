@@ -6,8 +6,7 @@ from collections.abc import Sequence
 from typing import assert_never
 
 from . import ast
-from .layout import Bracket, Clauses, Doc, flat
-from .layout import Sequence as Row
+from .layout import Bracket, Clauses, Doc, Row, flat
 from .print_expressions import document, indices, quote, reference
 
 Simple = (

@@ -13,10 +13,9 @@ from collections.abc import Iterable, Sequence
 from msgspec import Struct, field
 
 from . import ast
-from .layout import Clauses, Doc, lay_out
-from .layout import Sequence as Row
+from .layout import Clauses, Doc, Row, lay_out
 from .print_expressions import document, print_expression, quote
-from .print_statements import statement_document
+from .print_statements import Simple, statement_document
 
 __all__ = ["format_file", "print_expression"]
 
@@ -136,7 +135,8 @@ class _Printer:
             text = _shift(self.source, start, end, indent)
             self.lines.append(_Line(text, indent, start, end))
         else:
-            self.add(statement_document(s), indent, start, end)  # type: ignore[arg-type]
+            assert isinstance(s, Simple), s
+            self.add(statement_document(s), indent, start, end)
 
     def place_comments(self) -> None:
         """Put each comment behind the line it stands behind in the source, or on a line of its own."""

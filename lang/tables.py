@@ -61,6 +61,9 @@ class Tables(Struct, frozen=True):
 
 
 _LISTS = {"empty": Mode.EMPTY, "first": Mode.FIRST, "append": Mode.APPEND}
+_WITH_UNITS = ("QUANTITY", "UNITTAG")
+"""Terminals that the lexer finds without their patterns, by ``unit_end``."""
+
 _FOLDER = Path(__file__).parent
 _MOST_KEPT = 4
 
@@ -110,15 +113,7 @@ def build_tables(grammar: str) -> Tables:
                 number[id(argument)] = len(productions)
                 productions.append(_production(argument))
             moves[-1][str(symbol)] = ~number[id(argument)]
-    keywords, punctuation, patterns = {}, {}, {}
-    for terminal in parser.terminals:
-        pattern = terminal.pattern
-        if pattern.type == "re" and pattern.value.endswith(r"\b"):
-            keywords[pattern.value.removesuffix(r"\b")] = str(terminal.name)
-        elif pattern.type == "str":
-            punctuation[pattern.value] = str(terminal.name)
-        elif UNIT_PATTERN[:60] not in pattern.value:
-            patterns[str(terminal.name)] = pattern.value
+    keywords, punctuation, patterns = _terminals(parser)
     return Tables(
         tuple(moves),
         tuple(gotos),
@@ -129,6 +124,20 @@ def build_tables(grammar: str) -> Tables:
         punctuation,
         patterns,
     )
+
+
+def _terminals(parser: Any) -> tuple[dict[str, str], dict[str, str], dict[str, str]]:
+    """Return the terminals by keyword, by sign, and the patterns of the others but those with units."""
+    keywords, punctuation, patterns = {}, {}, {}
+    for terminal in parser.terminals:
+        name, pattern = str(terminal.name), terminal.pattern
+        if pattern.type == "re" and pattern.value.endswith(r"\b"):
+            keywords[pattern.value.removesuffix(r"\b")] = name
+        elif pattern.type == "str":
+            punctuation[pattern.value] = name
+        elif name not in _WITH_UNITS:
+            patterns[name] = pattern.value
+    return keywords, punctuation, patterns
 
 
 def _in_order(index: dict[Any, int], states: Mapping[Any, Mapping[Any, Any]], shift: object) -> Iterator[Any]:

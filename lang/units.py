@@ -226,11 +226,10 @@ def parse_unit(text: str) -> Unit:
     """
     if text == "1":
         return Unit(text, DIMENSIONLESS, Fraction(1))
-    inverse = text.startswith("1/")
-    begin = 2 if inverse else 0
+    begin = len("1/") if text.startswith("1/") else 0
     if begin == len(text) or unit_end(text, begin) != len(text):
         raise _unit_error(text)
-    position = 1 if inverse else 0
+    position = max(begin - 1, 0)  # at the stroke of 1/s, which inverts what follows
     dimension, factor, angle = DIMENSIONLESS, Fraction(1), Fraction(0)
     scale = 1.0
     while position < len(text):
