@@ -19,10 +19,10 @@ from .classes import Class, Classes
 from .cycles import check_cycles
 from .experiments import experiments
 from .expressions import elaborate
+from .files import search_path
 from .instance import Instance, VariableMember
 from .instantiate import make_instance
 from .lints import lint
-from .load import load, search_path
 from .model import FlatModel, Role
 from .namespace import Library, Namespace
 from .overrides import Given, check_known, exact
@@ -272,6 +272,3 @@ def _check_gravity(instance: Instance, record: Record) -> None:
             help="it acts on 'mass' statements, here and in components; an energy written out needs "
             "'potential m*g*h'",
         )
-
-
-__all__ = ["flatten", "load"]

@@ -14,7 +14,7 @@ from mechc.lang.source import Span
 from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES, parse_unit
 
-from .load import find, importable, load
+from .files import find, importable, load
 
 Definition = ast.Model | ast.Function | ast.Type
 
