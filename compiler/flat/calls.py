@@ -10,12 +10,13 @@ from mechc.lang.diagnostics import Label
 from mechc.lang.suggest import closest
 
 from . import types
-from .evaluate import iterate, written_size
+from .evaluate import iterate
 from .functions import RULES, combined
 from .instantiate import extents
 from .kinematics import KINEMATIC_RULES
 from .model import Expression, Kind, Literal, Name, Quadrature
 from .namespace import Found
+from .operands import written_size
 from .queries import QUERY_RULES
 from .scope import Poisoned, Scope
 from .signature import Call

@@ -7,10 +7,10 @@ from msgspec import Struct
 from mechc.lang import ast
 
 from . import types
-from .evaluate import children
 from .instance import DefinitionMember, LabelMember, Progress, VariableMember
 from .members import definition_value, type_of
 from .model import Apply, Derivative, Element, Expression, Name, Role, Type
+from .operands import children
 from .operators import meet
 from .scope import Flattening, Poisoned, Scope
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from mechc.lang.diagnostics import Reporter
 
-from .evaluate import free_names
 from .model import Definition, Expression, Role, Variable
+from .operands import free_names
 
 
 def check_cycles(

@@ -8,9 +8,10 @@ from mechc.lang.source import Span
 from mechc.lang.units import Dimension
 
 from . import model, types
-from .evaluate import free_names
 from .instance import DefinitionMember, Expanded, Instance, VariableMember
 from .model import Expression, Kind, Type
+from .operands import free_names
+from .places import frame_or_point
 from .record import Record
 from .scope import Poisoned, Scope
 from .values import fits
@@ -67,16 +68,14 @@ def _coordinates_used(scope: Scope, value: Expression) -> tuple[Label, ...]:
 
 def _missing_factor(scope: Scope, given: Dimension, wanted: Dimension) -> str:
     """Say which factor is missing or too many, and what in scope has its dimension."""
-    factor = wanted / given
-    inverse = given / wanted
+    factor, problem = wanted / given, "missing"
     if all(e <= 0 for e in factor.exponents):
-        text, found = f"one factor of [{inverse}] is too many", _candidates(scope, inverse)
-    else:
-        text, found = f"one factor of [{factor}] is missing", _candidates(scope, factor)
+        factor, problem = given / wanted, "too many"
+    text = f"one factor of [{factor}] is {problem}"
+    found = _candidates(scope, factor)
     if not found:
         return text
-    word = types.dimension_word(factor if "missing" in text else inverse)
-    return f"{text}; {types.with_article(word)} in scope: {', '.join(found)}"
+    return f"{text}; {types.with_article(types.dimension_word(factor))} in scope: {', '.join(found)}"
 
 
 def _candidates(scope: Scope, dimension: Dimension) -> list[str]:
@@ -152,7 +151,7 @@ def _dimension(scope: Scope, dimension: Dimension) -> Dimension:
 def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
     value = scope.elaborate(statement.value)
     _require(scope, value, types.real(_dimension(scope, types.MASS)), statement.value.span, "a mass (kg)")
-    at = place(scope, statement.at, "a mass is")
+    at = frame_or_point(scope, statement.at, "a mass is")
     source = scope.instance
     while source is not None and source.gravity is None:
         source = source.parent
@@ -196,18 +195,3 @@ def _require(scope: Scope, value: Expression, wanted: Type, span: Span, words: s
             caption=f"this is {types.describe(value.type)}",
             help=help,
         )
-
-
-def place(scope: Scope, node: ast.Expression, what: str) -> Expression:
-    """Return an expression that must be a frame or a point."""
-    value = scope.elaborate(node)
-    kind, shape = value.type.kind, value.type.shape
-    if (kind is Kind.FRAME and not shape) or (kind is Kind.POINT and len(shape) == 1):
-        return value
-    given = types.describe(value.type)
-    help = "write 'world * {x, y}' for a point" if kind in types.NUMERIC and len(shape) == 1 else ""
-    if shape and kind in (Kind.FRAME, Kind.POINT):
-        help = "give an index"
-    raise scope.fail(
-        "E0332", f"{what} at a frame or a point", node.span, caption=f"this is {given}", help=help
-    )

@@ -13,19 +13,15 @@ from . import types
 from .model import (
     Apply,
     Array,
-    Derivative,
     Element,
     Expression,
     Kind,
     Literal,
-    Name,
-    Previous,
-    Quadrature,
-    Query,
     Role,
     Select,
     Type,
 )
+from .operands import free_names
 from .scope import Constant, Poisoned, Scope
 
 LARGEST = 50_000
@@ -44,7 +40,7 @@ _FLOATS: Mapping[str, Callable[..., float]] = {
     )
 }
 
-_EXACT: Mapping[str, Callable[..., Constant]] = {
+EXACT: Mapping[str, Callable[..., Constant]] = {
     "add": lambda a, b: a + b,
     "subtract": lambda a, b: a - b,
     "multiply": lambda a, b: a * b,
@@ -68,6 +64,7 @@ _EXACT: Mapping[str, Callable[..., Constant]] = {
     "min": lambda *a: min(a),
     "max": lambda *a: max(a),
 }
+"""Functions whose values are exact; those that divide may raise ZeroDivisionError."""
 
 
 def constant(expression: Expression) -> Value | None:
@@ -104,8 +101,8 @@ def _apply(function: str, values: list[Value | None]) -> Value | None:
             return _root(sum((Fraction(x) ** 2 for x in items), Fraction(0)))  # type: ignore[arg-type]
         if any(isinstance(v, tuple) for v in values):
             return _each(function, values)
-        if function in _EXACT:
-            return _EXACT[function](*values)
+        if function in EXACT:
+            return EXACT[function](*values)
         if function == "power":
             return _power(*values)  # type: ignore[arg-type]
         if function == "sqrt":
@@ -214,66 +211,6 @@ def not_structural(scope: Scope, node: ast.Expression, expression: Expression, p
     )
 
 
-def free_names(expression: Expression) -> dict[str, None]:
-    """Return the names that an expression mentions, in order."""
-    found: dict[str, None] = {}
-    seen: set[int] = set()
-    pending: list[Expression] = [expression]
-    while pending:
-        at = pending.pop()
-        if isinstance(at, Name):
-            found[at.name] = None
-        elif id(at) not in seen:  # arguments of functions are shared
-            seen.add(id(at))
-            pending.extend(reversed(children(at)))
-    return found
-
-
-def written_size(expression: Expression) -> int:
-    """Return the number of nodes of an expression with everything shared written out."""
-    sizes: dict[int, int] = {}
-    pending: list[Expression] = [expression]
-    while pending:
-        at = pending[-1]
-        inner = children(at)
-        missing = [e for e in inner if id(e) not in sizes]
-        if missing:
-            pending.extend(missing)
-            continue
-        sizes[id(at)] = 1 + sum(sizes[id(e)] for e in inner)
-        pending.pop()
-    return sizes[id(expression)]
-
-
-def children(expression: Expression) -> tuple[Expression, ...]:
-    """Return the operands of an expression."""
-    match expression:
-        case Apply(arguments=arguments):
-            return arguments
-        case Array(elements=items):
-            return items
-        case Literal() | Name():
-            return ()
-        case Element(base=base):
-            return (base,)
-        case Select(condition=condition, then=then, otherwise=otherwise):
-            return (condition, then, otherwise)
-        case _:
-            return _rarer_children(expression)
-
-
-def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
-    match expression:
-        case Derivative(operand=operand) | Previous(operand=operand):
-            return (operand,)
-        case Query(arguments=arguments):
-            return arguments
-        case Quadrature(lower=lower, upper=upper, body=body):
-            return (lower, upper, body)
-        case _:
-            return ()
-
-
 def range_values(scope: Scope, node: ast.Range) -> range:
     """Return the whole numbers of ``a:b`` or ``a:step:b``."""
     first = whole_number(scope, node.start, "the start of a range")
@@ -281,9 +218,8 @@ def range_values(scope: Scope, node: ast.Range) -> range:
     step = 1 if node.step is None else whole_number(scope, node.step, "the step of a range")
     if step == 0:
         raise scope.fail("E0326", "the step of a range must not be zero", (node.step or node).span)
-    check_size(
-        scope, max(0, (last - first) // step + 1), node.span
-    )  # ``len`` of a range has a limit of its own
+    count = max(0, (last - first) // step + 1)  # ``len`` of a range has a limit of its own
+    check_size(scope, count, node.span)
     return range(first, last + (1 if step > 0 else -1), step)
 
 

@@ -9,9 +9,9 @@ from mechc.lang.units import Dimension
 
 from . import model, types
 from .coordinates import has_rates
-from .energies import place
 from .evaluate import whole_number
 from .model import Expression, Kind, Type
+from .places import frame_or_point
 from .record import Record
 from .scope import Poisoned, Scope
 from .values import fits
@@ -78,7 +78,7 @@ def _on_body(
     scope: Scope, statement: ast.Load | ast.Impulse, kind: str, name: str, value: Expression, on: Expression
 ) -> model.Load:
     """Return a force on a frame or point, or a torque on a frame."""
-    on = place(scope, statement.on, f"{types.with_article(kind)} is")
+    on = frame_or_point(scope, statement.on, f"{types.with_article(kind)} is")
     size = scope.flattening.space.known(scope, statement.span)
     if kind == "torque":
         if on.type.kind is not Kind.FRAME:
@@ -92,7 +92,7 @@ def _on_body(
         dimension = types.NUMBER.dimension
     _require_vector(scope, value, statement.value, types.real(dimension, shape), kind)
     at = None if statement.at is None else _point(scope, statement.at, f"{types.with_article(kind)} acts")
-    source = None if statement.source is None else place(scope, statement.source, "a reaction is")
+    source = None if statement.source is None else frame_or_point(scope, statement.source, "a reaction is")
     frame = None
     if statement.frame is not None:
         frame = scope.elaborate(statement.frame)
@@ -112,7 +112,7 @@ def _point(scope: Scope, node: ast.Expression, what: str) -> Expression:
     length = types.NUMBER.dimension if scope.flattening.dimensionless else types.LENGTH
     if value.type.kind is Kind.REAL and len(value.type.shape) == 1 and value.type.dimension == length:
         return value
-    return place(scope, node, what)
+    return frame_or_point(scope, node, what)
 
 
 def _require_vector(scope: Scope, value: Expression, node: ast.Expression, wanted: Type, kind: str) -> None:

@@ -9,10 +9,10 @@ from mechc.lang.diagnostics import Label
 from mechc.lang.units import preferred_unit
 
 from . import types
-from .evaluate import constant
+from .evaluate import EXACT, constant
 from .model import Apply, Array, Expression, Kind, Literal, Type
 from .products import power_type, product_type, quotient_type, undefined
-from .scope import Poisoned, Scope
+from .scope import Constant, Poisoned, Scope
 
 FUNCTIONS = {
     "+": "add", "-": "subtract", "*": "multiply", "/": "divide", "^": "power",
@@ -74,47 +74,32 @@ def binary(scope: Scope, node: ast.Binary) -> Expression:
         type = power_type(scope, node, left, right)
     else:
         type = _comparison_type(scope, node, left, right)
+    function = FUNCTIONS[operator]
     if isinstance(left, Literal) and isinstance(right, Literal):
-        folded = _fold(operator, left.value, right.value)
+        folded = _fold(function, left.value, right.value)
         if folded is not None:
             return Literal(type=type, span=node.span, value=folded)
-    return Apply(type=type, span=node.span, function=FUNCTIONS[operator], arguments=(left, right))
+    return Apply(type=type, span=node.span, function=function, arguments=(left, right))
 
 
-def _fold(operator: str, a: Fraction | bool | str, b: Fraction | bool | str) -> Fraction | bool | None:
-    if operator == "==":
-        return a == b
-    if operator == "<>":
-        return a != b
-    if not isinstance(a, Fraction) or not isinstance(b, Fraction):
+def _fold(function: str, a: Constant, b: Constant) -> Constant | None:
+    """Return the value of an operator of constants; None where it is long or none that is exact."""
+    if function not in ("equal", "not_equal") and not (isinstance(a, Fraction) and isinstance(b, Fraction)):
         return None
-    match operator:
-        case "+":
-            result = a + b
-        case "-":
-            result = a - b
-        case "*":
-            result = a * b
-        case "/":
-            if b == 0:
-                return None
-            result = a / b
-        case "^":
-            bits = max(a.numerator.bit_length(), a.denominator.bit_length())
-            if b.denominator != 1 or bits * abs(b.numerator) > _LONGEST or (a == 0 and b < 0):
-                return None
-            result = a**b.numerator
-        case "<":
-            return a < b
-        case "<=":
-            return a <= b
-        case ">":
-            return a > b
-        case ">=":
-            return a >= b
-        case _:
-            return None
-    return result if result.denominator.bit_length() + result.numerator.bit_length() < _LONGEST else None
+    try:
+        result = _power(a, b) if function == "power" else EXACT[function](a, b)
+    except ZeroDivisionError:
+        return None
+    long = isinstance(result, Fraction) and (
+        result.denominator.bit_length() + result.numerator.bit_length() >= _LONGEST
+    )
+    return None if long else result
+
+
+def _power(a: Constant, b: Constant) -> Fraction | None:
+    assert isinstance(a, Fraction) and isinstance(b, Fraction)
+    bits = max(a.numerator.bit_length(), a.denominator.bit_length())
+    return a**b.numerator if b.denominator == 1 and bits * abs(b.numerator) <= _LONGEST else None
 
 
 # ---------------------------------------------------------------- sums and comparisons

@@ -68,8 +68,8 @@ def _place(member: PlaceMember, index: Index) -> Expression | None:
     assert isinstance(declaration, ast.Frame | ast.Point)
     if declaration.value is None:
         return _bound_frame(member, index)
-    for modifier in member.modifiers:
-        raise cannot_modify(member, modifier, "has a value of its own")
+    if member.modifiers:
+        raise cannot_modify(member, member.modifiers[0], "has a value of its own")
     inner = element_scope(scope, declaration.dimensions, index)
     value = inner.elaborate(declaration.value)
     if (
@@ -148,3 +148,18 @@ def _bound_frame(member: PlaceMember, index: Index) -> Expression | None:
 
 def place_reference(member: PlaceMember, index: Index, span: Span) -> Expression:
     return Name(type=place_type(member, index), span=span, name=member.name + subscript(index))
+
+
+def frame_or_point(scope: Scope, node: ast.Expression, what: str) -> Expression:
+    """Return an expression that must be a frame or a point."""
+    value = scope.elaborate(node)
+    kind, shape = value.type.kind, value.type.shape
+    if (kind is Kind.FRAME and not shape) or (kind is Kind.POINT and len(shape) == 1):
+        return value
+    given = types.describe(value.type)
+    help = "write 'world * {x, y}' for a point" if kind in types.NUMERIC and len(shape) == 1 else ""
+    if shape and kind in (Kind.FRAME, Kind.POINT):
+        help = "give an index"
+    raise scope.fail(
+        "E0332", f"{what} at a frame or a point", node.span, caption=f"this is {given}", help=help
+    )

@@ -9,8 +9,9 @@ from mechc.lang.diagnostics import Label
 from mechc.lang.units import Dimension
 
 from . import types
-from .evaluate import constant, free_names
+from .evaluate import constant
 from .model import Apply, Expression, Kind, Type
+from .operands import free_names
 from .scope import Poisoned, Scope
 
 _RATES = (types.NUMBER.dimension, types.RATE, types.RATE * types.RATE)

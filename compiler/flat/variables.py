@@ -10,10 +10,11 @@ from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
 
 from . import types
 from .coordinates import definition_of
-from .evaluate import constant, free_names
+from .evaluate import constant
 from .instance import VariableMember
 from .members import type_of
 from .model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
+from .operands import free_names
 from .record import Record
 from .scope import Flattening, Poisoned, Scope
 from .starts import beginnings, rate_type, winner

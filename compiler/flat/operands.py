@@ -1,0 +1,77 @@
+"""What an expression is made of: its operands, the names in it, its size."""
+
+from __future__ import annotations
+
+from .model import (
+    Apply,
+    Array,
+    Derivative,
+    Element,
+    Expression,
+    Literal,
+    Name,
+    Previous,
+    Quadrature,
+    Query,
+    Select,
+)
+
+
+def children(expression: Expression) -> tuple[Expression, ...]:
+    """Return the operands of an expression."""
+    match expression:
+        case Apply(arguments=arguments):
+            return arguments
+        case Array(elements=items):
+            return items
+        case Literal() | Name():
+            return ()
+        case Element(base=base):
+            return (base,)
+        case Select(condition=condition, then=then, otherwise=otherwise):
+            return (condition, then, otherwise)
+        case _:
+            return _rarer_children(expression)
+
+
+def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
+    match expression:
+        case Derivative(operand=operand) | Previous(operand=operand):
+            return (operand,)
+        case Query(arguments=arguments):
+            return arguments
+        case Quadrature(lower=lower, upper=upper, body=body):
+            return (lower, upper, body)
+        case _:
+            return ()
+
+
+def free_names(expression: Expression) -> dict[str, None]:
+    """Return the names that an expression mentions, in order."""
+    found: dict[str, None] = {}
+    seen: set[int] = set()
+    pending: list[Expression] = [expression]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Name):
+            found[at.name] = None
+        elif id(at) not in seen:  # arguments of functions are shared
+            seen.add(id(at))
+            pending.extend(reversed(children(at)))
+    return found
+
+
+def written_size(expression: Expression) -> int:
+    """Return the number of nodes of an expression with everything shared written out."""
+    sizes: dict[int, int] = {}
+    pending: list[Expression] = [expression]
+    while pending:
+        at = pending[-1]
+        inner = children(at)
+        missing = [e for e in inner if id(e) not in sizes]
+        if missing:
+            pending.extend(missing)
+            continue
+        sizes[id(at)] = 1 + sum(sizes[id(e)] for e in inner)
+        pending.pop()
+    return sizes[id(expression)]
