@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
@@ -60,16 +62,7 @@ def _instantiate(member: ComponentMember, declaration: ast.Component, scope: Sco
 
 
 def _picked(modifier: Modifier, sizes: tuple[int, ...], index: Index) -> Modifier:
-    return Modifier(
-        modifier.path,
-        modifier.kind,
-        modifier.rate,
-        modifier.source,
-        modifier.rank,
-        modifier.span,
-        (*modifier.picks, Pick(sizes, index)),
-        modifier.link,
-    )
+    return replace(modifier, picks=(*modifier.picks, Pick(sizes, index)))
 
 
 def _handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
@@ -99,18 +92,7 @@ def _handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
                 continue
             if wanted != index:
                 continue
-        result.append(
-            Modifier(
-                rest,
-                modifier.kind,
-                modifier.rate,
-                modifier.source,
-                modifier.rank,
-                modifier.span,
-                modifier.picks,
-                modifier.link,
-            )
-        )
+        result.append(replace(modifier, path=rest))
     return result
 
 
@@ -189,7 +171,7 @@ def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Mod
     result: list[Modifier] = []
     for node in declaration.modifications:
         if node.kind != "->":
-            if (modifier := modifier_of(node, scope, rank, None)) is not None:
+            if (modifier := modifier_of(node, scope, rank)) is not None:
                 result.append(modifier)
             continue
         interface = cls.interface

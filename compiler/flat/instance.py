@@ -133,14 +133,17 @@ class ComponentMember(Member, eq=False):
 AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
 
 
+Labelled = ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact
+"""Statements that may have a name."""
+
+
 class LabelMember(Struct, eq=False):
     """A named statement: ``kind`` is force, torque, damping, friction, constraint or contact."""
 
     kind: str
     name: str
-    statement: ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact
+    statement: Labelled
     scope: Scope
-    type: Type | None = None
     progress: Progress = Progress.NEW
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 from itertools import product
+from math import prod
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
@@ -21,6 +22,7 @@ from .instance import (
     Expanded,
     Index,
     Instance,
+    Labelled,
     LabelMember,
     Modifier,
     PlaceMember,
@@ -61,19 +63,33 @@ def make_instance(
     for inherited in cls.inherited:
         scope = Scope(flattening, instance, inherited.namespace, level=inherited.level)
         rank = (EXTENDED, -depth, -inherited.level)
-        if (modifier := modifier_of(inherited.modification, scope, rank, instance)) is not None:
+        if (modifier := modifier_of(inherited.modification, scope, rank)) is not None:
             modifiers.append(modifier)
     for modifier in modifiers:
         instance.modifiers.setdefault(modifier.path[0].name, []).append(modifier)
-    scopes: dict[tuple[int, int], Scope] = {}
+    scopes = _Scopes(instance)
     for name, placed in cls.declarations.items():
-        key = (id(placed.namespace), placed.level)
-        scope = scopes.get(key) or Scope(flattening, instance, placed.namespace, level=placed.level)
-        scopes[key] = scope
         assert isinstance(placed.statement, ast.Declaration)
-        instance.members[name] = _member(instance, placed.statement, scope)
+        instance.members[name] = _member(instance, placed.statement, scopes.of(placed))
     _check_names(instance)
     return instance
+
+
+class _Scopes:
+    """The scopes of the statements of an instance: one for each level of inheritance and its names."""
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+        self._known: dict[tuple[int, int], Scope] = {}
+
+    def of(self, placed: Placed) -> Scope:
+        key = (id(placed.namespace), placed.level)
+        scope = self._known.get(key)
+        if scope is None:
+            instance = self._instance
+            scope = Scope(instance.flattening, instance, placed.namespace, level=placed.level)
+            self._known[key] = scope
+        return scope
 
 
 def _member(instance: Instance, declaration: ast.Declaration, scope: Scope) -> AnyMember:
@@ -120,9 +136,7 @@ def _what_there_is(instance: Instance) -> str:
     return f"it has {', '.join(names[:8])}" if names else ""
 
 
-def modifier_of(
-    node: ast.Modification, scope: Scope, rank: tuple[int, int, int], target: Instance | None
-) -> Modifier | None:
+def modifier_of(node: ast.Modification, scope: Scope, rank: tuple[int, int, int]) -> Modifier | None:
     """Return what a modification says; links are handled apart."""
     rate = isinstance(node.target, ast.Derivative)
     reference = node.target.operand if isinstance(node.target, ast.Derivative) else node.target
@@ -163,17 +177,14 @@ def expand(instance: Instance) -> list[Expanded]:
         return instance.expanded
     instance.expanding = True
     result: list[Expanded] = []
-    scopes: dict[tuple[int, int], Scope] = {}
+    scopes = _Scopes(instance)
     for placed in instance.cls.statements:
         statement = placed.statement
         if isinstance(statement, ast.Declaration):
             if instance.cls.declarations[statement.name].statement is statement:
                 result.append(Expanded(statement, instance.members[statement.name].scope))
             continue
-        key = (id(placed.namespace), placed.level)
-        scope = scopes.get(key) or Scope(instance.flattening, instance, placed.namespace, level=placed.level)
-        scopes[key] = scope
-        _expand(instance, placed, statement, scope, result)
+        _expand(instance, statement, scopes.of(placed), result)
     instance.expanding = False
     instance.expanded = result
     _check_conditional(instance)
@@ -195,16 +206,14 @@ def _check_conditional(instance: Instance) -> None:
             )
 
 
-def _expand(
-    instance: Instance, placed: Placed, statement: ast.Statement, scope: Scope, result: list[Expanded]
-) -> None:
+def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: list[Expanded]) -> None:
     try:
         match statement:
             case ast.For(name=name, range=range, body=body):
                 statements = [item for item in body if not isinstance(item, ast.Declaration)]
                 for inner in iterate(scope, name, range):
                     for item in statements:
-                        _expand(instance, placed, item, inner, result)
+                        _expand(instance, item, inner, result)
             case ast.If(branches=branches, otherwise=otherwise):
                 chosen = otherwise
                 for branch in branches:
@@ -212,13 +221,13 @@ def _expand(
                         chosen = branch.body
                         break
                 for item in chosen:
-                    _expand(instance, placed, item, scope, result)
+                    _expand(instance, item, scope, result)
             case ast.Declaration():
                 _declare(instance, statement, scope)
                 result.append(Expanded(statement, scope))
             case _:
-                if label := getattr(statement, "label", None):
-                    _register(instance, statement, label, scope)  # type: ignore[arg-type]
+                if isinstance(statement, Labelled) and statement.label is not None:
+                    _register(instance, statement, statement.label, scope)
                 result.append(Expanded(statement, scope))
     except Poisoned:
         return
@@ -237,12 +246,7 @@ def _declare(instance: Instance, declaration: ast.Declaration, scope: Scope) -> 
     instance.members[declaration.name] = _member(instance, declaration, scope)
 
 
-def _register(
-    instance: Instance,
-    statement: ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact,
-    label: ast.LabelName,
-    scope: Scope,
-) -> None:
+def _register(instance: Instance, statement: Labelled, label: ast.LabelName, scope: Scope) -> None:
     index = tuple(whole_number(scope, i, "the index of a name") for i in label.indices)
     text = f"{label.name}[{','.join(map(str, index))}]" if index else label.name
     key = (label.name, index)
@@ -285,11 +289,8 @@ def extents(scope: Scope, dimensions: tuple[ast.Dimension, ...]) -> tuple[int, .
         if size < 0:
             raise scope.fail("E0422", f"an array cannot have {size} elements", dimension.span)
         sizes.append(size)
-    total = 1
-    for size in sizes:
-        total *= size
     if dimensions:
-        check_size(scope, total, dimensions[0].span)
+        check_size(scope, prod(sizes), dimensions[0].span)
     return tuple(sizes)
 
 

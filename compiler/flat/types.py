@@ -169,15 +169,12 @@ def describe(type: Type) -> str:
 
 def _plural(single: str) -> str:
     noun, _, unit = single.partition(" ")[2].partition(" (")
-    plural = {"quantity in": "quantities in"}.get(noun)
-    if plural is None:
-        plural = (
-            noun[:-1] + "ies"
-            if noun.endswith("y") and noun[-2] not in "aeiou"
-            else noun + ("es" if noun.endswith("s") else "s")
-        )
-        if noun.startswith("quantity in"):
-            plural = noun.replace("quantity", "quantities")
+    if noun.startswith("quantity in"):
+        plural = noun.replace("quantity", "quantities")
+    elif noun.endswith("y") and noun[-2] not in "aeiou":
+        plural = noun[:-1] + "ies"
+    else:
+        plural = noun + ("es" if noun.endswith("s") else "s")
     return f"{plural} ({unit}" if unit else plural
 
 
