@@ -253,9 +253,10 @@ def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
 
 def _check_layout(library: ctypes.CDLL) -> None:
     """Make sure that kernel and structs agree: a difference would corrupt memory."""
-    sizes = (c_size_t * 4)()
+    structs = (ModelStruct, HybridStruct, BranchStruct, TableStruct, OptionsStruct, ReportStruct, EventStruct)
+    ours = [ctypes.sizeof(struct) for struct in structs]
+    sizes = (c_size_t * len(structs))()
     library.mech_layout(sizes)
-    ours = [ctypes.sizeof(s) for s in (ModelStruct, TableStruct, OptionsStruct, ReportStruct)]
     if library.mech_kernel_version() != KERNEL_VERSION or list(sizes) != ours:
         raise RuntimeError(f"the kernel's structs have the sizes {list(sizes)}, not {ours}")
 

@@ -191,7 +191,7 @@ int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
     if (s->chosen->implicit_part == s->method) {
         watch_calm(s, h);
         if (run->calm_hits >= CALM_HITS) other = s->chosen->explicit_part;
-    } else if (s->method->stiffness && !s->method->lacks) {
+    } else if (s->method->stiffness && !s->method->lacks) { /* an explicit one: implicit methods need a Jacobian */
         watch_stiffness(s, h);
         if (run->stiff_hits >= STIFF_HITS && s->method != s->chosen &&
             !s->chosen->implicit_part->lacks(s->model))
@@ -244,79 +244,109 @@ static int wants_dense(const mech_solver *s, mech_real t_new)
            (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
 }
 
+/* A step that is tried: from the present time over h to t_new, which is the limit where it lands there. */
+typedef struct trial {
+    mech_real t_new, h, fixed_end;
+    int lands;
+} trial;
+
+static trial next_trial(const mech_solver *s, mech_real limit)
+{
+    const mech_run *run = s->run;
+    const mech_report *r = &run->report;
+    const int adaptive = s->method->adaptive;
+    const mech_real fixed_end = run->origin + (mech_real)(run->n_fixed + 1) * r->dt;
+    const mech_real wanted = adaptive ? r->t + r->dt : fixed_end;
+    /* A step that ends just before the limit is stretched to it. */
+    const int lands = wanted + r->dt * (adaptive ? MECH_C(1e-2) : MECH_C(1e-6)) >= limit;
+    const mech_real t_new = lands ? limit : wanted;
+    mech_real h = lands || !adaptive ? t_new - r->t : r->dt;
+    /* A whole step that differs by the rounding of times is the same step. */
+    if (!adaptive && mech_abs(h - r->dt) <= 4 * MECH_EPSILON * mech_abs(t_new)) h = r->dt;
+    return (trial){t_new, h, fixed_end, lands};
+}
+
+/* Attempts it, with all that belongs to a good step: projection, derivative, and error between the ends. Gives the
+   error, which is not finite where something is undefined. */
+static mech_real attempt(mech_solver *s, const trial *step)
+{
+    mech_run *run = s->run;
+    const mech_method *m = s->method;
+    run->trouble = MECH_RUNNING;
+    run->cut = 0;
+    run->dense_of = 0;
+    run->dense_limits = 0;
+    mech_real error = m->attempt(s, step->h);
+    if (!(error <= 1)) return error;
+    mech_normalise(s->model, s->y_new);
+    if (s->project && !m->keeps_constraints) {
+        run->trouble = mech_project(s, step->t_new, s->y_new);
+        if (run->trouble != MECH_RUNNING) return (mech_real)NAN;
+    }
+    if (!m->gives_derivative) mech_rhs(s, step->t_new, s->y_new, s->dy_new);
+    mech_real sum = 0;
+    for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
+    if (!mech_finite(sum)) return (mech_real)NAN;
+    if (m->dense_error && wants_dense(s, step->t_new)) {
+        mech_fill_dense(s, step->h);
+        const mech_real between = m->dense_error(s) / DENSE_BOUND;
+        run->dense_limits = between > error;
+        if (between > DENSE_NOTED) error = mech_max(error, between);
+    }
+    return error;
+}
+
+/* The size of the step after one that was not good. */
+static mech_real after_rejection(const mech_solver *s, mech_real h, mech_real error)
+{
+    const mech_run *run = s->run;
+    const mech_method *m = s->method;
+    if (run->cut > 0) return h * run->cut;
+    if (!mech_finite(error)) return h / 4;
+    const mech_real factor = MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order);
+    return h * mech_max(run->near_singular ? OTHER_STAGES : m->factor_min, factor);
+}
+
+/* The size of the step after a good one of an adaptive method. */
+static mech_real after_success(mech_solver *s, mech_real h, mech_real error)
+{
+    mech_run *run = s->run;
+    const mech_method *m = s->method;
+    mech_real next = h * (m->control ? m->control(s, h, error) : control(s, error));
+    if (run->after_rejection) next = mech_min(next, h);
+    /* A step cut short by its limit tells little: the former proposal stands. */
+    if (h < run->report.dt) return mech_min(mech_max(run->report.dt, next), s->o.dt_max);
+    run->error_old = mech_max(error, MECH_C(1e-4));
+    return mech_min(next, s->o.dt_max);
+}
+
 int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
-    const mech_method *m = s->method;
+    const int adaptive = s->method->adaptive;
     for (;;) {
-        const mech_real fixed_end = run->origin + (mech_real)(run->n_fixed + 1) * r->dt;
-        const mech_real wanted = m->adaptive ? r->t + r->dt : fixed_end;
         const mech_real shortest = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
-        /* A step that ends just before the limit is stretched to it. */
-        const int lands = wanted + r->dt * (m->adaptive ? MECH_C(1e-2) : MECH_C(1e-6)) >= limit;
-        const mech_real t_new = lands ? limit : wanted;
-        mech_real h = lands || !m->adaptive ? t_new - r->t : r->dt;
-        /* A whole step that differs by the rounding of times is the same step. */
-        if (!m->adaptive && mech_abs(h - r->dt) <= 4 * MECH_EPSILON * mech_abs(t_new)) h = r->dt;
-        run->trouble = MECH_RUNNING;
-        run->cut = 0;
-        run->dense_of = 0;
-        run->dense_limits = 0;
-        mech_real error = m->attempt(s, h);
-        int undefined = !mech_finite(error);
-        if (!undefined && error <= 1) {
-            mech_normalise(s->model, s->y_new);
-            if (s->project && !m->keeps_constraints) {
-                run->trouble = mech_project(s, t_new, s->y_new);
-                undefined = run->trouble != MECH_RUNNING;
-            }
-        }
-        if (!undefined && error <= 1) {
-            if (!m->gives_derivative) mech_rhs(s, t_new, s->y_new, s->dy_new);
-            mech_real sum = 0;
-            for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
-            undefined = !mech_finite(sum);
-            if (!undefined && m->dense_error && wants_dense(s, t_new)) {
-                mech_fill_dense(s, h);
-                const mech_real between = m->dense_error(s) / DENSE_BOUND;
-                run->dense_limits = between > error;
-                if (between > DENSE_NOTED) error = mech_max(error, between);
-            }
-        }
-        if (!undefined && error <= 1 && m->adaptive && !lands && mech_too_close(s, t_new, s->y_new, s->y)) {
+        const trial step = next_trial(s, limit);
+        const mech_real h = step.h, error = attempt(s, &step);
+        const int good = error <= 1;
+        if (good && adaptive && !step.lands && mech_too_close(s, step.t_new, s->y_new, s->y)) {
             r->rejected++;
             r->dt = h * SHORTER;
             continue;
         }
-        if (undefined || error > 1) {
+        if (!good) {
             r->rejected++;
-            if (!m->adaptive || h <= shortest) return give_up(s, undefined);
-            if (run->cut > 0)
-                r->dt = h * run->cut;
-            else if (undefined)
-                r->dt = h / 4;
-            else
-                r->dt = h * mech_max(run->near_singular ? OTHER_STAGES : m->factor_min,
-                                     MECH_C(0.9) * mech_pow(error, MECH_C(-1.0) / m->error_order));
+            if (!adaptive || h <= shortest) return give_up(s, !mech_finite(error));
+            r->dt = after_rejection(s, h, error);
             run->after_rejection = 1;
             continue;
         }
-        if (m->adaptive) {
-            mech_real next = h * (m->control ? m->control(s, h, error) : control(s, error));
-            if (run->after_rejection) next = mech_min(next, h);
-            /* A step cut short by its limit tells little: the former proposal stands. */
-            if (h < r->dt)
-                r->dt = mech_max(r->dt, next);
-            else {
-                r->dt = next;
-                run->error_old = mech_max(error, MECH_C(1e-4));
-            }
-            r->dt = mech_min(r->dt, s->o.dt_max);
-        } else if (t_new >= fixed_end - MECH_C(1e-6) * r->dt) {
+        if (adaptive)
+            r->dt = after_success(s, h, error);
+        else if (step.t_new >= step.fixed_end - MECH_C(1e-6) * r->dt)
             run->n_fixed++;
-        }
-        *end = t_new;
+        *end = step.t_new;
         *taken = h;
         return MECH_RUNNING;
     }

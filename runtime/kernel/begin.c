@@ -72,6 +72,7 @@ int mech_look(mech_solver *s)
     const mech_hybrid *h = m->hybrid;
     mech_modes *e = s->modes;
     mech_real length, speed;
+    if (h->n_rows > MECH_MOST_ROWS) return mech_fail(s, MECH_NO_MODE, MECH_MOST_ROWS);
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
     set_sizes(s, &length, &speed);
     e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;

@@ -39,7 +39,7 @@ static inline arrays arrays_of(const mech_solver *s, int stages)
                     .at = k + 4 * block + 2 * n};
 }
 
-static size_t header(void) { return (sizeof(memory) + sizeof(mech_real) - 1) / sizeof(mech_real); }
+static size_t header(void) { return mech_room_for(sizeof(memory)); }
 
 static size_t n_extra(const mech_model *model, const gauss *g)
 {

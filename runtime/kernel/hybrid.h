@@ -9,7 +9,11 @@
 
 #include "method.h"
 
-enum { MECH_SAMPLES = 6, MECH_RECENT = 50 }; /* both ends of a step, and room for one more */
+enum {
+    MECH_SAMPLES = 6,    /* both ends of a step and three between, and room for one more             */
+    MECH_RECENT = 50,    /* firings of branches that are looked at for ever shorter intervals        */
+    MECH_MOST_ROWS = 64  /* rows of a model: mech_look refuses more, lists of different rows hold them */
+};
 
 typedef struct mech_modes {
     int n, n_rows;          /* indicators: n_switches + n_rows                               */
@@ -38,6 +42,31 @@ typedef struct mech_modes {
 enum {
     MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_COUNTERS
 };
+
+/* Of a row: its description; what it measures at present (enum mech_row_value); its rate; whether it holds. */
+static inline const mech_row *mech_row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
+
+static inline mech_real mech_value(const mech_solver *s, int i, int which)
+{
+    return s->modes->row[i * MECH_ROW_VALUES + which];
+}
+
+static inline mech_real *mech_rate(const mech_solver *s, int i)
+{
+    return s->modes->row + i * MECH_ROW_VALUES + MECH_RATE;
+}
+
+static inline int mech_holds(const mech_solver *s, int i)
+{
+    return s->modes->z[mech_row_of(s, i)->flag] > MECH_C(0.5);
+}
+
+/* Change of the rate of row i by a unit impulse along row j, as mech_find_response has found it last. */
+static inline mech_real mech_response(const mech_solver *s, int i, int j)
+{
+    const int nv = s->model->nv;
+    return s->modes->response[j * (nv + s->modes->n_rows) + nv + i];
+}
 
 /* Numbers that a model needs, and their places in memory that begins at `memory`. */
 size_t mech_modes_numbers(const mech_model *model);
@@ -107,7 +136,7 @@ int mech_aim_slide(mech_solver *s, int i);
 void mech_find_response(mech_solver *s);
 /* Whether a force along row i changes its rate, by the responses found last: not so at a dead centre. */
 int mech_moved_by_itself(const mech_solver *s, int i);
-/* x of a[n][n] x = b for the rows in `set`, n of them; dependent rows get 0. Gives the rank. */
+/* x of a[n][n] x = b for the rows in `set`, n different ones; dependent rows get 0. Gives the rank. */
 int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
 /* Adds the effect of the impulses to velocities, row rates and energy accounts. */
 void mech_apply_impulses(mech_solver *s);
@@ -116,7 +145,7 @@ int mech_pass_step(mech_solver *s, int hit, int *passed);
 int mech_choose_modes(mech_solver *s, int hit);
 /* Moves the present state onto the rows that hold. */
 void mech_hold_rows(mech_solver *s);
-/* The rows that hold or stick, at most 64 of them; gives their number. */
+/* The rows that hold or stick; gives their number. */
 int mech_held_rows(mech_solver *s, int *held);
 /* Moves coordinates so that the gaps of n rows vanish; velocities so that their rates do. */
 void mech_close_gaps(mech_solver *s, int n, const int *rows);

@@ -10,25 +10,9 @@
 
 enum { ROUNDS_PER_ROW = 50, MOST_PIVOTS = 2000 };
 
-static mech_real value(const mech_solver *s, int i, int which)
-{
-    return s->modes->row[i * MECH_ROW_VALUES + which];
-}
-
-static mech_real *rate(const mech_solver *s, int i) { return s->modes->row + i * MECH_ROW_VALUES + MECH_RATE; }
-
-static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
-
-/* Change of the rate of row i by a unit impulse along row j. */
-static mech_real response(const mech_solver *s, int i, int j)
-{
-    const int nv = s->model->nv;
-    return s->modes->response[j * (nv + s->modes->n_rows) + nv + i];
-}
-
 static int engaged(const mech_solver *s, int i)
 {
-    return row_of(s, i)->kind == MECH_BILATERAL && s->modes->z[row_of(s, i)->flag] > MECH_C(0.5);
+    return mech_row_of(s, i)->kind == MECH_BILATERAL && s->modes->z[mech_row_of(s, i)->flag] > MECH_C(0.5);
 }
 
 /* What the present impulses take out of the energy. */
@@ -39,9 +23,9 @@ static mech_real energy_lost(const mech_solver *s, mech_real *size)
     *size = 0;
     for (int i = 0; i < e->n_rows; i++) {
         mech_real change = 0;
-        for (int j = 0; j < e->n_rows; j++) change += response(s, i, j) * e->impulse[j];
-        lost -= e->impulse[i] * (*rate(s, i) + change / 2);
-        *size += mech_abs(e->impulse[i]) * (mech_abs(*rate(s, i)) + mech_abs(change));
+        for (int j = 0; j < e->n_rows; j++) change += mech_response(s, i, j) * e->impulse[j];
+        lost -= e->impulse[i] * (*mech_rate(s, i) + change / 2);
+        *size += mech_abs(e->impulse[i]) * (mech_abs(*mech_rate(s, i)) + mech_abs(change));
     }
     return lost;
 }
@@ -50,7 +34,7 @@ static mech_real energy_lost(const mech_solver *s, mech_real *size)
  * it would not rise above what rounding leaves of the gap. */
 static mech_real restitution(mech_solver *s, int i)
 {
-    const mech_real e = value(s, i, MECH_COEFFICIENT), rest = value(s, i, MECH_EXTRA), r = -*rate(s, i);
+    const mech_real e = mech_value(s, i, MECH_COEFFICIENT), rest = mech_value(s, i, MECH_EXTRA), r = -*mech_rate(s, i);
     const mech_real t = s->run->report.t, flight = t - s->modes->last_hit[i];
     const int rests = e * r <= (rest >= 0 ? rest : MECH_C(1e-9) * s->modes->speed[i]) ||
                       mech_falls_back(s, i, e * r);
@@ -73,8 +57,8 @@ static int hit_sliding(mech_solver *s, int n, const int *set, const mech_real *t
 {
     mech_modes *e = s->modes;
     const int width = s->model->nv + e->n_rows, count = mech_partner(s, first) < 0 ? 1 : 2;
-    mech_real *b = e->response + set[n - 1] * width, x[64];
-    const mech_real kinetic = value(s, first, MECH_EXTRA);
+    mech_real *b = e->response + set[n - 1] * width, x[MECH_MOST_ROWS];
+    const mech_real kinetic = mech_value(s, first, MECH_EXTRA);
     for (int k = 0; k < count; k++)
         for (int i = 0; i < width; i++) b[i] += kinetic * push[k] * e->response[(first + k) * width + i];
     const int rank = mech_solve_rows(s, n, set, target, x);
@@ -89,17 +73,18 @@ static int hit_sliding(mech_solver *s, int n, const int *set, const mech_real *t
 static int hit_alone(mech_solver *s, int contact)
 {
     mech_modes *e = s->modes;
-    int set[64], n = 0, slips = -1;
-    mech_real target[64], x[64];
-    for (int i = 0; i < e->n_rows && n < 61; i++)
+    int set[MECH_MOST_ROWS], n = 0, slips = -1;
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++)
         if (engaged(s, i)) {
             set[n] = i;
-            target[n++] = -*rate(s, i);
+            target[n++] = -*mech_rate(s, i);
         }
     set[n] = contact;
-    target[n++] = -(1 + restitution(s, contact)) * *rate(s, contact);
+    target[n++] = -(1 + restitution(s, contact)) * *mech_rate(s, contact);
     for (int i = e->n_rows - 1; i >= 0; i--)
-        if (row_of(s, i)->kind == MECH_FRICTION && row_of(s, i)->normal == contact && value(s, i, MECH_COEFFICIENT) > 0)
+        if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact &&
+            mech_value(s, i, MECH_COEFFICIENT) > 0)
             slips = i;
     if (slips < 0) {
         mech_solve_rows(s, n, set, target, x);
@@ -109,19 +94,19 @@ static int hit_alone(mech_solver *s, int contact)
     const int count = mech_partner(s, slips) < 0 ? 1 : 2;
     for (int k = 0; k < count; k++) {
         set[n + k] = slips + k;
-        target[n + k] = -*rate(s, slips + k);
+        target[n + k] = -*mech_rate(s, slips + k);
     }
     mech_solve_rows(s, n + count, set, target, x);
     const mech_real normal = x[n - 1], *tangential = x + n;
     const mech_real size = count == 1 ? mech_abs(x[n]) : mech_sqrt(x[n] * x[n] + x[n + 1] * x[n + 1]);
-    if (size <= value(s, slips, MECH_COEFFICIENT) * normal) {
+    if (size <= mech_value(s, slips, MECH_COEFFICIENT) * normal) {
         set_impulses(s, n + count, set, x);
         return MECH_RUNNING;
     }
     const mech_real slip = mech_size_of(s, slips, MECH_RATE);
     mech_real push[2];
     for (int k = 0; k < count; k++)
-        push[k] = slip > mech_still(s, slips) ? -*rate(s, slips + k) / slip : tangential[k] / size;
+        push[k] = slip > mech_still(s, slips) ? -*mech_rate(s, slips + k) / slip : tangential[k] / size;
     return hit_sliding(s, n, set, target, slips, push);
 }
 
@@ -129,13 +114,13 @@ static int hit_alone(mech_solver *s, int contact)
 static int hit_together(mech_solver *s)
 {
     mech_modes *e = s->modes;
-    int row[64], in[64], set[64] = {0}, m = 0;
-    mech_real aim[64], target[64] = {0}, x[64];
-    for (int i = 0; i < e->n_rows && m < 64; i++)
+    int row[MECH_MOST_ROWS], in[MECH_MOST_ROWS], set[MECH_MOST_ROWS] = {0}, m = 0;
+    mech_real aim[MECH_MOST_ROWS], target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++)
         if (engaged(s, i) || mech_touches(s, i)) {
             row[m] = i;
             in[m] = engaged(s, i);
-            const mech_real r = *rate(s, i);
+            const mech_real r = *mech_rate(s, i);
             aim[m++] = engaged(s, i) || r >= 0 ? -r : -(1 + restitution(s, i)) * r;
         }
     for (int pivots = 0; pivots < MOST_PIVOTS; pivots++) {
@@ -151,7 +136,7 @@ static int hit_together(mech_solver *s)
             if (engaged(s, row[k])) continue;
             mech_real change = 0, size = mech_abs(aim[k]);
             for (int j = 0; j < n; j++) {
-                const mech_real part = response(s, row[k], set[j]) * x[j];
+                const mech_real part = mech_response(s, row[k], set[j]) * x[j];
                 change += part;
                 size += mech_abs(part);
             }
@@ -178,9 +163,9 @@ static int fastest_approach(const mech_solver *s)
     int found = -1;
     mech_real fastest = 0;
     for (int i = 0; i < s->modes->n_rows; i++)
-        if (mech_touches(s, i) && -*rate(s, i) > mech_still(s, i) && (found < 0 || -*rate(s, i) > fastest)) {
+        if (mech_touches(s, i) && -*mech_rate(s, i) > mech_still(s, i) && (found < 0 || -*mech_rate(s, i) > fastest)) {
             found = i;
-            fastest = -*rate(s, i);
+            fastest = -*mech_rate(s, i);
         }
     return found;
 }
@@ -189,17 +174,17 @@ static int fastest_approach(const mech_solver *s)
 static int engage(mech_solver *s)
 {
     mech_modes *e = s->modes;
-    int set[64], n = 0, moves = -1;
-    mech_real target[64], x[64];
-    for (int i = 0; i < e->n_rows && n < 64; i++) {
+    int set[MECH_MOST_ROWS], n = 0, moves = -1;
+    mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++) {
         if (!engaged(s, i)) continue;
-        if (!(mech_abs(value(s, i, MECH_GAP)) <= MECH_C(1e-6) * mech_max(e->gap_scale[i], 0))) {
-            s->run->report.failed_value = value(s, i, MECH_GAP);
+        if (!(mech_abs(mech_value(s, i, MECH_GAP)) <= MECH_C(1e-6) * mech_max(e->gap_scale[i], 0))) {
+            s->run->report.failed_value = mech_value(s, i, MECH_GAP);
             return mech_fail(s, MECH_APART, i);
         }
-        if (mech_abs(*rate(s, i)) > mech_still(s, i)) moves = i;
+        if (mech_abs(*mech_rate(s, i)) > mech_still(s, i)) moves = i;
         set[n] = i;
-        target[n++] = -*rate(s, i);
+        target[n++] = -*mech_rate(s, i);
     }
     if (moves < 0) return MECH_RUNNING;
     mech_find_response(s);
@@ -218,13 +203,13 @@ int mech_impacts(mech_solver *s, int *count)
         if (contact < 0) break;
         if (!ready) mech_find_response(s);
         ready = 1;
-        const mech_real approach = -*rate(s, contact);
+        const mech_real approach = -*mech_rate(s, contact);
         const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows;
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
-                if (i != contact && mech_touches(s, i) && -*rate(s, i) > mech_still(s, i))
-                    mech_note(s, MECH_IMPACT, i, -*rate(s, i));
+                if (i != contact && mech_touches(s, i) && -*mech_rate(s, i) > mech_still(s, i))
+                    mech_note(s, MECH_IMPACT, i, -*mech_rate(s, i));
             }
         mech_note(s, MECH_IMPACT, contact, approach);
         status = together ? hit_together(s) : hit_alone(s, contact);
@@ -240,7 +225,7 @@ static mech_real jump_in(mech_solver *s, int i)
 {
     const mech_model *m = s->model;
     const mech_real t = s->run->report.t;
-    mech_real *y = s->modes->y_at, jump = value(s, i, MECH_FORCE);
+    mech_real *y = s->modes->y_at, jump = mech_value(s, i, MECH_FORCE);
     mech_real h = 10 * MECH_EPSILON * mech_abs(t) + MECH_C(1e-24) * s->o.dt_max;
     for (int k = 0; !mech_finite(jump) && h < MECH_C(1e-9) * s->o.dt_max; k++) {
         memcpy(y, s->y, (size_t)s->ny * sizeof(mech_real));
@@ -248,7 +233,7 @@ static mech_real jump_in(mech_solver *s, int i)
             if (mech_finite(s->dy[j])) y[j] += (k % 2 ? h : -h) * s->dy[j];
         mech_normalise(m, y);
         m->hybrid->row_values(t, y, s->u, s->modes->z, s->o.p, s->modes->row);
-        jump = value(s, i, MECH_FORCE);
+        jump = mech_value(s, i, MECH_FORCE);
         if (k % 2) h *= 4;
         mech_read_rows(s);
     }
@@ -261,10 +246,10 @@ int mech_pass_step(mech_solver *s, int hit, int *passed)
 {
     mech_modes *e = s->modes;
     for (int i = 0; i < e->n_rows; i++) {
-        if (row_of(s, i)->kind != MECH_STEP_ROW || row_of(s, i)->normal != hit) continue;
+        if (mech_row_of(s, i)->kind != MECH_STEP_ROW || mech_row_of(s, i)->normal != hit) continue;
         mech_read_rows(s);
         mech_find_response(s);
-        const mech_real jump = jump_in(s, i), r = *rate(s, i), w = response(s, i, i);
+        const mech_real jump = jump_in(s, i), r = *mech_rate(s, i), w = mech_response(s, i, i);
         if (jump != jump) { /* an infinite one is a wall */
             s->run->report.failed_value = jump;
             return mech_fail(s, MECH_UNDEFINED_JUMP, hit);

@@ -12,6 +12,10 @@
 
 #include "method.h"
 
+/* How many mech_real have room for some bytes, and for n integers: what lies among numbers in one block. */
+static inline size_t mech_room_for(size_t bytes) { return (bytes + sizeof(mech_real) - 1) / sizeof(mech_real); }
+static inline size_t mech_integers(int n) { return mech_room_for((size_t)n * sizeof(int)); }
+
 /* LU factors with partial pivoting in place, rows one after the other; 0, or 1 where a is singular. */
 int mech_factorise(int n, mech_real *a, int *pivot);
 void mech_solve(int n, const mech_real *a, const int *pivot, mech_real *b);

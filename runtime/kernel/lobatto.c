@@ -32,15 +32,10 @@ typedef struct arrays {
     int *mass_pivot, *s_pivot;
 } arrays;
 
-static size_t integers(int n)
-{
-    return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
-}
-
 static size_t n_numbers(int s, int nv, int nc, int nx)
 {
     const int vectors = 4 * s * nv + 2 * s * nc + 9 * nv + 4 * nx + 2 * nc;
-    return (size_t)(vectors + nv * nv + 3 * nc * nv + nc * nc) + integers(nv) + integers(nc);
+    return (size_t)(vectors + nv * nv + 3 * nc * nv + nc * nc) + mech_integers(nv) + mech_integers(nc);
 }
 
 /* Lays the n_numbers out from `next`. */
@@ -61,7 +56,7 @@ static arrays lay_out(mech_real *next, int s, int nv, int nc, int nx)
     k->x_rest = next, next += nx;
     k->rates = next, next += 2 * nv + nx;
     k->out = next, next += nv + 2 * nc + nx;
-    k->mass_pivot = (int *)next, next += integers(nv);
+    k->mass_pivot = (int *)next, next += mech_integers(nv);
     k->s_pivot = (int *)next;
     return lying;
 }

@@ -6,20 +6,11 @@
 
 enum { ROUNDS_PER_ROW = 8 };
 
-static mech_real value(const mech_solver *s, int i, int which)
-{
-    return s->modes->row[i * MECH_ROW_VALUES + which];
-}
-
-static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
-
-static int on(const mech_solver *s, int i) { return s->modes->z[row_of(s, i)->flag] > MECH_C(0.5); }
-
 static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_partner(s, i - 1) == i; }
 
 static void set(mech_solver *s, int i, int flag, mech_real sign)
 {
-    const mech_row *row = row_of(s, i);
+    const mech_row *row = mech_row_of(s, i);
     s->modes->z[row->flag] = flag;
     if (row->sign >= 0) s->modes->z[row->sign] = sign;
 }
@@ -38,8 +29,8 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 /* Whether row i is independent of the n rows already held, and moved by its own force: not so at a dead centre. */
 static int independent(mech_solver *s, int *held, int n, int i)
 {
-    mech_real target[64] = {0}, x[64];
-    if (n >= 63 || !mech_moved_by_itself(s, i)) return 0;
+    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    if (!mech_moved_by_itself(s, i)) return 0;
     held[n] = i;
     return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
 }
@@ -49,15 +40,15 @@ static void propose(mech_solver *s)
 {
     const mech_real *open = s->modes->open, *slides = s->modes->slides;
     const mech_hybrid *h = s->model->hybrid;
-    int held[64], n = 0;
+    int held[MECH_MOST_ROWS], n = 0;
     for (int kind = MECH_BILATERAL; kind >= MECH_CONTACT; kind -= 2) /* bilateral, then contacts */
         for (int i = 0; i < h->n_rows; i++) {
             if (h->rows[i].kind != kind) continue;
             if (kind == MECH_BILATERAL) {
-                if (on(s, i) && independent(s, held, n, i)) n++;
+                if (mech_holds(s, i) && independent(s, held, n, i)) n++;
                 continue;
             }
-            const int slow = mech_abs(value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) || open[i] < 0;
+            const int slow = mech_abs(mech_value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) || open[i] < 0;
             const int rests = slow && mech_touches(s, i) && !(open[i] > 0);
             const int holds = rests && independent(s, held, n, i);
             n += holds;
@@ -66,10 +57,10 @@ static void propose(mech_solver *s)
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
-        const int j = mech_partner(s, i), open_normal = row->normal >= 0 && !on(s, row->normal);
+        const int j = mech_partner(s, i), open_normal = row->normal >= 0 && !mech_holds(s, row->normal);
         const mech_real other = j < 0 ? 0 : slides[j];
         if (!open_normal && !mech_slow(s, i)) {
-            slide(s, i, value(s, i, MECH_RATE), j < 0 ? 0 : value(s, j, MECH_RATE));
+            slide(s, i, mech_value(s, i, MECH_RATE), j < 0 ? 0 : mech_value(s, j, MECH_RATE));
         } else if (!open_normal && (slides[i] != 0 || other != 0)) {
             slide(s, i, slides[i], other);
         } else {
@@ -85,7 +76,7 @@ static void propose(mech_solver *s)
 static int sticks(const mech_solver *s, int i)
 {
     const int j = mech_partner(s, i);
-    return on(s, i) || (j >= 0 && on(s, j));
+    return mech_holds(s, i) || (j >= 0 && mech_holds(s, j));
 }
 
 /* A friction gives way: it slides against its force. */
@@ -93,58 +84,63 @@ static void let_slide(mech_solver *s, int i)
 {
     const int j = mech_partner(s, i);
     const mech_real size = mech_size_of(s, i, MECH_FORCE);
-    s->modes->slides[i] = j < 0 ? -side(value(s, i, MECH_FORCE)) : -value(s, i, MECH_FORCE) / size;
-    if (j >= 0) s->modes->slides[j] = -value(s, j, MECH_FORCE) / size;
+    s->modes->slides[i] = j < 0 ? -side(mech_value(s, i, MECH_FORCE)) : -mech_value(s, i, MECH_FORCE) / size;
+    if (j >= 0) s->modes->slides[j] = -mech_value(s, j, MECH_FORCE) / size;
 }
 
 /* Whether a friction that is neither held nor slides moves all the same: nothing could hold it, as at a dead centre,
  * where no force moves what slides. Others that are not held rest because those on which they depend do. */
 static int moves_off(const mech_solver *s, int i)
 {
-    const mech_row *row = row_of(s, i);
+    const mech_row *row = mech_row_of(s, i);
     const mech_modes *e = s->modes;
-    const int j = mech_partner(s, i), width = s->model->nv + e->n_rows;
+    const int j = mech_partner(s, i);
     if (row->kind != MECH_FRICTION || is_partner(s, i) || sticks(s, i) || e->z[row->sign] != 0) return 0;
-    if ((row->normal >= 0 && !on(s, row->normal)) || (j >= 0 && e->z[row_of(s, j)->sign] != 0)) return 0;
+    if ((row->normal >= 0 && !mech_holds(s, row->normal)) || (j >= 0 && e->z[mech_row_of(s, j)->sign] != 0)) return 0;
     mech_real scale = e->rate_scale[e->n - e->n_rows + i];
     for (int k = 0; k < e->n_rows; k++)
-        scale += mech_abs(value(s, k, MECH_FORCE) * e->response[k * width + s->model->nv + i]);
+        scale += mech_abs(mech_value(s, k, MECH_FORCE) * mech_response(s, i, k));
     return mech_size_of(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
 }
 
-/* The row that fits least, or -1; `hit` was located where its mode ends. `aims`: slides on surfaces find their way. */
-static int misfit(mech_solver *s, int hit, int aims)
+/* Lets go the row that pulls, or that sticks beyond its limit, by the most; -1 where there is none. */
+static int let_go(mech_solver *s, int hit)
 {
-    mech_real *open = s->modes->open, *slides = s->modes->slides;
     const mech_hybrid *h = s->model->hybrid;
     const mech_modes *e = s->modes;
     int worst = -1;
     mech_real excess = 0;
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
-        const mech_real force = value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
+        const mech_real force = mech_value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
         mech_real over = 0;
-        if (row->kind == MECH_CONTACT && on(s, i))
+        if (row->kind == MECH_CONTACT && mech_holds(s, i))
             over = i == hit ? e->force[i] : -force - slack;
         else if (row->kind == MECH_FRICTION && !is_partner(s, i) && sticks(s, i))
-            over = i == hit ? e->force[i] : mech_size_of(s, i, MECH_FORCE) - value(s, i, MECH_LIMIT) - slack;
-        if (over > 0 && over > excess) {
+            over = i == hit ? e->force[i] : mech_size_of(s, i, MECH_FORCE) - mech_value(s, i, MECH_LIMIT) - slack;
+        if (over > excess) {
             excess = over;
             worst = i;
         }
     }
-    if (worst >= 0) {
-        if (row_of(s, worst)->kind == MECH_CONTACT)
-            open[worst] = 1;
-        else
-            let_slide(s, worst);
-        return worst;
-    }
-    /* What was let go must move away, or slide the way its friction assumes. */
+    if (worst < 0) return worst;
+    if (mech_row_of(s, worst)->kind == MECH_CONTACT)
+        e->open[worst] = 1;
+    else
+        let_slide(s, worst);
+    return worst;
+}
+
+/* Takes back the first row that was let go but comes back, or that slides another way than its friction assumes; -1
+ * where there is none. `aims`: slides on surfaces find their way. */
+static int take_back(mech_solver *s, int aims)
+{
+    mech_real *open = s->modes->open, *slides = s->modes->slides;
+    const mech_hybrid *h = s->model->hybrid;
+    const mech_modes *e = s->modes;
     for (int i = 0; i < h->n_rows; i++) {
-        const mech_real second = value(s, i, MECH_SECOND);
-        const mech_real slack =
-            MECH_C(1e-7) * e->force[i] * e->response[i * (s->model->nv + e->n_rows) + s->model->nv + i];
+        const mech_real second = mech_value(s, i, MECH_SECOND);
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_response(s, i, i);
         if (open[i] > 0 && second < -slack) {
             open[i] = 0;
             return i;
@@ -153,18 +149,18 @@ static int misfit(mech_solver *s, int hit, int aims)
         if (moves_off(s, i)) {
             const mech_real size = mech_size_of(s, i, MECH_SECOND);
             slides[i] = second / size;
-            if (j >= 0) slides[j] = value(s, j, MECH_SECOND) / size;
+            if (j >= 0) slides[j] = mech_value(s, j, MECH_SECOND) / size;
             return i;
         }
         if (j >= 0 && aims && mech_aim_slide(s, i)) return i;
-        const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * value(s, j, MECH_SECOND));
+        const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * mech_value(s, j, MECH_SECOND));
         if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
             if (j >= 0) slides[j] = 0;
             return i;
         }
-        const mech_real rate = value(s, i, MECH_RATE);
-        if (h->rows[i].kind == MECH_CONTACT && !on(s, i) && open[i] == 0 && rate > 0 && mech_touches(s, i) &&
+        const mech_real rate = mech_value(s, i, MECH_RATE);
+        if (h->rows[i].kind == MECH_CONTACT && !mech_holds(s, i) && open[i] == 0 && rate > 0 && mech_touches(s, i) &&
             mech_falls_back(s, i, rate)) {
             open[i] = -1;
             memset(slides, 0, (size_t)e->n_rows * sizeof(mech_real)); /* with it, all may stick */
@@ -174,11 +170,17 @@ static int misfit(mech_solver *s, int hit, int aims)
     return -1;
 }
 
+/* Mends the row that fits least, and gives it; -1 where all fit. `hit` was located where its mode ends. */
+static int mend_misfit(mech_solver *s, int hit, int aims)
+{
+    const int worst = let_go(s, hit);
+    return worst >= 0 ? worst : take_back(s, aims);
+}
+
 int mech_choose_modes(mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
     int any = 0;
-    if (h->n_rows > 64) return mech_fail(s, MECH_NO_MODE, 64);
     for (int i = 0; i < h->n_rows; i++) any |= h->rows[i].kind != MECH_STEP_ROW;
     if (!any) return MECH_RUNNING;
     mech_read_rows(s);
@@ -189,9 +191,9 @@ int mech_choose_modes(mech_solver *s, int hit)
     mech_end_slips(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
         mech_read_rows(s);
-        if (misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
+        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
             for (int i = 0; i < h->n_rows; i++)
-                if (!mech_finite(value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
+                if (!mech_finite(mech_value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
             mech_hold_rows(s);
             mech_begin_slides(s);
             return mech_check_rows(s, 1);
@@ -205,9 +207,9 @@ void mech_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
-    mech_real target[64] = {0}, x[64];
+    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
     const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = -value(s, rows[k], MECH_GAP);
+    for (int k = 0; k < n; k++) target[k] = -mech_value(s, rows[k], MECH_GAP);
     mech_solve_rows(s, n, rows, target, x);
     memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
     for (int i = 0; i < m->nv; i++) {
@@ -226,9 +228,9 @@ void mech_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim
 {
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
-    mech_real target[64] = {0}, x[64];
+    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
     const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = aim[k] - value(s, rows[k], MECH_RATE);
+    for (int k = 0; k < n; k++) target[k] = aim[k] - mech_value(s, rows[k], MECH_RATE);
     mech_solve_rows(s, n, rows, target, x);
     for (int k = 0; k < n; k++)
         for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
@@ -237,7 +239,7 @@ void mech_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim
 
 void mech_stop_rates(mech_solver *s, int n, const int *rows)
 {
-    const mech_real aim[64] = {0};
+    const mech_real aim[MECH_MOST_ROWS] = {0};
     mech_set_rates(s, n, rows, aim);
 }
 
@@ -245,20 +247,20 @@ int mech_held_rows(mech_solver *s, int *held)
 {
     const mech_hybrid *h = s->model->hybrid;
     int n = 0;
-    for (int i = 0; i < h->n_rows && n < 64; i++)
-        if (h->rows[i].flag >= 0 && on(s, i)) held[n++] = i;
+    for (int i = 0; i < h->n_rows; i++)
+        if (h->rows[i].flag >= 0 && mech_holds(s, i)) held[n++] = i;
     return n;
 }
 
 /* Moves the state onto the rows that hold: positions, then velocities. Rounding errors only, as a rule. */
 void mech_hold_rows(mech_solver *s)
 {
-    int held[64], located = 0;
+    int held[MECH_MOST_ROWS], located = 0;
     const int n = mech_held_rows(s, held);
     if (!n) return;
     mech_read_rows(s);
     mech_find_response(s);
-    for (int k = 0; k < n; k++) located |= value(s, held[k], MECH_GAP) != 0;
+    for (int k = 0; k < n; k++) located |= mech_value(s, held[k], MECH_GAP) != 0;
     if (located) mech_close_gaps(s, n, held);
     mech_stop_rates(s, n, held);
 }

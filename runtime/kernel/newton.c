@@ -1,15 +1,10 @@
 #include "newton.h"
 
-static size_t integers(int n)
-{
-    return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
-}
-
 size_t mech_newton_size(const mech_model *model, const mech_spectrum *spectrum)
 {
     const int n = model->nq + model->nv + model->nx, systems = spectrum->has_real + 2 * spectrum->pairs;
     return mech_structure_size(model) + (size_t)model->n_jacobian + (size_t)n * (size_t)n * (size_t)systems +
-           2 * (size_t)n + 3 * integers(n);
+           2 * (size_t)n + 3 * mech_integers(n);
 }
 
 void mech_newton_prepare(mech_newton *k, const mech_model *model, const mech_spectrum *spectrum,
@@ -23,8 +18,8 @@ void mech_newton_prepare(mech_newton *k, const mech_model *model, const mech_spe
     mech_real *next = memory + mech_structure_size(model);
     k->jacobian = next, next += model->n_jacobian;
     k->room = next, next += 2 * n;
-    k->pivot = (int *)next, next += integers(n);
-    for (int l = 0; l < 2; l++) k->pivots[l] = (int *)next, next += integers(n);
+    k->pivot = (int *)next, next += mech_integers(n);
+    for (int l = 0; l < 2; l++) k->pivots[l] = (int *)next, next += mech_integers(n);
     k->real = next, next += spectrum->has_real ? square : 0;
     for (int l = 0; l < spectrum->pairs; l++) {
         k->re[l] = next, next += square;

@@ -8,21 +8,16 @@
 
 enum { MOST_LOOKS = 5 };
 
-static mech_real value(const mech_solver *s, int i, int which)
-{
-    return s->modes->row[i * MECH_ROW_VALUES + which];
-}
-
 /* Open contacts with a negative gap, behind the n rows that are listed already. */
 static int list_passed(mech_solver *s, int n, int *rows)
 {
     const mech_hybrid *h = s->model->hybrid;
     const mech_real *z = s->modes->z;
-    for (int i = 0; i < h->n_rows && n < 64; i++) {
+    for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->kind != MECH_CONTACT || z[row->flag] > MECH_C(0.5)) continue;
         if (row->enabled >= 0 && !(z[row->enabled] > MECH_C(0.5))) continue;
-        if (value(s, i, MECH_GAP) < 0) rows[n++] = i;
+        if (mech_value(s, i, MECH_GAP) < 0) rows[n++] = i;
     }
     return n;
 }
@@ -47,7 +42,8 @@ static void drift(mech_solver *s, mech_real time)
 /* For how long the gap of row i has been negative, or, where it was at no time near, since it approached. */
 static mech_real since(const mech_solver *s, int i)
 {
-    const mech_real gap = value(s, i, MECH_GAP), rate = value(s, i, MECH_RATE), second = value(s, i, MECH_SECOND);
+    const mech_real gap = mech_value(s, i, MECH_GAP), rate = mech_value(s, i, MECH_RATE);
+    const mech_real second = mech_value(s, i, MECH_SECOND);
     const mech_real square = rate * rate - 2 * second * gap;
     if (!(rate < 0) || !mech_finite(square)) return 0;
     const mech_real time = square > 0 ? 2 * gap / (rate - mech_sqrt(square)) : rate / second;
@@ -68,7 +64,7 @@ static int slides(const mech_solver *s, int i)
 static mech_real since_reversal(const mech_solver *s, int i)
 {
     const mech_real sign = s->modes->z[s->model->hybrid->rows[i].sign];
-    const mech_real along = sign * value(s, i, MECH_RATE), second = sign * value(s, i, MECH_SECOND);
+    const mech_real along = sign * mech_value(s, i, MECH_RATE), second = sign * mech_value(s, i, MECH_SECOND);
     return along < 0 && second < 0 ? mech_min(along / second, s->o.dt_max) : 0;
 }
 
@@ -76,7 +72,7 @@ mech_real mech_catch_rows(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
     const mech_real present = s->run->report.t;
-    int rows[64];
+    int rows[MECH_MOST_ROWS];
     if (!h->n_rows) return 0;
     mech_hold_rows(s);
     mech_read_rows(s);
@@ -95,17 +91,18 @@ mech_real mech_catch_rows(mech_solver *s)
     mech_find_response(s);
     if (n > held) mech_close_gaps(s, n, rows);
     n = held;
-    for (int i = 0; i < h->n_rows && n < 64; i++) {
+    for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         const mech_real *z = s->modes->z;
         if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
-        if (row->normal >= 0 && !(z[h->rows[row->normal].flag] > MECH_C(0.5))) continue;
+        if (row->normal >= 0 && !mech_holds(s, row->normal)) continue;
+        if (i > 0 && mech_partner(s, i - 1) == i) continue; /* on a surface the slip is one, of two components */
         if (!mech_moved_by_itself(s, i)) continue; /* near a dead centre a little slip is much motion of all else */
         const int partner = mech_partner(s, i);
-        mech_real along = z[row->sign] * value(s, i, MECH_RATE);
-        if (partner >= 0) along += z[h->rows[partner].sign] * value(s, partner, MECH_RATE);
+        mech_real along = z[row->sign] * mech_value(s, i, MECH_RATE);
+        if (partner >= 0) along += z[h->rows[partner].sign] * mech_value(s, partner, MECH_RATE);
         if (along < 0) rows[n++] = i;
-        if (along < 0 && partner >= 0 && n < 64) rows[n++] = partner;
+        if (along < 0 && partner >= 0 && !mech_holds(s, partner)) rows[n++] = partner;
     }
     if (n > held) mech_stop_rates(s, n, rows);
     return present - s->run->report.t;
@@ -115,7 +112,7 @@ void mech_catch_up(mech_solver *s, mech_real time)
 {
     const mech_real then = s->run->report.t;
     const size_t bytes = (size_t)s->ny * sizeof(mech_real);
-    int rows[64];
+    int rows[MECH_MOST_ROWS];
     if (!(time > 0)) return;
     memcpy(s->y_new, s->y, bytes);
     drift(s, time);

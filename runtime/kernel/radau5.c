@@ -81,7 +81,7 @@ static arrays arrays_of(const mech_solver *s)
                     .dominant = k + 18 * n};
 }
 
-static size_t header(void) { return (sizeof(radau) + sizeof(mech_real) - 1) / sizeof(mech_real); }
+static size_t header(void) { return mech_room_for(sizeof(radau)); }
 
 static size_t n_extra(const mech_model *model)
 {

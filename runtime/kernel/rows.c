@@ -3,22 +3,6 @@
 
 #include "hybrid.h"
 
-static mech_real value(const mech_solver *s, int i, int which)
-{
-    return s->modes->row[i * MECH_ROW_VALUES + which];
-}
-
-static mech_real *rate(const mech_solver *s, int i) { return s->modes->row + i * MECH_ROW_VALUES + MECH_RATE; }
-
-static const mech_row *row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
-
-/* Change of the rate of row i by a unit impulse along row j. */
-static mech_real response(const mech_solver *s, int i, int j)
-{
-    const int nv = s->model->nv;
-    return s->modes->response[j * (nv + s->modes->n_rows) + nv + i];
-}
-
 void mech_read_rows(mech_solver *s)
 {
     const mech_model *m = s->model;
@@ -27,11 +11,12 @@ void mech_read_rows(mech_solver *s)
     if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
     m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
-        e->speed[i] = mech_max(e->speed[i], mech_abs(*rate(s, i)));
+        e->speed[i] = mech_max(e->speed[i], mech_abs(*mech_rate(s, i)));
         /* what would have to hold where nothing can is no measure */
-        mech_real force = mech_abs(value(s, i, MECH_FORCE));
-        if (row_of(s, i)->kind == MECH_FRICTION) force = mech_min(force, mech_max(0, value(s, i, MECH_LIMIT)));
-        if (row_of(s, i)->kind != MECH_STEP_ROW) e->force[i] = mech_max(e->force[i], force);
+        mech_real force = mech_abs(mech_value(s, i, MECH_FORCE));
+        if (mech_row_of(s, i)->kind == MECH_FRICTION)
+            force = mech_min(force, mech_max(0, mech_value(s, i, MECH_LIMIT)));
+        if (mech_row_of(s, i)->kind != MECH_STEP_ROW) e->force[i] = mech_max(e->force[i], force);
     }
 }
 
@@ -45,10 +30,10 @@ mech_real mech_still(const mech_solver *s, int i)
 /* Whether a contact is closed at present, as far as numbers tell. */
 int mech_touches(const mech_solver *s, int i)
 {
-    const mech_row *row = row_of(s, i);
+    const mech_row *row = mech_row_of(s, i);
     if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->modes->z[row->enabled] > MECH_C(0.5)))) return 0;
     const int closed = s->modes->z[row->flag] > MECH_C(0.5);
-    return mech_abs(value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->modes->gap_scale[i];
+    return mech_abs(mech_value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->modes->gap_scale[i];
 }
 
 void mech_find_response(mech_solver *s)
@@ -56,16 +41,16 @@ void mech_find_response(mech_solver *s)
     const mech_model *m = s->model;
     mech_modes *e = s->modes;
     for (int j = 0; j < e->n_rows; j++) {
-        e->z[row_of(s, j)->impulse] = 1;
+        e->z[mech_row_of(s, j)->impulse] = 1;
         m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
-        e->z[row_of(s, j)->impulse] = 0;
-        e->mobility[j] = mech_max(e->mobility[j], mech_abs(response(s, j, j)));
+        e->z[mech_row_of(s, j)->impulse] = 0;
+        e->mobility[j] = mech_max(e->mobility[j], mech_abs(mech_response(s, j, j)));
     }
 }
 
 int mech_moved_by_itself(const mech_solver *s, int i)
 {
-    return mech_abs(response(s, i, i)) > MECH_C(1e-11) * s->modes->mobility[i];
+    return mech_abs(mech_response(s, i, i)) > MECH_C(1e-11) * s->modes->mobility[i];
 }
 
 int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
@@ -74,14 +59,13 @@ int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *targ
     mech_real *a = s->modes->matrix;
     const int width = n + 1;
     int rank = 0;
-    int column[64], used[64];
-    if (n > 64) return -1;
+    int column[MECH_MOST_ROWS], used[MECH_MOST_ROWS];
     mech_real largest = 0;
     for (int i = 0; i < n; i++) {
         column[i] = i;
         used[i] = i;
         for (int j = 0; j < n; j++) {
-            a[i * width + j] = response(s, set[i], set[j]);
+            a[i * width + j] = mech_response(s, set[i], set[j]);
             largest = mech_max(largest, mech_abs(a[i * width + j]));
         }
         a[i * width + n] = target[i];
@@ -128,11 +112,11 @@ void mech_apply_impulses(mech_solver *s)
             e->change[i] += e->impulse[j] * e->response[j * width + i];
     for (int i = 0; i < e->n_rows; i++) {
         const mech_real *change = e->change + m->nv + i;
-        if (row_of(s, i)->kind != MECH_STEP_ROW) {
-            lost -= e->impulse[i] * (*rate(s, i) + *change / 2);
-            supplied -= e->impulse[i] * value(s, i, MECH_DRIFT);
+        if (mech_row_of(s, i)->kind != MECH_STEP_ROW) {
+            lost -= e->impulse[i] * (*mech_rate(s, i) + *change / 2);
+            supplied -= e->impulse[i] * mech_value(s, i, MECH_DRIFT);
         }
-        *rate(s, i) += *change;
+        *mech_rate(s, i) += *change;
         e->impulse[i] = 0;
     }
     for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
@@ -142,7 +126,7 @@ void mech_apply_impulses(mech_solver *s)
 
 int mech_partner(const mech_solver *s, int i)
 {
-    const mech_row *row = row_of(s, i), *next = row + 1;
+    const mech_row *row = mech_row_of(s, i), *next = row + 1;
     if (i + 1 >= s->modes->n_rows || row->kind != MECH_FRICTION || next->kind != MECH_FRICTION) return -1;
     return row->normal >= 0 && next->normal == row->normal ? i + 1 : -1;
 }
@@ -150,7 +134,7 @@ int mech_partner(const mech_solver *s, int i)
 mech_real mech_size_of(const mech_solver *s, int i, int which)
 {
     const int j = mech_partner(s, i);
-    const mech_real a = value(s, i, which), b = j < 0 ? 0 : value(s, j, which);
+    const mech_real a = mech_value(s, i, which), b = j < 0 ? 0 : mech_value(s, j, which);
     return j < 0 ? mech_abs(a) : mech_sqrt(a * a + b * b);
 }
 
@@ -160,5 +144,5 @@ int mech_falls_back(const mech_solver *s, int i, mech_real rate)
     for (int k = 0; k < s->model->nq; k++)
         length = mech_max(length, mech_max(mech_nominal(s, k), mech_abs(s->y[k])));
     const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i] + 100 * MECH_EPSILON * length;
-    return rate * rate <= -2 * value(s, i, MECH_SECOND) * height;
+    return rate * rate <= -2 * mech_value(s, i, MECH_SECOND) * height;
 }

@@ -9,8 +9,7 @@
 size_t mech_structure_size(const mech_model *model)
 {
     const size_t ny = (size_t)(model->nq + model->nv + model->nx);
-    const size_t integers = 4 * ny + 4 * (size_t)model->n_jacobian;
-    return (integers * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
+    return mech_room_for((4 * ny + 4 * (size_t)model->n_jacobian) * sizeof(int));
 }
 
 /* The row of y whose only entry is number e, in a column that stays: such rows of (q, v, x) are eliminated.

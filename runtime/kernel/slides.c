@@ -9,14 +9,7 @@
 
 enum { TOLERANCES = 3 }; /* of the largest slip: what counts as none */
 
-static mech_real value(const mech_solver *s, int i, int which)
-{
-    return s->modes->row[i * MECH_ROW_VALUES + which];
-}
-
 static mech_real *sign(const mech_solver *s, int i) { return &s->modes->z[s->model->hybrid->rows[i].sign]; }
-
-static int on(const mech_solver *s, int i) { return s->modes->z[s->model->hybrid->rows[i].flag] > MECH_C(0.5); }
 
 mech_real mech_no_slip(const mech_solver *s, int i)
 {
@@ -32,8 +25,8 @@ int mech_slow(const mech_solver *s, int i)
 
 static int independent(mech_solver *s, int n, const int *rows)
 {
-    const mech_real nothing[64] = {0};
-    mech_real x[64];
+    const mech_real nothing[MECH_MOST_ROWS] = {0};
+    mech_real x[MECH_MOST_ROWS];
     return mech_solve_rows(s, n, rows, nothing, x) == n;
 }
 
@@ -42,14 +35,14 @@ static int independent(mech_solver *s, int n, const int *rows)
 static void set_slips(mech_solver *s, int begins)
 {
     const mech_hybrid *h = s->model->hybrid;
-    mech_real aim[64];
-    int rows[64], n = mech_held_rows(s, rows), changes = 0;
-    for (int i = 0; i < h->n_rows && n < 62; i++)
-        if (h->rows[i].kind == MECH_CONTACT && !on(s, i) && mech_touches(s, i)) rows[n++] = i;
-    for (int k = 0; k < n; k++) aim[k] = value(s, rows[k], MECH_RATE);
-    for (int i = 0; i < h->n_rows && n < 63; i++) {
+    mech_real aim[MECH_MOST_ROWS];
+    int rows[MECH_MOST_ROWS], n = mech_held_rows(s, rows), changes = 0;
+    for (int i = 0; i < h->n_rows; i++)
+        if (h->rows[i].kind == MECH_CONTACT && !mech_holds(s, i) && mech_touches(s, i)) rows[n++] = i;
+    for (int k = 0; k < n; k++) aim[k] = mech_value(s, rows[k], MECH_RATE);
+    for (int i = 0; i < h->n_rows; i++) {
         const int j = mech_partner(s, i);
-        if (j < 0 || !on(s, h->rows[i].normal) || !mech_slow(s, i)) continue;
+        if (j < 0 || !mech_holds(s, h->rows[i].normal) || !mech_slow(s, i)) continue;
         const mech_real a = begins ? *sign(s, i) : 0, b = begins ? *sign(s, j) : 0;
         if (begins && a == 0 && b == 0) continue;
         const int before = n;
@@ -61,7 +54,7 @@ static void set_slips(mech_solver *s, int begins)
             if (k == before) n += independent(s, n + 1, rows); /* else others hold it */
         }
         if (begins && n < before + 2) n = before;
-        changes |= value(s, i, MECH_RATE) != a || value(s, j, MECH_RATE) != b;
+        changes |= mech_value(s, i, MECH_RATE) != a || mech_value(s, j, MECH_RATE) != b;
     }
     if (!changes) return;
     mech_set_rates(s, n, rows, aim);
@@ -80,7 +73,7 @@ static mech_real reply(const mech_solver *s, int i)
 {
     const int nv = s->model->nv, width = nv + s->modes->n_rows;
     const mech_real *response = s->modes->response + i * width + nv + i;
-    return value(s, i, MECH_LIMIT) * mech_max(response[0], response[width + 1]);
+    return mech_value(s, i, MECH_LIMIT) * mech_max(response[0], response[width + 1]);
 }
 
 /* A slip that begins turns within its size: the first step sees that, the next ones may be larger. */
@@ -124,7 +117,7 @@ static mech_real across(mech_solver *s, int i, mech_real a, mech_real b, mech_re
     *sign(s, i) = slip * slides[0];
     *sign(s, i + 1) = slip * slides[1];
     mech_read_rows(s);
-    const mech_real first = value(s, i, MECH_SECOND), second = value(s, i + 1, MECH_SECOND);
+    const mech_real first = mech_value(s, i, MECH_SECOND), second = mech_value(s, i + 1, MECH_SECOND);
     *along = slides[0] * first + slides[1] * second;
     return slides[0] * second - slides[1] * first;
 }

@@ -9,12 +9,15 @@
 
 int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
 
-void mech_layout(size_t sizes[4])
+void mech_layout(size_t sizes[7])
 {
     sizes[0] = sizeof(mech_model);
-    sizes[1] = sizeof(mech_table);
-    sizes[2] = sizeof(mech_options);
-    sizes[3] = sizeof(mech_report);
+    sizes[1] = sizeof(mech_hybrid);
+    sizes[2] = sizeof(mech_branch);
+    sizes[3] = sizeof(mech_table);
+    sizes[4] = sizeof(mech_options);
+    sizes[5] = sizeof(mech_report);
+    sizes[6] = sizeof(mech_event);
 }
 
 static size_t work_numbers(const mech_model *model, const mech_method *method, int ny)

@@ -122,8 +122,9 @@ typedef struct mech_report {
 typedef struct mech_solver mech_solver;
 
 MECH_API int mech_kernel_version(void);
-/* Bytes of mech_model, mech_table, mech_options, mech_report: what callers in other languages check. */
-MECH_API void mech_layout(size_t sizes[4]);
+/* Bytes of mech_model, mech_hybrid, mech_branch, mech_table, mech_options, mech_report, mech_event: what callers in
+   other languages check. */
+MECH_API void mech_layout(size_t sizes[7]);
 MECH_API int mech_method_count(void);
 MECH_API int mech_method_index(const char *name); /* -1 if unknown */
 MECH_API const char *mech_method_name(int method);

@@ -4,16 +4,11 @@
  */
 #include "stages.h"
 
-static size_t integers(int n)
-{
-    return ((size_t)n * sizeof(int) + sizeof(mech_real) - 1) / sizeof(mech_real);
-}
-
 size_t mech_stages_size(const mech_model *model, const mech_spectrum *spectrum)
 {
     const int ny = model->nq + model->nv + model->nx, n = spectrum->stages * ny;
     if (ny > MECH_MOST_STAGED) return 0;
-    return (size_t)(spectrum->stages * model->n_jacobian) + (size_t)n * (size_t)n + (size_t)n + integers(n);
+    return (size_t)(spectrum->stages * model->n_jacobian) + (size_t)n * (size_t)n + (size_t)n + mech_integers(n);
 }
 
 /* out = T F(L) T^-1 with F(L) = L, or its inverse: A^-1, or A. */

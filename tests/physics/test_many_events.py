@@ -97,3 +97,25 @@ def test_ten_thousand_cycles_of_stick_and_slip() -> None:
     assert slips == pytest.approx(1.5 + period * np.arange(10_000), rel=1e-8)
     assert np.all(slips[:-1] < sticks) and np.all(sticks < slips[1:])
     assert closes(solution, 1e-8)
+
+
+@pytest.mark.slow
+def test_more_rows_than_a_run_decides_over_are_refused() -> None:
+    """The kernel has room for 64 contacts, frictions and constraints that switch; their number is told with advice."""
+    text = """
+    model Drop
+      coordinate Length h = 1 m;
+      kinetic 1/2*(1 kg)*der(h)^2;
+      potential (9.81 N)*h;
+      contact floor: h restitution 0.5;
+    end Drop;
+    model Rain
+      Drop drop[COUNT];
+    end Rain;
+    """
+    most, more = (
+        mechc.loads(text.replace("COUNT", n)).simulate(stop=0.6, estimate_error=False) for n in ("64", "65")
+    )
+    assert most.outcome.value == "completed" and len(most.events) == 64
+    assert more.outcome.value == "failed"
+    assert "65 rows" in more.message and "64 at once" in more.message
