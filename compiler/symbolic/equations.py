@@ -85,7 +85,7 @@ class Account(Struct, frozen=True):
     def sections(self) -> tuple[Section, ...]:
         """Return what is written, in its order; nothing is empty."""
         listed = (
-            Section("Lagrangian", (self.lagrangian,)),
+            Section("Lagrangian", (self.lagrangian,) if self.equations or self.prescribed else ()),
             Section("Dissipation function", (self.dissipation,) if self.dissipation is not None else ()),
             Section("Equations of motion", self.equations),
             Section("Equations of further states", self.states),

@@ -18,6 +18,11 @@ HEAD = (
     "math{font-size:1.15em}.row{margin:1em 0 1em 3em;text-indent:-3em;line-height:2.6}</style>"
 )
 
+_LATEX = str.maketrans(
+    {sign: rf"\{sign}" for sign in "#$%&_{}"}
+    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+)
+
 
 def write_equations(system: MechanicalSystem, layout: str) -> str:
     """Return the equations of a system; ``layout`` is text, latex or html."""
@@ -55,22 +60,28 @@ def _text(account: Account) -> str:
     for section in account.sections():
         title = section.title if section.title == "Lagrangian" else section.title.lower()
         lines.append(title + (f" ({section.meaning})" if section.meaning else ""))
-        lines.extend(f"  {s.left} = {_sized(s, sp.sstr)}" for s in section.statements)
+        lines.extend(f"  {s.left} = {_sized(s, _plain)}" for s in section.statements)
         lines.append("")
-    lines.append(f"cyclic coordinates: {', '.join(account.cyclic) if account.cyclic else 'none'}")
+    if account.equations:
+        lines.append(f"cyclic coordinates: {', '.join(account.cyclic) or 'none'}")
     if events := _not_written(account):
         lines.append(events)
     return "\n".join(lines)
 
 
-def _escaped(name: str) -> str:
-    return name.replace("_", r"\_")
+def _plain(expression: sp.Expr) -> str:
+    """Write a formula with the signs of the language, so that it can be copied into a model."""
+    return str(sp.sstr(expression)).replace("**", "^")
+
+
+def _escaped(text: str) -> str:
+    return text.translate(_LATEX)
 
 
 def _latex(account: Account) -> str:
-    lines = [rf"\section*{{{account.name}}}"]
+    lines = [rf"\section*{{{_escaped(account.name)}}}"]
     if account.doc:
-        lines.append(account.doc)
+        lines.append(_escaped(account.doc))
     for section in account.sections():
         lines.append(rf"\subsection*{{{section.title}}}")
         if section.meaning:
@@ -79,8 +90,9 @@ def _latex(account: Account) -> str:
             body = rf"\text{{{_sized(s, sp.latex)}}}" if s.right is None else sp.latex(s.right)
             left = rf"\text{{{_escaped(s.left)}}}" if section.meaning else s.left
             lines.append(rf"\[ {left} = {body} \]")
-    names = ", ".join(f"${latex_name(n)}$" for n in account.cyclic) or "none"
-    lines.append(f"Cyclic coordinates: {names}.")
+    if account.equations:
+        names = ", ".join(f"${latex_name(n)}$" for n in account.cyclic) or "none"
+        lines.append(f"Cyclic coordinates: {names}.")
     if events := _not_written(account):
         lines.append(_sentence(events))
     return "\n".join(lines)
@@ -104,7 +116,8 @@ def _html(account: Account) -> str:
                 parts.append(f'<div class="row">{escape(s.left)}: {_sized(s, str)}</div>')
             else:
                 parts.append(f'<div class="row">{mathml(s.left, s.right)}</div>')
-    parts.append(f"<p>Cyclic coordinates: {escape(', '.join(account.cyclic) or 'none')}.</p>")
+    if account.equations:
+        parts.append(f"<p>Cyclic coordinates: {escape(', '.join(account.cyclic) or 'none')}.</p>")
     if events := _not_written(account):
         parts.append(f"<p>{escape(_sentence(events))}</p>")
     return "\n".join([*parts, "</body></html>"])

@@ -129,3 +129,20 @@ def test_html_holds_well_formed_formulas(text: str) -> None:
 )
 def test_latex_names(name: str, latex: str) -> None:
     assert latex_name(name) == latex
+
+
+def test_text_has_the_signs_of_the_language() -> None:
+    text = write_equations(compiled(PENDULUM).system, "text")
+    assert "  L = g*l*m*cos(theta) + l^2*m*theta'^2/2\n" in text and "**" not in text
+
+
+def test_first_order_states_alone_have_no_lagrangian() -> None:
+    text = write_equations(compiled("state Real x = 1; equation der(x) = -x/1 s;").system, "text")
+    assert text.split("\n")[2:4] == ["equations of further states", "  x' = -x"]
+    assert "Lagrangian" not in text and "cyclic" not in text
+
+
+def test_latex_of_names_and_descriptions_is_escaped() -> None:
+    model = 'model Two_Bars "50 % {loss} & more_"\n  coordinate Length x = 0 m;\n  kinetic 1/2*1 kg*der(x)^2;\nend Two_Bars;'
+    text = write_equations(compiled(model).system, "latex")
+    assert text.startswith("\\section*{Two\\_Bars}\n50 \\% \\{loss\\} \\& more\\_\n")
