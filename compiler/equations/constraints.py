@@ -150,7 +150,7 @@ def report_superfluous(rows: Sequence[Row], reporter: Reporter) -> None:
         f"{what} '{constraint.name}' repeats {count} equation{'s' if count > 1 else ''} already implied by the others; "
         "dropped",
         constraint.origin.shown,
-        caption="its reaction is not unique",
+        caption="what is dropped carries nothing: how it and the others share their load cannot be told",
     )
 
 

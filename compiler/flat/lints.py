@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from mechc.lang import ast
 from mechc.lang.units import Dimension, parse_unit
 
+from .angles import warn_of_degrees
 from .instance import Instance, VariableMember
 from .scope import Flattening
 from .space import nodes
@@ -15,17 +16,24 @@ _ANGULAR = ("omega", "w", "spin", "Omega", "w0", "omega0")
 
 
 def lint(instance: Instance) -> None:
-    """Warn of Hz used as an angular velocity, and of units that are also names of like quantities."""
+    """Warn of Hz used as an angular velocity, of degrees without unit, of units that are also names of like quantities."""
     flattening = instance.flattening
     variables = {
         name: member.type.dimension
         for name, member in instance.members.items()
         if len(name) <= 3 and isinstance(member, VariableMember) and member.type is not None
     }
+    declarations = {
+        name: member.declaration
+        for name, member in instance.members.items()
+        if isinstance(member, VariableMember) and isinstance(member.declaration, ast.Declaration)
+    }
     for placed in instance.cls.statements:
         if placed.model is not instance.cls.model:
             continue
         _angular_frequency(placed.statement, flattening)
+        if not flattening.dimensionless:
+            warn_of_degrees(placed.statement, declarations, flattening.reporter)
         if variables:
             _unit_names(placed.statement, variables, flattening)
 

@@ -11,6 +11,7 @@ from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES, parse_unit, preferred_unit
 
 from . import types
+from .angles import warn_of_bare_angle
 from .evaluate import pick
 from .instance import Pick
 from .model import Array, Expression, Kind, Literal, Type
@@ -103,6 +104,8 @@ def fit(
             labels=labels,
             help=unit_help(expression, target, span),
         )
+    if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
+        warn_of_bare_angle(expression, scope.flattening.reporter, declared)
     if target.kind is Kind.REAL and expression.type.dimension != target.dimension:
         expression = types.retyped_zero(expression, target.dimension, target.angle)
     return broadcast(scope, expression, target, span, name, declared)

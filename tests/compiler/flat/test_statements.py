@@ -421,11 +421,28 @@ def test_what_turns_is_shown_as_a_torque() -> None:
         ("parameter omega = 2 Hz;", "W0301"),
         ("parameter AngularVelocity turn = 2 Hz;", "W0301"),
         ("parameter s = 1 s; parameter v = 2 m/s;", "W0302"),
+        ("coordinate Angle a = -30; kinetic 1/2*1 kg.m^2*der(a)^2;", "W0303"),
+        ("parameter Angle a[2] = {0, 1};", "W0303"),
+        ("coordinate phi = 60; kinetic 1/2*1 kg.m^2*der(phi)^2; potential 1 J*sin(phi - 1 rad);", "W0303"),
+        ("output y = cos(45);", "W0303"),
     ],
 )
 def test_warnings(text: str, code: str) -> None:
     found = said(CART + text)
     assert [(d.code, d.severity.value) for d in found] == [(code, "warning")]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "coordinate Angle a = 0; coordinate Angle b = 1 rad; coordinate Angle c = pi/6;"
+        "kinetic 1/2*1 kg.m^2*(der(a)^2 + der(b)^2 + der(c)^2);",
+        "parameter n = 30; let w = 2 rad/s; output y = sin(n*w*time);",
+        "output y = sin(0.5) + cos(3);",
+    ],
+)
+def test_no_warning_of_numbers_that_are_radians(text: str) -> None:
+    assert codes(CART + text) == []
 
 
 def test_no_warning_where_the_check_would_tell() -> None:

@@ -1,0 +1,88 @@
+"""Warnings about angles without unit: degrees that are forgotten are radians, silently."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.source import Span
+
+from .model import Apply, Array, Expression, Literal
+from .space import nodes
+
+_OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
+_TURN = 2 * math.pi
+"""Bare numbers above this are hardly radians, in a formula that takes any number."""
+
+
+def warn_of_bare_angle(expression: Expression, reporter: Reporter, declared: Span | None) -> None:
+    """Warn where a number without unit is given for what is declared as an angle."""
+    match expression:
+        case Array(elements=inner) | Apply(function="negate", arguments=inner):
+            for element in inner:
+                warn_of_bare_angle(element, reporter, declared)
+        case Literal(value=Fraction() as value) if value and not expression.type.angle:
+            labels = (Label(declared, "this is an angle"),) if declared is not None else ()
+            _warn(expression.span, value, reporter, labels)
+        case _:
+            pass
+
+
+def warn_of_degrees(
+    statement: ast.Statement, declarations: Mapping[str, ast.Declaration], reporter: Reporter
+) -> None:
+    """Warn of arguments of sines and rotations that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
+    for node in nodes(statement):
+        if not isinstance(node, ast.Call) or node.function.name not in _OF_ANGLES:
+            continue
+        for term in (t for argument in node.arguments for t in _terms(argument)):
+            match term:
+                case ast.Number(value=value) if value > _TURN:
+                    _warn(term.span, value, reporter, ())
+                case ast.Reference(parts=(ast.Part(name=name, indices=()),)) if name in declarations:
+                    given = _bare_start(declarations[name])
+                    if given is not None and given.value > _TURN:
+                        _warn(given.span, given.value, reporter, ())
+                case _:
+                    pass
+
+
+def _terms(expression: ast.Expression) -> Iterator[ast.Expression]:
+    """Yield what is added and subtracted in an expression."""
+    match expression:
+        case ast.Binary(operator="+" | "-", left=left, right=right):
+            yield from _terms(left)
+            yield from _terms(right)
+        case ast.Unary(operand=inner) | ast.Parenthesis(inner=inner, unit=""):
+            yield from _terms(inner)
+        case _:
+            yield expression
+
+
+def _bare_start(declaration: ast.Declaration) -> ast.Number | None:
+    """Return the number without unit that a parameter or coordinate of no declared dimension has, its sign aside."""
+    match declaration:
+        case ast.Parameter(type="" | "Real", value=value):
+            pass
+        case ast.Coordinate(type="" | "Real", start=ast.Start(value=value)):
+            pass
+        case _:
+            return None
+    if isinstance(value, ast.Unary):
+        value = value.operand
+    return value if isinstance(value, ast.Number) else None
+
+
+def _warn(span: Span, value: Fraction, reporter: Reporter, labels: tuple[Label, ...]) -> None:
+    number = span.text
+    reporter.warning(
+        "W0303",
+        f"the angle {number} has no unit, so it is {number} rad",
+        span,
+        caption=f"this is {math.degrees(value):.5g} deg",
+        labels=labels,
+        help=f"write '{number} deg' or '{number} rad'",
+    )
