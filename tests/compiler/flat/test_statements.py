@@ -435,10 +435,9 @@ def test_warnings(text: str, code: str) -> None:
 @pytest.mark.parametrize(
     "text",
     [
-        "coordinate Angle a = 0; coordinate Angle b = 1 rad; coordinate Angle c = pi/6;"
-        "kinetic 1/2*1 kg.m^2*(der(a)^2 + der(b)^2 + der(c)^2);",
-        "parameter n = 30; let w = 2 rad/s; output y = sin(n*w*time);",
-        "output y = sin(0.5) + cos(3);",
+        "parameter Angle a1 = 0; parameter Angle a2 = 1 rad; parameter Angle a3 = pi/6;",
+        "parameter n = 30; let w1 = 2 rad/s; output y1 = sin(n*w1*time);",
+        "output y1 = sin(0.5) + cos(3);",
     ],
 )
 def test_no_warning_of_numbers_that_are_radians(text: str) -> None:
