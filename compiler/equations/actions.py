@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import assert_never
+
+from mechc.lang.diagnostics import Reporter
 
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
-from ..graph.eliminate import solve
+from ..graph.eliminate import ZeroPivot, solve
 from ..graph.rewrite import substitute
 from ..mechanics.modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from ..mechanics.system import MechanicalSystem
@@ -49,7 +51,66 @@ def branch_results(
                 pass
             case _:
                 assert_never(action)
+    if solved.rows:
+        set_here = {target for a in branch.actions if isinstance(a, SetAction) for target in a.targets}
+        velocities, moved = _others(system, solved, set_here)
+        now |= dict(zip(velocities, present(moved), strict=True))
     return (*(now.get(n, n) for n in (*y, *z)), *checks)
+
+
+def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> None:
+    """Report coordinates that events set though constraints tie them to others, which would have to follow."""
+    rows = [row for row in (*solved.rows, *solved.switched) if row.position is not None]
+    tied = [row for row in rows if row.constraint.mode is None or row.constraint.mode.kind == "constraint"]
+    for branch in system.branches:
+        all_set = {target for a in branch.actions if isinstance(a, SetAction) for target in a.targets}
+        for action in branch.actions:
+            if not isinstance(action, SetAction):
+                continue
+            places = system.symbols.positions.intersection(action.targets)
+            for row in tied:
+                assert row.position is not None
+                involved = system.symbols.positions.intersection(system.graph.support(row.position))
+                if places.isdisjoint(involved) or involved <= all_set:
+                    continue
+                reporter.error(
+                    "E0719",
+                    "constraints tie this coordinate to others, so an event cannot set it alone",
+                    action.origin.span,
+                    caption=f"'{row.title}' would not hold any more",
+                    help="set its rate, 'reinit(der(q), ..)': the rates of the others follow; "
+                    "or begin another run there, with its initial values",
+                )
+                break
+
+
+def _others(
+    system: MechanicalSystem, solved: Solved, set_here: Collection[Node]
+) -> tuple[list[Node], list[Node]]:
+    """Return the velocities that are not set, and what they become so that all constraints hold.
+
+    They change as little as kinetic energy allows. Where constraints leave them no room, nothing: those that are set are
+    taken to fit.
+    """
+    graph = system.graph
+    held = [i for i in solved.free if system.v[i].node in set_here]
+    others = [i for i in solved.free if i not in held]
+    velocities = [system.v[i].node for i in others]
+    if not held or not others:
+        return [], []
+    jumps = [graph.symbol(f"#jump {i}") for i in others]
+    rows = [row for row in solved.rows if not set(velocities).isdisjoint(graph.support(row.rate))]
+    residual = [solved.residual[i] for i in others]
+    inertia = jvp(graph, residual, {system.a[i]: d for i, d in zip(others, jumps, strict=True)})
+    forces = jvp(graph, residual, {row.multiplier: row.multiplier for row in rows})
+    along = jvp(graph, [row.rate for row in rows], dict(zip(velocities, jumps, strict=True)))
+    changes = [graph.add(row.rate, d) for row, d in zip(rows, along, strict=True)]
+    motion = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    try:
+        found = solve(graph, [*motion, *changes], [*jumps, *(row.multiplier for row in rows)])
+    except ZeroPivot:
+        return [], []
+    return velocities, [graph.add(v, d) for v, d in zip(velocities, found.solutions, strict=False)]
 
 
 def _jumps(system: MechanicalSystem, solved: Solved, pairs: Sequence[tuple[Node, Node]]) -> list[Node]:

@@ -12,7 +12,7 @@ from mechc.lang.diagnostics import Reporter
 from ..graph import Node
 from ..graph.differentiate import jvp, vjp
 from ..mechanics.system import MechanicalSystem
-from .actions import branch_results, velocity_jumps
+from .actions import branch_results, check_positions, velocity_jumps
 from .constraints import Row
 from .entries import Layout, booked_by_events
 from .model import Entry, Function, HybridPlan, Slot, SwitchText
@@ -57,6 +57,7 @@ def add_events(
 ) -> Hybrid | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
+    check_positions(system, solved, reporter)
     rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])
