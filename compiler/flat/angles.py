@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
@@ -16,6 +17,8 @@ from .space import nodes
 _OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
 _TURN = 2 * math.pi
 """Bare numbers above this are hardly radians, in a formula that takes any number."""
+_WRITTEN = re.compile(r"[\d.]+([eE][-+]?\d+)?")
+"""A number as written; ``pi/6`` is one as well once it is evaluated, and means radians."""
 
 
 def warn_of_bare_angle(expression: Expression, reporter: Reporter, declared: Span | None) -> None:
@@ -24,7 +27,7 @@ def warn_of_bare_angle(expression: Expression, reporter: Reporter, declared: Spa
         case Array(elements=inner) | Apply(function="negate", arguments=inner):
             for element in inner:
                 warn_of_bare_angle(element, reporter, declared)
-        case Literal(value=Fraction() as value) if value and not expression.type.angle:
+        case Literal(value=Fraction() as value) if value and _WRITTEN.fullmatch(expression.span.text):
             labels = (Label(declared, "this is an angle"),) if declared is not None else ()
             _warn(expression.span, value, reporter, labels)
         case _:

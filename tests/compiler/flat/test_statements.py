@@ -436,7 +436,7 @@ def test_warnings(text: str, code: str) -> None:
     "text",
     [
         "parameter Angle a1 = 0; parameter Angle a2 = 1 rad; parameter Angle a3 = pi/6;",
-        "parameter n = 30; let w1 = 2 rad/s; output y1 = sin(n*w1*time);",
+        "parameter N = 30; let w1 = 2 rad/s; output y1 = sin(N*w1*time);",
         "output y1 = sin(0.5) + cos(3);",
     ],
 )
