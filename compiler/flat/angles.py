@@ -17,7 +17,7 @@ from .space import nodes
 _OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
 _TURN = 2 * math.pi
 """Bare numbers above this are hardly radians, in a formula that takes any number."""
-_WRITTEN = re.compile(r"[\d.]+([eE][-+]?\d+)?")
+_WRITTEN = re.compile(r"-?\s*[\d.]+([eE][-+]?\d+)?")
 """A number as written; ``pi/6`` is one as well once it is evaluated, and means radians."""
 
 
