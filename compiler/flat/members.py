@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from mechc.lang import ast
-from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
 
 from . import types
 from .evaluate import constant, not_structural, to_expression
 from .indexing import stack
-from .instance import (
-    ROLE_WORDS,
-    DefinitionMember,
-    Member,
-    Modifier,
-    Progress,
-    VariableMember,
-)
+from .instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
 from .instantiate import element_scope, extents, indices
 from .model import Expression, Kind, Literal, Name, Role, Type
+from .modifications import check_plain, modified_value, strongest
 from .overrides import overridden
 from .scope import Poisoned, Scope
-from .values import broadcast, declared_type, distributed, fit
+from .values import broadcast, declared_type, fit
 
 
 def begin(member: Member, what: str) -> bool:
@@ -78,7 +71,7 @@ def _resolve_variable(member: VariableMember) -> None:
                 declaration.name_span,
                 help=f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
             )
-        member.type = _widened(winner.source.value().type)
+        member.type = types.numeric(winner.source.value().type)
     if member.structural:
         member.constant = _structural_value(member)
 
@@ -121,7 +114,7 @@ def _inferred(member: VariableMember) -> Type:
     if type.kind is Kind.POSE and member.role is Role.COORDINATE:
         type = types.ROTATION
     if not member.structural:
-        type = _widened(type)
+        type = types.numeric(type)  # a whole number may become any number
     if declaration.dimensions:
         shape = extents(scope, declaration.dimensions)
         if type.shape and type.shape != shape:
@@ -156,11 +149,6 @@ def _check_kind(member: VariableMember, type: Type, span: Span) -> None:
     )
 
 
-def _widened(type: Type) -> Type:
-    """Return the type of a variable that gets a value of ``type``: a whole number may become any number."""
-    return types.numeric(type)
-
-
 def elementwise(declaration: ast.Declaration, scope: Scope, node: ast.Expression) -> Expression:
     """Return the value of a declaration; with ``[i in 1:n]`` it is elaborated for each element."""
     if not any(d.name for d in declaration.dimensions):
@@ -190,42 +178,7 @@ def nested(values: list[Expression], sizes: tuple[int, ...], span: Span, scope: 
     return stack(unified, sizes, span)
 
 
-# ---------------------------------------------------------------- modifications
-
-
-def strongest(modifiers: list[Modifier], *, rate: bool = False) -> Modifier | None:
-    """Return the winning modification; two of equal rank are reported."""
-    best: Modifier | None = None
-    for modifier in modifiers:
-        if modifier.rate is not rate:
-            continue
-        if best is not None and modifier.rank == best.rank:
-            raise twice(modifier, best)
-        if best is None or modifier.rank > best.rank:
-            best = modifier
-    return best
-
-
-def twice(modifier: Modifier, first: Modifier) -> Poisoned:
-    name = modifier.path[0].name
-    return modifier.source.scope.fail(
-        "E0409",
-        f"'{name}' is given two values at the same level",
-        modifier.span,
-        caption="second",
-        labels=(Label(first.span, "first"),),
-        help="leave one of them out",
-    )
-
-
-def modified_value(member: VariableMember, modifier: Modifier, target: Type) -> Expression:
-    """Return the value that a modification gives to a member, fitted to its type."""
-    source = modifier.source
-    value = distributed(source.scope, source.value(), target.shape, modifier.picks, source.node.span)
-    declaration = member.declaration
-    return fit(
-        source.scope, value, target, source.node.span, name=declaration.name, declared=declaration.name_span
-    )
+# ---------------------------------------------------------------- values of variables
 
 
 def parameter_value(member: VariableMember) -> Expression | None:
@@ -250,30 +203,6 @@ def parameter_value(member: VariableMember) -> Expression | None:
     )
 
 
-def check_plain(member: VariableMember, modifier: Modifier) -> None:
-    """Report ``~``, a rate, an index or a deeper name in the modification of a plain value."""
-    name, scope = member.declaration.name, modifier.source.scope
-    noun = ROLE_WORDS[member.role]
-    if len(modifier.path) > 1:
-        raise scope.fail("E0401", f"'{name}' is {noun} and has nothing inside", modifier.span)
-    if modifier.rate:
-        raise scope.fail("E0403", f"'{name}' is {noun}; its rate cannot be set", modifier.span)
-    if modifier.kind == "~":
-        raise scope.fail(
-            "E0403",
-            f"'{name}' is {noun}, which is known and not guessed",
-            modifier.span,
-            help=f"write '{name} = ...'",
-        )
-    if modifier.path[0].indices:
-        raise scope.fail(
-            "E0403",
-            f"one element of '{name}' cannot be modified alone",
-            modifier.span,
-            help="give all elements, as in '{1, 2, 3} m'",
-        )
-
-
 def _structural_value(member: VariableMember) -> Expression:
     """Return the value of a structural parameter as literals."""
     assert member.type is not None
@@ -281,7 +210,7 @@ def _structural_value(member: VariableMember) -> Expression:
     if given is not None:
         return given
     member.progress = Progress.OPEN
-    value = parameter_value_of_structural(member)
+    value = _stated_value(member)
     known = constant(value)
     if known is None:
         winner = strongest(member.modifiers)
@@ -292,7 +221,7 @@ def _structural_value(member: VariableMember) -> Expression:
     return to_expression(known, member.type, value.span)
 
 
-def parameter_value_of_structural(member: VariableMember) -> Expression:
+def _stated_value(member: VariableMember) -> Expression:
     value = parameter_value(member)
     if value is None:
         declaration = member.declaration
@@ -365,17 +294,6 @@ def definition_type(member: DefinitionMember) -> Type:
     if member.type is None or member.type.kind is Kind.ROTATION:
         return definition_value(member).type
     return member.type
-
-
-def cannot_modify(member: Member, modifier: Modifier, reason: str) -> Poisoned:
-    name = member.declaration.name
-    return modifier.source.scope.fail(
-        "E0402",
-        f"'{name}' cannot be modified: it {reason}",
-        modifier.span,
-        labels=(Label(member.declaration.name_span, "declared here"),),
-        help="parameters, initial values, inputs and free frames can be modified",
-    )
 
 
 # ---------------------------------------------------------------- references to members

@@ -11,8 +11,8 @@ from . import types
 from .evaluate import pick
 from .instance import Index, PlaceMember, Progress
 from .instantiate import element_scope, extents, subscript
-from .members import cannot_modify, strongest
 from .model import Apply, Array, Expression, Kind, Literal, Name, Type
+from .modifications import cannot_modify, strongest
 from .scope import Poisoned, Scope
 from .values import distributed
 

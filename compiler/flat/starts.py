@@ -10,8 +10,9 @@ from .coordinates import Target, target_of
 from .evaluate import elements, pick, whole_number
 from .instance import DECLARED, INITIAL, MODIFIED, ROLE_WORDS, Index, Modifier, VariableMember
 from .instantiate import indices
-from .members import cannot_modify, elementwise, type_of
+from .members import elementwise, type_of
 from .model import Array, Expression, Kind, Role, StartValue, Type
+from .modifications import cannot_modify
 from .record import Beginning, Record
 from .scope import Flattening, Poisoned, Scope
 from .values import distributed, fit
