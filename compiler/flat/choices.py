@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec import Struct
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
@@ -10,6 +12,13 @@ from .evaluate import constant
 from .model import Array, Expression, Kind, Select, Type
 from .operators import missing_unit, require_truth
 from .scope import Poisoned, Scope
+
+
+class _Branch(Struct, frozen=True):
+    """A branch as written, and its value."""
+
+    node: ast.Expression
+    value: Expression
 
 
 def conditional(scope: Scope, node: ast.Conditional) -> Expression:
@@ -25,66 +34,53 @@ def conditional(scope: Scope, node: ast.Conditional) -> Expression:
             break
         if known is None:
             conditions.append((condition, branch.value))
-    result = scope.elaborate(otherwise)
-    place = otherwise
+    rest = _Branch(otherwise, scope.elaborate(otherwise))
     for condition, value in reversed(conditions):
-        result = _select(scope, node, condition, value, scope.elaborate(value), place, result)
-        place = value
-    return result
+        then = _Branch(value, scope.elaborate(value))
+        rest = _Branch(value, _select(scope, node, condition, then, rest))
+    return rest.value
 
 
 def _select(
-    scope: Scope,
-    node: ast.Conditional,
-    condition: Expression,
-    then_node: ast.Expression,
-    then: Expression,
-    other_node: ast.Expression,
-    other: Expression,
+    scope: Scope, node: ast.Conditional, condition: Expression, then: _Branch, other: _Branch
 ) -> Expression:
-    for place, value in ((then_node, then), (other_node, other)):
-        if value.type.kind in (Kind.FRAME, Kind.POSE, Kind.ROTATION, Kind.STRING):
+    for branch in (then, other):
+        if branch.value.type.kind in (Kind.FRAME, Kind.POSE, Kind.ROTATION, Kind.STRING):
             raise scope.fail(
                 "E0308",
-                f"{types.describe(value.type)} cannot depend on a condition that changes during the run",
-                place.span,
+                f"{types.describe(branch.value.type)} cannot depend on a condition that changes during the run",
+                branch.node.span,
                 labels=(Label(condition.span, "this is not known when compiling"),),
             )
-    a, b = then.type, other.type
+    first, second = then.value, other.value
+    a, b = first.type, second.type
     if (a.kind is Kind.BOOLEAN) is not (b.kind is Kind.BOOLEAN):
-        raise _branches_differ(scope, then_node, then, other_node, other, "E0302")
-    if a.dimension != b.dimension and not types.is_zero(then) and not types.is_zero(other):
-        raise _branches_differ(scope, then_node, then, other_node, other, "E0302")
+        raise _branches_differ(scope, then, other, "E0302")
+    if a.dimension != b.dimension and not types.is_zero(first) and not types.is_zero(second):
+        raise _branches_differ(scope, then, other, "E0302")
     if a.dimension != b.dimension:
-        if types.is_zero(then):
-            then = types.retyped_zero(then, b.dimension, b.angle)
+        if types.is_zero(first):
+            first = types.retyped_zero(first, b.dimension, b.angle)
         else:
-            other = types.retyped_zero(other, a.dimension, a.angle)
+            second = types.retyped_zero(second, a.dimension, a.angle)
     if a.shape != b.shape:
-        raise _branches_differ(scope, then_node, then, other_node, other, "E0305")
+        raise _branches_differ(scope, then, other, "E0305")
     if a.kind is Kind.BOOLEAN:
         type = a
     else:
         kind = Kind.INTEGER if a.kind is b.kind is Kind.INTEGER else Kind.REAL
-        type = types.make(kind, a.shape, then.type.dimension, a.angle or b.angle)
-    return Select(type=type, span=node.span, condition=condition, then=then, otherwise=other)
+        type = types.make(kind, a.shape, first.type.dimension, a.angle or b.angle)
+    return Select(type=type, span=node.span, condition=condition, then=first, otherwise=second)
 
 
-def _branches_differ(
-    scope: Scope,
-    then_node: ast.Expression,
-    then: Expression,
-    other_node: ast.Expression,
-    other: Expression,
-    code: str,
-) -> Poisoned:
-    first, second = types.describe(then.type), types.describe(other.type)
+def _branches_differ(scope: Scope, then: _Branch, other: _Branch, code: str) -> Poisoned:
+    first, second = types.describe(then.value.type), types.describe(other.value.type)
     return scope.fail(
         code,
         f"the branches of 'if' differ: one is {first}, the other is {second}",
-        other_node.span,
+        other.node.span,
         caption=f"this is {second}",
-        labels=(Label(then_node.span, f"this is {first}"),),
+        labels=(Label(then.node.span, f"this is {first}"),),
     )
 
 
