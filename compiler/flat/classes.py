@@ -16,7 +16,7 @@ _ALWAYS = (ast.Experiment, ast.Dimensionless, ast.Independent, ast.Extends, ast.
 """Statements that no condition or loop may decide about."""
 
 
-class Placed(Struct, frozen=True):
+class Stated(Struct, frozen=True):
     """A statement of ``model`` with the names it sees; ``level`` 0 is the model itself, 1 its base, and so on."""
 
     statement: ast.Statement
@@ -38,11 +38,11 @@ class Class(Struct):
 
     model: ast.Model
     namespace: Namespace
-    statements: list[Placed] = field(default_factory=list)
-    declarations: dict[str, Placed] = field(default_factory=dict)
+    statements: list[Stated] = field(default_factory=list)
+    declarations: dict[str, Stated] = field(default_factory=dict)
     conditional: dict[str, ast.Declaration] = field(default_factory=dict)
     inherited: list[Inherited] = field(default_factory=list)
-    experiments: dict[str, Placed] = field(default_factory=dict)
+    experiments: dict[str, Stated] = field(default_factory=dict)
     interface: tuple[str, ...] = ()
     places: tuple[ast.Place, ...] = ()
     dimensionless: bool = False
@@ -103,7 +103,7 @@ class Classes(Struct):
             result.inherited += [Inherited(m, namespace, level) for m in statement.modifications]
         for statement in model.body:
             if not isinstance(statement, ast.Extends | ast.Import | ast.Function | ast.Type):
-                result.statements.append(Placed(statement, namespace, level, model))
+                result.statements.append(Stated(statement, namespace, level, model))
 
     def _base(self, statement: ast.Extends, namespace: Namespace) -> tuple[ast.Model, Namespace] | None:
         found = namespace.look_up(statement.base, statement.span)
@@ -124,17 +124,17 @@ def _finish(result: Class, reporter: Reporter) -> None:
     """Collect the declarations, interface frames and experiments of the spread statements."""
     interface: list[str] = []
     places: list[ast.Place] = []
-    for placed in result.statements:
-        statement = placed.statement
+    for stated in result.statements:
+        statement = stated.statement
         match statement:
             case ast.Declaration():
-                _declare(result, placed, statement, reporter)
+                _declare(result, stated, statement, reporter)
                 if isinstance(statement, ast.Frame) and statement.value is None and not statement.dimensions:
                     interface.append(statement.name)
             case ast.Dimensionless():
                 result.dimensionless = True
             case ast.Experiment():
-                _add_experiment(result, placed, statement, reporter)
+                _add_experiment(result, stated, statement, reporter)
             case ast.Place():
                 places.append(statement)
             case ast.If():
@@ -151,10 +151,10 @@ def _finish(result: Class, reporter: Reporter) -> None:
     result.places = tuple(places)
 
 
-def _declare(result: Class, placed: Placed, statement: ast.Declaration, reporter: Reporter) -> None:
+def _declare(result: Class, stated: Stated, statement: ast.Declaration, reporter: Reporter) -> None:
     first = result.declarations.get(statement.name)
     if first is not None:
-        if first.model is not placed.model and first.statement == statement:
+        if first.model is not stated.model and first.statement == statement:
             return
         assert isinstance(first.statement, ast.Declaration)
         reporter.error(
@@ -164,16 +164,16 @@ def _declare(result: Class, placed: Placed, statement: ast.Declaration, reporter
             caption="again here",
             labels=(Label(first.statement.name_span, "first here"),),
             help="to change an inherited value, write 'extends Base(name = value);'"
-            if first.model is not placed.model
+            if first.model is not stated.model
             else "",
         )
         return
-    result.declarations[statement.name] = placed
+    result.declarations[statement.name] = stated
 
 
-def _add_experiment(result: Class, placed: Placed, statement: ast.Experiment, reporter: Reporter) -> None:
+def _add_experiment(result: Class, stated: Stated, statement: ast.Experiment, reporter: Reporter) -> None:
     first = result.experiments.get(statement.name)
-    if first is not None and first.level == placed.level:
+    if first is not None and first.level == stated.level:
         named = f"'{statement.name}'" if statement.name else "without a name"
         reporter.error(
             "E0803",
@@ -183,7 +183,7 @@ def _add_experiment(result: Class, placed: Placed, statement: ast.Experiment, re
             labels=(Label(first.statement.span, "first here"),),
         )
         return
-    result.experiments[statement.name] = placed
+    result.experiments[statement.name] = stated
 
 
 def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration | ast.Place]:

@@ -58,7 +58,7 @@ def _instantiate(member: ComponentMember, declaration: ast.Component, scope: Sco
         if member.extents:
             given = [_picked(m, member.extents, index) for m in given]
         path = member.name + subscript(index)
-        member.instances[index] = make_instance(scope.flattening, cls, path, parent, declaration.span, given)
+        member.instances[index] = make_instance(scope.flattening, cls, path, parent, declaration, given)
 
 
 def _picked(modifier: Modifier, sizes: tuple[int, ...], index: Index) -> Modifier:

@@ -46,10 +46,10 @@ def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
     """Return the experiments of the model, those of its bases first."""
     _check_names(instance)
     result = []
-    for placed in instance.cls.experiments.values():
-        statement = placed.statement
+    for stated in instance.cls.experiments.values():
+        statement = stated.statement
         assert isinstance(statement, ast.Experiment)
-        scope = Scope(instance.flattening, instance, placed.namespace, level=placed.level)
+        scope = Scope(instance.flattening, instance, stated.namespace, level=stated.level)
         parts = _Parts()
         for node in statement.settings:
             try:

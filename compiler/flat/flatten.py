@@ -190,8 +190,8 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
 
 def _refuse_variation(instance: Instance) -> None:
     """Stop at the first statement of a boundary-value model."""
-    for placed in instance.cls.statements:
-        statement = placed.statement
+    for stated in instance.cls.statements:
+        statement = stated.statement
         variation = isinstance(statement, ast.Final | ast.Stationary)
         if variation or (isinstance(statement, ast.Independent) and statement.lower is not None):
             raise instance.flattening.reporter.fail(
@@ -205,12 +205,12 @@ def _refuse_variation(instance: Instance) -> None:
 def _name_independent(instance: Instance) -> None:
     """Rename time where the model says ``independent``."""
     flattening = instance.flattening
-    for placed in instance.cls.statements:
-        statement = placed.statement
+    for stated in instance.cls.statements:
+        statement = stated.statement
         if not isinstance(statement, ast.Independent):
             continue
         flattening.independent = statement.name
-        scope = Scope(flattening, instance, placed.namespace)
+        scope = Scope(flattening, instance, stated.namespace)
         if statement.type:
             with suppress(Poisoned):  # reported; the model goes on with seconds
                 flattening.time_type = declared_type(scope, statement.type, statement.span)

@@ -161,7 +161,7 @@ class Instance(Struct, eq=False):
     cls: Class
     path: str
     parent: Instance | None
-    made_at: Span | None
+    declaration: ast.Component | None
     depth: int
     members: dict[str, AnyMember] = field(default_factory=dict)
     labels: dict[tuple[str, Index], LabelMember] = field(default_factory=dict)
@@ -170,6 +170,11 @@ class Instance(Struct, eq=False):
     expanding: bool = False
     gravity: Expression | None = None
     gravity_span: Span | None = None
+
+    @property
+    def made_at(self) -> Span | None:
+        """The place of the statement that makes this instance; None for the model itself."""
+        return None if self.declaration is None else self.declaration.span
 
     @property
     def model(self) -> ast.Model:

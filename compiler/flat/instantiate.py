@@ -8,11 +8,10 @@ from math import prod
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
-from mechc.lang.source import Span
 from mechc.lang.suggest import closest
 
 from . import types
-from .classes import Class, Placed
+from .classes import Class, Stated
 from .evaluate import check_size, iterate, truth, whole_number
 from .instance import (
     EXTENDED,
@@ -49,7 +48,7 @@ def make_instance(
     cls: Class,
     path: str,
     parent: Instance | None,
-    made_at: Span | None,
+    declaration: ast.Component | None,
     modifiers: list[Modifier],
 ) -> Instance:
     """Return a new instance with its unconditional members; its statements are unrolled when needed."""
@@ -57,9 +56,12 @@ def make_instance(
     flattening.instances += 1
     if flattening.instances > MOST:
         raise flattening.reporter.fail(
-            "E0406", f"the model has more than {MOST} components", made_at, caption="the last was made here"
+            "E0406",
+            f"the model has more than {MOST} components",
+            None if declaration is None else declaration.span,
+            caption="the last was made here",
         )
-    instance = Instance(flattening, cls, path, parent, made_at, depth)
+    instance = Instance(flattening, cls, path, parent, declaration, depth)
     for inherited in cls.inherited:
         scope = Scope(flattening, instance, inherited.namespace, level=inherited.level)
         rank = (EXTENDED, -depth, -inherited.level)
@@ -68,9 +70,9 @@ def make_instance(
     for modifier in modifiers:
         instance.modifiers.setdefault(modifier.path[0].name, []).append(modifier)
     scopes = _Scopes(instance)
-    for name, placed in cls.declarations.items():
-        assert isinstance(placed.statement, ast.Declaration)
-        instance.members[name] = _member(instance, placed.statement, scopes.of(placed))
+    for name, stated in cls.declarations.items():
+        assert isinstance(stated.statement, ast.Declaration)
+        instance.members[name] = _member(instance, stated.statement, scopes.of(stated))
     _check_names(instance)
     return instance
 
@@ -82,12 +84,12 @@ class _Scopes:
         self._instance = instance
         self._known: dict[tuple[int, int], Scope] = {}
 
-    def of(self, placed: Placed) -> Scope:
-        key = (id(placed.namespace), placed.level)
+    def of(self, stated: Stated) -> Scope:
+        key = (id(stated.namespace), stated.level)
         scope = self._known.get(key)
         if scope is None:
             instance = self._instance
-            scope = Scope(instance.flattening, instance, placed.namespace, level=placed.level)
+            scope = Scope(instance.flattening, instance, stated.namespace, level=stated.level)
             self._known[key] = scope
         return scope
 
@@ -178,13 +180,13 @@ def expand(instance: Instance) -> list[Expanded]:
     instance.expanding = True
     result: list[Expanded] = []
     scopes = _Scopes(instance)
-    for placed in instance.cls.statements:
-        statement = placed.statement
+    for stated in instance.cls.statements:
+        statement = stated.statement
         if isinstance(statement, ast.Declaration):
             if instance.cls.declarations[statement.name].statement is statement:
                 result.append(Expanded(statement, instance.members[statement.name].scope))
             continue
-        _expand(instance, statement, scopes.of(placed), result)
+        _expand(instance, statement, scopes.of(stated), result)
     instance.expanding = False
     instance.expanded = result
     _check_conditional(instance)

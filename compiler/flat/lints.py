@@ -28,14 +28,14 @@ def lint(instance: Instance) -> None:
         for name, member in instance.members.items()
         if isinstance(member, VariableMember) and isinstance(member.declaration, ast.Declaration)
     }
-    for placed in instance.cls.statements:
-        if placed.model is not instance.cls.model:
+    for stated in instance.cls.statements:
+        if stated.model is not instance.cls.model:
             continue
-        _angular_frequency(placed.statement, flattening)
+        _angular_frequency(stated.statement, flattening)
         if not flattening.dimensionless:
-            warn_of_degrees(placed.statement, declarations, flattening.reporter)
+            warn_of_degrees(stated.statement, declarations, flattening.reporter)
         if variables:
-            _unit_names(placed.statement, variables, flattening)
+            _unit_names(stated.statement, variables, flattening)
 
 
 def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None:

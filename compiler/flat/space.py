@@ -33,9 +33,9 @@ def _of_class(flattening: Flattening, cls: Class, seen: set[int]) -> Hint | None
     if id(cls.model) in seen:
         return None
     seen.add(id(cls.model))
-    frames = {placed.statement.name for placed in cls.statements if isinstance(placed.statement, ast.Frame)}
-    for placed in cls.statements:
-        hint = _of_statement(flattening, placed.statement, placed.namespace, frames, seen)
+    frames = {stated.statement.name for stated in cls.statements if isinstance(stated.statement, ast.Frame)}
+    for stated in cls.statements:
+        hint = _of_statement(flattening, stated.statement, stated.namespace, frames, seen)
         if hint is not None:
             return hint
     return None

@@ -14,8 +14,9 @@ from .events import when
 from .instance import ComponentMember, DefinitionMember, Instance, PlaceMember, VariableMember
 from .instantiate import expand, indices, subscript
 from .loads import contact, damping, friction, load
-from .members import cannot_modify, definition_value, parameter_value, type_of
+from .members import definition_value, parameter_value, type_of
 from .model import DefinitionRole, Expression, Role
+from .modifications import cannot_modify
 from .places import is_free, place_extents, place_value
 from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
@@ -136,7 +137,7 @@ def _variable(member: VariableMember, record: Record) -> None:
 def _definition(member: DefinitionMember, record: Record) -> None:
     for modifier in member.modifiers:
         noun = "an abbreviation" if isinstance(member.declaration, ast.Let) else "an output"
-        cannot_modify(member, modifier, f"is {noun}")
+        cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
     role = DefinitionRole.LET if isinstance(member.declaration, ast.Let) else DefinitionRole.OUTPUT
     _define(member, role, member.name, definition_value(member), record)
 
@@ -178,7 +179,7 @@ def _define(
 def _joints(parts: JointParts, record: Record) -> None:
     """Make the joints of an instance from its ``place`` and ``closure`` statements."""
     instance = parts.instance
-    declaration = _declaration_of(instance)
+    declaration = instance.declaration
     cut = declaration is not None and declaration.cut
     if not parts.places:
         if cut and declaration is not None and not instance.cls.places:
@@ -215,16 +216,6 @@ def _joints(parts: JointParts, record: Record) -> None:
                 origin,
             )
         )
-
-
-def _declaration_of(instance: Instance) -> ast.Component | None:
-    """Return the statement that made an instance."""
-    if instance.parent is None:
-        return None
-    name = instance.path.rpartition(".")[2].partition("[")[0]
-    member = instance.parent.members.get(name)
-    declaration = None if member is None else member.declaration
-    return declaration if isinstance(declaration, ast.Component) else None
 
 
 def _check_connected(instance: Instance, target: str, source: str) -> None:
