@@ -400,6 +400,12 @@ class Event(Struct, frozen=True):
     branches: tuple[EventBranch, ...]
     origin: Origin
 
+    @property
+    def switched(self) -> frozenset[str]:
+        """The names of what ``release`` and ``engage`` switch."""
+        actions = (action for branch in self.branches for action in branch.actions)
+        return frozenset(action.target for action in actions if isinstance(action, Switch))
+
 
 class ExactSolution(Struct, frozen=True):
     """``target`` is a Name/Element/Derivative of a coordinate, state or output."""

@@ -101,18 +101,15 @@ def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
 
 def hold_released_drives(record: Record) -> None:
     """Make constraints of the drives that an event releases or engages: their coordinates move freely meanwhile."""
-    switched = {
-        action.target
-        for event in record.events
-        for branch in event.branches
-        for action in branch.actions
-        if isinstance(action, model.Switch)
-    }
-    for item in list(record.drives):
+    switched = frozenset[str]().union(*(event.switched for event in record.events))
+    kept = []
+    for item in record.drives:
         target = item.target.operand if isinstance(item.target, model.Derivative) else item.target
         if isinstance(target, model.Name) and target.name in switched and target.type.kind is Kind.REAL:
-            record.drives.remove(item)
             record.constraints.append(model.Constraint(target.name, "", item.target, item.value, item.origin))
+        else:
+            kept.append(item)
+    record.drives = kept
 
 
 def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Record) -> None:

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import preferred_unit
 
-from ..flat.model import Contact, Expression, FlatModel, Friction, Literal, Switch
+from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
 from .forces import rate_of
 from .lower import Lowering
@@ -20,22 +20,15 @@ from .system import ConstraintRows
 REGULARIZED = "regularized"
 
 
-def switched_names(model: FlatModel) -> frozenset[str]:
-    """Return the names of what ``release`` and ``engage`` switch."""
-    return frozenset(
-        action.target
-        for event in model.events
-        for branch in event.branches
-        for action in branch.actions
-        if isinstance(action, Switch)
-    )
+def _switched(model: FlatModel) -> frozenset[str]:
+    return frozenset[str]().union(*(event.switched for event in model.events))
 
 
 def switchable(
     lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
 ) -> tuple[ConstraintRows, ...]:
     """Give a mode to the constraints that are released or engaged; they hold at the start."""
-    switched = switched_names(model)
+    switched = _switched(model)
     result = []
     for k, rows in enumerate(constraints):
         if rows.name in switched:
@@ -53,7 +46,7 @@ def contact_rows(
     lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of contacts, each followed by its friction, then those of other frictions."""
-    switched = switched_names(model)
+    switched = _switched(model)
     rows: list[ConstraintRows] = []
     for contact in model.contacts:
         rows += _contact(lowering, contact, symbols, contact.name in switched, reporter)
