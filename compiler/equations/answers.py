@@ -61,11 +61,12 @@ def answers(
 ) -> dict[Node, Node]:
     """Return the node for each symbol that stands for an answer; report questions without one."""
     graph = system.graph
-    momenta = {s.name: p for s, p in zip(system.v, energies.momenta, strict=True) if p is not None}
 
     def momentum(query: Query) -> Sequence[Node] | None:
-        names = [f"der({element_name(query.target, i)})" for i in subscripts(query.type.shape)]
-        return [momenta[n] for n in names] if all(n in momenta for n in names) else None
+        rates = zip(system.v, energies.momenta, strict=True)
+        found = [p for rate, p in rates if rate.variable.name == query.target]
+        known = [p for p in found if p is not None]
+        return known if found and len(known) == len(found) else None
 
     def power(query: Query) -> Sequence[Node] | None:
         for effort in system.efforts:

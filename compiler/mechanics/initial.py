@@ -8,14 +8,16 @@ from typing import TypedDict
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.units import DIMENSIONLESS, parse_unit
 
-from ..flat.model import FlatModel, StartValue, Variable
+from ..flat.model import FlatModel, Kind, Role, StartValue, Variable
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
 from .quaternions import rotation_quaternion
-from .symbols import Symbols, base_unit, subscripts
+from .symbols import Symbols, base_unit, element_name, rate_name, subscripts, unit_text
 from .system import Beginning, InitialRow
+from .values import elements
 
 
 class Beginnings(TypedDict):
@@ -53,7 +55,7 @@ def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter:
         start_q=settled[: len(q)],
         start_v=settled[len(q) : len(q) + len(v)],
         start_x=settled[len(q) + len(v) :],
-        initials=_conditions(lowering, model),
+        initials=(*_conditions(lowering, model), *_of_closures(lowering, model, symbols, reporter)),
     )
 
 
@@ -70,6 +72,47 @@ def _conditions(lowering: Lowering, model: FlatModel) -> tuple[InitialRow, ...]:
             name = f"{text}[{k + 1}]" if len(left) > 1 else text
             residual = lowering.graph.sub(a, b)
             rows.append(InitialRow(name, residual, not condition.start.guess, unit, condition.origin))
+    return tuple(rows)
+
+
+def _of_closures(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> tuple[InitialRow, ...]:
+    """Return the known initial values of coordinates that closures compute; guesses of them decide nothing."""
+    graph = lowering.graph
+    unknowns = {c.variable.name for c in symbols.coordinates}
+    computed = [v for v in model.variables if v.role is Role.COORDINATE and v.name not in unknowns]
+    rows = []
+    for variable in computed:
+        name, type = variable.name, variable.type
+        second = DIMENSIONLESS if model.dimensionless else parse_unit("s").dimension
+        for start, single, order in (
+            (variable.start, variable.starts, 0),
+            (variable.rate, variable.rates, 1),
+        ):
+            known = next((s for s in (start, *single.values()) if s is not None and not s.guess), None)
+            if known is None:
+                continue
+            if type.kind is Kind.ROTATION:
+                reporter.error(
+                    "E0517",
+                    f"'{name}' is a rotation of a joint that closes a loop, so its start cannot be given",
+                    known.origin.span,
+                    help="give that of a joint of the tree",
+                )
+                continue
+            places = subscripts(type.shape)
+            values = elements(lowering.named(name, known.origin.span))
+            begins = _starts(lowering, start, places, single)
+            unit = unit_text(type.dimension / second**order)
+            for place, value, begin in zip(places, values, begins, strict=True):
+                if not begin.known or begin.start is None:
+                    continue
+                reached, title = value, element_name(name, place)
+                if order:
+                    reached, title = lowering.rate(value), rate_name(name, place)
+                residual = graph.sub(reached, begin.value)
+                rows.append(InitialRow(title, residual, True, unit, begin.start.origin))
     return tuple(rows)
 
 

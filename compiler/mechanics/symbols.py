@@ -8,6 +8,8 @@ from itertools import product
 
 from msgspec import Struct
 
+from mechc.lang.units import Dimension
+
 from ..flat.model import Expression, FlatModel, Kind, Role, Variable
 from ..graph import Graph, Node
 from ..graph.vector import quaternion_rate
@@ -84,7 +86,11 @@ def rate_name(name: str, indices: tuple[int, ...]) -> str:
 
 def base_unit(expression: Expression) -> str:
     """Return the unit of an expression in base units, as text; empty for a pure number."""
-    dimension = expression.type.dimension
+    return unit_text(expression.type.dimension)
+
+
+def unit_text(dimension: Dimension) -> str:
+    """Return a dimension in base units, as text; empty for a pure number."""
     return "" if dimension.is_none else str(dimension)
 
 

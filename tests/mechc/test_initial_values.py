@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import pytest
@@ -43,3 +44,48 @@ def test_rates_of_any_size_are_assembled() -> None:
     )
     for name in ("der(b.angle)", "der(d.angle)"):
         assert fast[name][0] / 1e7 == pytest.approx(slow[name][0] / 10, rel=1e-11)
+
+
+FOUR_BARS = """\
+import mech.planar.*;
+Bar a;
+Bar b;
+Bar c;
+Revolute j1(world -> a.a, angle ~ 90 deg);
+Revolute j2(a.b -> b.a, angle ~ -90 deg);
+Revolute j3(b.b -> c.a, angle ~ -90 deg);
+"""
+
+
+def test_known_values_of_a_joint_that_closes_a_loop_hold() -> None:
+    """In the parallelogram the angle of the last joint is 180 deg less that of the first."""
+    last = "Revolute j4(c.b -> world * trans({1, 0} m), angle = 100 deg, der(angle) = 2 rad/s);"
+    solution = mechc.loads(FOUR_BARS + last).simulate(stop=1e-3, estimate_error=False)
+    assert math.degrees(solution["j1.angle"][0]) == pytest.approx(80, abs=1e-10)
+    assert solution["der(j1.angle)"][0] == pytest.approx(-2, rel=1e-12)
+
+
+def test_guesses_of_a_joint_that_closes_a_loop_decide_nothing() -> None:
+    last = "Revolute j4(c.b -> world * trans({1, 0} m), angle ~ 20 deg);"
+    solution = mechc.loads(FOUR_BARS + last).simulate(stop=1e-3, estimate_error=False)
+    assert math.degrees(solution["j1.angle"][0]) == pytest.approx(90, abs=1e-10)
+
+
+def test_known_values_of_a_closing_joint_that_contradict_are_told() -> None:
+    last = "Revolute j4(c.b -> world * trans({1, 0} m), angle = 100 deg);"
+    model = mechc.loads(FOUR_BARS.replace("~ 90 deg", "= 90 deg") + last)
+    with pytest.raises(mechc.SimulationError, match="initial positions that are given contradict"):
+        model.simulate(stop=1e-3)
+
+
+def test_rotations_of_a_closing_joint_take_no_known_value() -> None:
+    text = """
+    import mech.spatial.*;
+    Body a(m = 1 kg, J = identity(3)*1 kg.m^2);
+    Free f(world -> a.a);
+    Spherical s(world -> a.a, orientation = rotx(30 deg));
+    """
+    with pytest.raises(mechc.CompileError) as raised:
+        mechc.loads(text)
+    (found,) = raised.value.diagnostics
+    assert found.code == "E0517" and found.span is not None and found.span.text == "rotx(30 deg)"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from compiled import compiled, outcome
+
 import mechc
 
 
@@ -38,3 +40,16 @@ def test_inputs_and_moving_joints_break_momenta() -> None:
     Revolute hinge(world * trans({1/2*(1 m/s^2)*time^2, 0}) -> door.a, angle = 90 deg);
     """
     assert conserved(text) == set()
+
+
+def test_momentum_of_a_rotation_is_its_angular_momentum_in_the_body() -> None:
+    text = """
+    coordinate Rotation R;
+    inertia diag({1, 2, 4} kg.m^2) on world * R;
+    output L = momentum(R);
+    output second = momentum(R)[2];
+    """
+    rates = {"der(R)[1]": 5.0, "der(R)[2]": 2.0, "der(R)[3]": 3.0}
+    found = outcome(compiled(text), "outputs", rates)
+    assert [found[f"L[{k}]"] for k in (1, 2, 3)] == [5.0, 4.0, 12.0]
+    assert found["second"] == 4.0
