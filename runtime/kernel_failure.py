@@ -90,6 +90,10 @@ def _of_conditions(hybrid: Hybrid, status: int, report: native.ReportStruct, at:
             assert branch is not None
             check = branch.checks[report.failed_part]
             return _Told("assertion", f"assertion failed at {at}: {check.message}", origin=check.origin)
+        case native.NO_PERIOD:
+            return _Told(
+                "clock", f"a 'sample' has the period {report.failed_value:.6g} (SI): a period is positive"
+            )
         case native.UNDEFINED_JUMP:
             return _Told(
                 "not finite",

@@ -18,6 +18,25 @@ static void set_sizes(mech_solver *s, mech_real *length, mech_real *speed)
     }
 }
 
+/* A clock goes on with its count: its period is positive. */
+static int check_clocks(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_modes *e = s->modes;
+    for (int k = 0; k < h->n_clocks; k++) {
+        mech_real *count = e->z + h->clocks[2 * k + 1], *tick = e->times + h->n_times + k;
+        h->crossing_times(s->run->report.t, s->y, s->u, e->z, s->o.p, e->times);
+        const mech_real first = *tick;
+        *count += 1;
+        h->crossing_times(s->run->report.t, s->y, s->u, e->z, s->o.p, e->times);
+        *count -= 1;
+        if (*tick > first) continue;
+        s->run->report.failed_value = *tick - first;
+        return mech_fail(s, MECH_NO_PERIOD, k);
+    }
+    return MECH_RUNNING;
+}
+
 /* Ticks before the start are over. */
 static void pass_ticks(mech_solver *s)
 {
@@ -76,12 +95,14 @@ int mech_look(mech_solver *s)
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
     set_sizes(s, &length, &speed);
     e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
+    int status = check_clocks(s);
+    if (status) return status;
     pass_ticks(s);
     set_switches(s);
     if (h->n_rows) {
         mech_read_rows(s);
         mech_find_response(s);
-        const int status = mech_check_rows(s, 0);
+        status = mech_check_rows(s, 0);
         if (status) return status;
     }
     for (int i = 0; i < h->n_rows; i++) {

@@ -54,7 +54,8 @@ enum mech_status {
     MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits         */
     MECH_NO_IMPACT = -28,     /* the impacts of one instant have no solution                   */
     MECH_OUT_OF_RANGE = -29,  /* a restitution beyond 0..1, or a negative limit of friction    */
-    MECH_UNDEFINED_JUMP = -30 /* the energy behind a switch is not a number                    */
+    MECH_UNDEFINED_JUMP = -30, /* the energy behind a switch is not a number                   */
+    MECH_NO_PERIOD = -31      /* a clock whose next tick is not later than this one            */
 };
 
 enum mech_event_kind {

@@ -10,6 +10,8 @@ import pytest
 from gallery import Array
 from happenings import follow, integrate, times
 
+import mechc
+
 g = 9.81
 
 
@@ -108,3 +110,18 @@ def test_controller_that_samples() -> None:
         assert event.after["u"] == pytest.approx(force, rel=1e-9, abs=1e-9)
         assert solution(k * Ts)["x"] == pytest.approx(place, abs=1e-10)
     assert solution["x"][-1] == pytest.approx(target, abs=0.05)
+
+
+@pytest.mark.parametrize("period", ["0 s", "-0.1 s"])
+def test_a_sample_without_a_period_is_refused(period: str) -> None:
+    text = """\
+parameter T = 0.1 s;
+coordinate x = 0 m;
+initial der(x) = 1 m/s;
+kinetic 1/2*(1 kg)*der(x)^2;
+discrete Integer n = 0;
+when sample(T) then n := n + 1; end when;
+"""
+    run = mechc.loads(text).simulate(stop=1, set={"T": period})
+    assert run.outcome.value == "failed" and len(run.time) == 1
+    assert run.message == f"a 'sample' has the period {period.removesuffix(' s')} (SI): a period is positive"

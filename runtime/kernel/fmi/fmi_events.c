@@ -212,6 +212,8 @@ static int fail(fmu *f, int outcome)
         return fmu_fail(f, FMU_ERROR, "a coefficient or limit of '%s' is %g at time %g", row, r->failed_value, t);
     case MECH_UNDEFINED_JUMP:
         return fmu_fail(f, FMU_ERROR, "an energy is undefined at time %g where a condition changes", t);
+    case MECH_NO_PERIOD:
+        return fmu_fail(f, FMU_ERROR, "a 'sample' has the period %g: a period is positive", r->failed_value);
     case MECH_NO_IMPACT: return fmu_fail(f, FMU_ERROR, "the impacts at time %g have no solution", t);
     default: return fmu_fail(f, FMU_ERROR, "the method does not fit the model");
     }
