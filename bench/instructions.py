@@ -11,11 +11,10 @@ from pathlib import Path
 import numpy as np
 
 import mechc
+from mechc.measurement.savings import default_case
 from mechc.runtime import native
 from mechc.runtime.build import build_shared, find_compiler, kernel_flags
-from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.outcome import SimulationError
 
 DRIVER = Path(__file__).parent / "count_steps.c"
 STEPS = 100
@@ -27,13 +26,9 @@ def instructions(model: mechc.Model, driver: Path) -> int | None:
     """Return the instructions of ``STEPS`` steps; None where the motion cannot begin or is undefined."""
     problem = model.problem("c", reproducible=True)
     functions = load_functions(problem)
-    try:
-        case = prepare(problem, functions, SimulationOptions(points=2))
-    except SimulationError:
-        try:
-            case = prepare(problem, functions, SimulationOptions(points=2, stop=1.0))
-        except SimulationError:
-            return None
+    case = default_case(problem, functions)
+    if case is None:
+        return None
     kernel = build_shared(native.kernel_sources(), kernel_flags(reproducible=True), name="kernel")
     with tempfile.NamedTemporaryFile() as numbers:
         numbers.write(np.concatenate([case.y0, case.z, case.p]).tobytes())

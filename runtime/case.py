@@ -117,30 +117,8 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     _check_parameters(problem, p)
     tables = _tables(problem, options, {s.index: v for s, v in chosen.items() if s.array == "u"})
 
-    def number(name: str, given: float | None) -> float | None:
-        return numbers.get(name) if given is None else float(given)
-
-    start, every = number("start", options.start) or 0.0, number("every", options.every)
-    stop = number("stop", options.stop)
-    if stop is None:
-        raise SimulationError(
-            f"'{problem.name}' does not say when to stop",
-            help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
-            'or stop="10 s" in Python',
-        )
-    grid = output_times(start, stop, every, options.points)
-    begin = min(0.0, start)
-    tolerance = number("tolerance", options.tolerance)
-    tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
-    if not LOWEST_TOLERANCE <= tolerance < 1:
-        raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
-    step = number("step", options.step)
-    if step is not None and not (math.isfinite(step) and step > 0):
-        raise SimulationError(f"the step is positive, it is {step:g}")
-    max_step = options.max_step if options.max_step is not None else (stop - begin) / 10
-    if not max_step > 0 and stop > begin:
-        raise SimulationError(f"the largest step is positive, it is {max_step:g}")
-
+    span = _time_span(problem, options, numbers)
+    begin = span.begin
     z, y0 = initial_state(problem, functions, begin, p, tables)
     known = np.array(problem.known, dtype=bool)
     for setting, value in chosen.items():
@@ -169,13 +147,53 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         assembled=assembled,
         tables=tables,
         begin=begin,
-        stop=stop,
-        grid=grid,
+        stop=span.stop,
+        grid=span.grid,
         method=options.method or words.get("method", "auto"),
-        tolerance=tolerance,
-        step=step,
-        max_step=max_step,
+        tolerance=span.tolerance,
+        step=span.step,
+        max_step=span.max_step,
     )
+
+
+class _TimeSpan(Struct, frozen=True):
+    """The times of a case, and what bounds its steps."""
+
+    begin: float
+    stop: float
+    grid: Array
+    tolerance: float
+    step: float | None
+    max_step: float
+
+
+def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[str, float]) -> _TimeSpan:
+    """Check times, tolerance and steps. ``numbers`` are those of the experiment, behind those of the caller."""
+
+    def number(name: str, given: float | None) -> float | None:
+        return numbers.get(name) if given is None else float(given)
+
+    start, every = number("start", options.start) or 0.0, number("every", options.every)
+    stop = number("stop", options.stop)
+    if stop is None:
+        raise SimulationError(
+            f"'{problem.name}' does not say when to stop",
+            help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
+            'or stop="10 s" in Python',
+        )
+    grid = output_times(start, stop, every, options.points)
+    begin = min(0.0, start)
+    tolerance = number("tolerance", options.tolerance)
+    tolerance = DEFAULT_TOLERANCE if tolerance is None else tolerance
+    if not LOWEST_TOLERANCE <= tolerance < 1:
+        raise SimulationError(f"the tolerance lies between {LOWEST_TOLERANCE:g} and 1, it is {tolerance:g}")
+    step = number("step", options.step)
+    if step is not None and not (math.isfinite(step) and step > 0):
+        raise SimulationError(f"the step is positive, it is {step:g}")
+    max_step = options.max_step if options.max_step is not None else (stop - begin) / 10
+    if not max_step > 0 and stop > begin:
+        raise SimulationError(f"the largest step is positive, it is {max_step:g}")
+    return _TimeSpan(begin, stop, grid, tolerance, step, max_step)
 
 
 def output_times(start: float, stop: float, every: float | None, points: int) -> Array:

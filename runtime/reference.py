@@ -146,6 +146,43 @@ def has_precision(precision: str) -> bool:
     return epsilon < LARGEST_EPSILON
 
 
+class _Task(Struct, frozen=True):
+    """What the runs of a reference have in common. ``model`` is the address of its ``mech_model``."""
+
+    kernel: ctypes.CDLL
+    model: int
+    case: Case
+    nominal: Array
+    times: Array
+    method: str
+    decimals: bool
+
+
+class _Watch:
+    """CPU time of the runs of a reference, which may take ``seconds`` together."""
+
+    def __init__(self, seconds: float) -> None:
+        self.seconds = seconds
+        self._begun = self._run_begun = time.process_time()
+
+    def taken(self) -> float:
+        return time.process_time() - self._begun
+
+    def begin_run(self) -> None:
+        self._run_begun = time.process_time()
+
+    def taken_by_run(self) -> float:
+        return time.process_time() - self._run_begun
+
+    def too_long(self, part: float) -> bool:
+        """Tell whether the runs have taken, or this one will have, more than they may: ``part`` of it is done."""
+        taken, by_run = self.taken(), self.taken_by_run()
+        if taken > MARGIN * self.seconds:
+            return True
+        left = by_run * (1 - part) / part if part > 0 else math.inf
+        return by_run > JUDGED * self.seconds and taken + left > 2 * MARGIN * self.seconds
+
+
 def reference(
     library: Path,
     case: Case,
@@ -160,89 +197,43 @@ def reference(
 ) -> Reference:
     """Solve a case at ``times``; ``library`` is its model, compiled with ``reference_flags``.
 
-    Tightens the tolerance as long as the next run is expected to stay within ``seconds``. Raises
-    ``ReferenceFailed`` if not even two runs could be made: ``ReferenceTooLong`` if for want of time. ``decimals``: parameters and initial values are taken as
-    the model states them where those of the case are their rounding; else exactly as they are. ``ladder``: tolerances
-    instead of those of ``LADDERS`` or ``SHORT_LADDERS``.
+    Tightens the tolerance as long as the next run is expected to stay within ``seconds``. ``decimals``: parameters and
+    initial values are taken as the model states them where those of the case are their rounding; else exactly as they
+    are. ``ladder``: tolerances instead of those of ``LADDERS`` or ``SHORT_LADDERS``. Raises ``ReferenceFailed`` if not
+    even two runs could be made: ``ReferenceTooLong`` if for want of time.
     """
     model = ctypes.CDLL(str(library))
     model.mech_model_get.restype = c_void_p
-    kernel = _kernel(precision)
+    task = _Task(_kernel(precision), model.mech_model_get(), case, nominal, times, method, decimals)
     order = 8 if method == "dop853" else 5
-    begun = time.process_time()
+    watch = _Watch(seconds)
     runs: list[tuple[float, Array, Array, int]] = []
     for tolerance in ladder or (LADDERS if precision == "__float128" else SHORT_LADDERS)[method]:
-        before = time.process_time()
-        high, low, evaluations = _run(
-            kernel,
-            model.mech_model_get(),
-            case,
-            nominal,
-            times,
-            method,
-            tolerance,
-            begun,
-            seconds,
-            decimals,
-        )
-        runs.append((tolerance, high, low, evaluations))
-        expected = (time.process_time() - before) * 1e3 ** (1 / order)
-        if len(runs) >= 2 and time.process_time() - begun + expected > seconds:
+        watch.begin_run()
+        runs.append((tolerance, *_run(task, tolerance, watch)))
+        expected = watch.taken_by_run() * 1e3 ** (1 / order)
+        if len(runs) >= 2 and watch.taken() + expected > seconds:
             break
     (_, high, low, _), (tolerance, best, rest, evaluations) = runs[-2:]
     doubt = (np.abs((high - best) + (low - rest)) / (nominal + np.abs(best))).max(axis=1)
-    taken = time.process_time() - begun
-    return Reference(times, best, rest, doubt, nominal, precision, method, tolerance, taken, evaluations)
-
-
-def _run(
-    kernel: ctypes.CDLL,
-    model: int,
-    case: Case,
-    nominal: Array,
-    times: Array,
-    method: str,
-    tolerance: float,
-    begun: float,
-    seconds: float,
-    decimals: bool,
-) -> tuple[Array, Array, int]:
-    """One run: states at ``times`` as sums of two doubles, and the evaluations."""
-    tables, keep = table_structs(case.tables)
-    same = [_Table(t.input, t.interpolation, t.n, t.t, t.value, t.slope) for t in tables]
-    own = (_Table * len(same))(*same)
-    kinks = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
-    arrays = {
-        "y0": np.ascontiguousarray(case.y0),
-        "nominal": np.ascontiguousarray(nominal),
-        "z": np.ascontiguousarray(case.z),
-        "p": np.ascontiguousarray(case.p),
-        "stops": kinks[kinks > case.begin],
-    }
-    c = _Case(
-        n_tables=len(case.tables),
-        n_stops=arrays["stops"].size,
-        decimals=decimals,
-        t0=case.begin,
-        dt_max=case.max_step,
-        rtol=tolerance,
-        tables=ctypes.addressof(own),
-        **{name: array.ctypes.data for name, array in arrays.items()},
+    return Reference(
+        times, best, rest, doubt, nominal, precision, method, tolerance, watch.taken(), evaluations
     )
-    handle = kernel.mech_reference_new(model, method.encode(), byref(c))
-    del keep
-    if not handle:
-        raise MemoryError("the kernel could not allocate its solver")
+
+
+def _run(task: _Task, tolerance: float, watch: _Watch) -> tuple[Array, Array, int]:
+    """One run: states at the times as sums of two doubles, and the evaluations."""
+    kernel, case, times = task.kernel, task.case, task.times
+    handle = _begin(task, tolerance)
     high, low = np.empty((times.size, case.y0.size)), np.empty((times.size, case.y0.size))
-    at, evaluations, run_begun = c_double(case.begin), 0, time.process_time()
+    at, evaluations = c_double(case.begin), 0
     try:
         for k, t in enumerate(times):
             status = native.RUNNING if t > case.begin else native.REACHED
             while status == native.RUNNING:
                 status = kernel.mech_reference_advance(handle, t, SLICE)
                 kernel.mech_reference_read(handle, byref(at), high[k].ctypes.data, low[k].ctypes.data)
-                part = (at.value - case.begin) / (float(times[-1]) - case.begin)
-                if _too_long(time.process_time() - begun, time.process_time() - run_begun, part, seconds):
+                if watch.too_long((at.value - case.begin) / (float(times[-1]) - case.begin)):
                     raise ReferenceTooLong(f"a run at {tolerance:g} takes too long")
             if status != native.REACHED:
                 raise ReferenceFailed(f"the run at {tolerance:g} failed with status {status}")
@@ -254,9 +245,31 @@ def _run(
     return high, low, evaluations
 
 
-def _too_long(all_taken: float, taken: float, part: float, seconds: float) -> bool:
-    """Tell whether the runs have taken, or this one will have, more seconds than they may: ``part`` of it is done."""
-    if all_taken > MARGIN * seconds:
-        return True
-    left = taken * (1 - part) / part if part > 0 else math.inf
-    return taken > JUDGED * seconds and all_taken + left > 2 * MARGIN * seconds
+def _begin(task: _Task, tolerance: float) -> int:
+    """Make a solver, which copies all that it is given; free it by mech_reference_free."""
+    case = task.case
+    tables, _alive = table_structs(case.tables)
+    same = [_Table(t.input, t.interpolation, t.n, t.t, t.value, t.slope) for t in tables]
+    own = (_Table * len(same))(*same)
+    kinks = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
+    arrays = {
+        "y0": np.ascontiguousarray(case.y0),
+        "nominal": np.ascontiguousarray(task.nominal),
+        "z": np.ascontiguousarray(case.z),
+        "p": np.ascontiguousarray(case.p),
+        "stops": kinks[kinks > case.begin],
+    }
+    c = _Case(
+        n_tables=len(case.tables),
+        n_stops=arrays["stops"].size,
+        decimals=task.decimals,
+        t0=case.begin,
+        dt_max=case.max_step,
+        rtol=tolerance,
+        tables=ctypes.addressof(own),
+        **{name: array.ctypes.data for name, array in arrays.items()},
+    )
+    handle: int | None = task.kernel.mech_reference_new(task.model, task.method.encode(), byref(c))
+    if not handle:
+        raise MemoryError("the kernel could not allocate its solver")
+    return handle

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from msgspec.structs import replace
 
-from .cache import cache_folder, mark_used, prune_cache
+from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
 from .case import Case
 from .problem import Array
 from .reference import LADDERS, SHORT_LADDERS, Reference, reference_library
@@ -70,7 +70,10 @@ def _read(file: Path) -> Reference:
 def _write(file: Path, made: Reference) -> None:
     """Write to a temporary name and rename: two processes may make the same reference at once."""
     values = {name: np.asarray(getattr(made, name)) for name in Reference.__struct_fields__}
-    handle, name = tempfile.mkstemp(prefix="build-", suffix=".npz", dir=file.parent)
-    with os.fdopen(handle, "wb") as out:
-        np.savez(out, allow_pickle=False, **values)
-    os.replace(name, file)
+    handle, name = tempfile.mkstemp(prefix=BUILD_PREFIX, suffix=".npz", dir=file.parent)
+    try:
+        with os.fdopen(handle, "wb") as out:
+            np.savez(out, allow_pickle=False, **values)
+        os.replace(name, file)
+    finally:
+        Path(name).unlink(missing_ok=True)

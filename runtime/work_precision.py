@@ -41,6 +41,10 @@ LONGEST = 5.0
 """Seconds after which a run is given up, and with it the rest of its ladder."""
 
 
+EXACT = 1e-17
+"""What an error of zero counts as, on logarithmic scales."""
+
+
 class Point(Struct, frozen=True):
     """One run: ``setting`` is the tolerance or the step. ``error`` is None where the run failed: ``failure``."""
 
@@ -58,43 +62,41 @@ class Point(Struct, frozen=True):
     """It took too many seconds or steps; tighter settings were left out."""
 
 
+class Task(Struct, frozen=True, eq=False):
+    """What methods are measured on. A run that takes more than ``longest`` seconds is given up."""
+
+    problem: Problem
+    functions: Functions
+    case: Case
+    nominal: Array
+    reference: Reference
+    longest: float = LONGEST
+
+
 def measure(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
+    task: Task,
     method: str,
-    nominal: Array,
-    reference: Reference,
     tolerances: Sequence[float] = TOLERANCES,
-    progress: Callable[[], None] | None = None,
-    longest: float = LONGEST,
+    *,
     enough: float = 0.0,
+    progress: Callable[[], None] | None = None,
 ) -> list[Point]:
     """Measure one method over a ladder: tolerances, or steps where it takes fixed ones.
 
-    A run that takes more than ``longest`` seconds is given up; the ladder ends there, and where an error is at most
-    ``enough``. Raises ``SimulationError`` if the method does not fit the model.
+    The ladder ends where a run is given up, and where an error is at most ``enough``. Raises ``SimulationError`` if the
+    method does not fit the model.
     """
-    asked = replace(case, method=method, step=None, grid=reference.t)
+    case = replace(task.case, method=method, step=None, grid=task.reference.t)
+    task = replace(task, case=case)
     if method.startswith(PREFIX):
-        return _ladder(
-            tolerances,
-            lambda setting: _peer(problem, functions, asked, method, setting, nominal, reference, longest),
-            progress,
-            enough,
-        )
+        return _ladder(tolerances, lambda setting: _peer(task, method, setting), progress, enough)
     try:
-        chosen = choose_method(functions, asked)
+        chosen = choose_method(task.functions, case)
         settings = list(tolerances)
     except SimulationError:
-        chosen = choose_method(functions, replace(asked, step=1.0))
+        chosen = choose_method(task.functions, replace(case, step=1.0))
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
-    return _ladder(
-        settings,
-        lambda setting: _point(problem, functions, asked, chosen, setting, nominal, reference, longest),
-        progress,
-        enough,
-    )
+    return _ladder(settings, lambda setting: _point(task, chosen, setting), progress, enough)
 
 
 def _ladder(
@@ -114,55 +116,38 @@ def _ladder(
     return points
 
 
-def _point(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
-    method: Method,
-    setting: float,
-    nominal: Array,
-    reference: Reference,
-    longest: float,
-) -> Point:
+def _point(task: Task, method: Method, setting: float) -> Point:
     options = SolverOptions(
         method.name,
-        case.tolerance if method.fixed_step else setting,
-        nominal,
+        task.case.tolerance if method.fixed_step else setting,
+        task.nominal,
         setting if method.fixed_step else None,
         max_steps=MOST_STEPS,
-        seconds=longest,
+        seconds=task.longest,
     )
 
     def run(case: Case) -> Trajectory:
-        return run_kernel(problem, functions, case, options)
+        return run_kernel(task.problem, task.functions, case, options)
 
-    alone = replace(case, grid=case.grid[:1])
-    return _repeated(method.name, setting, reference, lambda: run(alone), lambda: run(case))
+    alone = replace(task.case, grid=task.case.grid[:1])
+    return _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
 
 
-def _peer(
-    problem: Problem,
-    functions: Functions,
-    case: Case,
-    method: str,
-    setting: float,
-    nominal: Array,
-    reference: Reference,
-    longest: float,
-) -> Point:
+def _peer(task: Task, method: str, setting: float) -> Point:
+    problem, reference = task.problem, task.reference
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
-        done = run_peer(problem, functions, case, SolverOptions(method, setting, nominal, seconds=seconds))
+        options = SolverOptions(method, setting, task.nominal, seconds=seconds)
+        done = run_peer(problem, task.functions, case, options)
         if problem.hybrid is not None and len(done.y) == len(reference.t):
-            done.y[:, accounts] = reference.high[
-                :, accounts
-            ]  # what impacts dissipate is booked by the kernel alone
+            # what impacts dissipate is booked by the kernel alone
+            done.y[:, accounts] = reference.high[:, accounts]
         return done
 
-    alone = replace(case, grid=case.grid[:1])
+    alone = replace(task.case, grid=task.case.grid[:1])
     # Looking at the clock costs time: only the run that is not timed does it.
-    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(case, longest))
+    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(task.case, task.longest))
 
 
 def _repeated(
@@ -210,9 +195,6 @@ def fastest(points: Sequence[Point], error: float) -> Point | None:
     """The fastest run whose error is at most ``error``; None if there is none."""
     reached = [p for p in points if p.error is not None and p.error <= error]
     return min(reached, key=lambda p: p.seconds, default=None)
-
-
-EXACT = 1e-17
 
 
 def time_to_reach(points: Sequence[Point], error: float) -> float | None:

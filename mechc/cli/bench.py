@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .options import model_argument, model_option, set_option
+from .options import PICTURES, ending, model_argument, model_option, set_option
 
 
 def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -34,7 +34,9 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
 @click.option(
     "--json", "json_file", metavar="FILE", help="Write the table as JSON; - for standard output alone."
 )
-@click.option("--plot", metavar="FILE", help="Draw the diagram (png, pdf, svg).")
+@click.option(
+    "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw the diagram (png, pdf, svg)."
+)
 def command(file: str, **given: Any) -> None:
     """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
     from ..api import load

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import set_option
+from .options import PICTURES, RESULTS, ending, set_option
 
 if TYPE_CHECKING:
     from ..compiler.targets.fmu.inspect import Report
@@ -69,9 +69,20 @@ def _table(report: Report) -> None:
 @click.option(
     "--every", type=float, metavar="NUMBER", help="Spacing of the output, and the communication step."
 )
-@click.option("-o", "--output", metavar="FILE", help="Write all rows as CSV, NPZ or JSON.")
 @click.option(
-    "--plot", is_flag=False, flag_value="", metavar="[FILE]", help="Draw the results, to FILE or in a window."
+    "-o",
+    "--output",
+    metavar="FILE",
+    callback=ending(RESULTS, "results"),
+    help="Write all rows as CSV, NPZ or JSON.",
+)
+@click.option(
+    "--plot",
+    is_flag=False,
+    flag_value="",
+    metavar="[FILE]",
+    callback=ending(PICTURES, "pictures"),
+    help="Draw the results, to FILE or in a window.",
 )
 @click.option("--display", metavar="DEG,MM", default="", help="Units to show quantities in.")
 def run(

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, TypeVar
 
 import click
 
 F = TypeVar("F", bound=Callable[..., Any])
+
+RESULTS = (".csv", ".npz", ".json")
+PICTURES = (".png", ".pdf", ".svg")
+"""Endings of files that commands write, here as well so that they are refused before a run and not after it."""
 
 
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
@@ -18,6 +23,23 @@ def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[st
         return dict(split_assignment(text) for text in texts)
     except UsageMistake as mistake:
         raise click.BadParameter(f"{mistake}; {mistake.help}", ctx, parameter) from None
+
+
+def ending(endings: tuple[str, ...], what: str) -> Any:
+    """Make a check that a file has one of the endings."""
+
+    def check(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+        if value and Path(value).suffix.lower() == ".mech":
+            raise click.BadParameter(
+                f"{value} is a model: write it before {parameter.opts[0]}", ctx, parameter
+            )
+        if value and Path(value).suffix.lower() not in endings:
+            raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
+        if value and not (folder := Path(value).parent).is_dir():
+            raise click.BadParameter(f"there is no folder '{folder}'", ctx, parameter)
+        return value
+
+    return check
 
 
 def model_argument(function: F) -> F:

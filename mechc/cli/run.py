@@ -9,33 +9,23 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import input_option, keep_all_option, kept, model_argument, model_option, set_option
+from .options import (
+    PICTURES,
+    RESULTS,
+    ending,
+    input_option,
+    keep_all_option,
+    kept,
+    model_argument,
+    model_option,
+    set_option,
+)
 
 if TYPE_CHECKING:
     from ..api import Model
     from ..display import Display
     from ..simulation import Sweep
     from ..solution import Solution
-
-RESULTS = (".csv", ".npz", ".json")
-PICTURES = (".png", ".pdf", ".svg")
-
-
-def _ending(endings: tuple[str, ...], what: str) -> Any:
-    """Make a check that a file has one of the endings."""
-
-    def check(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-        if value and Path(value).suffix.lower() == ".mech":
-            raise click.BadParameter(
-                f"{value} is a model: write it before {parameter.opts[0]}", ctx, parameter
-            )
-        if value and Path(value).suffix.lower() not in endings:
-            raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
-        if value and not (folder := Path(value).parent).is_dir():
-            raise click.BadParameter(f"there is no folder '{folder}'", ctx, parameter)
-        return value
-
-    return check
 
 
 @click.command(name="run", short_help="Run a model and report how accurate the result is.")
@@ -63,7 +53,7 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
     "-o",
     "--output",
     metavar="FILE",
-    callback=_ending(RESULTS, "results"),
+    callback=ending(RESULTS, "results"),
     help="Write results as CSV, NPZ or JSON.",
 )
 @click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
@@ -72,7 +62,7 @@ def _ending(endings: tuple[str, ...], what: str) -> Any:
     is_flag=False,
     flag_value="",
     metavar="[FILE]",
-    callback=_ending(PICTURES, "pictures"),
+    callback=ending(PICTURES, "pictures"),
     help="Draw the motion, to FILE (png, pdf, svg) or in a window.",
 )
 @click.option(

@@ -31,7 +31,7 @@ from ..runtime.reference import (
 from ..runtime.reference_cache import kept_reference
 from ..runtime.scipy_methods import PREFIX
 from ..runtime.solver_options import SolverOptions
-from ..runtime.work_precision import LONGEST, TOLERANCES, Point, measure
+from ..runtime.work_precision import LONGEST, TOLERANCES, Point, Task, measure
 from .truth import compile_for_reference
 
 if TYPE_CHECKING:
@@ -145,27 +145,40 @@ def benchmark(
     ended = case.stop < stop and count == case.grid.size
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
+    task = Task(problem, functions, _until(case, horizon), nominal, truth, longest)
+    known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
+    names = [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]
+    points, skipped = _measured(task, names, tolerances, enough, progress)
+    closed = _agreement(exact, truth, nominal)
+    return Benchmark(model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended)
+
+
+def _measured(
+    task: Task,
+    names: Sequence[str],
+    tolerances: Sequence[float],
+    enough: float,
+    progress: Callable[[], None] | None,
+) -> tuple[tuple[Point, ...], tuple[tuple[str, str], ...]]:
+    """Measure methods; return the points, and those that do not fit the model with the reason."""
     points: list[Point] = []
     skipped: list[tuple[str, str]] = []
-    known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
-    measured = _until(case, horizon)
-    for name in [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]:
+    for name in names:
         least = enough if name.startswith(PREFIX) else 0.0
         try:
-            points += measure(
-                problem, functions, measured, name, nominal, truth, tolerances, progress, longest, least
-            )
+            points += measure(task, name, tolerances, enough=least, progress=progress)
         except SimulationError as error:
             skipped.append((name, error.message))
-    closed = {
-        name: float(
-            np.max(np.abs(values[:count] - truth.high[:, k]) / (nominal[k] + np.abs(truth.high[:, k])))
-        )
+    return tuple(points), tuple(skipped)
+
+
+def _agreement(exact: dict[int, tuple[str, Array]], truth: Reference, nominal: Array) -> dict[str, float]:
+    """Return how far a reference is from closed solutions at its times, over nominal + |value|, by state."""
+    return {
+        name: float(np.max(np.abs(values[: truth.t.size] - high) / (nominal[k] + np.abs(high))))
         for k, (name, values) in exact.items()
+        for high in (truth.high[:, k],)
     }
-    return Benchmark(
-        model.name, case.experiment, truth, horizon, stop, tuple(points), tuple(skipped), closed, ended
-    )
 
 
 def closed_solutions(

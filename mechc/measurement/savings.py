@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -102,14 +103,16 @@ def nanoseconds(
 ) -> float | None:
     """Return the time of one evaluation at the start of the motion; None where the motion cannot begin."""
     functions = load_functions(problem)
-    try:
-        case = prepare(problem, functions, SimulationOptions(points=2))
-    except SimulationError:
-        try:
-            case = prepare(problem, functions, SimulationOptions(points=2, stop=1.0))
-        except SimulationError:
-            return None
-    return measure(problem, functions, case, (case.stop - case.begin) * SHARE)
+    case = default_case(problem, functions)
+    return None if case is None else measure(problem, functions, case, (case.stop - case.begin) * SHARE)
+
+
+def default_case(problem: Problem, functions: Functions) -> Case | None:
+    """Return the default experiment, of one second where the model says no stop; None where no motion can begin."""
+    for stop in (None, 1.0):
+        with suppress(SimulationError):
+            return prepare(problem, functions, SimulationOptions(points=2, stop=stop))
+    return None
 
 
 def _by_kernel(problem: Problem, functions: Functions, case: Case, step: float) -> float:

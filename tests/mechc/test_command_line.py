@@ -61,6 +61,8 @@ def test_help_imports_nothing_heavy() -> None:
         (["run"], "Missing argument 'MODEL.mech'"),
         (["run", "x.mech", "--set", "l"], "'l' is not of the form name=value"),
         (["run", "x.mech", "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
+        (["fmu", "run", __file__, "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
+        (["bench", "x.mech", "--plot", "x.doc"], "pictures go to a file that ends in .png, .pdf, .svg"),
         (["run", "--plot", "x.mech"], "x.mech is a model: write it before --plot"),
         (["show", "tokens", "x.mech"], "'tokens' is not one of"),
         (["explain", "E9999"], "there is no message E9999"),
