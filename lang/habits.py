@@ -17,6 +17,10 @@ from .source import Span
 from .suggest import closest
 from .units import NAMED_TYPES, suggest_unit, unit_end
 
+_SUMMED = ("kinetic", "potential", "lagrangian", "dissipation", "gravity")
+_NAMED = ("force", "torque", "contact", "friction")
+_DECLARED = ("parameter", "coordinate", "state", "discrete", "input", "output", "let")
+
 _CONDITIONS = ("IF", "ELSEIF", "WHEN", "ELSEWHEN", "ASSERT", "AND", "OR", "NOT", "LPAR")
 
 # Words that Modelica has and this language has not, with what to write.
@@ -91,6 +95,48 @@ def assignment_sign(s: Situation) -> Finding | None:
     return None
 
 
+def equals_behind_keyword(s: Situation) -> Finding | None:
+    """``potential V = e``, ``force F = f on q``: what is added up has no name, and names stand before ':'."""
+    first, between = s.tokens[s.first], s.index - s.first - 1
+    if s.token.kind != "EQUAL" or not s.is_keyword(s.first):
+        return None
+    if first.text in _SUMMED and between <= 1:
+        help = f"write '{first.text} ..;'"
+        if between:
+            help += f"; for an abbreviation 'let {s.tokens[s.first + 1].text} = ..;'"
+        problem = error(
+            "E0110", f"'{first.text}' takes a value, no name and no '='", s.span(s.token), help=help
+        )
+        return problem, Panic() if between else Edit(delete=1)
+    if first.text in _NAMED and between == 1:
+        help = f"a name stands before ':', as in '{first.text} {s.tokens[s.first + 1].text}: ..;'"
+        return error("E0110", f"'{first.text}' takes no '='", s.span(s.token), help=help), Panic()
+    return None
+
+
+def several_at_once(s: Situation) -> Finding | None:
+    """``coordinate x = 1 m, y = 2 m;``"""
+    first = s.tokens[s.first]
+    if (
+        s.token.kind != "COMMA"
+        or s.bracket is not None
+        or first.text not in _DECLARED
+        or not s.accepts("SEMICOLON")
+    ):
+        return None
+    problem, repair = unexpected(s)
+    help = f"each has a statement of its own: '{first.text} ..; {first.text} ..;'"
+    return error(problem.code, problem.message, problem.span or s.span(s.token), help=help), repair
+
+
+def choice_behind_value(s: Situation) -> Finding | None:
+    """``a if c else b``"""
+    if s.token.text != "if" or s.at_beginning or s.begins_line or not s.accepts("STAR"):
+        return None
+    help = "write 'if c then a else b'"
+    return error("E0110", "a choice begins with its condition", s.span(s.token), help=help), Panic()
+
+
 def comparison_sign(s: Situation) -> Finding | None:
     """'=' in a condition and '==' in an equation."""
     if s.token.kind == "EQUAL" and s.accepts("RELATION"):
@@ -127,6 +173,8 @@ def statement_without_keyword(s: Situation) -> Finding | None:
             return error("E0125", message, s.span(first), help=help), Panic()
     if s.at_beginning and first.kind == "NAME":
         help = "write 'equation der(x) = ..;' for a state, 'initial der(q) = ..;' for a rate at the start"
+        if "REINIT" in s.expected:
+            help = f"write 'reinit({first.text}(x), ..);' for a new value"
         return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
     if s.token.kind not in ("EQUAL", "TILDE", "LPAR", "LSQB", "DOT", *OPERATORS):
         return None

@@ -171,6 +171,11 @@ class _Lexer:
         sign = self.text[start:end]
         replacement, help = _FOREIGN[sign]
         self.error("E0121", f"'{sign}' is no sign of this language", start, end, help=help)
+        last = self.tokens[-1] if self.tokens else None
+        if sign in "\u00b2\u00b3" and last and last.kind in ("QUANTITY", "UNITTAG") and last.end == start:
+            power = "".join(text for _, text in replacement)
+            self.tokens[-1] = Token(last.kind, last.text + power, last.start, end)  # a power of the unit
+            return end
         self.tokens.extend(Token(kind, text, start, end) for kind, text in replacement)
         return end
 

@@ -6,18 +6,22 @@ says what was expected. No rule ever shows the name of a terminal.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 from .diagnostics import Label
 from .expected import OPERATORS, Finding, behind, error, unexpected
 from .habits import (
     action_outside_when,
     assignment_sign,
+    choice_behind_value,
     comparison_sign,
+    equals_behind_keyword,
     foreign_brackets,
     missing_operator,
     modelica,
     reserved_word,
+    several_at_once,
     statement_without_keyword,
     unknown_unit,
 )
@@ -83,7 +87,13 @@ def _block_not_closed(s: Situation) -> Finding | None:
     opening = s.span(s.values[place + 1]) if name else s.span(word)
     before = s.previous
     if s.at_beginning and s.token.kind == END:
-        problem = error("E0115", f"{what} is not closed", opening, help=f"write '{text}' at its end")
+        capital = next((t for t in _beginnings(s) if t.text in ("End", "END")), None)
+        labels = (
+            (Label(s.span(capital), "words of the language are written small: 'end'"),) if capital else ()
+        )
+        problem = error(
+            "E0115", f"{what} is not closed", opening, labels=labels, help=f"write '{text}' at its end"
+        )
         return problem, Edit(insert=tokens)
     if s.at_beginning and s.token.text in ("model", "partial"):
         problem = error(
@@ -120,6 +130,13 @@ def _block_not_closed(s: Situation) -> Finding | None:
     if s.token.text in ("for", "if", "when") and not _encloses(s, s.token.text, place):
         return problem, Edit(delete=1, insert=(tokens[1],))
     return problem, Edit(insert=(tokens[1], tokens[2], ("NAME", "end")))
+
+
+def _beginnings(s: Situation) -> Iterator[Token]:
+    """Yield the first token of each statement before this place."""
+    for before, token in pairwise(s.tokens[: s.index]):
+        if before.kind == "SEMICOLON":
+            yield token
 
 
 def _encloses(s: Situation, word: str, place: int) -> bool:
@@ -191,12 +208,15 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     reserved_word,
     action_outside_when,
     assignment_sign,
+    equals_behind_keyword,
     comparison_sign,
     unknown_unit,
     _misspelt,
     _no_else,
     foreign_brackets,
+    several_at_once,
     _open_bracket,
+    choice_behind_value,
     _missing_semicolon,
     missing_operator,
     statement_without_keyword,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from fractions import Fraction
 
 from mechc.lang import ast
@@ -22,6 +23,26 @@ from .scope import Poisoned, Scope
 from .signature import Call
 from .values import declared_type, fit
 
+_ELSEWHERE = {
+    "ln": "log",
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "fabs": "abs",
+    "sgn": "sign",
+    "diff": "der",
+    "ddt": "der",
+    "cumsum": "sum",
+    "prod": "product",
+    "heaviside": "if",
+    "saturate": "clamp",
+    "limit": "clamp",
+    "len": "norm",
+    "length": "norm",
+    "where": "if",
+}
+"""What functions of other languages are called here."""
 _LARGEST = 20_000
 """Most operations of a call after it is written out."""
 
@@ -266,10 +287,20 @@ def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -
             node.function.span,
             help=f"write '{name}*(...)' for a product" if declared else "",
         )
-    near = closest(name, [*BUILTINS, *scope.namespace.names()])
     return scope.fail(
-        "E0209",
-        f"unknown function '{name}'",
-        node.function.span,
-        help=f"did you mean '{near}'?" if near else "",
+        "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, scope.namespace.names())
     )
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """Say how a function of another language is written here, or name the nearest one there is."""
+    last = name.rpartition(".")[2].casefold()  # np.sin, Math.sin
+    if last in ("pow", "power"):
+        return "a power is written 'x^y'"
+    here = _ELSEWHERE.get(last, last if name != last else "")
+    if here == "if":
+        return "a choice is written 'if c then a else b'"
+    if here in BUILTINS or here == "der":
+        return f"write '{here}(..)'"
+    near = closest(name, [*BUILTINS, *known])
+    return f"did you mean '{near}'?" if near else ""

@@ -139,6 +139,7 @@ def _field(scope: Scope, statement: ast.Gravity) -> Expression:
             "gravity is an acceleration (m/s^2)",
             span,
             caption=f"this is {types.describe(value.type)}",
+            help=f"write '{span.text} m/s^2'" if type.dimension.is_none else "",
         )
     scope.flattening.space.require(type.shape[0], scope, span, f"a field of {type.shape[0]} components")
     return value

@@ -107,7 +107,7 @@ def _inferred(member: VariableMember) -> Type:
             "E0327",
             f"'{declaration.name}' needs a type or an initial value",
             declaration.name_span,
-            help=f"write for example 'coordinate Length {declaration.name};'",
+            help=f"write for example '{member.role.value} Length {declaration.name};'",
         )
     value = elementwise(declaration, scope, default)
     type = value.type

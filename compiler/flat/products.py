@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
 from mechc.lang.units import Dimension
 
 from . import types
@@ -96,12 +97,17 @@ def _placed_type(scope: Scope, node: ast.Binary, left: Expression, right: Expres
                 "a frame takes a vector of lengths",
                 node.right.span,
                 caption=f"this is {given}",
-                help="for the components of another vector write 'direction(F, v)'"
-                if a.kind is Kind.FRAME
-                else "",
+                help=_lengths_help(a, b, node.right.span),
             )
         return types.make(Kind.POINT if a.kind is Kind.FRAME else Kind.REAL, (size,), length)
     return types.numeric(b)
+
+
+def _lengths_help(a: Type, b: Type, span: Span) -> str:
+    """Say how a vector that is none of lengths is meant to be written."""
+    if b.dimension.is_none:
+        return f"write '{span.text} m'"
+    return "for the components of another vector write 'direction(F, v)'" if a.kind is Kind.FRAME else ""
 
 
 def moves(expression: Expression) -> bool:

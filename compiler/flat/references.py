@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
@@ -24,7 +26,7 @@ from .instance import (
 )
 from .instantiate import expand, indices, member_of, subscript
 from .members import definition_reference, variable_reference
-from .model import Expression, Literal, Name, Query
+from .model import Expression, Literal, Name, Query, Role
 from .places import place_extents, place_reference
 from .scope import Poisoned, Scope
 
@@ -271,9 +273,13 @@ def _suggestion(scope: Scope, name: str) -> str:
     candidates = [*scope.local, *CONSTANTS, "world", scope.flattening.independent]
     if scope.instance is not None:
         candidates = [*scope.local, *scope.instance.members, *candidates]
+    if moving := _rate_of(scope, name):
+        return f"the rate of '{moving}' is written 'der({moving})'"
     near = closest(name, candidates)
     if near:
         return f"did you mean '{near}'?"
+    if name == "t":
+        return f"the time is called '{scope.flattening.independent}'"
     if scope.instance is None:
         return "a function sees its arguments only"
     inside = [
@@ -284,6 +290,16 @@ def _suggestion(scope: Scope, name: str) -> str:
         and any(name in instance.members for instance in member.instances.values())
     ]
     return f"did you mean '{inside[0]}'?" if inside else ""
+
+
+def _rate_of(scope: Scope, name: str) -> str:
+    """Return the coordinate or state whose rate a name stands for on paper: thetadot, theta_dot, thetad, dtheta."""
+    found = re.fullmatch(r"(?P<a>\w+?)_?(dot|d|p)|d_?(?P<b>\w+?)(_?dt)?", name)
+    for base in found.group("a", "b") if found and scope.instance else ():
+        member = scope.instance.members.get(base) if scope.instance and base else None
+        if isinstance(member, VariableMember) and member.role in (Role.COORDINATE, Role.STATE):
+            return str(base)
+    return ""
 
 
 # ---------------------------------------------------------------- named statements and components

@@ -6,7 +6,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from . import model, types
-from .coordinates import target_of
+from .coordinates import Target, target_of
 from .instance import PlaceMember
 from .loads import label_name
 from .model import Derivative, Expression, Kind, Role, Type
@@ -14,6 +14,7 @@ from .operators import meet
 from .places import is_free
 from .record import JointParts, Record
 from .scope import Poisoned, Scope
+from .space import nodes
 from .values import broadcast, fit
 
 
@@ -176,7 +177,7 @@ def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
         or target.role is not Role.STATE
         or target.rate != 1
     ):
-        raise _no_state(scope, statement)
+        raise _no_state(scope, statement, target)
     value = scope.elaborate(statement.right)
     value = fit(
         scope,
@@ -191,8 +192,13 @@ def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
     )
 
 
-def _no_state(scope: Scope, statement: ast.Equation) -> Poisoned:
+def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> Poisoned:
     left = statement.left
+    help = "declare it as 'state', or write 'constraint' for a relation between coordinates"
+    if target is not None and target.role is Role.COORDINATE:
+        help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
+    elif not isinstance(left, ast.Derivative) and any(isinstance(n, ast.Derivative) for n in nodes(left)):
+        help = "solve it for the rate: 'equation der(x) = ..;'"
     name = left.operand.span.text if isinstance(left, ast.Derivative) else left.span.text
     return scope.fail(
         "E0421",
@@ -201,7 +207,7 @@ def _no_state(scope: Scope, statement: ast.Equation) -> Poisoned:
         caption=f"'{name}' is not declared as 'state'"
         if isinstance(left, ast.Derivative)
         else "this is not 'der(x)' of a state",
-        help="declare it as 'state', or write 'constraint' for a relation between coordinates",
+        help=help,
     )
 
 
