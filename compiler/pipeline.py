@@ -11,7 +11,6 @@ from msgspec import Struct
 from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
 from mechc.lang.parser import parse
-from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
 
 from .equations.assemble import assemble
@@ -80,26 +79,3 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
         return compilation.program
     equations = assemble(compilation.system, Reporter(), wanted)
     return lower(equations, hoist="constants" not in wanted)
-
-
-def check_source(
-    source: SourceFile,
-    *,
-    model: str | None = None,
-    structural: Structural | None = None,
-    search: Sequence[Path] = (),
-) -> tuple[Diagnostic, ...]:
-    """Check a source text through the equations; return warnings and notes, raise CompileError on errors."""
-    reporter = Reporter()
-    with uncollected():
-        tree = parse(source, reporter)
-        flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
-        assemble(build(flat, reporter), reporter)
-    return reporter.diagnostics
-
-
-def compile_file(
-    path: Path, *, model: str | None = None, structural: Structural | None = None
-) -> Compilation:
-    """Compile one model of a file; imports are looked up beside it first."""
-    return compile_source(read_source(path), model=model, structural=structural, search=(path.parent,))

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from mechc.api import loads
-from mechc.compiler.pipeline import check_source
+from mechc.compiler.pipeline import compile_source
 from mechc.lang.builtins import BUILTINS, Category
 from mechc.lang.keywords import DEFINITIONS, STATEMENTS
 from mechc.lang.source import SourceFile
@@ -21,7 +21,7 @@ LATER = {Category.EVENT}
 
 @pytest.mark.parametrize("number", range(len(BLOCKS)))
 def test_examples_compile_without_a_warning(number: int) -> None:
-    assert check_source(SourceFile(f"example {number}", BLOCKS[number])) == ()
+    assert compile_source(SourceFile(f"example {number}", BLOCKS[number])).diagnostics == ()
 
 
 @pytest.mark.parametrize("number", [i for i, block in enumerate(BLOCKS) if "experiment(" in block])

@@ -13,7 +13,7 @@ from random import Random
 import pytest
 from random_edits import edited
 
-from mechc.compiler.pipeline import check_source
+from mechc.compiler.pipeline import compile_source
 from mechc.lang.diagnostics import CompileError, Severity
 from mechc.lang.source import SourceFile
 from mechc.lang.tables import load_tables
@@ -31,7 +31,7 @@ def check(text: str) -> bool:
     source = SourceFile("edited.mech", text)
     began = time.process_time()
     try:
-        diagnostics = check_source(source, search=(ROOT / "examples",))
+        diagnostics = compile_source(source, search=(ROOT / "examples",)).diagnostics
         accepted = True
     except CompileError as error:
         diagnostics = error.diagnostics
@@ -103,10 +103,10 @@ end Found;
 """
     source = SourceFile("found.mech", text)
     if code is None:
-        check_source(source, search=())
+        compile_source(source)
         return
     with pytest.raises(CompileError) as caught:
-        check_source(source, search=())
+        compile_source(source)
     assert caught.value.diagnostics[0].code == code
 
 

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from native_code import Both, bits, random_states
 
-from mechc.compiler.pipeline import compile_file
+from mechc.compiler.pipeline import compile_source
+from mechc.lang.read import read_source
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("**/*.mech"))
 
@@ -16,7 +17,7 @@ EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("**/*.mech"))
 @pytest.mark.slow
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_examples_have_equal_bits(path: Path, tmp_path: Path) -> None:
-    both = Both(compile_file(path).equations, tmp_path)
+    both = Both(compile_source(read_source(path), search=(path.parent,)).equations, tmp_path)
     p = np.full_like(both.p, np.nan)
     both.complete(p, np.zeros(len(both.program.arrays["p"]), np.uint8))
     assert bits(p) == bits(both.p)
