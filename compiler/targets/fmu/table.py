@@ -12,7 +12,7 @@ from mechc.lang.units import parse_unit
 from ...equations.model import Entry, Equations, Slot
 from ...equations.sensitivities import SEED, dependencies
 from ...graph import Node
-from .naming import Names
+from .structured_names import Names
 from .variables import Start, Table, Variable
 
 
@@ -69,13 +69,34 @@ def _outputs_of(equations: Equations, function: str) -> tuple[Node, ...]:
 
 
 class Listing(Struct):
-    """The variables as they come; ``place``: the position of each slot in the list, from 1."""
+    """The variables as they come; ``place``: the position of each slot in the list, from 1.
+
+    ``first``: the value reference of the first number of each array, as in the C code: array after array.
+    """
 
     equations: Equations
     start: Start
     names: Names = field(default_factory=Names)
     rows: list[Variable] = field(default_factory=list)
     place: dict[Slot, int] = field(default_factory=dict)
+    first: dict[str, int] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        equations, first = self.equations, 0
+        ny = len(equations.states)
+        sizes = {
+            "t": 1,
+            "y": ny,
+            "dy": ny,
+            "u": len(equations.inputs),
+            "p": len(equations.parameters),
+            "out": len(equations.outputs),
+            "z": len(shown_discretes(equations)),
+            "w": 0,
+        }
+        for array, size in sizes.items():
+            self.first[array] = first
+            first += size
 
     def add(
         self,
@@ -95,7 +116,7 @@ class Listing(Struct):
         self.place[slot] = index = len(self.rows) + 1
         variable = Variable(
             index,
-            self._reference(slot),
+            self.first[slot.array] + slot.index,
             name or self.names.new(entry.name),
             causality,
             variability,
@@ -108,23 +129,6 @@ class Listing(Struct):
         )
         self.rows.append(variable)
         return index
-
-    def _reference(self, slot: Slot) -> int:
-        """Return the value reference as in the C code: array after array."""
-        equations = self.equations
-        ny = len(equations.states)
-        sizes = {
-            "t": 1,
-            "y": ny,
-            "dy": ny,
-            "u": len(equations.inputs),
-            "p": len(equations.parameters),
-            "out": len(equations.outputs),
-            "z": len(shown_discretes(equations)),
-            "w": 0,
-        }
-        arrays = list(sizes)
-        return sum(sizes[array] for array in arrays[: arrays.index(slot.array)]) + slot.index
 
 
 def _list_states(listing: Listing, free: Sequence[bool]) -> None:
@@ -148,12 +152,12 @@ def _list_rates(listing: Listing) -> tuple[int, ...]:
     equations = listing.equations
     symbols = {slot: n for n, slot in equations.layout.items()}
     rates = _outputs_of(equations, "rhs")
+    index = {entry.name: i for i, entry in enumerate(equations.states)}
     per_time = "/s" if equations.time.unit else ""
     derivatives: list[int] = []
     for i, entry in enumerate(equations.states):
-        same = (j for j, e in enumerate(equations.states) if e.name == f"der({entry.name})" and j != i)
-        state = next((j for j in same if symbols.get(Slot("y", j)) == rates[i]), None)
-        if state is not None:
+        state = index.get(f"der({entry.name})")
+        if state is not None and symbols.get(Slot("y", state)) == rates[i]:
             k = listing.place[Slot("y", state)]
             listing.rows[k - 1] = replace(listing.rows[k - 1], derivative=i + 2)
         else:
@@ -174,8 +178,9 @@ def _list_inputs(listing: Listing) -> None:
 
 
 def _list_parameters(listing: Listing, settable: Sequence[int]) -> None:
+    chosen = set(settable)
     for i, entry in enumerate(listing.equations.parameters):
-        own = i in settable
+        own = i in chosen
         listing.add(
             Slot("p", i),
             entry,
@@ -249,9 +254,11 @@ def _with_dependencies(
         if Slot("out", i) in place:
             by_index[place[Slot("out", i)]] = slots
     rules = {r.index: r.value for r in equations.parameter_rules}
-    for i in range(len(equations.parameters)):
-        if i not in settable:
-            (by_index[place[Slot("p", i)]],) = dependencies(equations, settable, [rules[i]])
+    dependent = sorted(set(range(len(equations.parameters))).difference(settable))
+    for i, slots in zip(
+        dependent, dependencies(equations, settable, [rules[i] for i in dependent]), strict=True
+    ):
+        by_index[place[Slot("p", i)]] = slots
     start_of = dict(by_index)
     for i in range(len(equations.states)):
         k = place[Slot("y", i)]
