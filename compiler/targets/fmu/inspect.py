@@ -145,7 +145,7 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
     what = f"{KINDS[kind]} run"
     try:
         result = simulate(str(path), kind) if reference is None else _as_reference(path, kind, reference)
-    except Exception as error:
+    except Exception as error:  # as above, and whatever the integrator raises
         return [Line(what, False, str(error), "run")]
     columns = dict(flattened(result))
     time = columns.pop("time")

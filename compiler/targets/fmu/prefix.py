@@ -1,4 +1,4 @@
-"""Names of sources that are linked into one program with those of other FMUs.
+"""A prefix for the names of sources that are linked into one program with those of other FMUs.
 
 The functions of the standard take ``FMI3_FUNCTION_PREFIX`` (or that of FMI 2) by its headers. What else is visible
 from one file to another takes it by macros: of the kernel in ``names.h``, the same for all models, and of the model
@@ -29,7 +29,7 @@ _JOIN = """\
 """
 
 
-def with_names(texts: Mapping[str, str], kernel: Iterable[str]) -> dict[str, str]:
+def with_prefix(texts: Mapping[str, str], kernel: Iterable[str]) -> dict[str, str]:
     """Return sources whose global names can take a prefix. ``kernel``: the names in all files that are no model's."""
     found = dict(texts)
     own = _macros(_MODEL_FUNCTION.findall(texts["model.c"]))

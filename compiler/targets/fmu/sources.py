@@ -8,7 +8,7 @@ from pathlib import Path
 
 from ...equations.needs import EVERYTHING
 from ...program.model import Program
-from .names import with_names
+from .prefix import with_prefix
 from .variables import Start, Table
 
 _TYPES = ("real", "integer", "boolean")
@@ -59,8 +59,8 @@ def sources(
 ) -> dict[str, str]:
     """Return the text of each C file and header by name, without the headers of the standard and without a token.
 
-    ``code``: the C text of the program. ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: the whole kernel.
-    ``sizes``: number of elements by value reference, if there are arrays.
+    ``code``: the C text of the program. ``parts``: what is kept though the model does not need it
+    (equations/needs.py); all of them: the whole kernel. ``sizes``: number of elements by value reference, if there are arrays.
     """
     import mechc.runtime
 
@@ -84,7 +84,7 @@ def sources(
     }
     chosen = _closure(kernel, {**glue, **own})
     # only the functions of the standard are exported
-    return {name: _hidden(text) for name, text in sorted(with_names(chosen | glue | own, visible).items())}
+    return {name: _hidden(text) for name, text in sorted(with_prefix(chosen | glue | own, visible).items())}
 
 
 def _defined(texts: Iterable[str]) -> Iterator[str]:

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from msgspec import Struct
 
 from .arrays import Group
+from .elements import text_of
 from .variables import Table
 
 SIDE = "100.0"
@@ -64,5 +65,4 @@ def write(groups: Sequence[Group], table: Table, *, icon: bool) -> str:
             for member, name in terminal.members:
                 attributes = {"variableKind": "signal", "memberName": member, "variableName": name}
                 SubElement(element, "TerminalMemberVariable", attributes)
-    indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+    return text_of(root)

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree.ElementTree import Element, SubElement
 
-from mechc.lang.units import parse_unit
+from mechc.lang.units import BASE, parse_unit
 
 from ...equations.model import Entry
-
-_BASE = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 
 def number(value: float) -> str:
@@ -38,7 +36,7 @@ def unit_definitions(parent: Element, entries: Iterable[Entry]) -> None:
     for text in sorted(displays):
         unit = parse_unit(text)
         element = SubElement(top, "Unit", name=text)
-        exponents = dict(zip(_BASE, unit.dimension.exponents, strict=True))
+        exponents = dict(zip(BASE, unit.dimension.exponents, strict=True))
         if all(e == int(e) for e in exponents.values()):
             written = {name: str(int(e)) for name, e in exponents.items() if e}
             if unit.angle:

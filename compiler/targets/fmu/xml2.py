@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
-from .identity import CATEGORIES, DATE, Identity, tool
-from .units import number, shown_unit, unit_definitions
+from .elements import default_experiment, description_of, first_line, log_categories, range_of, text_of
+from .identity import DATE, Identity, tool
+from .units import number, unit_definitions
 from .variables import Table, Variable
 
 
@@ -50,30 +51,15 @@ def write(identity: Identity, table: Table) -> str:
         )
         _sources(element, identity)
     unit_definitions(root, [v.entry for v in table.variables])
-    categories = SubElement(root, "LogCategories")
-    for name, doc in CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=doc)
-    SubElement(
-        root,
-        "DefaultExperiment",
-        startTime=number(identity.start),
-        stopTime=number(identity.stop),
-        tolerance=number(identity.tolerance),
-        stepSize=number(identity.step),
-    )
+    log_categories(root)
+    default_experiment(root, identity)
     variables = SubElement(root, "ModelVariables")
     for variable in table.variables:
         # event indicators are no variables in this version
         if variable.index not in table.indicators:
             _variable(variables, variable, "me" in identity.kinds)
     _structure(root, table)
-    indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
-
-
-def first_line(doc: str) -> str:
-    """Return a description on one line."""
-    return " ".join(doc.split())
+    return text_of(root)
 
 
 def _truth(value: bool) -> str:
@@ -90,30 +76,15 @@ _ELEMENTS = {"real": "Real", "integer": "Integer", "boolean": "Boolean"}
 
 
 def _variable(parent: Element, variable: Variable, exchange: bool) -> None:
-    entry = variable.entry
-    attributes = {"name": variable.name, "valueReference": str(variable.reference)}
-    if entry.doc.strip():
-        attributes["description"] = first_line(entry.doc)
-    attributes["causality"] = variable.causality
-    attributes["variability"] = variable.variability
-    if variable.initial:
-        attributes["initial"] = variable.initial
-    element = SubElement(parent, "ScalarVariable", attributes)
-    real: dict[str, str] = {}
-    if entry.unit:
-        real["unit"] = entry.unit
-        if shown_unit(entry):
-            real["displayUnit"] = shown_unit(entry)
-    for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", variable.nominal)):
-        if value is not None:
-            real[name] = number(value)
+    element = SubElement(parent, "ScalarVariable", description_of(variable, variable.name))
+    real = range_of(variable, variable.nominal)
     if variable.start is not None:
         real["start"] = number(variable.start)
     if variable.derivative:
         real["derivative"] = str(variable.derivative)
     if variable.reinit and exchange:
         real["reinit"] = "true"
-    SubElement(element, _ELEMENTS[entry.type], real)
+    SubElement(element, _ELEMENTS[variable.entry.type], real)
 
 
 def _structure(root: Element, table: Table) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from xml.etree.ElementTree import Element, SubElement, indent, tostring
+from xml.etree.ElementTree import Element, SubElement
 
 from .arrays import Group
-from .identity import CATEGORIES, DATE, Identity, tool
-from .units import number, shown_unit, unit_definitions
+from .elements import default_experiment, description_of, first_line, log_categories, range_of, text_of
+from .identity import DATE, Identity, tool
+from .units import number, unit_definitions
 from .variables import Table, Variable
-from .xml2 import first_line
 
 
 def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
@@ -50,17 +50,8 @@ def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
             },
         )
     unit_definitions(root, [v.entry for v in table.variables])
-    categories = SubElement(root, "LogCategories")
-    for name, doc in CATEGORIES.items():
-        SubElement(categories, "Category", name=name, description=doc)
-    SubElement(
-        root,
-        "DefaultExperiment",
-        startTime=number(identity.start),
-        stopTime=number(identity.stop),
-        tolerance=number(identity.tolerance),
-        stepSize=number(identity.step),
-    )
+    log_categories(root)
+    default_experiment(root, identity)
     variables = SubElement(root, "ModelVariables")
     for group in groups:
         _variable(variables, group, table)
@@ -74,7 +65,7 @@ def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
     ):
         for group in dict.fromkeys(own[k] for k in unknowns):
             _unknown(structure, title, table, group, [knowns[k - 1] for k in group.members], own)
-    return _text(root)
+    return text_of(root)
 
 
 def build_description(identity: Identity) -> str:
@@ -85,12 +76,7 @@ def build_description(identity: Identity) -> str:
     for name in identity.sources:
         SubElement(files, "SourceFile", name=name)
     SubElement(files, "IncludeDirectory", name=".")
-    return _text(root)
-
-
-def _text(root: Element) -> str:
-    indent(root)
-    return '<?xml version="1.0" encoding="UTF-8"?>\n' + tostring(root, encoding="unicode") + "\n"
+    return text_of(root)
 
 
 _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
@@ -99,30 +85,17 @@ _ELEMENTS = {"real": "Float64", "integer": "Int32", "boolean": "Boolean"}
 def _variable(parent: Element, group: Group, table: Table) -> None:
     members = [table.at(k) for k in group.members]
     variable = members[0]
-    entry = variable.entry
-    attributes = {"name": group.name, "valueReference": str(variable.reference)}
-    if entry.doc.strip():
-        attributes["description"] = first_line(entry.doc)
-    attributes["causality"] = variable.causality
-    attributes["variability"] = variable.variability
-    if variable.initial:
-        attributes["initial"] = variable.initial
+    attributes = description_of(variable, group.name)
     if variable.causality == "output" and not variable.derivative:
         attributes["intermediateUpdate"] = "true"
-    if entry.unit:
-        attributes["unit"] = entry.unit
-        if shown_unit(entry):
-            attributes["displayUnit"] = shown_unit(entry)
-    for name, value in (("min", entry.minimum), ("max", entry.maximum), ("nominal", _nominal(members))):
-        if value is not None:
-            attributes[name] = number(value)
+    attributes |= range_of(variable, _nominal(members))
     if variable.start is not None:
         attributes["start"] = " ".join(number(v.start) for v in members if v.start is not None)
     if variable.derivative:
         attributes["derivative"] = str(table.at(variable.derivative).reference)
     if variable.reinit:
         attributes["reinit"] = "true"
-    element = SubElement(parent, _ELEMENTS[entry.type], attributes)
+    element = SubElement(parent, _ELEMENTS[variable.entry.type], attributes)
     for size in group.shape:
         SubElement(element, "Dimension", start=str(size))
 
