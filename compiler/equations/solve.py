@@ -22,6 +22,7 @@ from .defaults import default_values
 from .energies import Energies, energies
 from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
+from .prescribed import check_prescribed
 from .residual import residual, seeds_of
 from .sides import Side
 
@@ -61,6 +62,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py."""
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
+    check_prescribed(system, driven, reporter)
     _check_starts(system, driven, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [

@@ -31,18 +31,23 @@ def energy_steps(
 ) -> list[Step]:
     """Return the switches across which the energies jump; report what has no meaning."""
     graph = system.graph
-    formulas = [solved.energies.potential, solved.energies.kinetic, system.lagrangian, system.kinetic]
-    potential, kinetic, lagrangian, own = switches.apply(system, solved.resolve(formulas))
-    potential = graph.sub(potential, lagrangian)
+    formulas = [graph.sub(solved.energies.potential, system.lagrangian), solved.energies.kinetic]
+    potential, kinetic = switches.apply(system, solved.resolve(formulas))
+    # As they are written, without what drives put in; a `mass` may change with time: what joins it has its velocity.
+    written = switches.apply(system, [system.kinetic, graph.sub(system.potential, system.lagrangian)])
     steps: list[Step] = []
     in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential))
-    for timed in switches.timed:  # a `mass` may change with time: what joins it has its velocity
+    symbols = system.symbols
+    moving = symbols.positions | symbols.velocities | {x.node for x in (*symbols.states, *symbols.inputs)}
+    for timed in switches.timed:
         if timed.symbol in in_kinetic | in_potential:
-            _check_inertia(system, timed.symbol, own, potential, reporter)
+            then = substitute(graph, written, {symbols.time: timed.crossing})
+            _check_inertia(system, timed.symbol, *then, reporter=reporter)
     for k, s in enumerate(switches.located):
         if s.symbol not in in_kinetic | in_potential:
             continue
-        _check_inertia(system, s.symbol, kinetic, potential, reporter)
+        of_time = moving.isdisjoint(graph.support(s.indicator))
+        _check_inertia(system, s.symbol, *(written if of_time else (kinetic, potential)), reporter=reporter)
         jump = _jump(graph, potential, s.symbol)
         if graph.is_zero(jump):
             continue
@@ -66,7 +71,7 @@ def _directed(system: MechanicalSystem, rate: Node) -> bool:
 
 
 def _check_inertia(
-    system: MechanicalSystem, switch: Node, kinetic: Node, potential: Node, reporter: Reporter
+    system: MechanicalSystem, switch: Node, kinetic: Node, potential: Node, *, reporter: Reporter
 ) -> None:
     """Report momenta, as derivatives of the energies, that jump with a switch."""
     graph, velocities = system.graph, system.symbols.velocities

@@ -1,0 +1,71 @@
+"""Prescribed motions made of pieces: what is smooth enough runs, a rate that jumps is refused or is an impulse."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+import mechc
+
+CARRIED = """
+parameter T = 1 s;
+parameter v = 1 m/s;
+coordinate Length x%s;
+coordinate Length y = 0 m "in x";
+kinetic 1/2*1 kg*(der(x) + der(y))^2;
+%s
+experiment(stop = 2 s);
+"""
+
+JUMPS = [
+    "if time < T then 0 m else v*(time - T)",
+    "max(0 m, v*(time - T))",
+    "v*abs(time - T)",
+    "v*T*floor(time/T)",
+    "v*mod(time, T)",
+    "v*T*sign(time - T)",
+    "v*clamp(time, T/2, T)",
+    "v*T*max(0, sin(2*pi*time/T))",
+]
+
+SMOOTH = [
+    "if time < T then 0 m else v/T*(time - T)^2",
+    "v*T*(1 - cos(2*pi*mod(time, T)/T))",
+    "v*T*max(0, sin(2*pi*time/T))^2",
+    "v/T*max(0 s, time - T)^2",
+    "v*table(time, {0, 1, 2} s, {0, 1, 1} s)",
+]
+
+
+@pytest.mark.parametrize("motion", JUMPS)
+def test_a_drive_that_jumps_is_refused(motion: str) -> None:
+    with pytest.raises(mechc.CompileError, match="E0532"):
+        mechc.loads(CARRIED % ("", f"drive x = {motion};"))
+
+
+def test_a_rate_that_is_driven_may_bend_but_not_jump() -> None:
+    mechc.loads(CARRIED % (" = 0 m", "drive der(x) = v*clamp(time/T, 0, 1);"))
+    with pytest.raises(mechc.CompileError, match="rate that is prescribed for 'x' jumps"):
+        mechc.loads(CARRIED % (" = 0 m", "drive der(x) = if time < T then 0 m/s else v;"))
+
+
+@pytest.mark.parametrize("motion", SMOOTH)
+def test_a_free_body_on_a_carriage_goes_on_as_it_did(motion: str) -> None:
+    """No force acts on it, so x + y keeps the speed with which x began."""
+    solution = mechc.loads(CARRIED % ("", f"drive x = {motion};")).simulate(tolerance=1e-9)
+    start = solution["der(x)"][0]
+    assert solution["x"][-1] + solution["y"][-1] == pytest.approx(solution["x"][0] + start * 2, abs=1e-6)
+    assert solution["der(x)"][-1] + solution["der(y)"][-1] == pytest.approx(start, abs=1e-6)
+
+
+@pytest.mark.parametrize(("motion", "end"), [(JUMPS[0], 1.0), (JUMPS[1], 1.0), (JUMPS[2], 1.0)])
+def test_a_constraint_whose_rate_jumps_is_an_impulse(motion: str, end: float) -> None:
+    solution = mechc.loads(
+        CARRIED % (" ~ 0 m", f"constraint hand: x = {motion}; kinetic 1/2*1 kg*der(x)^2;")
+    ).simulate()
+    start = solution["der(x)"][0] + solution["der(y)"][0]
+    assert solution["x"][-1] == pytest.approx(end, abs=1e-12)
+    assert solution["x"][-1] + solution["y"][-1] == pytest.approx(
+        solution["x"][0] + 2 * start, abs=1e-9 + math.ulp(1)
+    )
