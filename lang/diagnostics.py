@@ -58,6 +58,10 @@ class CompileError(Exception):
         super().__init__("\n".join(f"{d.severity.value}[{d.code}]: {d.message}" for d in diagnostics))
         self.diagnostics = diagnostics
 
+    def __reduce__(self) -> tuple[type[CompileError], tuple[object, ...]]:
+        """Pickle with the diagnostics: it may be raised in another process."""
+        return CompileError, (self.diagnostics,)
+
 
 class Reporter:
     """Collects the diagnostics of one compilation, in order, without repeats."""

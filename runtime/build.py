@@ -58,6 +58,10 @@ class BuildError(Exception):
         self.output = output
         self.folder = folder
 
+    def __reduce__(self) -> tuple[type[BuildError], tuple[object, ...]]:
+        """Pickle with all that it was made of: it may be raised in another process."""
+        return BuildError, (self.command, self.output, self.folder)
+
 
 class CompilerMissing(Exception):
     """No C compiler was found."""

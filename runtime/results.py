@@ -89,16 +89,20 @@ class Results(Mapping[str, Array]):
         return found
 
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
-        """Interpolate everything at ``time`` (a number or an array) by cubic splines through the points.
+        """Interpolate everything at ``time`` (a number or an array) by cubic splines through the points, one between two
+        events: there a time stands twice, with both sides, of which the later one is taken.
 
         Raises ``ValueError`` outside the range of time.
         """
         at = self._inside(time)
-        if self.time.size < 4:
-            return Values({name: np.interp(at, self.time, values) for name, values in self._values.items()})
-        from scipy.interpolate import CubicSpline
-
-        return Values({name: CubicSpline(self.time, values)(at) for name, values in self._values.items()})
+        piece = np.r_[0, np.cumsum(np.diff(self.time) == 0)]
+        wanted = piece[np.searchsorted(self.time, at, side="right") - 1]
+        found = {name: np.empty(at.shape) for name in self._values}
+        for k in np.unique(wanted):
+            rows, places = piece == k, wanted == k
+            for name, values in self._values.items():
+                found[name][places] = _interpolated(self.time[rows], values[rows], at[places])
+        return Values(found)
 
     def _inside(self, time: float | Sequence[float] | Array) -> Array:
         at = np.asarray(time, dtype=np.float64)
@@ -140,6 +144,16 @@ class Results(Mapping[str, Array]):
         from .files import write_results
 
         write_results(Path(path), self.columns(names, display), self.report)
+
+
+def _interpolated(t: Array, values: Array, at: Array) -> Array:
+    """Interpolate by a cubic spline through the points, by straight lines where they are fewer than four."""
+    if t.size < 4:
+        return np.interp(at, t, values)
+    from scipy.interpolate import CubicSpline
+
+    found: Array = CubicSpline(t, values)(at)
+    return found
 
 
 def header(name: str, unit: str) -> str:

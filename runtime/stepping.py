@@ -13,9 +13,10 @@ from .case import SimulationOptions, input_values
 from .inputs import constant
 from .kernel_failure import kernel_failure
 from .outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
-from .problem import Array, Problem
+from .problem import Problem
 from .simulate import plan_run
 from .solver import FIRST_EVENTS, Solver
+from .suggest import suggest
 
 LONGEST = 1000
 """The longest step over that of the experiment's run: how far the caller will go is not known."""
@@ -61,6 +62,7 @@ class Stepper:
         )
         self._problem, self._functions = problem, plan.functions
         self._at_singular_positions = at_singular_positions
+        self._end: SimulationError | None = None
         self._kernel = native.load_kernel(options.reproducible)
         tolerance = plan.case.tolerance
         self._solver = Solver(
@@ -86,13 +88,16 @@ class Stepper:
         """Go on to the time ``until`` [s]. Raises ``SimulationError`` if the run fails on its way or has ended."""
         if until < self.time:
             raise SimulationError(f"the run is at {time_text(self._problem, self.time)}, beyond {until:g}")
+        if self._end is not None:
+            raise self._end
         status = native.RUNNING
         while status in (native.RUNNING, native.EVENTS_FULL):
             status = self._solver.advance(until, SLICE)
             if status == native.EVENTS_FULL:
                 self._solver.start_events(FIRST_EVENTS)
         if status != native.REACHED:
-            raise self._failure(status)
+            self._end = self._failure(status)
+            raise self._end
 
     def _failure(self, status: int) -> SimulationError:
         report, y = self._solver.report()
@@ -111,16 +116,15 @@ class Stepper:
         report, y = self._solver.report()
         problem, z = self._problem, self._solver.discretes()
         u = input_values(self._functions, self._case.tables, report.t, self._case.p, len(problem.inputs))
-        groups: list[tuple[tuple[object, ...], Array]] = [(problem.states, y), (problem.inputs, u)]
-        groups.append((problem.discretes, z))
-        for quantities, values in groups:
+        for quantities, values in ((problem.states, y), (problem.inputs, u), (problem.discretes, z)):
             for quantity, value in zip(quantities, values, strict=True):
-                if getattr(quantity, "name", "") == name:
+                if quantity.name == name:
                     return float(value)
         for k, quantity in enumerate(problem.outputs):
             if quantity.name == name and self._functions.outputs is not None:
                 return float(self._functions.outputs(report.t, y, u, z, self._case.p)[k])
-        raise KeyError(name)
+        known = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs, *problem.discretes)]
+        raise KeyError(f"there is no '{name}'{suggest(name, known)}")
 
     def __setitem__(self, name: str, value: float) -> None:
         names = [quantity.name for quantity in self._problem.inputs]
@@ -141,6 +145,7 @@ class Stepper:
     def restore(self, saved: tuple[bytes, dict[int, float]]) -> None:
         """Go back to what ``snapshot`` gave, bit for bit."""
         memory, inputs = saved
+        self._end = None
         for k, value in inputs.items():
             self._held[k].values[0] = value
             self._solver.set_constant(k, value)

@@ -176,6 +176,20 @@ def test_results_that_were_read_interpolate_by_splines(solution: Solution, tmp_p
         back(-1)
 
 
+def test_results_with_events_that_were_read_interpolate_between_them(tmp_path: Path) -> None:
+    """Parabolas between bounces: splines have them exactly; at a bounce the later side holds."""
+    text = (
+        "coordinate Length h = 1 m; kinetic 1/2*(1 kg)*der(h)^2; potential (9.81 N)*h;"
+        "contact floor: h restitution 0.8;"
+    )
+    run = mechc.loads(text).simulate(stop=1.5, every=0.01)
+    run.save(tmp_path / "run.csv")
+    back, bounce = read_results(tmp_path / "run.csv"), run.events[0].time
+    times = np.linspace(0, 1.5, 777)
+    assert np.abs(back(times)["h"] - run(times)["h"]).max() < 1e-12
+    assert back(bounce)["der(h)"] == pytest.approx(run.events[0].after["der(h)"], rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("name", "content"),
     [

@@ -72,9 +72,27 @@ def test_an_input_that_the_model_moves_goes_on_moving() -> None:
         assert sim["x"] == pytest.approx(1, rel=1e-6)
 
 
-def test_an_assertion_that_fails_is_told() -> None:
-    with mechc.loads(SWITCHED_ON).start() as sim, pytest.raises(SimulationError, match="the end of the rail"):
-        sim.step(8.0)
+def test_an_assertion_that_fails_is_told_and_ends_the_run() -> None:
+    with mechc.loads(SWITCHED_ON).start() as sim:
+        saved = sim.snapshot()
+        for until in (8.0, 9.0):
+            with pytest.raises(SimulationError, match="the end of the rail"):
+                sim.step(until)
+        sim.restore(saved)
+        sim.step(6.0)
+        assert sim["x"] == pytest.approx(1, rel=1e-6)
+
+
+def test_a_run_that_has_ended_does_not_go_on_by_another_input() -> None:
+    text = CART.replace("n := n + 1;", 'terminate("there");')
+    with mechc.loads(text).start() as sim:
+        sim["push"] = 4.0
+        for _ in range(2):
+            with pytest.raises(SimulationError, match="there at t = 1 s"):
+                sim.step(3.0)
+            sim["push"] = 0.0
+        with pytest.raises(KeyError, match="did you mean 'push'"):
+            sim["pushh"]
 
 
 HYBRID = """\

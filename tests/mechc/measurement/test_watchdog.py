@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import os
+import pickle
 import signal
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
+import mechc
 from mechc.measurement.watchdog import Crashed, Hung, Watchdog
+from mechc.runtime.build import BuildError
 
 
 def maker(base: int) -> Callable[[str], int]:
@@ -37,3 +41,27 @@ def test_what_dies_or_hangs_is_told_and_begun_anew() -> None:
         with pytest.raises(ValueError, match="no such question"):
             dog.ask("raise", 60)
         assert dog.ask("seven", 60) == 15
+
+
+def _compile_error() -> Exception:
+    try:
+        mechc.loads("coordinate x = 0 m;")
+    except mechc.CompileError as error:
+        return error
+    raise AssertionError("a coordinate without inertia compiles")
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        _compile_error(),
+        BuildError(["cc", "model.c"], "no such file", Path("build")),
+        mechc.SimulationError("the start is empty", code="E0604", notes=("a", "b"), help="give it"),
+        mechc.UsageMistake("no such unit", "did you mean 'm'?"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_what_is_raised_in_another_process_arrives_whole(error: Exception) -> None:
+    arrived = pickle.loads(pickle.dumps(error))
+    assert type(arrived) is type(error) and str(arrived) == str(error)
+    assert vars(arrived) == vars(error)
