@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .diagnostics import Reporter
 from .source import SourceFile
+from .suggest import closest
 
 LARGEST = 10_000_000
 """Most bytes of a source file."""
@@ -26,7 +27,11 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
             raise reporter.fail("E0101", f"'{name}' is too large: {size:.0f} MB", None, help=help)
         data = path.read_bytes()
     except OSError as error:
-        raise reporter.fail("E0101", f"cannot read '{name}': {_reason(path, error)}", None) from None
+        near = _near(path) if isinstance(error, FileNotFoundError) else ""
+        help = f"did you mean '{near}'?" if near else ""
+        raise reporter.fail(
+            "E0101", f"cannot read '{name}': {_reason(path, error)}", None, help=help
+        ) from None
     return decode(name, data, reporter)
 
 
@@ -46,6 +51,15 @@ def decode(name: str, data: bytes, reporter: Reporter) -> SourceFile:
         help = "'mechc new NAME' writes a model to begin with"
         raise reporter.fail("E0101", f"'{name}' is empty", None, help=help)
     return SourceFile(name, text)
+
+
+def _near(path: Path) -> str:
+    """Return the model beside a missing file that was probably meant."""
+    models = sorted(path.parent.glob("*.mech")) if path.parent.is_dir() else []
+    named = path.name if path.suffix == ".mech" else f"{path.name}.mech"
+    names = [model.name for model in models]
+    near = named if named in names else closest(named, names)
+    return str(path.with_name(near)) if near else ""
 
 
 def _reason(path: Path, error: OSError) -> str:

@@ -44,6 +44,10 @@ def write_results(
                     file, headed, report
                 )
         os.replace(partial, path)
+    except OSError as error:
+        if error.filename == str(partial):
+            error.filename = str(path)
+        raise
     finally:
         partial.unlink(missing_ok=True)
 

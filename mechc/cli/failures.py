@@ -95,7 +95,7 @@ def show_runtime_error(error: BaseException) -> bool:
             say(
                 "error",
                 str(error),
-                "install gcc or clang, or: pip install 'mechc[cc]'; --target python does without",
+                "install gcc or clang, or: pip install 'mechc[cc]'; 'mechc run --target python' does without",
             )
         case _:
             return False

@@ -38,13 +38,13 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
         elif changed and check:
             click.echo(f"{name}: would be changed", err=True)
         elif changed and not diff:
-            Path(name).write_text(new, encoding="utf-8")
+            Path(name).write_bytes(new.encode("utf-8"))
             click.echo(f"{name}: changed", err=True)
     return FAILED if wrong or (check and different) else COMPLETED
 
 
 def formatted(name: str) -> tuple[str, str]:
-    """Return the text of a file (``-``: standard input) as it is and in the canonical layout."""
+    """Return the text of a file (``-``: standard input) as it is and in the canonical layout, with the line ends it has."""
     from ..lang.diagnostics import Reporter
     from ..lang.parser import parse
     from ..lang.printer import format_file
@@ -57,8 +57,9 @@ def formatted(name: str) -> tuple[str, str]:
         source = SourceFile("<standard input>", old.replace("\r\n", "\n").replace("\r", "\n"))
     else:
         source = read_source(Path(name), reporter)
-        old = Path(name).read_bytes().decode("utf-8")
-    return old, format_file(parse(source, reporter))
+        old = Path(name).read_bytes().decode("utf-8-sig")
+    new = format_file(parse(source, reporter))
+    return old, new.replace("\n", "\r\n") if "\r\n" in old else new
 
 
 def difference(name: str, old: str, new: str) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 
 import click
@@ -54,9 +55,9 @@ def command(name: str) -> None:
         )
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(TEMPLATE.format(file=path, name=title))
+            file.write(TEMPLATE.format(file=shlex.quote(str(path)), name=title))
     except FileExistsError:
         raise click.UsageError(f"{path} exists and is left as it is; choose another name") from None
     except FileNotFoundError:
         raise click.UsageError(f"there is no folder {path.parent}") from None
-    click.echo(f"wrote {path}; run it with: mechc run {path} --plot", err=True)
+    click.echo(f"wrote {path}; run it with: mechc run {shlex.quote(str(path))} --plot", err=True)

@@ -22,7 +22,7 @@ def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[st
     try:
         return dict(split_assignment(text) for text in texts)
     except UsageMistake as mistake:
-        raise click.BadParameter(f"{mistake}; {mistake.help}", ctx, parameter) from None
+        raise click.BadParameter(str(mistake), ctx, parameter) from None
 
 
 def ending(endings: tuple[str, ...], what: str) -> Any:

@@ -100,7 +100,9 @@ def command(file: str, **given: Any) -> int:
         model = load(
             file, model=given["model"], set=given["settings"], keep=kept(given["keep_all"], given["target"])
         )
-        _show_warnings(model, quiet=given["quiet"] or given["as_json"])
+        if not (given["quiet"] or given["as_json"]):
+            _show_warnings(model)
+            _note_bare_angles(model, given["settings"])
         names = _chosen_outputs(model, given["outputs"])
         return _run_all(model, file, given, display, names)
     except UsageMistake as mistake:
@@ -129,7 +131,8 @@ def _run_all(
             _print_report(sweep, first=experiment is experiments[0])
         many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
         for i, solution in enumerate(sweep.solutions, start=1):
-            addition = many + (f"-{i}" if len(sweep.solutions) > 1 else "")
+            digits = len(str(len(sweep.solutions)))  # so that names sort as the runs do
+            addition = many + (f"-{i:0{digits}}" if len(sweep.solutions) > 1 else "")
             if solution.failure is not None and not given["as_json"]:
                 _print_failure(solution)
             if given["output"]:
@@ -198,8 +201,26 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
         )
 
 
-def _show_warnings(model: Model, *, quiet: bool) -> None:
-    if model.diagnostics and not quiet:
+def _note_bare_angles(model: Model, settings: dict[str, str]) -> None:
+    """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
+    from ..settings import read_value
+    from .failures import say
+
+    units = model.settable_units()
+    for name, text in settings.items():
+        if units.get(name) != "rad" or "pi" in text:
+            continue
+        value = read_value(text)
+        if value.unit is None and any(value.numbers):
+            say(
+                "note",
+                f"{name}={text} has no unit, so it is {text} rad",
+                f'degrees are given as {name}="{text} deg"',
+            )
+
+
+def _show_warnings(model: Model) -> None:
+    if model.diagnostics:
         from ..presentation.render import render
         from ..presentation.style import style_for
 

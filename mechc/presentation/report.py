@@ -188,6 +188,10 @@ def _off_constraints(accuracy: Accuracy, style: Style) -> list[str]:
 
 
 def _true_errors(solution: Solution, style: Style) -> list[str]:
+    if not solution.as_stated and any(q.kind == "exact" for q in solution.problem.outputs):
+        return [
+            style.dim("  not compared with the closed solution, which the model states for its own values")
+        ]
     table = [["error against the closed solution", "largest", "", "relative"]] if solution.true_errors else []
     for error in solution.true_errors:
         table.append([error.name, f"{error.largest:.1e}", error.unit, f"{error.relative:.1e}"])

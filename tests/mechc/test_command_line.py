@@ -152,6 +152,30 @@ def test_cache_and_doctor(
     assert list((tmp_path / "cache").iterdir()) == []
 
 
+def test_fmt_keeps_the_line_ends_of_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    path = tmp_path / "a.mech"
+    path.write_bytes(b"coordinate x=1 m;\r\nkinetic 1/2*1 kg*der(x)^2;\r\n")
+    assert call(capsys, "fmt", str(path))[0] == 0
+    assert path.read_bytes() == b"coordinate x = 1 m;\r\nkinetic 1/2*1 kg*der(x)^2;\r\n"
+    assert call(capsys, "fmt", "--check", str(path)) == (0, "", "")
+
+
+def test_a_file_that_is_not_there_has_neighbours(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    (tmp_path / "spring.mech").write_text("")
+    for name in ("sprng.mech", "spring"):
+        code, _, err = call(capsys, "check", str(tmp_path / name))
+        assert code == 1 and f"did you mean '{tmp_path / 'spring.mech'}'?" in err
+
+
+def test_new_says_commands_that_can_be_copied(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    _, _, err = call(capsys, "new", "my pendulum")
+    assert err == "wrote my pendulum.mech; run it with: mechc run 'my pendulum.mech' --plot\n"
+    assert "mechc run 'my pendulum.mech' --plot" in (tmp_path / "my pendulum.mech").read_text()
+
+
 @pytest.mark.filterwarnings("default:compiled code cannot be kept")
 def test_doctor_tells_of_a_cache_that_cannot_be_written(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

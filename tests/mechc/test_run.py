@@ -238,7 +238,23 @@ def test_the_true_error_where_the_model_states_a_closed_solution(capsys: pytest.
     assert report["accuracy"]["true_error"]["x"]["largest"] == pytest.approx(float(row[1]), rel=0.06)
     assert not any("exact" in name for name in report["final"])
     for changed in (["--set", "x=5 cm"], ["--experiment", "moved"]):
-        assert "closed solution" not in call(capsys, *changed)[1], "it holds for the default experiment only"
+        out = call(capsys, *changed)[1]
+        assert "error against the closed" not in out, "it holds for the default experiment only"
+        assert "not compared with the closed solution, which the model states for its own values" in out
+
+
+def test_files_of_many_runs_sort_as_the_runs_do(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("oscillator.mech").write_text(OSCILLATOR.replace("{8, 32} N/m", "linspace(1 N/m, 10 N/m, 10)"))
+    assert call(capsys, "--experiment", "stiffer", "-q", "--no-error-estimate", "-o", "k.csv")[0] == 0
+    assert [path.name for path in sorted(Path().glob("k-*.csv"))] == [f"k-{i:02}.csv" for i in range(1, 11)]
+
+
+def test_bare_angles_are_told_to_be_radians(capsys: pytest.CaptureFixture[str]) -> None:
+    text = "coordinate Angle a = 0; kinetic 1/2*1 kg.m^2*der(a)^2; experiment(stop = 1 s);"
+    Path("oscillator.mech").write_text(text)
+    _, _, err = call(capsys, "--set", "a=30")
+    assert err.startswith("note: a=30 has no unit, so it is 30 rad\n")
+    assert call(capsys, "--set", "a=30 deg")[2] == call(capsys, "--set", "a=pi/6")[2] == ""
 
 
 def test_quiet(capsys: pytest.CaptureFixture[str]) -> None:
