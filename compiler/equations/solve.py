@@ -24,6 +24,7 @@ from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
 from .prescribed import check_prescribed
 from .residual import residual, seeds_of
+from .rigid import check_rigid_bodies
 from .sides import Side
 
 START_TOLERANCE = 1e-9
@@ -64,6 +65,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     driven, prescribed = prescribed_motion(system)
     check_prescribed(system, driven, reporter)
     _check_starts(system, driven, reporter)
+    check_rigid_bodies(system, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [
         tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))

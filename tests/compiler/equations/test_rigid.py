@@ -1,0 +1,69 @@
+"""Masses and inertias that no body has are told; parts of a body may have them."""
+
+from __future__ import annotations
+
+import pytest
+
+import mechc
+
+BODY = "coordinate Length r[3] = 0 m; coordinate Rotation R; frame F = world * trans(r) * R; "
+PLATE = "coordinate Length r[2] = 0 m; coordinate Angle a = 0 rad; frame F = world * trans(r) * rot(a); "
+
+
+def codes(text: str) -> list[str]:
+    try:
+        return [found.code for found in mechc.loads(text).diagnostics]
+    except mechc.CompileError as error:
+        return [found.code for found in error.diagnostics]
+
+
+@pytest.mark.parametrize(
+    ("statements", "code"),
+    [
+        ("mass 1 kg at F; inertia diag({1, 2, 3} kg.m^2) on F;", ""),
+        ("mass 1 kg at F; inertia diag({1, 2, 3.01} kg.m^2) on F;", "N0533"),
+        ("mass 1 kg at F; inertia {{2, 0.1, 0}, {0.2, 3, 0}, {0, 0, 4}} kg.m^2 on F;", "E0531"),
+        ("mass 1 kg at F; inertia {{2, 0.1, 0}, {0.1, 3, 0}, {0, 0, 4}} kg.m^2 on F;", ""),
+        ("mass 1 kg at F; inertia diag({1, 1, -0.1} kg.m^2) on F;", "E0530"),
+        ("mass -1 kg at F; inertia diag({1, 1, 1} kg.m^2) on F;", "E0530"),
+        ("mass 1 kg at F; mass -0.6 kg at F * {1, 0, 0} m; inertia diag({1, 1, 1} kg.m^2) on F;", "E0530"),
+        ("mass 1 kg at F; mass -0.1 kg at F * {1, 0, 0} m; inertia diag({1, 1, 1} kg.m^2) on F;", ""),
+        # moments that are impossible alone, but not with the masses beside them or with a turned part
+        ("mass 1 kg at F; mass 1 kg at F * {0, 2, 0} m; inertia diag({0.1, 1.2, 0} kg.m^2) on F;", ""),
+        ("mass 1 kg at F; mass 1 kg at F * {2, 0, 0} m; inertia diag({0.1, 1.2, 0} kg.m^2) on F;", "N0533"),
+        (
+            "mass 1 kg at F; mass 1 kg at F * rotz(90 deg) * {2, 0, 0} m; inertia diag({0.1, 1.2, 0} kg.m^2) on F;",
+            "",
+        ),
+        (
+            "inertia diag({0, 0, 1} kg.m^2) on F * rotx(90 deg); inertia diag({0.3, 0, 0.3} kg.m^2) on F; mass 1 kg at F;",
+            "N0533",
+        ),
+        (
+            "inertia diag({0, 0, 1} kg.m^2) on F * rotx(90 deg); inertia diag({0.3, 0, 0.8} kg.m^2) on F; mass 1 kg at F;",
+            "",
+        ),
+    ],
+)
+def test_bodies_in_space(statements: str, code: str) -> None:
+    assert codes(BODY + statements) == ([code] if code else [])
+
+
+@pytest.mark.parametrize(
+    ("statements", "code"),
+    [
+        (
+            "mass 3 kg at F; mass -1 kg at F * {1, 0} m; inertia 2 kg.m^2 on F;",
+            "",
+        ),  # 2 - 1 - 1/2 = 1/2 remain
+        ("mass 3 kg at F; mass -1 kg at F * {1, 0} m; inertia 1.4 kg.m^2 on F;", "E0530"),
+        ("mass 1 kg at F; inertia -1 kg.m^2 on F;", "E0530"),
+        # two bodies: the second one is a body of its own, though its point hangs on the world
+        (
+            "coordinate Length x = 1 m; mass 3 kg at F; inertia 1 kg.m^2 on F; mass -1 kg at world * {x, 0};",
+            "E0530",
+        ),
+    ],
+)
+def test_bodies_in_the_plane(statements: str, code: str) -> None:
+    assert codes(PLATE + statements) == ([code] if code else [])
