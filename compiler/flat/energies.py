@@ -10,10 +10,10 @@ from mechc.lang.units import Dimension
 from . import model, types
 from .instance import DefinitionMember, Expanded, Instance, VariableMember
 from .model import Expression, Kind, Type
-from .operands import free_names
 from .places import frame_or_point
 from .record import Record
 from .scope import Poisoned, Scope
+from .unitless import parameters_without_unit
 from .values import fits
 
 _WANTED = {
@@ -52,18 +52,9 @@ def _no_energy(scope: Scope, statement: ast.Energy, value: Expression, wanted: D
         f"{statement.kind} must be {noun}",
         statement.value.span,
         caption=f"this is {this}, {noun} is {wanted.pretty()}",
-        labels=_coordinates_used(scope, value),
+        labels=parameters_without_unit(scope, value),
         help=_missing_factor(scope, given, wanted),
     )
-
-
-def _coordinates_used(scope: Scope, value: Expression) -> tuple[Label, ...]:
-    """Return the places of the first coordinate that a wrong energy contains, shown without words."""
-    for name in free_names(value):
-        member = scope.flattening.variables.get(name)
-        if member is not None and isinstance(member.declaration, ast.Coordinate):
-            return (Label(member.declaration.name_span, ""),)
-    return ()
 
 
 def _missing_factor(scope: Scope, given: Dimension, wanted: Dimension) -> str:

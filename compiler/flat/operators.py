@@ -13,6 +13,7 @@ from .evaluate import EXACT, constant
 from .model import Apply, Array, Expression, Kind, Literal, Type
 from .products import power_type, product_type, quotient_type, undefined
 from .scope import Constant, Poisoned, Scope
+from .unitless import parameters_without_unit
 
 FUNCTIONS = {
     "+": "add", "-": "subtract", "*": "multiply", "/": "divide", "^": "power",
@@ -144,6 +145,7 @@ def meet(
             caption=f"this is {second}",
             labels=(
                 Label(left.span if not isinstance(node, ast.Binary) else node.left.span, f"this is {first}"),
+                *parameters_without_unit(scope, left, right),
             ),
             help=missing_unit(left, right),
         )

@@ -334,3 +334,10 @@ def test_wrong_functions(text: str, code: str) -> None:
 def test_types_of_the_model() -> None:
     model = flat('type Rigidity = unit "N.m^2"; parameter Rigidity EI = 3 N.m^2;')
     assert type_text(variable(model, "EI").type) == "kg.m^3/s^2"
+
+
+def test_parameters_without_unit_are_pointed_at_where_dimensions_differ() -> None:
+    text = "parameter g = 9.81; parameter m = 1 kg; coordinate Length x = 0; kinetic 1/2*m*der(x)^2;"
+    for wrong in ("potential m*g*x;", "output a = der(x)^2 + g*x;"):
+        (found,) = said(text + wrong)
+        assert [label.text for label in found.labels][-1] == "'g' is a number without unit"
