@@ -81,57 +81,33 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     )
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
-    drive_reactions = {
-        name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)
-    }
-    joint_reactions = _joint_reactions(system, multipliers)
-    named = _by_constraint(system, multipliers)
-    replies = Replies(named, frozenset(), drive_reactions, joint_reactions)
-    switched: tuple[Row, ...] = ()
-    sides: tuple[Side, ...] = ()
-    if len(every_row) > len(all_rows):
-        forces = {
-            n: m
-            for n, m in zip(
-                system.queries, substitute(graph, force_answers(system, replies), before), strict=True
-            )
-            if n != m
-        }
-        plain = tuple(row for row in every_row if row.constraint.mode is not None)
-        switched, sides = with_modes(
-            system, plain, [lam for group in multipliers for lam in group], forces, reporter
-        )
+    replies = _replies(system, raw, multipliers)
+    switched, sides = _switched(system, every_row, multipliers, replies, before, reporter)
     rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
     kept = {row.multiplier for row in rows}
     absent = {row.multiplier: graph.zero for row in all_rows if row.multiplier not in kept}
     r = substitute(graph, raw, before | absent)
     if rows:
-        from .singular import soften
+        from .singular import soften  # as rank.py, with numpy
 
         rows = soften(system, r, rows, free, values, always=COMPLIANCE in parts)
     if any(row.position is None for row in rows):
         from .integrable import note_integrable
 
         note_integrable(system, rows, values, reporter)
-    if absent and switched:
-        laws = substitute(graph, [row.equation for row in switched], absent)
-        switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
+    laws = substitute(graph, [row.equation for row in switched], absent)
+    switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
     solved_rows = (*rows, *switched)
     whole = "structure" in parts
     found = accelerations(system, r, free, solved_rows, supports, reporter, whole=whole)
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
     solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
-    if state_rates:
-        rates = substitute(graph, list(state_rates.values()), replace)
-        replace |= dict(zip(state_rates, rates, strict=True))
+    replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _constraint_power(system, solved_rows, [system.v[i].node for i in free])
     energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
-    replies = Replies(named, frozenset(absent), drive_reactions, joint_reactions)
-    answered = answers(system, energy, replies, reporter)
-    if answered:
-        resolved = substitute(graph, list(answered.values()), replace)
-        replace |= dict(zip(answered, resolved, strict=True))
+    answered = answers(system, energy, replace_fields(replies, dropped=frozenset(absent)), reporter)
+    replace |= zip(answered, substitute(graph, list(answered.values()), replace), strict=True)
     return Solved(
         driven=driven,
         free=free,
@@ -250,13 +226,30 @@ def _independent(
     return tuple(rows[i] for i in kept), [found.supports[i] for i in kept], values
 
 
-def _by_constraint(
-    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]
-) -> dict[str, tuple[Node, ...]]:
+def _switched(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    multipliers: Sequence[Sequence[Node]],
+    replies: Replies,
+    before: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
+    """Return those of the rows that have modes with the laws of these, and the sides of forces that they ask for."""
+    plain = [row for row in rows if row.constraint.mode is not None]
+    if not plain:
+        return (), ()
+    known = force_answers(system, replies)
+    forces = dict(zip(known, substitute(system.graph, list(known.values()), before), strict=True))
+    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, reporter)
+
+
+def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequence[Sequence[Node]]) -> Replies:
+    """Return what is known of forces by name, while no row is left out."""
     named: dict[str, tuple[Node, ...]] = {}
     for constraint, symbols in zip(system.constraints, multipliers, strict=True):
         named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
-    return named
+    drives = {name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)}
+    return Replies(named, frozenset(), drives, _joint_reactions(system, multipliers))
 
 
 def _constraint_power(system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node]) -> Node:
