@@ -30,6 +30,7 @@ def _forward(
             continue
         a, b = left[n], right[n]
         da = get(a)
+        # the rules of ``tangent``, written out for the operations that are nearly all
         if b < 0:
             if da is None:
                 continue
@@ -57,6 +58,32 @@ def _forward(
         if r != zero:
             d[n] = r
     return [get(n, zero) for n in outputs]
+
+
+def tangent(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
+    """Return the derivative of one node from those of its arguments; zero for a leaf."""
+    zero, code = graph.zero, graph.op(n)
+    if all(t == zero for t in tangents):
+        return zero
+    match code:
+        case c if c == ADD:
+            return graph.add(*tangents)
+        case c if c == SUB:
+            return graph.sub(*tangents)
+        case c if c == NEG:
+            return graph.neg(*tangents)
+        case c if c == MUL:
+            (x, y), (dx, dy) = graph.args(n), tangents
+            if x == y:
+                return graph.mul(graph.mul(graph.two, x), dx)
+            return graph.add(graph.mul(dx, y), graph.mul(x, dy))
+        case c if c == DIV:
+            dx, dy = tangents
+            return graph.div(graph.sub(dx, graph.mul(n, dy)), graph.args(n)[1])
+        case c if c == SELECT:
+            return graph.select(graph.args(n)[0], tangents[1], tangents[2])
+        case _:
+            return _chain(graph, n, tangents)
 
 
 def _chain(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:

@@ -25,10 +25,12 @@ VARIANTS = (
 """No variant is best everywhere; each of them has linear cost for every tree tried."""
 
 ALWAYS_TRIED = 3
-TRIAL_NODES = 40_000
-"""Nodes made by all variants together before no more than the first three are tried."""
+"""Variants that are tried whatever they cost."""
 
-RACE = 80
+TRIAL_NODES = 40_000
+"""Nodes made by all variants together, after which no others are tried."""
+
+COMPARED_HALF_WAY = 80
 """From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
 
 DENSE = "dense elimination"
@@ -66,17 +68,16 @@ def solve(
 ) -> Elimination:
     """Return the unknowns (symbols) that make all residuals zero.
 
-    ``rows[i]`` is the residual to pivot on for unknown i (default: i); where its pivot is zero
-    another one is taken. ``after[k]`` are the unknowns to
-    eliminate before k; by default an unknown that does not occur in its own row, such as a multiplier,
-    follows all unknowns of that row. ``dense`` adds Gaussian elimination to the ``variants``
-    for small systems; it is all that is tried where there are no variants.
+    ``rows[i]`` is the residual to pivot on for unknown i (default: i); where its pivot is zero another one is
+    taken. ``after[k]`` are the unknowns to eliminate before k; by default an unknown that does not occur in its own
+    row, such as a multiplier, follows all unknowns of that row. ``dense`` adds Gaussian elimination to the
+    ``variants`` for small systems; it is all that is tried where there are no variants.
     Raises ZeroPivot, NotAffine (linear.py), and ValueError where sizes or ``after`` make no sense.
     """
     rows = _check(residuals, unknowns, rows)
     system = linear_system(graph, residuals, unknowns)
     order = elimination_order(system, rows, after)
-    heat = len(unknowns) if len(unknowns) < RACE else len(unknowns) // 2
+    count = len(unknowns) if len(unknowns) < COMPARED_HALF_WAY else len(unknowns) // 2
     best: _Candidate | None = None
     made = tried = 0
     done: list[tuple[Variant, frozenset[int]]] = []
@@ -90,7 +91,7 @@ def solve(
         limit = float("inf") if best is None else 3.0 * best.work + 1000.0
         fork = graph.fork()
         try:
-            candidate = _try(fork, system, rows, order, variant, heat, limit)
+            candidate = _try(fork, system, rows, order, variant, count, limit)
         except TooMuchWork:
             continue
         finally:
@@ -123,15 +124,15 @@ def _try(
     rows: Sequence[int],
     order: Sequence[int],
     variant: Variant | None,
-    heat: int,
+    count: int,
     limit: float,
 ) -> _Candidate:
-    """Eliminate ``heat`` unknowns in a fork; dense elimination goes to its end. Raises TooMuchWork."""
+    """Eliminate ``count`` unknowns in a fork; dense elimination goes to its end. Raises TooMuchWork."""
     if variant is None:
         found = eliminate_dense(fork, system, rows, order, limit)
         return _Candidate(fork, found, fork.count_operations(found.unknowns), found.work)
     attempt = Attempt(fork, system, rows, order, variant)
-    attempt.advance(heat, limit=limit)
+    attempt.advance(count, limit=limit)
     return _Candidate(fork, attempt, attempt.operations(), attempt.work)
 
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ..graph import Graph, Node
-from ..graph.operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SUB, SYMBOL
+from ..graph.differentiate import tangent
+from ..graph.operations import SYMBOL
 
 
 class TotalDerivative:
@@ -46,38 +47,5 @@ class TotalDerivative:
                 pending.extend(missing)
                 continue
             pending.pop()
-            known[at] = self._step(at)
+            known[at] = tangent(graph, at, tuple(known[x] for x in graph.args(at)))
         return known[node]
-
-    def _step(self, n: Node) -> Node:
-        """Return the derivative of a node whose arguments are known."""
-        graph, known, code = self._graph, self._known, self._graph.op(n)
-        arguments = graph.args(n)
-        tangents = tuple(known[x] for x in arguments)
-        zero = graph.zero
-        if code <= SYMBOL or all(t == zero for t in tangents):
-            return zero
-        match code:
-            case c if c == ADD:
-                return graph.add(*tangents)
-            case c if c == SUB:
-                return graph.sub(*tangents)
-            case c if c == NEG:
-                return graph.neg(*tangents)
-            case c if c == MUL:
-                (x, y), (dx, dy) = arguments, tangents
-                if x == y:
-                    return graph.mul(graph.mul(graph.two, x), dx)
-                return graph.add(graph.mul(dx, y), graph.mul(x, dy))
-            case c if c == DIV:
-                _, y = arguments
-                dx, dy = tangents
-                return graph.div(graph.sub(dx, graph.mul(n, dy)), y)
-            case c if c == SELECT:
-                return graph.select(arguments[0], tangents[1], tangents[2])
-        total = zero
-        # not strict: an operation without rules has derivative zero
-        for partial, t in zip(OPERATIONS[code].partials, tangents, strict=False):
-            if t != zero:
-                total = graph.add(total, graph.mul(partial(graph, arguments, n), t))
-        return total
