@@ -121,30 +121,8 @@ class Lowering:
                     self._numbers(self.value(then)),
                     self._numbers(self.value(otherwise)),
                 )
-            case Apply(function="table", arguments=arguments):
-                return self._table(arguments)
-            case Apply(function="sample", arguments=arguments):
-                return self._sample(*(self.scalar(x) for x in arguments))
-            case Apply(function="initial"):
-                if self.initial is None:
-                    self.initial = self.graph.symbol("initial()")
-                return self.initial
-            case Apply(function=function, arguments=arguments):
-                values = tuple(self.value(x) for x in arguments)
-                try:
-                    result = FUNCTIONS[function](self.kinematics, self.rate, values)
-                    if function in RELATIONS:
-                        self.relations[node(result)] = None
-                    if function in STAIRS:
-                        self.relations |= dict.fromkeys(self._whole_parts(node(result)))
-                    return result
-                except DivisionByZero:
-                    raise self._reporter.fail(
-                        "E0518",
-                        "division by an expression that is always zero",
-                        expression.span,
-                        caption="the divisor is zero whatever the values",
-                    ) from None
+            case Apply():
+                return self._applied(expression)
             case Query():
                 return self._query(expression)
             case Previous(operand=operand):
@@ -153,6 +131,34 @@ class Lowering:
                 return self._quadrature(expression)
             case _:
                 assert_never(expression)
+
+    def _applied(self, expression: Apply) -> Value:
+        """Return the value of a function; those that belong to the whole model come first."""
+        function, arguments = expression.function, expression.arguments
+        match function:
+            case "table":
+                return self._table(arguments)
+            case "sample":
+                return self._sample(*(self.scalar(x) for x in arguments))
+            case "initial":
+                if self.initial is None:
+                    self.initial = self.graph.symbol("initial()")
+                return self.initial
+        values = tuple(self.value(x) for x in arguments)
+        try:
+            result = FUNCTIONS[function](self.kinematics, self.rate, values)
+        except DivisionByZero:
+            raise self._reporter.fail(
+                "E0518",
+                "division by an expression that is always zero",
+                expression.span,
+                caption="the divisor is zero whatever the values",
+            ) from None
+        if function in RELATIONS:
+            self.relations[node(result)] = None
+        if function in STAIRS:
+            self.relations |= dict.fromkeys(self._whole_parts(node(result)))
+        return result
 
     def _whole_parts(self, result: Node) -> list[Node]:
         return [n for n in self.graph.reach([result]) if self.graph.op(n) in (ops.FLOOR, ops.MODULO)]
