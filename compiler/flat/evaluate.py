@@ -73,8 +73,7 @@ def constant(expression: Expression) -> Value | None:
         case Literal(value=value):
             return value
         case Array(elements=items):
-            values = tuple(constant(e) for e in items)
-            return None if None in values else values  # type: ignore[return-value]
+            return _complete([constant(e) for e in items])
         case Element(base=base, indices=indices):
             value_of_base = constant(base)
             for i in indices:
@@ -91,42 +90,60 @@ def constant(expression: Expression) -> Value | None:
             return None
 
 
+def _complete(values: list[Value | None]) -> tuple[Value, ...] | None:
+    """Return the values if all are known."""
+    known = tuple(v for v in values if v is not None)
+    return known if len(known) == len(values) else None
+
+
 def _apply(function: str, values: list[Value | None]) -> Value | None:
-    if any(v is None for v in values):
+    known = _complete(values)
+    if known is None:
         return None
     try:
         if function == "norm":
-            items = values[0]
-            assert isinstance(items, tuple)
-            return _root(sum((Fraction(x) ** 2 for x in items), Fraction(0)))  # type: ignore[arg-type]
-        if any(isinstance(v, tuple) for v in values):
-            return _each(function, values)
+            return _root(sum((x**2 for x in _fractions(known[0])), Fraction(0)))
+        if any(isinstance(v, tuple) for v in known):
+            return _each(function, known)
         if function in EXACT:
-            return EXACT[function](*values)
+            return EXACT[function](*known)
         if function == "power":
-            return _power(*values)  # type: ignore[arg-type]
+            base, exponent = _fractions(known)
+            return _power(base, exponent)
         if function == "sqrt":
-            return _root(Fraction(values[0]))  # type: ignore[arg-type]
+            return _root(*_fractions(known))
         if function in _FLOATS:
-            return Fraction(_FLOATS[function](*(float(v) for v in values)))  # type: ignore[arg-type]
+            return Fraction(_FLOATS[function](*map(float, _fractions(known))))
     except (ArithmeticError, ValueError):
         return None
     return None
 
 
-def _each(function: str, values: list[Value | None]) -> Value | None:
+def _fractions(value: Value) -> list[Fraction]:
+    """Return the numbers of a vector."""
+    assert isinstance(value, tuple)
+    numbers = []
+    for x in value:
+        assert isinstance(x, Fraction), x
+        numbers.append(x)
+    return numbers
+
+
+def _each(function: str, values: tuple[Value, ...]) -> Value | None:
     """Spread an operator over arrays, a scalar standing for all elements; products of arrays are not known."""
     arrays = [v for v in values if isinstance(v, tuple)]
     if function not in ("add", "subtract", "negate", "multiply", "divide"):
         return None
-    if function in ("multiply", "divide") and (
-        len(arrays) > 1 or isinstance(values[-1], tuple) is (function == "divide")
-    ):
+    if function == "multiply" and len(arrays) > 1:
         return None
-    results = tuple(
-        _apply(function, [v[i] if isinstance(v, tuple) else v for v in values]) for i in range(len(arrays[0]))
+    if function == "divide" and isinstance(values[1], tuple):
+        return None
+    return _complete(
+        [
+            _apply(function, [v[i] if isinstance(v, tuple) else v for v in values])
+            for i in range(len(arrays[0]))
+        ]
     )
-    return None if None in results else results  # type: ignore[return-value]
 
 
 def _power(base: Fraction, exponent: Fraction) -> Fraction | None:

@@ -155,10 +155,9 @@ def describe(type: Type) -> str:
             return f"an array {shape_text(type.shape)} of {noun}s" if type.shape else with_article(noun)
         case Kind.POINT:
             return "a point" if len(type.shape) == 1 else f"an array {shape_text(type.shape[:-1])} of points"
-        case Kind.INTEGER if not type.shape:
-            return "a whole number"
         case Kind.REAL | Kind.INTEGER:
-            single = unit_words(type.dimension, type.angle)
+            whole = type.kind is Kind.INTEGER
+            single = "a whole number" if whole else unit_words(type.dimension, type.angle)
             if not type.shape:
                 return single
             many = _plural(single)

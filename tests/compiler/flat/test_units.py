@@ -341,3 +341,14 @@ def test_parameters_without_unit_are_pointed_at_where_dimensions_differ() -> Non
     for wrong in ("potential m*g*x;", "output a = der(x)^2 + g*x;"):
         (found,) = said(text + wrong)
         assert [label.text for label in found.labels][-1] == "'g' is a number without unit"
+
+
+@pytest.mark.parametrize("factor", ["{1, 2}*2", "2*{1, 2}", "{1, 2} + {1, 2}"])
+def test_arrays_of_structure_are_scaled_from_either_side(factor: str) -> None:
+    model = flat(f"structural parameter Integer n[2] = {factor}; coordinate Length x[n[2]]; kinetic 0;")
+    assert variable(model, "x").type.shape == (4,)
+
+
+def test_whole_numbers_are_told_from_numbers_in_arrays() -> None:
+    (message,) = said("structural parameter Integer n[2] = {2, 4}/2;")
+    assert "'n' is a vector of 2 whole numbers, the value is a vector of 2 numbers" in message.message
