@@ -67,7 +67,7 @@ def split_assignment(text: str) -> tuple[str, str]:
     """Take ``name=value`` apart. Raises UsageMistake where there is no ``=``."""
     name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
-        raise UsageMistake(f"'{text}' is not of the form name=value", 'as in --set l="80 cm"')
+        raise UsageMistake(f"'{text}' is not of the form name=value")
     return name.strip(), value.strip()
 
 

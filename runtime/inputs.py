@@ -119,7 +119,7 @@ def read_tables(
     """Read a CSV file with the header ``time [s],torque [N.m],...``: one table for each column.
 
     ``interpolations`` gives, for each input that exists, how its table is interpolated. With ``column`` the
-    file has one column beside the time, and it is the table of that input whatever its header says.
+    table is that of this input only: the column that has its name, or the only one beside the time whatever its header says.
     Raises ``SimulationError`` with file and line.
     """
     try:
@@ -132,14 +132,14 @@ def read_tables(
         raise SimulationError(f"the table {path} has no rows")
     names, units = zip(*(_split_header(cell) for cell in rows[0]), strict=True)
     if names[0] != "time":
+        commas = ": columns are separated by commas" if len(names) == 1 and ";" in names[0] else ""
         raise SimulationError(
-            f"the first column of the table {path} is 'time [s]', not '{rows[0][0].strip()}'"
+            f"the first column of the table {path} is 'time [s]', not '{rows[0][0].strip()}'{commas}"
         )
-    if column is not None:
-        if len(names) != 2:
-            raise SimulationError(f"the table {path} for '{column}' needs two columns, it has {len(names)}")
-        names = ("time", column)
     data = _numbers(path, rows[1:], len(names))
+    if column is not None:
+        chosen = _column_of(path, names, column)
+        names, units, data = ("time", column), (units[0], units[chosen]), data[:, [0, chosen]]
     tables: dict[str, Table] = {}
     times = data[:, 0] * convert("time", units[0])
     for index, name in enumerate(names[1:], start=1):
@@ -157,6 +157,18 @@ def read_tables(
         except SimulationError as error:
             raise SimulationError(f"the table {path}: {error.message}") from error
     return tables
+
+
+def _column_of(path: Path, names: Sequence[str], wanted: str) -> int:
+    """Find the column of an input: the only one beside the time, or the one that has its name."""
+    if len(names) == 2:
+        return 1
+    if names.count(wanted) != 1:
+        found = ", ".join(f"'{name}'" for name in names[1:]) or "none"
+        raise SimulationError(
+            f"the table {path} needs one column beside the time, or one headed '{wanted}'; it has {found}"
+        )
+    return names.index(wanted)
 
 
 def _split_header(cell: str) -> tuple[str, str]:

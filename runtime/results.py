@@ -60,6 +60,9 @@ class Results(Mapping[str, Array]):
         self._values = Values(values)
         self._units = dict(units)
 
+    def __repr__(self) -> str:
+        return f"<results of mechc: {len(self.time)} times, {len(self)} quantities>"
+
     def __getitem__(self, name: str) -> Array:
         if name == "time":
             return self.time

@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from ..measurement.savings import Code
 
 CODE = re.compile(r"[EWN]\d{4}")
+DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
+"""Lines of a page that say how its example is run; they are for the tests."""
 
 
 @click.command(name="explain", short_help="Explain an error code, or what the compiler chose for a model.")
@@ -76,5 +78,6 @@ def page(code: str) -> str:
         if row.startswith("```"):
             fenced = not fenced
             continue
-        rows.append(f"    {row}".rstrip() if fenced else row.removeprefix("# "))
+        if fenced or not DIRECTIVE.match(row):
+            rows.append(f"    {row}".rstrip() if fenced else row.removeprefix("# "))
     return "\n".join(rows).rstrip()

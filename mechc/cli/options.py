@@ -19,10 +19,13 @@ def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[st
     """Turn ``name=value`` texts into a mapping; a later one wins."""
     from ..settings import UsageMistake, split_assignment
 
+    example = "push=push.csv" if parameter.name == "inputs" else 'l="80 cm"'
     try:
         return dict(split_assignment(text) for text in texts)
     except UsageMistake as mistake:
-        raise click.BadParameter(str(mistake), ctx, parameter) from None
+        raise click.BadParameter(
+            f"{mistake.message}; as in {parameter.opts[0]} {example}", ctx, parameter
+        ) from None
 
 
 def ending(endings: tuple[str, ...], what: str) -> Any:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -150,6 +151,12 @@ def test_cache_and_doctor(
     _, out, _ = call(capsys, "cache", "clear")
     assert str(tmp_path / "cache") in out
     assert list((tmp_path / "cache").iterdir()) == []
+
+
+def test_pages_are_shown_without_what_is_for_their_tests(capsys: pytest.CaptureFixture[str]) -> None:
+    for code in ("E0604", "E0902"):
+        _, out, _ = call(capsys, "explain", code)
+        assert not re.search(r"^(run|compile|without): ", out, re.MULTILINE) and "    error[" in out
 
 
 def test_fmt_keeps_the_line_ends_of_a_file(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -138,6 +138,7 @@ def test_read_tables_with_units(tmp_path: Path) -> None:
         ("time [s],u [m/s]\n0,one\n", "row 1 of the table .* holds 'one', which is no number"),
         ("time [s],u [m/s]\n0,nan\n", "finite numbers only"),
         ("t,u\n0,1\n", "the first column of the table .* is 'time \\[s\\]', not 't'"),
+        ("time;u\n0;1\n", "'time;u': columns are separated by commas"),
         ("time [s],w [m/s]\n0,1\n", "a column 'w', which is no input \\(inputs: u\\)"),
         ("time [s],u [m/s],u [m/s]\n0,1,2\n", "two columns 'u'"),
         ("time [s],u [kg]\n0,1\n", "'u' is no kg"),
@@ -148,6 +149,14 @@ def test_read_tables_with_units(tmp_path: Path) -> None:
 def test_wrong_tables(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(SimulationError, match=message.replace("(0)", "\\(0\\)")):
         read_tables(write(tmp_path, text), {"u": "linear"}, convert)
+
+
+def test_one_input_of_a_wide_table(tmp_path: Path) -> None:
+    path = write(tmp_path, "time [ms],w [kg],u [cm/s]\n0,7,100\n500,7,-50\n")
+    tables = read_tables(path, {"u": "linear"}, convert, column="u")
+    assert list(tables) == ["u"] and tables["u"].values.tolist() == [1, -0.5]
+    with pytest.raises(SimulationError, match="or one headed 'v'; it has 'w', 'u'"):
+        read_tables(path, {"v": "linear"}, convert, column="v")
 
 
 def test_unreadable_tables(tmp_path: Path) -> None:
