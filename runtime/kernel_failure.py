@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeVar
 
@@ -129,6 +130,12 @@ def _of_rows(hybrid: Hybrid, status: int, report: native.ReportStruct, at: str) 
                 'with law = "regularized"'
             )
             return _Told("modes", message)
+        case native.NO_MODE if row is not None and not math.isfinite(size):
+            message = (
+                f"the force of '{name}' is {value_text(size)} at {at}: something in it is undefined there, "
+                "its gap, its slip, its coefficient, or the accelerations"
+            )
+            return _Told("not finite", message, name, origin)
         case native.NO_MODE:
             which = f"'{name}'" if name else "the contacts"
             message = (

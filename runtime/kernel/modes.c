@@ -193,7 +193,10 @@ int mech_choose_modes(mech_solver *s, int hit)
         mech_read_rows(s);
         if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
             for (int i = 0; i < h->n_rows; i++)
-                if (!mech_finite(mech_value(s, i, MECH_FORCE))) return mech_fail(s, MECH_NO_MODE, i);
+                if (!mech_finite(mech_value(s, i, MECH_FORCE))) {
+                    s->run->report.failed_value = mech_value(s, i, MECH_FORCE);
+                    return mech_fail(s, MECH_NO_MODE, i);
+                }
             mech_hold_rows(s);
             mech_begin_slides(s);
             return mech_check_rows(s, 1);

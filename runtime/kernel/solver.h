@@ -51,7 +51,7 @@ enum mech_status {
     MECH_CHATTER = -24,       /* a switch goes to and fro at one instant                       */
     MECH_BRANCH_ASSERTION = -25, /* an assertion of a branch does not hold                     */
     MECH_APART = -26,         /* a constraint was engaged that does not hold                   */
-    MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits         */
+    MECH_NO_MODE = -27,       /* no combination of sticking, sliding and touching fits, or a force is undefined */
     MECH_NO_IMPACT = -28,     /* the impacts of one instant have no solution                   */
     MECH_OUT_OF_RANGE = -29,  /* a restitution beyond 0..1, or a negative limit of friction    */
     MECH_UNDEFINED_JUMP = -30, /* the energy behind a switch is not a number                   */

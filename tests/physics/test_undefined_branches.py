@@ -64,3 +64,16 @@ def test_an_energy_that_is_undefined_behind_a_surface_ends_the_run() -> None:
     wall = mechc.loads(text.replace("BEHIND", "1 J*(x/(1 m) + 1e200)^2")).simulate()
     assert [e.kind for e in wall.events] == ["reflection"]
     assert wall["x"][-1] == pytest.approx(-1, abs=1e-6)
+
+
+def test_a_contact_that_is_undefined_at_the_start_is_named() -> None:
+    text = """
+    coordinate Length x = -1.2 m;
+    coordinate Length y = 1.5 m;
+    kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);
+    contact dome: y - sqrt(1 m^2 - x^2);
+    experiment(stop = 1 s);
+    """
+    run = mechc.loads(text).simulate()
+    assert run.outcome.value == "failed"
+    assert run.message.startswith("the force of 'dome' is not a number at t = 0 s")
