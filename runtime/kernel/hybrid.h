@@ -43,6 +43,12 @@ enum {
     MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_COUNTERS
 };
 
+/* Lets a size grow to |x|; what is infinite or not a number has no size, and must not spoil those to come. */
+static inline void mech_widen(mech_real *size, mech_real x)
+{
+    if (mech_finite(x)) *size = mech_max(*size, mech_abs(x));
+}
+
 /* Of a row: its description; what it measures at present (enum mech_row_value); its rate; whether it holds. */
 static inline const mech_row *mech_row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
 

@@ -121,7 +121,7 @@ static int turn_switches(mech_solver *s, int *changed)
     if (!n) return MECH_RUNNING;
     mech_indicate(s, s->run->report.t, s->y, e->w, e->rate);
     for (int k = 0; k < n; k++) {
-        e->rate_scale[k] = mech_max(e->rate_scale[k], mech_abs(e->rate[k]));
+        mech_widen(e->rate_scale + k, e->rate[k]);
         const int zero = mech_at_zero(s, k, e->w[k]);
         const int leaves = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
         if (zero ? !leaves || !(e->fresh[k] > 0) : e->w[k] >= 0) continue;

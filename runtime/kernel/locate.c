@@ -35,12 +35,6 @@ static mech_real tolerance(const mech_solver *s, int k)
     return (of_force ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
 }
 
-static void widen(mech_solver *s, int k, mech_real w)
-{
-    mech_real *largest = mech_indicator_size(s, k);
-    *largest = mech_max(*largest, mech_abs(w));
-}
-
 int mech_at_zero(const mech_solver *s, int k, mech_real w)
 {
     return mech_abs(w) <= (s->modes->fresh[k] > 0 ? 10000 : 1) * tolerance(s, k);
@@ -234,8 +228,8 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
     const int n = e->n, last = MECH_SAMPLES - 2; /* the row behind is room for the search */
     mech_indicate(s, t, s->y, e->w, e->rate);
     for (int k = 0; k < n; k++) {
-        widen(s, k, e->w[k]);
-        e->rate_scale[k] = mech_max(e->rate_scale[k], mech_abs(e->rate[k]));
+        mech_widen(mech_indicator_size(s, k), e->w[k]);
+        mech_widen(e->rate_scale + k, e->rate[k]);
         const int zero = mech_at_zero(s, k, e->w[k]);
         const int falls = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
         if ((!zero && e->w[k] < 0) || (zero && !(e->fresh[k] > 0) && falls && e->w[k] < 0)) {
@@ -251,7 +245,7 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
             mech_normalise(s->model, y);
         }
         mech_indicate(s, t + places[j] * h, y, e->w + j * n, e->rate + j * n);
-        for (int k = 0; k < n; k++) widen(s, k, e->w[j * n + k]);
+        for (int k = 0; k < n; k++) mech_widen(mech_indicator_size(s, k), e->w[j * n + k]);
     }
     return 1;
 }

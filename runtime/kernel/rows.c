@@ -11,12 +11,12 @@ void mech_read_rows(mech_solver *s)
     if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
     m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
-        e->speed[i] = mech_max(e->speed[i], mech_abs(*mech_rate(s, i)));
+        mech_widen(e->speed + i, *mech_rate(s, i));
         /* what would have to hold where nothing can is no measure */
         mech_real force = mech_abs(mech_value(s, i, MECH_FORCE));
         if (mech_row_of(s, i)->kind == MECH_FRICTION)
             force = mech_min(force, mech_max(0, mech_value(s, i, MECH_LIMIT)));
-        if (mech_row_of(s, i)->kind != MECH_STEP_ROW) e->force[i] = mech_max(e->force[i], force);
+        if (mech_row_of(s, i)->kind != MECH_STEP_ROW) mech_widen(e->force + i, force);
     }
 }
 
@@ -44,7 +44,7 @@ void mech_find_response(mech_solver *s)
         e->z[mech_row_of(s, j)->impulse] = 1;
         m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
         e->z[mech_row_of(s, j)->impulse] = 0;
-        e->mobility[j] = mech_max(e->mobility[j], mech_abs(mech_response(s, j, j)));
+        mech_widen(e->mobility + j, mech_response(s, j, j));
     }
 }
 

@@ -81,7 +81,7 @@ static int furthest(fmu *f)
     if (e->n) mech_indicate(f->s, f->s->run->report.t, f->s->y, e->w, NULL);
     for (int k = 0; k < e->n; k++) {
         mech_real *size = mech_indicator_size(f->s, k);
-        *size = mech_max(*size, mech_abs(e->w[k]));
+        mech_widen(size, e->w[k]);
         if (!(e->w[k] < -margin(f, k) / 2)) continue;
         if (found < 0 || e->w[k] / *size < worst) {
             found = k;
