@@ -28,8 +28,8 @@ SLICE = 100_000
 class Stepper:
     """``step(until)`` goes on to a time; ``sim[name]`` reads a state, output, input or discrete variable, in SI.
 
-    ``sim[name] = value`` sets an input from the present time on; a table that is read up to there ends. ``snapshot``
-    and ``restore`` save and restore everything, bit for bit. Close it, or use it as a context.
+    ``sim[name] = value`` sets an input from the present time on, if its default depends on no time. ``snapshot`` and
+    ``restore`` save and restore everything, bit for bit. Close it, or use it as a context.
     """
 
     def __init__(
