@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from functools import partial
 from typing import TYPE_CHECKING
 
 import click
@@ -64,7 +65,7 @@ def _table(report: Report) -> None:
 @click.option(
     "--kind", type=click.Choice(["me", "cs"]), help="Which kind to run; Co-Simulation where there is one."
 )
-@set_option
+@partial(set_option, bare="is in the unit of the file")
 @click.option("--stop", type=float, metavar="NUMBER", help="End of the run (default: that of the file).")
 @click.option(
     "--every", type=float, metavar="NUMBER", help="Spacing of the output, and the communication step."
@@ -95,10 +96,7 @@ def run(
     plot: str | None,
     display: str,
 ) -> None:
-    """Simulate FILE.fmu through fmpy; print a table of its outputs, draw or write them.
-
-    Values of --set are numbers in the units of the file.
-    """
+    """Simulate FILE.fmu through fmpy; print a table of its outputs, draw or write them."""
     from pathlib import Path
 
     from ..fmu.run import run_fmu

@@ -56,14 +56,15 @@ def model_option(function: F) -> F:
     )(function)
 
 
-def set_option(function: F) -> F:
+def set_option(function: F, *, bare: str = "is SI") -> F:
+    """Add ``--set``; ``bare`` says what a number without unit means."""
     return click.option(
         "--set",
         "settings",
         metavar="NAME=VALUE",
         multiple=True,
         callback=_assignments,
-        help='Change a parameter or an initial value: --set l="80 cm". A bare number is SI. May be repeated.',
+        help=f'Change a parameter or an initial value: --set l="80 cm". A bare number {bare}. May be repeated.',
     )(function)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -150,7 +151,7 @@ def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) ->
     rows = [f"<h2>{title}</h2>", f"<table><tr><th>name</th>{value}<th>unit</th><th></th></tr>"]
     for e in entries:
         cell = f"<td>{values[e.name]:.10g}</td>" if e.name in values else "<td></td>" if values else ""
-        doc = escape(" ".join(e.doc.split()))
+        doc = re.sub(r"`(.+?)`", r"<code>\1</code>", escape(" ".join(e.doc.split())))
         rows.append(f"<tr><td>{escape(e.name)}</td>{cell}<td>{escape(e.unit or '1')}</td><td>{doc}</td></tr>")
     return [*rows, "</table>"]
 

@@ -20,7 +20,7 @@ from ..runtime.outcome import Outcome
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.solution import Solution as Run
 from ..runtime.trajectory import Statistics
-from ..settings import UsageMistake, unknown_name
+from ..settings import UsageMistake, read_value_of, unknown_name
 from ..solution import Solution
 
 
@@ -48,10 +48,14 @@ def run_fmu(
             f"{path} has no {KINDS.get(chosen, 'kind that can be run')}",
             f"it has {' and '.join(KINDS[k] for k in kinds)}" if kinds else "",
         )
-    known = [v.name for v in description.modelVariables if v.causality in ("parameter", "input") or v.start]
-    for name in values or {}:
+    known = {
+        v.name: v for v in description.modelVariables if v.causality in ("parameter", "input") or v.start
+    }
+    starts: dict[str, str | float] = {}
+    for name, text in (values or {}).items():
         if name not in known:
             raise unknown_name("variable that can be set", name, known)
+        starts[name] = _start(known[name], text)
     problem = _problem(description)
     columns = {v.name for v in _shown(description)}
     begun = time.perf_counter()
@@ -61,13 +65,28 @@ def run_fmu(
             fmi_type=KINDS[chosen],
             stop_time=stop,
             output_interval=every,
-            start_values=dict(values or {}),
+            start_values=starts,
             output=sorted(columns),
             validate=False,
         )
     except Exception as error:  # the same, for a binary that refuses
         raise UsageMistake(f"{path} cannot be run: {error}", "'mechc fmu check' says more") from error
     return _solution(problem, result, chosen, time.perf_counter() - begun)
+
+
+def _start(variable: Any, text: str) -> str | float:
+    """Return a value as fmpy takes it: a number in the unit of the file. Raises UsageMistake."""
+    if variable.type not in ("Real", "Float32", "Float64") or variable.dimensions:
+        return text
+    value = read_value_of(variable.name, text)
+    try:
+        unit = parse_unit(variable.unit or "1")
+    except UnitError:
+        unit = None
+    if not value.single or (value.unit and (unit is None or unit.dimension != value.unit.dimension)):
+        raise UsageMistake(f"'{variable.name}' takes one number in {variable.unit or '1'}, not '{text}'")
+    factor = float(value.unit.factor / unit.factor) if value.unit and unit else 1.0
+    return value.numbers[0] * factor
 
 
 def _problem(description: Any) -> Problem:

@@ -483,6 +483,16 @@ def test_an_unknown_name_in_a_run(arm: tuple[Path, int], capsys: pytest.CaptureF
     assert "no variable that can be set 'kk'; it has" in capsys.readouterr().err
 
 
+def test_values_of_a_run_have_units(arm: tuple[Path, int], capsys: pytest.CaptureFixture[str]) -> None:
+    printed = []
+    for value in ("k=3200", "k=3.2 kN/m"):
+        assert main(["fmu", "run", str(arm[0]), "--stop", "0.1", "--set", value]) == 0
+        printed.append(capsys.readouterr().out)
+    assert printed[0] == printed[1]
+    assert main(["fmu", "run", str(arm[0]), "--set", "k=2 kg"]) == 2
+    assert "'k' takes one number in N/m, not '2 kg'" in capsys.readouterr().err
+
+
 def test_a_file_that_is_no_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "m.fmu"
     path.write_text("nothing", encoding="utf-8")
