@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
+from typing import Unpack
 
-from mechc.lang.diagnostics import Reporter
+from mechc.lang.diagnostics import Details, Reporter
 
-from ..flat.model import Expression, FlatModel, Joint, Name
+from ..flat.model import Constraint, Expression, FlatModel, Joint, Name
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp
 from .frames import Frame
@@ -83,69 +84,53 @@ def constraint_rows(
     lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
 ) -> tuple[ConstraintRows, ...]:
     """Return the user's constraints with the level that their residuals have."""
-    graph = lowering.graph
     rows = []
     for constraint in model.constraints:
         residuals = _differences(lowering, constraint.left, constraint.right)
-        span = constraint.origin.shown
-        support = set(graph.support(*residuals))
-        velocities = symbols.velocities & support
-        if symbols.accelerations & support:
-            reporter.error(
-                "E0501",
-                f"constraint '{constraint.name}' contains accelerations",
-                span,
-                caption="a constraint is a relation between coordinates or velocities",
-                help="integrate it once, or write it as a force",
-            )
-            continue
-        if not velocities and not symbols.positions & support:
-            reporter.error(
-                "E0503",
-                f"constraint '{constraint.name}' contains no coordinate",
-                span,
-                caption="nothing here can move",
-            )
-            continue
-        level = "velocity" if velocities else "position"
-        if level == "velocity" and not _affine(graph, residuals, velocities):
-            reporter.error(
-                "E0501",
-                f"constraint '{constraint.name}' is not affine in the velocities",
-                span,
-                caption="velocities may only enter as factors of the first power",
-                help="write it with coordinates alone, or as A(q)*der(q) + b(q) = 0",
-            )
-            continue
-        if level == "velocity" and constraint.asserted == "holonomic":
-            reporter.error(
-                "E0502",
-                f"constraint '{constraint.name}' is asserted holonomic but contains velocities",
-                span,
-                help="write it on position level, or drop the word 'holonomic'",
-            )
-            continue
-        if level == "position" and constraint.asserted == "nonholonomic":
-            reporter.error(
-                "E0502",
-                f"constraint '{constraint.name}' is asserted nonholonomic but contains no velocity",
-                span,
-                help="drop the word 'nonholonomic'",
-            )
-            continue
-        unit = _unit(constraint.left, constraint.right)
-        rows.append(
-            ConstraintRows(
-                constraint.name,
-                level,
-                residuals,
-                (unit,) * len(residuals),
-                constraint.asserted,
-                "",
-                constraint.origin,
-            )
-        )
+        level = _level(lowering.graph, constraint, residuals, symbols, reporter)
+        if level:
+            units = (_unit(constraint.left, constraint.right),) * len(residuals)
+            name, asserted = constraint.name, constraint.asserted
+            rows.append(ConstraintRows(name, level, residuals, units, asserted, "", constraint.origin))
     return tuple(rows)
+
+
+def _level(
+    graph: Graph, constraint: Constraint, residuals: Sequence[Node], symbols: Symbols, reporter: Reporter
+) -> str:
+    """Return the level of a constraint, position or velocity; empty where it is none, which is reported."""
+
+    def refused(code: str, why: str, **details: Unpack[Details]) -> str:
+        reporter.error(code, f"constraint '{constraint.name}' {why}", constraint.origin.shown, **details)
+        return ""
+
+    support = set(graph.support(*residuals))
+    velocities = symbols.velocities & support
+    if symbols.accelerations & support:
+        return refused(
+            "E0501",
+            "contains accelerations",
+            caption="a constraint is a relation between coordinates or velocities",
+            help="integrate it once, or write it as a force",
+        )
+    if not velocities and not symbols.positions & support:
+        return refused("E0503", "contains no coordinate", caption="nothing here can move")
+    if not velocities:
+        if constraint.asserted == "nonholonomic":
+            why = "is asserted nonholonomic but contains no velocity"
+            return refused("E0502", why, help="drop the word 'nonholonomic'")
+        return "position"
+    if not _affine(graph, residuals, velocities):
+        return refused(
+            "E0501",
+            "is not affine in the velocities",
+            caption="velocities may only enter as factors of the first power",
+            help="write it with coordinates alone, or as A(q)*der(q) + b(q) = 0",
+        )
+    if constraint.asserted == "holonomic":
+        why = "is asserted holonomic but contains velocities"
+        return refused("E0502", why, help="write it on position level, or drop the word 'holonomic'")
+    return "velocity"
 
 
 def _affine(graph: Graph, residuals: Sequence[Node], velocities: Set[Node]) -> bool:
