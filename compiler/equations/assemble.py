@@ -11,7 +11,7 @@ from ..graph.differentiate import jacobian
 from ..graph.path import ZeroPivot
 from ..graph.rewrite import substitute
 from ..mechanics.symbols import Scalar
-from ..mechanics.system import Beginning, MechanicalSystem
+from ..mechanics.system import InitialValue, MechanicalSystem
 from .accelerations import massless
 from .assembly import assembly
 from .constraints import Projection
@@ -112,7 +112,7 @@ def _functions(
     solved: Solved,
     layout: Layout,
     listed: OutputList,
-    starts: Sequence[Beginning],
+    starts: Sequence[InitialValue],
     parts: frozenset[str],
 ) -> tuple[Function, ...]:
     resolve = solved.resolve
@@ -263,7 +263,7 @@ def _dense(system: MechanicalSystem, rows: Sequence[Node], wrt: Sequence[Node]) 
     return [row.get(j, zero) for row in jacobian(system.graph, rows, wrt) for j in range(len(wrt))]
 
 
-def _initial_of_others(solved: Solved, starts: Sequence[Beginning]) -> list[Function]:
+def _initial_of_others(solved: Solved, starts: Sequence[InitialValue]) -> list[Function]:
     """Return the function of the initial values that are stated with those of others, if there are any."""
     nodes = [b.by_others for b in starts if b.by_others is not None]
     if not nodes:
@@ -275,9 +275,9 @@ def _initial_of_others(solved: Solved, starts: Sequence[Beginning]) -> list[Func
     ]
 
 
-def _starts(system: MechanicalSystem, layout: Layout) -> list[Beginning]:
+def _starts(system: MechanicalSystem, layout: Layout) -> list[InitialValue]:
     """Return the initial value of each number of the state."""
-    zero = Beginning(system.graph.zero, True, None)
+    zero = InitialValue(system.graph.zero, True, None)
     return [
         *(system.start_q[k] for k in layout.q_indices),
         *(system.start_v[i] for i in layout.v_indices),

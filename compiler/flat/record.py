@@ -10,8 +10,8 @@ from . import model
 from .instance import Index, Instance, VariableMember
 
 
-class Beginning(Struct, frozen=True):
-    """An ``initial`` statement about one variable, or about one element or the rate of it.
+class StatedStart(Struct, frozen=True):
+    """An initial value of one variable, or of one element or the rate of it, wherever it is stated.
 
     ``rank`` as in ``Modifier``.
     """
@@ -44,7 +44,7 @@ class Record(Struct):
     events: list[model.Event] = field(default_factory=list)
     assertions: list[model.Assertion] = field(default_factory=list)
     exacts: list[model.ExactSolution] = field(default_factory=list)
-    beginnings: dict[str, list[Beginning]] = field(default_factory=dict)
+    starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)
     reached: set[int] = field(default_factory=set)
     placed: dict[str, Span] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from .instantiate import indices
 from .members import elementwise, type_of
 from .model import Array, Expression, Kind, Role, StartValue, Type
 from .modifications import cannot_modify
-from .record import Beginning, Record
+from .record import Record, StatedStart
 from .scope import Flattening, Poisoned, Scope
 from .values import distributed, fit
 
@@ -55,8 +55,8 @@ def _initial(
         record.initials.append(model.InitialCondition(left, start, scope.origin(statement.span)))
         return
     rank = _rank(scope, target.member)
-    beginning = Beginning(target.member, target.indices, target.rate == 1, start, rank, statement.span)
-    record.beginnings.setdefault(target.name, []).append(beginning)
+    stated = StatedStart(target.member, target.indices, target.rate == 1, start, rank, statement.span)
+    record.starts.setdefault(target.name, []).append(stated)
 
 
 def _rank(scope: Scope, member: VariableMember) -> tuple[int, int, int]:
@@ -95,7 +95,7 @@ def rate_type(flattening: Flattening, type: Type) -> Type:
     return types.real(type.dimension / time, type.shape, type.angle)
 
 
-def beginnings(member: VariableMember, record: Record) -> list[Beginning]:
+def stated_starts(member: VariableMember, record: Record) -> list[StatedStart]:
     """Return every initial value stated for a coordinate or state: declaration, modifications, ``initial``."""
     type = type_of(member)
     found = []
@@ -108,16 +108,16 @@ def beginnings(member: VariableMember, record: Record) -> list[Beginning]:
         )
         origin = member.scope.origin(member.declaration.span)
         rank = (DECLARED, 0, 0)
-        found.append(Beginning(member, (), False, StartValue(value, start.guess, origin), rank, start.span))
+        found.append(StatedStart(member, (), False, StartValue(value, start.guess, origin), rank, start.span))
     for modifier in member.modifiers:
         try:
             found.append(_modification(member, modifier, type))
         except Poisoned:
             continue
-    return found + record.beginnings.get(member.name, [])
+    return found + record.starts.get(member.name, [])
 
 
-def _modification(member: VariableMember, modifier: Modifier, type: Type) -> Beginning:
+def _modification(member: VariableMember, modifier: Modifier, type: Type) -> StatedStart:
     source, name = modifier.source, member.declaration.name
     scope = source.scope
     if len(modifier.path) > 1:
@@ -138,21 +138,21 @@ def _modification(member: VariableMember, modifier: Modifier, type: Type) -> Beg
     label = f"der({name})" if modifier.rate else name
     value = fit(scope, value, wanted, source.node.span, name=label, declared=declared)
     start = StartValue(value, modifier.kind == "~", scope.origin(source.node.span))
-    return Beginning(member, position, modifier.rate, start, modifier.rank, modifier.span)
+    return StatedStart(member, position, modifier.rate, start, modifier.rank, modifier.span)
 
 
 Elements = dict[Index, StartValue]
 
 
 def winner(
-    candidates: list[Beginning], *, rate: bool, shape: tuple[int, ...]
+    candidates: list[StatedStart], *, rate: bool, shape: tuple[int, ...]
 ) -> tuple[StartValue | None, Elements]:
     """Return the start value of the whole and those of single elements that win over it."""
-    whole: Beginning | None = None
+    whole: StatedStart | None = None
     for candidate in candidates:
         if candidate.rate is rate and not candidate.indices:
             whole = _stronger(whole, candidate)
-    single: dict[Index, Beginning] = {}
+    single: dict[Index, StatedStart] = {}
     for candidate in candidates:
         if candidate.rate is not rate or not candidate.indices:
             continue
@@ -163,12 +163,12 @@ def winner(
             value = StartValue(
                 pick(candidate.start.value, rest), candidate.start.guess, candidate.start.origin
             )
-            part = Beginning(candidate.member, index, rate, value, candidate.rank, candidate.span)
+            part = StatedStart(candidate.member, index, rate, value, candidate.rank, candidate.span)
             single[index] = _stronger(single.get(index), part)
     return (whole.start if whole else None), {i: b.start for i, b in single.items()}
 
 
-def _stronger(first: Beginning | None, second: Beginning) -> Beginning:
+def _stronger(first: StatedStart | None, second: StatedStart) -> StatedStart:
     if first is None or second.rank > first.rank:
         return second
     if second.rank == first.rank:

@@ -17,7 +17,7 @@ from .model import Attributes, Expression, Kind, Role, StartValue, Type, Variabl
 from .operands import free_names
 from .record import Record
 from .scope import Flattening, Poisoned, Scope
-from .starts import beginnings, rate_type, winner
+from .starts import rate_type, stated_starts, winner
 from .values import fits
 
 _NUMERIC_ATTRIBUTES = ("nominal", "min", "max")
@@ -35,9 +35,9 @@ def variable(member: VariableMember, value: Expression | None, record: Record) -
     rates: dict[tuple[int, ...], StartValue] = {}
     if member.role in (Role.COORDINATE, Role.STATE, Role.DISCRETE):
         stated = (
-            record.beginnings.get(member.name, [])
+            record.starts.get(member.name, [])
             if member.role is Role.DISCRETE
-            else beginnings(member, record)
+            else stated_starts(member, record)
         )
         start, starts = winner(stated, rate=False, shape=type.shape)
         if member.role is Role.COORDINATE:

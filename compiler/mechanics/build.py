@@ -24,7 +24,7 @@ from .events import branch_rows
 from .forces import damping, efforts
 from .frames import Frame, displaced, pose_between
 from .idle import warn_of_idle
-from .initial import beginnings
+from .initial import initial_values
 from .lower import Lowering
 from .planar import Planar
 from .pose import Pose, inverse
@@ -103,7 +103,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         drives=drives,
         xdot=xdot,
         unknown_rates=unknown_rates,
-        **beginnings(lowering, model, symbols, reporter),
+        **initial_values(lowering, model, symbols, reporter),
         outputs=_outputs(lowering, model),
         exacts=_exacts(lowering, model),
         assertions=tuple(

@@ -16,24 +16,26 @@ from ..graph.rewrite import substitute
 from .lower import Lowering
 from .quaternions import rotation_quaternion
 from .symbols import Symbols, base_unit, element_name, rate_name, subscripts, unit_text
-from .system import Beginning, InitialRow
+from .system import InitialRow, InitialValue
 from .values import elements
 
 
-class Beginnings(TypedDict):
-    start_q: tuple[Beginning, ...]
-    start_v: tuple[Beginning, ...]
-    start_x: tuple[Beginning, ...]
+class InitialValues(TypedDict):
+    start_q: tuple[InitialValue, ...]
+    start_v: tuple[InitialValue, ...]
+    start_x: tuple[InitialValue, ...]
     initials: tuple[InitialRow, ...]
 
 
-def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> Beginnings:
+def initial_values(
+    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
+) -> InitialValues:
     """Return the initial value of each coordinate, velocity and state; unspecified ones are guessed zero.
 
     Initial values may be given by those of others; a circle of such values is reported.
     """
-    q: list[Beginning] = []
-    v: list[Beginning] = []
+    q: list[InitialValue] = []
+    v: list[InitialValue] = []
     for coordinate in symbols.coordinates:
         variable = coordinate.variable
         if coordinate.is_rotation:
@@ -44,14 +46,14 @@ def beginnings(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter:
             q += _starts(lowering, variable.start, places, variable.starts)
             v += _starts(lowering, variable.rate, places, variable.rates)
     states: dict[str, Variable] = {s.variable.name: s.variable for s in symbols.states}
-    x: list[Beginning] = []
+    x: list[InitialValue] = []
     for variable in states.values():
         x += _starts(lowering, variable.start, subscripts(variable.type.shape), variable.starts)
     nodes = [s.node for c in symbols.coordinates for s in c.q]
     nodes += [s.node for c in symbols.coordinates for s in c.v]
     nodes += [s.node for s in symbols.states]
     settled = _settled(lowering.graph, dict(zip(nodes, [*q, *v, *x], strict=True)), reporter)
-    return Beginnings(
+    return InitialValues(
         start_q=settled[: len(q)],
         start_v=settled[len(q) : len(q) + len(v)],
         start_x=settled[len(q) + len(v) :],
@@ -116,7 +118,7 @@ def _of_closures(
     return tuple(rows)
 
 
-def _settled(graph: Graph, starts: dict[Node, Beginning], reporter: Reporter) -> tuple[Beginning, ...]:
+def _settled(graph: Graph, starts: dict[Node, InitialValue], reporter: Reporter) -> tuple[InitialValue, ...]:
     """Replace initial values of others in initial values, until none is left."""
     for s, b in starts.items():
         if starts.keys() & set(graph.support(b.value)):
@@ -154,26 +156,26 @@ def _starts(
     start: StartValue | None,
     places: list[tuple[int, ...]],
     single: Mapping[tuple[int, ...], StartValue],
-) -> list[Beginning]:
+) -> list[InitialValue]:
     """Return the initial value of each place: of the whole, or its own among those of ``single`` elements."""
     zero = lowering.graph.constant(0)
-    result = [Beginning(zero, False, None)] * len(places)
+    result = [InitialValue(zero, False, None)] * len(places)
     if start is not None:
         values = lowering.numbers(start.value)
         values = values * len(places) if len(values) == 1 else values
-        result = [Beginning(n, not start.guess, start) for n in values]
+        result = [InitialValue(n, not start.guess, start) for n in values]
     for indices, one in single.items():
         values = lowering.numbers(one.value)
         covered = [k for k, place in enumerate(places) if place[: len(indices)] == indices]
         values = values * len(covered) if len(values) == 1 else values
         for k, n in zip(covered, values, strict=True):
-            result[k] = Beginning(n, not one.guess, one)
+            result[k] = InitialValue(n, not one.guess, one)
     return result
 
 
-def _rotation(lowering: Lowering, variable: Variable) -> list[Beginning]:
+def _rotation(lowering: Lowering, variable: Variable) -> list[InitialValue]:
     graph = lowering.graph
     start = variable.start
     if start is None:
-        return [Beginning(graph.constant(x), False, None) for x in (1, 0, 0, 0)]
-    return [Beginning(n, not start.guess, start) for n in rotation_quaternion(graph, lowering, start)]
+        return [InitialValue(graph.constant(x), False, None) for x in (1, 0, 0, 0)]
+    return [InitialValue(n, not start.guess, start) for n in rotation_quaternion(graph, lowering, start)]

@@ -81,7 +81,7 @@ class DriveRow(Struct, frozen=True):
     origin: Origin
 
 
-class Beginning(Struct, frozen=True):
+class InitialValue(Struct, frozen=True):
     """Initial value of one number: ``value`` of parameters; ``known`` for ``=``; ``start`` says where it is written.
 
     ``by_others``: the same in terms of the coordinates, velocities and states that it is stated with; None if none.
@@ -158,9 +158,9 @@ class MechanicalSystem(Struct, frozen=True):
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
     unknown_rates: Mapping[Node, Scalar]
-    start_q: tuple[Beginning, ...]
-    start_v: tuple[Beginning, ...]
-    start_x: tuple[Beginning, ...]
+    start_q: tuple[InitialValue, ...]
+    start_v: tuple[InitialValue, ...]
+    start_x: tuple[InitialValue, ...]
     initials: tuple[InitialRow, ...]
     outputs: tuple[OutputRow, ...]
     exacts: tuple[ExactRow, ...]
