@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -15,8 +15,9 @@ from ..mechanics.system import MechanicalSystem
 from .actions import branch_results, check_positions, velocity_jumps
 from .constraints import Row
 from .entries import Layout, booked_by_events
+from .indicators import RowValues, indicator, row_values
 from .model import Entry, Function, HybridPlan, Slot, SwitchText
-from .modes import frictions, limits
+from .modes import frictions
 from .needs import NEVER
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
 from .solve import Solved
@@ -26,14 +27,6 @@ from .switches import Switch, Switches, find_switches
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
 """Functions in which relations are evaluated as they stand."""
-
-
-TURN = 0.5
-"""A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
-
-
-RowValues = Mapping[Node, tuple[Node, ...]]
-"""The eight values of each row, by its multiplier."""
 
 
 class Hybrid(Struct, frozen=True):
@@ -62,7 +55,7 @@ def add_events(
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])
     normals = {row.constraint.name: row.multiplier for row in solved.switched}
-    values = {row.multiplier: _row_values(system, solved, row, normals) for row in rows}
+    values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = _mode_symbols(system)
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
@@ -86,7 +79,10 @@ def add_events(
     changed.append(
         Function("discretes", "initial discrete variables", (*start, *_starts(system, z, len(start))))
     )
-    made = _functions(system, solved, layout, switches, rows, steps, values, conditions, z)
+    made = [
+        *_functions(system, solved, _Switching(switches, rows, values, steps, conditions)),
+        *_branch_functions(system, solved, layout, z),
+    ]
     names = [entry.name for entry in layout.states]
     plan = HybridPlan(
         switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
@@ -159,41 +155,19 @@ def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Nod
 # ---------------------------------------------------------------- functions
 
 
-def _row_values(
-    system: MechanicalSystem, solved: Solved, row: Row, normals: Mapping[str, Node]
-) -> tuple[Node, ...]:
-    """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
-    graph, mode = system.graph, row.constraint.mode
-    assert mode is not None
-    zero = graph.zero
-    velocities = {system.v[i].node: system.v[i].node for i in solved.free}
-    (along,) = jvp(graph, [row.rate], velocities)
-    drift = graph.sub(row.rate, along)
-    gap = row.position if row.position is not None else zero
-    limit = coefficient = extra = zero
-    if mode.kind == "friction":
-        _, limit = limits(system, mode, normals, {})
-        if mode.contact:
-            assert mode.kinetic is not None and mode.static is not None
-            coefficient, extra = mode.static, mode.kinetic
-    elif mode.kind == "contact":
-        assert mode.restitution is not None and mode.rest is not None
-        coefficient, extra = mode.restitution, mode.rest
-    return solved.resolve([gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra])
+class _Switching(Struct, frozen=True):
+    """What switches: relations, rows with their ``values``, steps of the potential, ``conditions`` of branches."""
+
+    switches: Switches
+    rows: Sequence[Row]
+    values: RowValues
+    steps: Sequence[Step]
+    conditions: Sequence[Node]
 
 
-def _functions(
-    system: MechanicalSystem,
-    solved: Solved,
-    layout: Layout,
-    switches: Switches,
-    rows: Sequence[Row],
-    steps: Sequence[Step],
-    values: RowValues,
-    conditions: Sequence[Node],
-    z: Sequence[Node],
-) -> list[Function]:
-    graph = system.graph
+def _functions(system: MechanicalSystem, solved: Solved, switching: _Switching) -> list[Function]:
+    """Return the functions that the search for events calls; those without results are left out."""
+    graph, switches, rows, steps = system.graph, switching.switches, switching.rows, switching.steps
     functions: list[Function] = []
 
     def add(name: str, doc: str, nodes: Sequence[Node]) -> None:
@@ -201,7 +175,7 @@ def _functions(
             functions.append(Function(name, doc, switches.apply(system, nodes)))
 
     surfaces = frictions(rows)
-    tests = [_indicator(system, row, surfaces[row.multiplier], values) for row in rows]
+    tests = [indicator(system, row, surfaces[row.multiplier], switching.values) for row in rows]
     idle = [graph.one] * len(steps)
     add(
         "indicators",
@@ -222,12 +196,12 @@ def _functions(
         "times of events that are known before",
         [*(s.crossing for s in switches.timed), *solved.resolve(ticks)],
     )
-    add("conditions", "1 where the condition of a branch holds", conditions)
+    add("conditions", "1 where the condition of a branch holds", switching.conditions)
     jumps = step_values(system, solved, steps)
     add(
         "row_values",
         "gap, rate, drift, second derivative, force, limit, coefficients of each row",
-        [*(n for eight in values.values() for n in eight), *jumps],
+        [*(n for eight in switching.values.values() for n in eight), *jumps],
     )
     if rows or steps:
         add(
@@ -235,76 +209,22 @@ def _functions(
             "jumps of the velocities and of the rates of rows by unit impulses",
             _respond(system, solved, rows, steps),
         )
-    y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
-    for number, branch in enumerate(system.branches):
-        results = branch_results(system, solved, branch, y, z)
-        functions.append(Function(f"act_{number + 1}", f"when {one_line(branch.text)}", results))
     return functions
 
 
-def _indicator(
-    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
-) -> tuple[Node, Node]:
-    """Return what stays positive in the present mode of a row, and its rate where it is known.
-
-    ``surface``: the rows of the friction that the row belongs to; ``values`` by the multiplier of each row.
-    """
-    graph, mode = system.graph, row.constraint.mode
-    assert mode is not None
-    gap, rate, _, second, force, limit, _, _ = values[row.multiplier]
-    zero = graph.zero
-    match mode.kind:
-        case "contact":
-            found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
-        case "friction" if len(surface) == 2:
-            return _on_surface(system, row, surface, values)
-        case "friction":
-            assert mode.sign is not None
-            margin = graph.sub(limit, graph.abs(force))
-            found = (
-                graph.select(mode.flag, margin, graph.mul(mode.sign, rate)),
-                graph.select(mode.flag, zero, graph.mul(mode.sign, second)),
-            )
-        case _:
-            return graph.one, zero
-    if mode.enabled is not None:
-        return graph.select(mode.enabled, found[0], graph.one), graph.select(mode.enabled, found[1], zero)
-    return found
-
-
-def _on_surface(
-    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
-) -> tuple[Node, Node]:
-    """Return the indicator of friction on a surface with its first row.
-
-    It is about s.z/|z| - |s|/2, which falls below zero where the slip s has turned away from z, and s.z/|z| where s
-    is less than z, so that a slip that keeps its direction ends at s = 0.
-    """
-    graph, zero = system.graph, system.graph.zero
-    if row is not surface[0]:
-        return graph.one, zero
-    begun = along = change = force = square = growth = sticks = limit = zero
-    for r in surface:
-        mode = r.constraint.mode
-        assert mode is not None and mode.sign is not None
-        _, rate, _, second, part, limit, _, _ = values[r.multiplier]
-        begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
-        along = graph.add(along, graph.mul(mode.sign, rate))
-        change = graph.add(change, graph.mul(mode.sign, second))
-        square = graph.add(square, graph.mul(rate, rate))
-        growth = graph.add(growth, graph.mul(rate, second))
-        force = graph.add(force, graph.mul(part, part))
-        sticks = graph.add(sticks, mode.flag)
-    slides, stuck = graph.less(zero, begun), graph.less(zero, sticks)
-    size, speed = graph.sqrt(begun), graph.sqrt(graph.add(square, begun))
-    turn = graph.constant(TURN)
-    left = graph.sub(graph.div(along, size), graph.mul(turn, graph.sub(speed, size)))
-    rate = graph.sub(graph.div(change, size), graph.mul(turn, graph.div(growth, speed)))
-    margin = graph.sub(limit, graph.sqrt(force))
-    return (
-        graph.select(stuck, margin, graph.select(slides, left, zero)),
-        graph.select(stuck, zero, graph.select(slides, rate, zero)),
-    )
+def _branch_functions(
+    system: MechanicalSystem, solved: Solved, layout: Layout, z: Sequence[Node]
+) -> list[Function]:
+    """Return what each branch does."""
+    y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
+    return [
+        Function(
+            f"act_{number + 1}",
+            f"when {one_line(branch.text)}",
+            branch_results(system, solved, branch, y, z),
+        )
+        for number, branch in enumerate(system.branches)
+    ]
 
 
 def _respond(
