@@ -46,7 +46,9 @@ def choose(text: str) -> Display:
             raise UsageMistake(
                 str(error), f"did you mean '{error.suggestion}'?" if error.suggestion else ""
             ) from None
-        chosen[_key(unit)] = name
+        other = chosen.setdefault(_key(unit), name)
+        if other != name:
+            raise UsageMistake(f"'{other}' and '{name}' are units of one kind", "choose one of them")
     return Display(chosen)
 
 

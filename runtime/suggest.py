@@ -8,5 +8,6 @@ from collections.abc import Iterable
 
 def suggest(name: str, known: Iterable[str]) -> str:
     """Return ``; did you mean '...'?``, or nothing where no name is near."""
-    close = difflib.get_close_matches(name, list(known), n=1)
-    return f"; did you mean '{close[0]}'?" if close else ""
+    spelt = {word.casefold(): word for word in known}
+    close = difflib.get_close_matches(name.casefold(), list(spelt), n=1)
+    return f"; did you mean '{spelt[close[0]]}'?" if close else ""

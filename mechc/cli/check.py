@@ -47,6 +47,8 @@ def command(
     from ..starts import impossible_starts
     from .failures import COMPLETED, FAILED, show_compile_error
 
+    if as_json and with_structure:
+        raise click.UsageError("--json holds the diagnostics and no structure: leave out one of them")
     found: list[Diagnostic] = []
     starts: list[SimulationError] = []
     wrong = 0

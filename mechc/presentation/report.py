@@ -76,7 +76,8 @@ def _headline(solution: Solution, style: Style) -> str:
     )
     end = f" at {problem.time.name or 't'} = {number(float(solution.time[-1]))}{with_unit(problem.time.unit)}"
     text = f"{style.bold(_title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
-    return f"{text}: {solution.message}" if word == "terminated" and solution.message else text
+    reason = solution.message.rpartition(" at ")[0]  # the time is there already
+    return f"{text}: {reason}" if word == "terminated" and reason else text
 
 
 def _title(solution: Solution) -> str:

@@ -62,6 +62,12 @@ def test_help_imports_nothing_heavy() -> None:
         (["run"], "Missing argument 'MODEL.mech'"),
         (["run", "x.mech", "--set", "l"], "'l' is not of the form name=value"),
         (["run", "x.mech", "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
+        (["check", "x.mech", "--json", "--structure"], "--json holds the diagnostics and no structure"),
+        (["run", "x.mech", "--display", "cm,mm"], "'cm' and 'mm' are units of one kind; choose one of them"),
+        (
+            ["run", "x.mech", "--input", "u.csv"],
+            "'u.csv' is not of the form name=value; as in --input push=push.csv",
+        ),
         (["fmu", "run", __file__, "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
         (["bench", "x.mech", "--plot", "x.doc"], "pictures go to a file that ends in .png, .pdf, .svg"),
         (["run", "--plot", "x.mech"], "x.mech is a model: write it before --plot"),

@@ -189,6 +189,7 @@ def test_interruption_during_the_error_estimate_keeps_the_run() -> None:
         (SimulationOptions(stop=1, method="scipy:RK45"), "there is no method 'scipy:RK45'"),
         (SimulationOptions(stop=1, method="rk4"), "'rk4' takes steps of one size; give a step: step = 1 ms"),
         (SimulationOptions(stop=1, method="rk4", step=-1.0), "the step is positive"),
+        (SimulationOptions(stop=1, method="RK4"), "did you mean 'rk4'"),
         (SimulationOptions(stop=1, method="rk5"), "there is no method 'rk5' .*did you mean 'rk4'"),
         (SimulationOptions(stop=1, experiment="fast"), "'Pendulum' has no experiment 'fast'"),
         (SimulationOptions(stop=1, values={"thet": 1.0}), "state or input 'thet'; did you mean 'theta'?"),
