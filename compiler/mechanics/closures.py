@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence, Set
-from typing import Unpack
+from typing import Literal, Unpack
 
 from mechc.lang.diagnostics import Details, Reporter
 
@@ -88,7 +88,7 @@ def constraint_rows(
     for constraint in model.constraints:
         residuals = _differences(lowering, constraint.left, constraint.right)
         level = _level(lowering.graph, constraint, residuals, symbols, reporter)
-        if level:
+        if level is not None:
             units = (_unit(constraint.left, constraint.right),) * len(residuals)
             name, asserted = constraint.name, constraint.asserted
             rows.append(ConstraintRows(name, level, residuals, units, asserted, "", constraint.origin))
@@ -97,40 +97,39 @@ def constraint_rows(
 
 def _level(
     graph: Graph, constraint: Constraint, residuals: Sequence[Node], symbols: Symbols, reporter: Reporter
-) -> str:
-    """Return the level of a constraint, position or velocity; empty where it is none, which is reported."""
+) -> Literal["position", "velocity"] | None:
+    """Return the level of a constraint; None where it is no constraint, which is reported."""
 
-    def refused(code: str, why: str, **details: Unpack[Details]) -> str:
+    def refuse(code: str, why: str, **details: Unpack[Details]) -> None:
         reporter.error(code, f"constraint '{constraint.name}' {why}", constraint.origin.shown, **details)
-        return ""
 
     support = set(graph.support(*residuals))
     velocities = symbols.velocities & support
     if symbols.accelerations & support:
-        return refused(
+        refuse(
             "E0501",
             "contains accelerations",
             caption="a constraint is a relation between coordinates or velocities",
             help="integrate it once, or write it as a force",
         )
-    if not velocities and not symbols.positions & support:
-        return refused("E0503", "contains no coordinate", caption="nothing here can move")
-    if not velocities:
-        if constraint.asserted == "nonholonomic":
-            why = "is asserted nonholonomic but contains no velocity"
-            return refused("E0502", why, help="drop the word 'nonholonomic'")
-        return "position"
-    if not _affine(graph, residuals, velocities):
-        return refused(
+    elif not velocities and not symbols.positions & support:
+        refuse("E0503", "contains no coordinate", caption="nothing here can move")
+    elif velocities and not _affine(graph, residuals, velocities):
+        refuse(
             "E0501",
             "is not affine in the velocities",
             caption="velocities may only enter as factors of the first power",
             help="write it with coordinates alone, or as A(q)*der(q) + b(q) = 0",
         )
-    if constraint.asserted == "holonomic":
+    elif velocities and constraint.asserted == "holonomic":
         why = "is asserted holonomic but contains velocities"
-        return refused("E0502", why, help="write it on position level, or drop the word 'holonomic'")
-    return "velocity"
+        refuse("E0502", why, help="write it on position level, or drop the word 'holonomic'")
+    elif not velocities and constraint.asserted == "nonholonomic":
+        why = "is asserted nonholonomic but contains no velocity"
+        refuse("E0502", why, help="drop the word 'nonholonomic'")
+    else:
+        return "velocity" if velocities else "position"
+    return None
 
 
 def _affine(graph: Graph, residuals: Sequence[Node], velocities: Set[Node]) -> bool:

@@ -58,7 +58,8 @@ def contact_rows(
 def _contact(
     lowering: Lowering, contact: Contact, symbols: Symbols, switched: bool, reporter: Reporter
 ) -> list[ConstraintRows]:
-    graph, name, span = lowering.graph, contact.name, contact.origin.span
+    """Return the row of the gap, then those of the friction."""
+    graph, name = lowering.graph, contact.name
     gap = lowering.scalar(contact.gap)
     support = set(graph.support(gap))
     if support & symbols.velocities or not support & symbols.positions:
@@ -80,25 +81,32 @@ def _contact(
         restitution=restitution,
         rest=graph.minus_one if rest is None else lowering.scalar(rest),
     )
-    rows = [
-        ConstraintRows(name, "position", (gap,), (base_unit(contact.gap),), "", "", contact.origin, mode),
-    ]
+    unit = base_unit(contact.gap)
+    row = ConstraintRows(name, "position", (gap,), (unit,), "", "", contact.origin, mode)
+    return [row, *_contact_friction(lowering, contact, reporter)]
+
+
+def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) -> list[ConstraintRows]:
+    """Return a row for each component of the slip; none where the contact is smooth."""
+    graph, name = lowering.graph, contact.name
     if contact.friction is None:
-        return rows
+        return []
     if contact.along is None:
         reporter.error(
             "E0703",
             f"contact '{name}' has friction, but does not say along what it slides",
-            span,
+            contact.origin.span,
             help="add 'along s' with the slip velocity s",
         )
-        return rows
+        return []
     slips = lowering.numbers(contact.along)
     kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", reporter)
     static = kinetic
     if contact.static is not None:
         static = _coefficient(lowering, contact.static, "coefficient of friction", reporter)
     smooth = _smooth(lowering, contact.options, slips, name, reporter)
+    unit = base_unit(contact.along)
+    rows = []
     for k, slip in enumerate(slips):
         component = "" if len(slips) == 1 else f"[{k + 1}]"
         own = f"{name}.friction{component}"
@@ -112,11 +120,7 @@ def _contact(
             static=static,
             smooth=smooth[k] if smooth else None,
         )
-        rows.append(
-            ConstraintRows(
-                own, "velocity", (slip,), (base_unit(contact.along),), "", "", contact.origin, friction
-            )
-        )
+        rows.append(ConstraintRows(own, "velocity", (slip,), (unit,), "", "", contact.origin, friction))
     return rows
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from msgspec import Struct
 
 from ..flat.model import Origin
@@ -28,7 +30,7 @@ class Mode(Struct, frozen=True):
     negative for the default.
     """
 
-    kind: str
+    kind: Literal["contact", "friction", "constraint"]
     flag: Node
     impulses: tuple[Node, ...]
     sign: Node | None = None

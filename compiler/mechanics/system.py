@@ -6,6 +6,7 @@ Symbols are those of the field: q, v, a, x, u, p; T, V, R energies; all formulas
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Literal
 
 from msgspec import Struct
 
@@ -58,7 +59,7 @@ class ConstraintRows(Struct, frozen=True):
     """
 
     name: str
-    level: str
+    level: Literal["position", "velocity"]
     residuals: tuple[Node, ...]
     units: tuple[str, ...]
     asserted: str
