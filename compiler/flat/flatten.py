@@ -31,6 +31,7 @@ from .relations import hold_released_drives
 from .scope import Flattening, Poisoned, Scope
 from .space import look_ahead
 from .statements import run
+from .unused import warn_of_unused
 from .values import declared_type
 from .variables import variable
 
@@ -159,6 +160,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     if not reporter.has_errors:
         check_cycles(variables, definitions, reporter)
     reporter.stop_on_errors()
+    warn_of_unused(instance)
     return FlatModel(
         name=cls.model.name,
         doc=cls.model.doc,

