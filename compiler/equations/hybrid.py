@@ -22,7 +22,7 @@ from .needs import NEVER
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
 from .solve import Solved
 from .steps import Step, energy_steps, step_values
-from .switches import Switch, Switches, find_switches
+from .switches import Switch, Switches, find_switches, relations_of_time
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -59,8 +59,13 @@ def add_events(
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = _mode_symbols(system)
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
-    formulas = (*rhs.outputs, *conditions, *(n for eight in values.values() for n in eight), *energies)
-    switches = find_switches(system, solved.replace, formulas, fixed | set(modes), solved.sides)
+    held = solved.resolve([row.rate for row in solved.rows])
+    formulas = (
+        *(*rhs.outputs, *conditions, *energies, *held),
+        *(n for eight in values.values() for n in eight),
+    )
+    bends = relations_of_time(system, held)
+    switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed):
         if "events" not in parts:
             return None

@@ -1,4 +1,4 @@
-"""Whether prescribed motions are smooth enough: positions and rates must not jump.
+"""Whether prescribed motions are smooth enough: positions must not jump, nor the rates of drives.
 
 A drive takes its coordinate out of the equations, so nothing would tell the others of the impulse that a jump of its
 rate is. Where formulas may jump they compare times, or take whole parts of them; each of these is followed through
@@ -8,7 +8,7 @@ time, for the default values of the parameters, and where it changes the formula
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import chain, pairwise
 
 from mechc.lang.diagnostics import Reporter
@@ -18,6 +18,7 @@ from ..graph import operations as ops
 from ..graph.evaluate import Tape
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
+from .constraints import Row
 from .defaults import default_values
 
 JUMPING = frozenset({ops.LESS, ops.LESS_EQUAL, ops.EQUAL, ops.SIGN, ops.FLOOR, ops.MODULO})
@@ -59,6 +60,27 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
                 "there a rate that jumps is an impulse",
             )
             break
+
+
+def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter) -> None:
+    """Report constraints that ask for another position from one instant to the next."""
+    graph, time = system.graph, system.symbols.time
+    told: set[str] = set()
+    for row in rows:
+        if row.position is None or row.constraint.name in told or not _levels(graph, row.position, time):
+            continue
+        at = next(_jumps(system, row.position, default_values(system)), None)
+        if at is None:
+            continue
+        told.add(row.constraint.name)
+        unit = "" if system.model.dimensionless else " s"
+        reporter.error(
+            "E0532",
+            f"the position that '{row.constraint.name}' asks for jumps",
+            row.constraint.origin.span,
+            caption=f"at time = {at:.4g}{unit}",
+            help="let it change within a time",
+        )
 
 
 def _levels(graph: Graph, formula: Node, time: Node) -> list[Node]:

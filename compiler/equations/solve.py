@@ -22,7 +22,7 @@ from .defaults import default_values
 from .energies import Energies, energies
 from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
-from .prescribed import check_prescribed
+from .prescribed import check_held, check_prescribed
 from .residual import residual, seeds_of
 from .rigid import check_rigid_bodies
 from .sides import Side
@@ -79,6 +79,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     every_row = without_empty(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
     )
+    check_held(system, every_row, reporter)
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)

@@ -61,16 +61,17 @@ def find_switches(
     system: MechanicalSystem,
     resolve: Mapping[Node, Node],
     formulas: Iterable[Node],
+    further: Iterable[Node],
     fixed: frozenset[Node],
     sides: Sequence[Side],
 ) -> Switches:
     """Return the switches of all relations that ``formulas`` contain, and of all ``sides`` of forces.
 
-    ``resolve`` turns what the user wrote into formulas of array entries; ``fixed`` are the symbols that change at
-    events only.
+    ``resolve`` turns what the user wrote into formulas of array entries; ``further`` are relations that the user did
+    not write; ``fixed`` are the symbols that change at events only.
     """
     graph = system.graph
-    relations = list(system.lowering.relations)
+    relations = [*system.lowering.relations, *further]
     if not relations and not sides:
         return Switches((), (), {})
     images = substitute(graph, relations, resolve)
@@ -128,6 +129,13 @@ def find_switches(
         text = f"side of force {k + 1}"
         located.append(Switch(side.symbol, difference, graph.zero, side.difference, text))
     return Switches(tuple(located), tuple(timed), replace)
+
+
+def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[Node]:
+    """Return what the rates of constraints ask of time alone, as where max(0, f(time)) bends: they jump there."""
+    graph, known = system.graph, {system.symbols.time, *(s.node for s in system.symbols.parameters)}
+    asked = [n for n in graph.reach(rates) if _compared(system, n) is not None]
+    return [n for n in asked if known.issuperset(graph.support(n))]
 
 
 def _moves(graph: Graph, x: Node, symbols: Collection[Node]) -> bool:

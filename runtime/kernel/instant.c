@@ -55,6 +55,17 @@ static void supply(mech_solver *s, mech_real before)
     if (mech_abs(gain) > MECH_C(1e-12) * (mech_abs(before) + mech_abs(after))) s->y[account] += gain;
 }
 
+/* Lets the state follow a law that has changed: a constraint may hold another rate now. */
+static int follow(mech_solver *s, mech_real before)
+{
+    if (s->project) {
+        const int status = mech_project(s, s->run->report.t, s->y);
+        if (status) return mech_fail(s, status, -1);
+    }
+    supply(s, before);
+    return MECH_RUNNING;
+}
+
 int mech_set_times(mech_solver *s, int ticks)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -108,9 +119,8 @@ static int turn(mech_solver *s, int k)
         mech_real *z = e->z + s->model->hybrid->switches[k];
         *z = *z > MECH_C(0.5) ? 0 : 1;
     }
-    supply(s, before);
     e->fresh[k] = 1;
-    return MECH_RUNNING;
+    return follow(s, before);
 }
 
 /* Turns every switch whose indicator is, or is about to be, on the wrong side. */
@@ -231,8 +241,8 @@ static int rounds(mech_solver *s, int hit, int ticks)
     for (int round = 0;; round++) {
         const mech_real before = h->n_times && h->supplied >= 0 ? total_energy(s) : 0;
         int changed = mech_set_times(s, ticks && round == 0), turned = 0, fired = 0;
-        if (changed && h->n_times) supply(s, before);
-        status = settle(s, row >= 0 ? row : -1, &changed);
+        status = changed && h->n_times ? follow(s, before) : MECH_RUNNING;
+        if (!status) status = settle(s, row >= 0 ? row : -1, &changed);
         row = -1;
         if (!status) status = turn_switches(s, &turned);
         if (!status) status = fire(s, &fired);
