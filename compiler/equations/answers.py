@@ -9,10 +9,10 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Query
+from ..flat.subscripts import element_name, subscripts
 from ..graph import Node
 from ..mechanics.bodies import inertia_tensor, mass_centre
 from ..mechanics.forces import damping_power
-from ..mechanics.symbols import element_name, subscripts
 from ..mechanics.system import MechanicalSystem
 from .energies import Energies
 

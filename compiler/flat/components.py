@@ -11,9 +11,10 @@ from mechc.lang.suggest import closest
 
 from .classes import Class
 from .evaluate import truth, whole_number
-from .instance import MODIFIED, ComponentMember, Index, Instance, Modifier, Pick, Progress, Source
-from .instantiate import element_scope, extents, indices, make_instance, modifier_of, subscript
+from .instance import MODIFIED, ComponentMember, Instance, Modifier, Pick, Progress, Source
+from .instantiate import element_scope, extents, make_instance, modifier_of
 from .scope import Poisoned, Scope
+from .subscripts import Index, element_name, subscript_text, subscripts
 
 DEEPEST = 60
 """Most levels of components within components."""
@@ -50,14 +51,14 @@ def _instantiate(member: ComponentMember, declaration: ast.Component, scope: Sco
     assert parent is not None
     named = any(d.name for d in declaration.dimensions)
     shared = None if named else _modifiers(declaration, cls, scope)
-    for index in indices(member.extents):
+    for index in subscripts(member.extents):
         own = shared
         if own is None:
             own = _modifiers(declaration, cls, element_scope(scope, declaration.dimensions, index))
         given = [*own, *_handed_on(member, index)]
         if member.extents:
             given = [_picked(m, member.extents, index) for m in given]
-        path = member.name + subscript(index)
+        path = element_name(member.name, index)
         member.instances[index] = make_instance(scope.flattening, cls, path, parent, declaration, given)
 
 
@@ -85,7 +86,7 @@ def _handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
             ):
                 modifier.source.scope.report(
                     "E0314",
-                    f"'{first.name}' has no element {subscript(wanted)}",
+                    f"'{first.name}' has no element {subscript_text(wanted)}",
                     first.span,
                     caption=f"it has {_extent_words(member.extents)}",
                 )

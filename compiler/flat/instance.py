@@ -12,8 +12,7 @@ from mechc.lang.source import Span
 from .classes import Class
 from .model import Expression, Origin, Role, Type
 from .scope import Flattening, Poisoned, Scope
-
-Index = tuple[int, ...]
+from .subscripts import Index
 
 
 class Source(Struct, eq=False):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from itertools import product
 from math import prod
 
 from mechc.lang import ast
@@ -19,7 +18,6 @@ from .instance import (
     ComponentMember,
     DefinitionMember,
     Expanded,
-    Index,
     Instance,
     Labelled,
     LabelMember,
@@ -30,6 +28,7 @@ from .instance import (
 )
 from .model import Expression, Literal, Role
 from .scope import Flattening, Poisoned, Scope
+from .subscripts import Index
 
 MOST = 20_000
 """Most components of a model."""
@@ -294,16 +293,6 @@ def extents(scope: Scope, dimensions: tuple[ast.Dimension, ...]) -> tuple[int, .
     if dimensions:
         check_size(scope, prod(sizes), dimensions[0].span)
     return tuple(sizes)
-
-
-def indices(sizes: tuple[int, ...]) -> list[Index]:
-    """Return every index of an array, counted from 0, the last changing fastest."""
-    return list(product(*(range(n) for n in sizes)))
-
-
-def subscript(index: Index) -> str:
-    """Return ``[1,2]``, counted from 1; empty for a scalar."""
-    return f"[{','.join(str(i + 1) for i in index)}]" if index else ""
 
 
 def element_scope(scope: Scope, dimensions: tuple[ast.Dimension, ...], index: Index) -> Scope:

@@ -9,11 +9,12 @@ from . import types
 from .evaluate import constant, not_structural, to_expression
 from .indexing import stack
 from .instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
-from .instantiate import element_scope, extents, indices
+from .instantiate import element_scope, extents
 from .model import Expression, Kind, Literal, Name, Role, Type
 from .modifications import check_plain, modified_value, strongest
 from .overrides import overridden
 from .scope import Poisoned, Scope
+from .subscripts import subscripts
 from .values import broadcast, declared_type, fit
 
 
@@ -154,7 +155,9 @@ def elementwise(declaration: ast.Declaration, scope: Scope, node: ast.Expression
     if not any(d.name for d in declaration.dimensions):
         return scope.elaborate(node)
     sizes = extents(scope, declaration.dimensions)
-    values = [element_scope(scope, declaration.dimensions, index).elaborate(node) for index in indices(sizes)]
+    values = [
+        element_scope(scope, declaration.dimensions, index).elaborate(node) for index in subscripts(sizes)
+    ]
     return nested(values, sizes, node.span, scope)
 
 

@@ -9,11 +9,12 @@ from mechc.lang.source import Span
 
 from . import types
 from .evaluate import pick
-from .instance import Index, PlaceMember, Progress
-from .instantiate import element_scope, extents, subscript
+from .instance import PlaceMember, Progress
+from .instantiate import element_scope, extents
 from .model import Apply, Array, Expression, Kind, Literal, Name, Type
 from .modifications import cannot_modify, strongest
 from .scope import Poisoned, Scope
+from .subscripts import Index, element_name
 from .values import distributed
 
 FRAME_NAMES = ("from", "to")
@@ -147,7 +148,7 @@ def _bound_frame(member: PlaceMember, index: Index) -> Expression | None:
 
 
 def place_reference(member: PlaceMember, index: Index, span: Span) -> Expression:
-    return Name(type=place_type(member, index), span=span, name=member.name + subscript(index))
+    return Name(type=place_type(member, index), span=span, name=element_name(member.name, index))
 
 
 def frame_or_point(scope: Scope, node: ast.Expression, what: str) -> Expression:

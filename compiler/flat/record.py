@@ -7,7 +7,8 @@ from msgspec import Struct, field
 from mechc.lang.source import Span
 
 from . import model
-from .instance import Index, Instance, VariableMember
+from .instance import Instance, VariableMember
+from .subscripts import Index
 
 
 class StatedStart(Struct, frozen=True):

@@ -19,17 +19,17 @@ from .instance import (
     AnyMember,
     ComponentMember,
     DefinitionMember,
-    Index,
     Instance,
     LabelMember,
     PlaceMember,
     VariableMember,
 )
-from .instantiate import expand, indices, member_of, subscript
+from .instantiate import expand, member_of
 from .members import definition_reference, variable_reference
 from .model import Expression, Literal, Name, Query, Role
 from .places import place_extents, place_reference
 from .scope import Poisoned, Scope
+from .subscripts import Index, subscript_text, subscripts
 
 MOST_NAMES = 8
 """Names in a component that a message lists."""
@@ -98,7 +98,7 @@ def _plain_member(scope: Scope, member: AnyMember, span: Span) -> Expression:
             sizes = place_extents(member)
             if not sizes:
                 return place_reference(member, (), span)
-            return stack([place_reference(member, i, span) for i in indices(sizes)], sizes, span)
+            return stack([place_reference(member, i, span) for i in subscripts(sizes)], sizes, span)
         case ComponentMember():
             raise scope.fail(
                 "E0213",
@@ -347,7 +347,7 @@ def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
     if label is None:
         raise scope.fail(
             "E0314",
-            f"there is no '{part.name}{subscript(tuple(i - 1 for i in index))}'",
+            f"there is no '{part.name}{subscript_text(tuple(i - 1 for i in index))}'",
             part.span,
             help=f"'{part.name}' needs an index" if not index else "",
         )

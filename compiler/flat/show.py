@@ -38,6 +38,7 @@ from .model import (
     Type,
     Variable,
 )
+from .subscripts import element_name
 
 _OPERATORS: Mapping[str, tuple[str, int]] = {
     "or": (" or ", 1),
@@ -110,7 +111,7 @@ def _lines(model: FlatModel) -> Iterable[str]:
     for initial in model.initials:
         yield f"  initial {text(initial.target)} {_start(initial.start)}"
     for equation in model.equations:
-        yield f"  equation der({_element(equation.state, equation.indices)}) = {text(equation.value)}"
+        yield f"  equation der({element_name(equation.state, equation.indices)}) = {text(equation.value)}"
     for event in model.events:
         for k, branch in enumerate(event.branches):
             yield f"  {'elsewhen' if k else 'when'} {text(branch.condition)}"
@@ -144,12 +145,12 @@ def _variable(variable: Variable) -> Iterable[str]:
     doc = f' "{variable.doc}"' if variable.doc else ""
     yield f"  {variable.role.value} {variable.name} : {type_text(variable.type)}{value}{doc}"
     for index, start in variable.starts.items():
-        yield f"    {_element(variable.name, index)} {_start(start)}"
+        yield f"    {element_name(variable.name, index)} {_start(start)}"
     if variable.rate is not None:
         yield f"    der({variable.name}) {_start(variable.rate)}"
     for index, start in variable.rates.items():
-        name = _element(f"der({variable.name})", index) if _is_rotation(variable) else ""
-        yield f"    {name or f'der({_element(variable.name, index)})'} {_start(start)}"
+        name = element_name(f"der({variable.name})", index) if _is_rotation(variable) else ""
+        yield f"    {name or f'der({element_name(variable.name, index)})'} {_start(start)}"
 
 
 def _is_rotation(variable: Variable) -> bool:
@@ -210,7 +211,7 @@ def _experiment(experiment: Experiment) -> Iterable[str]:
     for name, constant in experiment.structural.items():
         yield f"    structural {name} = {_constant(constant)}"
     for setting in experiment.settings:
-        name = _element(setting.target, setting.indices)
+        name = element_name(setting.target, setting.indices)
         sign = "~" if setting.guess else "="
         yield f"    {f'der({name})' if setting.rate else name} {sign} {text(setting.value)}"
     for sweep in experiment.sweeps:
@@ -220,10 +221,6 @@ def _experiment(experiment: Experiment) -> Iterable[str]:
 
 def _options(options: Mapping[str, Expression]) -> str:
     return "".join(f", {name} = {text(value)}" for name, value in options.items())
-
-
-def _element(name: str, indices: tuple[int, ...]) -> str:
-    return f"{name}[{','.join(str(i + 1) for i in indices)}]" if indices else name
 
 
 # ---------------------------------------------------------------- expressions
@@ -245,7 +242,7 @@ def _written(expression: Expression) -> tuple[str, int]:
         case Name(name=name):
             return name, _ATOM
         case Element(base=base, indices=indices):
-            return _element(text(base, _ATOM), indices), _ATOM
+            return element_name(text(base, _ATOM), indices), _ATOM
         case Derivative(operand=operand, order=order):
             return f"der({text(operand)}{f', {order}' if order > 1 else ''})", _ATOM
         case Previous(operand=operand):

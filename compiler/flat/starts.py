@@ -8,13 +8,13 @@ from mechc.lang.diagnostics import Label
 from . import model, types
 from .coordinates import Target, target_of
 from .evaluate import elements, pick, whole_number
-from .instance import DECLARED, INITIAL, MODIFIED, ROLE_WORDS, Index, Modifier, VariableMember
-from .instantiate import indices
+from .instance import DECLARED, INITIAL, MODIFIED, ROLE_WORDS, Modifier, VariableMember
 from .members import elementwise, type_of
 from .model import Array, Expression, Kind, Role, StartValue, Type
 from .modifications import cannot_modify
 from .record import Record, StatedStart
 from .scope import Flattening, Poisoned, Scope
+from .subscripts import Index, subscripts
 from .values import distributed, fit
 
 
@@ -158,7 +158,7 @@ def winner(
             continue
         if whole is not None and candidate.rank < whole.rank:
             continue
-        for rest in indices(shape[len(candidate.indices) :]):
+        for rest in subscripts(shape[len(candidate.indices) :]):
             index = candidate.indices + rest
             value = StartValue(
                 pick(candidate.start.value, rest), candidate.start.guess, candidate.start.origin

@@ -12,7 +12,7 @@ from .components import instances_of
 from .energies import energy, gravities, inertia, mass
 from .events import when
 from .instance import ComponentMember, DefinitionMember, Instance, PlaceMember, VariableMember
-from .instantiate import expand, indices, subscript
+from .instantiate import expand
 from .loads import contact, damping, friction, load
 from .members import definition_value, parameter_value, type_of
 from .model import DefinitionRole, Expression, Role
@@ -22,6 +22,7 @@ from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
 from .scope import Poisoned, Scope
 from .starts import initial
+from .subscripts import element_name, subscripts
 from .types import FRAME
 from .variables import attributes, check_input, check_parameter
 
@@ -105,7 +106,7 @@ def _declaration(declaration: ast.Declaration, scope: Scope, record: Record) -> 
         case DefinitionMember():
             _definition(member, record)
         case PlaceMember():
-            for index in indices(place_extents(member)):
+            for index in subscripts(place_extents(member)):
                 _frame_or_point(member, index, record)
         case ComponentMember():
             for instance in instances_of(member).values():
@@ -145,7 +146,7 @@ def _definition(member: DefinitionMember, record: Record) -> None:
 def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: Record) -> None:
     frame = isinstance(member.declaration, ast.Frame)
     role = DefinitionRole.FRAME if frame else DefinitionRole.POINT
-    name = member.name + subscript(index)
+    name = element_name(member.name, index)
     value = place_value(member, index)
     _define(member, role, name, value, record)
     if index in member.welds:

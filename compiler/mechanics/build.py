@@ -15,6 +15,7 @@ from ..flat.model import (
     Name,
     Query,
 )
+from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
 from .beforehand import check_known_beforehand
 from .closures import closure_rows, constraint_rows
@@ -30,7 +31,7 @@ from .planar import Planar
 from .pose import Pose, inverse
 from .rates import TotalDerivative
 from .spatial import Spatial
-from .symbols import Scalar, Symbols, declare, element_name, subscripts
+from .symbols import Scalar, Symbols, declare
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
 from .topology import Topology, TreeEdge, classify
 from .unsupported import refuse

@@ -11,11 +11,12 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import DIMENSIONLESS, parse_unit
 
 from ..flat.model import FlatModel, Kind, Role, StartValue, Variable
+from ..flat.subscripts import element_name, subscripts
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .lower import Lowering
 from .quaternions import rotation_quaternion
-from .symbols import Symbols, base_unit, element_name, rate_name, subscripts, unit_text
+from .symbols import Symbols, base_unit, rate_name, unit_text
 from .system import InitialRow, InitialValue
 from .values import elements
 

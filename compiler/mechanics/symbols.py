@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from itertools import product
 
 from msgspec import Struct
 
 from mechc.lang.units import Dimension
 
 from ..flat.model import Expression, FlatModel, Kind, Role, Variable
+from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
 from ..graph.vector import quaternion_rate
 from .values import Value, filled
@@ -67,16 +67,6 @@ class Symbols(Struct, frozen=True, dict=True):
     @cached_property
     def accelerations(self) -> frozenset[Node]:
         return frozenset(a for c in self.coordinates for a in c.a)
-
-
-def subscripts(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
-    """Return all index tuples of an array in row-major order."""
-    return list(product(*(range(n) for n in shape)))
-
-
-def element_name(name: str, indices: tuple[int, ...]) -> str:
-    """Return the name in results: ``x[1,2]``, counted from 1."""
-    return f"{name}[{','.join(str(i + 1) for i in indices)}]" if indices else name
 
 
 def rate_name(name: str, indices: tuple[int, ...]) -> str:
