@@ -166,7 +166,9 @@ def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporte
                     start.start.origin.span,
                     caption="the initial value of a prescribed motion is not free",
                     labels=(Label(row.origin.span, "driven here"),),
-                    help=f"declare it without a value, as in 'coordinate Length {name};'",
+                    help="leave its value out where the component is declared"
+                    if "." in name
+                    else f"declare it without a value, as in 'coordinate Length {name};'",
                 )
 
 

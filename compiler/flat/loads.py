@@ -119,7 +119,7 @@ def _require_vector(scope: Scope, value: Expression, node: ast.Expression, wante
     if not fits(value, wanted):
         raise scope.fail(
             "E0322",
-            f"{types.with_article(kind)} on a body is {types.describe(wanted)}",
+            f"{types.with_article(kind)} on a body is {_body_words(wanted)}",
             node.span,
             caption=f"this is {types.describe(value.type)}",
         )
@@ -127,7 +127,7 @@ def _require_vector(scope: Scope, value: Expression, node: ast.Expression, wante
         space = "planar" if scope.flattening.space.size == 2 else "spatial"
         raise scope.fail(
             "E0305",
-            f"in a {space} model {types.with_article(kind)} on a body is {types.describe(wanted)}",
+            f"in a {space} model {types.with_article(kind)} on a body is {_body_words(wanted)}",
             node.span,
             caption=f"this is {types.describe(value.type)}",
         )
@@ -148,6 +148,13 @@ def effort_dimension(scope: Scope, on: Expression, *, impulse: bool = False) -> 
     if impulse:
         total = total * types.TIME
     return total / on.type.dimension
+
+
+def _body_words(wanted: Type) -> str:
+    """Return what a load on a body is; a torque has the dimension of an energy."""
+    if wanted.dimension != types.ENERGY:
+        return types.describe(wanted)
+    return f"a vector of {wanted.shape[0]} torques (N.m)" if wanted.shape else "one value in N.m"
 
 
 def _effort_words(on: Expression, dimension: Dimension) -> str:

@@ -352,3 +352,8 @@ def test_arrays_of_structure_are_scaled_from_either_side(factor: str) -> None:
 def test_whole_numbers_are_told_from_numbers_in_arrays() -> None:
     (message,) = said("structural parameter Integer n[2] = {2, 4}/2;")
     assert "'n' is a vector of 2 whole numbers, the value is a vector of 2 numbers" in message.message
+
+
+def test_a_torque_is_told_in_newton_metres() -> None:
+    (found,) = said("frame F = world * rot(1 rad); torque 2 N on F;")
+    assert found.message == "a torque on a body is one value in N.m"
