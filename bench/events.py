@@ -54,13 +54,12 @@ def measured(text: str, stop: float, repeats: int) -> tuple[float, native.Report
     for _ in range(repeats):
         with Solver(
             native.load_kernel(),
-            plan.functions,
             plan.case,
             plan.method.name,
             tolerance,
             tolerance * plan.nominal,
         ) as solver:
-            if plan.problem.hybrid is not None:
+            if plan.case.problem.hybrid is not None:
                 solver.start_events(4 * EVENTS)
             assert solver.advance(plan.case.stop, 10**9) == native.REACHED
             report, _ = solver.report()

@@ -73,7 +73,7 @@ def ours(quick: bool) -> tuple[list[Run], Array, Array, float]:
     for tolerance in (1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12):
         times = []
         for _ in range(11 if quick else 101):
-            with Solver(kernel, functions, case, "dop853", tolerance, tolerance * nominal) as solver:
+            with Solver(kernel, case, "dop853", tolerance, tolerance * nominal) as solver:
                 assert solver.advance(case.stop, 10**9) == native.REACHED
                 report, y = solver.report()
             times.append(report.seconds)

@@ -14,7 +14,6 @@ import mechc
 from mechc.measurement.savings import default_case
 from mechc.runtime import native
 from mechc.runtime.build import build_shared, find_compiler, kernel_flags
-from mechc.runtime.functions import load_functions
 
 DRIVER = Path(__file__).parent / "count_steps.c"
 STEPS = 100
@@ -25,8 +24,7 @@ SHARE = 1e-4
 def instructions(model: mechc.Model, driver: Path) -> int | None:
     """Return the instructions of ``STEPS`` steps; None where the motion cannot begin or is undefined."""
     problem = model.problem("c", reproducible=True)
-    functions = load_functions(problem)
-    case = default_case(problem, functions)
+    case = default_case(problem)
     if case is None:
         return None
     kernel = build_shared(native.kernel_sources(), kernel_flags(reproducible=True), name="kernel")

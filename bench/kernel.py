@@ -60,7 +60,7 @@ def measure(file: str, experiment: str | None, quick: bool) -> list[list[str]]:
     nominal = np.ones(problem.ny)  # the plain norm of scipy: rtol |y| + atol with atol = rtol
 
     def by_kernel(tolerance: float) -> tuple[Array, native.ReportStruct]:
-        with Solver(kernel, functions, case, "dop853", tolerance, tolerance * nominal) as solver:
+        with Solver(kernel, case, "dop853", tolerance, tolerance * nominal) as solver:
             assert solver.advance(case.stop, 10**9) == native.REACHED
             report, y = solver.report()
             return y, report

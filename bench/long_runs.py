@@ -98,9 +98,7 @@ def run(
     steps = np.unique(np.random.default_rng(1).integers(0, int(stop / step), SAMPLES, endpoint=True))
     case = replace(case, stop=stop, grid=np.concatenate([[0.0], steps[steps > 0] * step]), max_step=stop)
     begun = time.process_time()
-    with Solver(
-        native.load_kernel(), functions, case, method, 1e-10, np.full(case.y0.size, 1e-10), step
-    ) as solver:
+    with Solver(native.load_kernel(), case, method, 1e-10, np.full(case.y0.size, 1e-10), step) as solver:
         assert solver.advance(stop, 2**62) == native.REACHED, method
         report, y = solver.report()
         _, rows = solver.grid_rows(report.n_grid)

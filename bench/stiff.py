@@ -98,7 +98,7 @@ def run_kernel(
     functions: Functions, case: Case, nominal: Array, tolerance: float
 ) -> tuple[Array, native.ReportStruct]:
     kernel = native.load_kernel()
-    with Solver(kernel, functions, case, "radau5", tolerance, tolerance * nominal) as solver:
+    with Solver(kernel, case, "radau5", tolerance, tolerance * nominal) as solver:
         assert solver.advance(case.stop, 10**9) == native.REACHED
         report, y = solver.report()
         return y, report

@@ -58,10 +58,12 @@ class SimulationOptions(Struct, frozen=True):
 
 
 class Case(Struct, frozen=True, eq=False):
-    """A run that can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
+    """A problem whose run can begin: p, z and y0 filled, times checked. ``tables``: by index in u. ``step`` is None
     unless it was given. ``wanted``: the initial state as given and guessed, of which the ``known`` entries are
     given; ``assembled`` tells how y0 was made from it, None where nothing constrains it."""
 
+    problem: Problem
+    functions: Functions
     experiment: str
     p: Array
     z: Array
@@ -138,6 +140,8 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         assembled = assemble(problem, functions, begin, y0, known, u, z, p)
         y0 = assembled.y
     return Case(
+        problem=problem,
+        functions=functions,
         experiment=experiment.name if experiment else "",
         p=p,
         z=z,
@@ -227,6 +231,11 @@ def input_values(functions: Functions, tables: Mapping[int, Table], t: float, p:
     for index, table in tables.items():
         u[index] = table(np.array([t]))[0]
     return u
+
+
+def inputs_at(case: Case, t: float) -> Array:
+    """Inputs of a case at time t, continuous from the right."""
+    return input_values(case.functions, case.tables, t, case.p, len(case.problem.inputs))
 
 
 def initial_state(

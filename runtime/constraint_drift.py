@@ -7,35 +7,32 @@ import numpy as np
 from .accuracy import ConstraintDrift
 from .case import Case
 from .evaluate import input_rows
-from .functions import Functions
-from .problem import Array, Problem
+from .problem import Array
 from .trajectory import DenseOutput, Trajectory
 
 MOST_STATES = 64
 """States of a run that are measured, evenly spread over its steps."""
 
 
-def constraint_drifts(
-    problem: Problem, functions: Functions, case: Case, nominal: Array, main: Trajectory
-) -> tuple[ConstraintDrift, ...]:
+def constraint_drifts(case: Case, nominal: Array, main: Trajectory) -> tuple[ConstraintDrift, ...]:
     """Measure what a further projection would change, over nominal + |value|: positions, then velocities.
 
     The kernel projects at the end of each step, so the beginnings of its steps are measured; of other methods, which
     do not project, the output.
     """
-    if functions.project_velocity is None:
+    if case.functions.project_velocity is None:
         return ()
-    t, y, z = _projected_states(problem, case, main)
-    u = input_rows(problem, functions, case, t)
+    t, y, z = _projected_states(case, main)
+    u = input_rows(case, t)
     largest: dict[str, float] = {}
     for k in range(t.size):
-        here = _corrections(problem, functions, (float(t[k]), y[k], u[k], z[k], case.p), nominal)
+        here = _corrections(case, (float(t[k]), y[k], u[k], z[k]), nominal)
         largest = {level: max(size, largest.get(level, 0.0)) for level, size in here.items()}
     before = {"positions": main.statistics.drift_position, "velocities": main.statistics.drift_velocity}
     return tuple(ConstraintDrift(level, before[level], size) for level, size in largest.items())
 
 
-def _projected_states(problem: Problem, case: Case, main: Trajectory) -> tuple[Array, Array, Array]:
+def _projected_states(case: Case, main: Trajectory) -> tuple[Array, Array, Array]:
     """Return times [n], states [n, ny] and discrete variables [n, nz] to be measured."""
     if isinstance(main.dense, DenseOutput):
         t, y = main.dense.begin, main.dense.coefficients[:, 0]
@@ -47,16 +44,15 @@ def _projected_states(problem: Problem, case: Case, main: Trajectory) -> tuple[A
     chosen = np.unique(np.linspace(0, max(t.size - 1, 0), min(t.size, MOST_STATES)).astype(int))
     t, y = t[chosen], y[chosen]
     if main.happened is not None:
-        return t, y, main.happened.discretes(t, problem.ny)
+        return t, y, main.happened.discretes(t, case.problem.ny)
     return t, y, np.tile(case.z, (t.size, 1))
 
 
-def _corrections(
-    problem: Problem, functions: Functions, at: tuple[float, Array, Array, Array, Array], nominal: Array
-) -> dict[str, float]:
-    """Give the relative corrections of one state ``at`` (t, y, u, z, p), by level; positions if anything holds them."""
-    t, y, u, z, p = at
-    nq, nv = problem.nq, problem.nv
+def _corrections(case: Case, at: tuple[float, Array, Array, Array], nominal: Array) -> dict[str, float]:
+    """Give the relative corrections of one state ``at`` (t, y, u, z), by level; positions if anything holds them."""
+    t, y, u, z = at
+    functions, p = case.functions, case.p
+    nq, nv = case.problem.nq, case.problem.nv
     coordinates, rates = slice(nq), slice(nq, nq + nv)
     assert functions.project_position is not None and functions.project_velocity is not None
     assert functions.displace is not None

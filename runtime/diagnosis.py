@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from .case import Case, input_values
-from .functions import Functions
+from .case import Case, inputs_at
 from .outcome import Failure, state_at, time_text, value_text
 from .problem import Array, Problem
 
@@ -18,12 +17,12 @@ MOST = 200
 """Velocities beyond which nothing is looked for: the time grows with the square."""
 
 
-def with_cause(problem: Problem, functions: Functions, case: Case, failure: Failure) -> Failure:
+def with_cause(case: Case, failure: Failure) -> Failure:
     """Say in the message of a failure that the mass matrix is singular, where it is."""
     if failure.kind not in ("not finite", "step too small", "modes", "impact"):
         return failure
-    y = np.array([failure.state[quantity.name] for quantity in problem.states])
-    names = without_inertia(problem, functions, case, failure.time, y)
+    y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
+    names = without_inertia(case, failure.time, y)
     if not names:
         return failure
     listed = ", ".join(f"'{name}'" for name in names)
@@ -33,12 +32,13 @@ def with_cause(problem: Problem, functions: Functions, case: Case, failure: Fail
     )
 
 
-def without_inertia(problem: Problem, functions: Functions, case: Case, t: float, y: Array) -> list[str]:
+def without_inertia(case: Case, t: float, y: Array) -> list[str]:
     """Name the coordinates along which the kinetic energy at (t, y) is zero, or vanishes beside that at the start."""
-    first = mass_matrix(problem, functions, case, case.begin, case.y0)
-    mass = mass_matrix(problem, functions, case, t, y)
+    first = mass_matrix(case, case.begin, case.y0)
+    mass = mass_matrix(case, t, y)
     if mass is None or first is None:
         return []
+    problem = case.problem
     rates = range(problem.nq, problem.nq + problem.nv)
     own, before = np.diag(mass), np.abs(np.diag(first))
     missing = ~(own > VANISHING * before)
@@ -51,14 +51,15 @@ def without_inertia(problem: Problem, functions: Functions, case: Case, t: float
     return [_coordinate(problem.states[i].name) for i, gone in zip(rates, missing, strict=True) if gone]
 
 
-def mass_matrix(problem: Problem, functions: Functions, case: Case, t: float, y: Array) -> Array | None:
+def mass_matrix(case: Case, t: float, y: Array) -> Array | None:
     """Return the second derivatives of the kinetic energy by the velocities: exact, as it is quadratic in them. None where
     it is undefined, or has other terms than these."""
+    problem, functions = case.problem, case.functions
     names = [quantity.name for quantity in problem.outputs]
     if "energy.kinetic" not in names or functions.outputs is None or not 0 < problem.nv <= MOST:
         return None
     which, n = names.index("energy.kinetic"), problem.nv
-    u = input_values(functions, case.tables, t, case.p, len(problem.inputs))
+    u = inputs_at(case, t)
     evaluate = functions.outputs
 
     def kinetic(v: Array) -> float:

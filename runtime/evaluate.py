@@ -9,15 +9,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from . import native
-from .case import Case, input_values
-from .functions import Functions
-from .problem import Array, Problem
+from .case import Case, inputs_at
+from .problem import Array
 from .solver import table_structs
 
 
 def evaluate_rows(
-    problem: Problem,
-    functions: Functions,
     case: Case,
     name: Literal["rhs", "outputs"],
     t: Array,
@@ -25,6 +22,7 @@ def evaluate_rows(
     z: Array | None = None,
 ) -> Array:
     """Give [n, size]: the function ``name`` at the times t [n] and states y [n, ny], with z [n, nz] if it changes."""
+    problem, functions = case.problem, case.functions
     size = problem.ny if name == "rhs" else len(problem.outputs)
     function = functions.rhs if name == "rhs" else functions.outputs
     rows = np.empty((t.size, size))
@@ -34,7 +32,7 @@ def evaluate_rows(
         begins = np.flatnonzero(np.r_[True, (z[1:] != z[:-1]).any(axis=1)])
         for i, j in zip(begins, (*begins[1:], t.size), strict=True):
             part = replace(case, z=np.ascontiguousarray(z[i]))
-            rows[i:j] = evaluate_rows(problem, functions, part, name, t[i:j], y[i:j])
+            rows[i:j] = evaluate_rows(part, name, t[i:j], y[i:j])
         return rows
     if functions.struct is not None:
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
@@ -51,26 +49,24 @@ def evaluate_rows(
         )
         return rows
     for k in range(t.size):
-        u = input_values(functions, case.tables, float(t[k]), case.p, len(problem.inputs))
+        u = inputs_at(case, float(t[k]))
         rows[k] = function(float(t[k]), y[k], u, case.z, case.p)
     return rows
 
 
-def input_rows(problem: Problem, functions: Functions, case: Case, t: Array) -> Array:
+def input_rows(case: Case, t: Array) -> Array:
     """Give the inputs [n, nu] at the times t [n]."""
-    nu = len(problem.inputs)
+    nu = len(case.problem.inputs)
     rows = np.empty((t.size, nu))
     for k in range(t.size if nu else 0):
-        rows[k] = input_values(functions, case.tables, float(t[k]), case.p, nu)
+        rows[k] = inputs_at(case, float(t[k]))
     return rows
 
 
-def solution_columns(
-    problem: Problem, functions: Functions, case: Case, t: Array, y: Array, z: Array | None = None
-) -> Array:
+def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
     """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
-    outputs = evaluate_rows(problem, functions, case, "outputs", t, y, z)
-    inputs = input_rows(problem, functions, case, t)
-    own = sum(quantity.kind != "mode" for quantity in problem.discretes)
+    outputs = evaluate_rows(case, "outputs", t, y, z)
+    inputs = input_rows(case, t)
+    own = sum(quantity.kind != "mode" for quantity in case.problem.discretes)
     discretes = np.tile(case.z, (t.size, 1)) if z is None else z
     return np.hstack([y, outputs, inputs, discretes[:, :own]])

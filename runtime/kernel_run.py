@@ -27,13 +27,11 @@ DENSE_LIMIT = 128_000_000
 FIRST_RECORD = 512
 
 
-def run_kernel(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
+def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
     """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
-    kernel = native.load_kernel(options.reproducible)
+    problem, kernel = case.problem, native.load_kernel(options.reproducible)
     with (
-        Solver(
-            kernel, functions, case, options.method, options.tolerance, options.atol, options.step or 0.0
-        ) as solver,
+        Solver(kernel, case, options.method, options.tolerance, options.atol, options.step or 0.0) as solver,
         noted_interruptions() as interrupted,
     ):
         record = _Record(solver) if options.dense else None
@@ -55,7 +53,7 @@ def run_kernel(problem: Problem, functions: Functions, case: Case, options: Solv
             t=t,
             y=rows,
             dense=record.polynomials() if record is not None else None,
-            statistics=_statistics(kernel, functions, report),
+            statistics=_statistics(kernel, case.functions, report),
             failure=_failure(problem, status, report, y, options),
             interrupted=status in (native.RUNNING, native.RECORD_FULL, native.EVENTS_FULL) and interrupted(),
             happened=happened,

@@ -30,12 +30,12 @@ class Method(Struct, frozen=True):
     order: int
 
 
-def choose_method(functions: Functions, case: Case, reproducible: bool = False) -> Method:
+def choose_method(case: Case, reproducible: bool = False) -> Method:
     """Find the method that a case asks for, and check that it fits. Raises ``SimulationError``.
 
     ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
     """
-    method = _find(functions, case.method, reproducible)
+    method = _find(case.functions, case.method, reproducible)
     if method.fixed_step and case.step is None:
         raise SimulationError(
             f"'{method.name}' takes steps of one size",

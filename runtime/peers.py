@@ -47,7 +47,7 @@ def peer_lacks(problem: Problem, functions: Functions) -> str:
     return ""
 
 
-def run_peer(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
+def run_peer(case: Case, options: SolverOptions) -> Trajectory:
     """Run a case by ``scipy:NAME``; a grid of the start alone costs no dense output. ``run_time`` is CPU time.
 
     Of the options it takes method, tolerance, nominal values and seconds. Raises SimulationError if the problem is none
@@ -56,7 +56,8 @@ def run_peer(problem: Problem, functions: Functions, case: Case, options: Solver
     assert (
         options.step is None and options.max_steps is None and options.progress is None and not options.dense
     )
-    lacks = peer_lacks(problem, functions)
+    problem = case.problem
+    lacks = peer_lacks(problem, case.functions)
     if lacks:
         raise SimulationError(f"'{options.method}' {lacks}")
     import scipy.integrate  # noqa: F401, loading it is no part of a run
@@ -64,7 +65,7 @@ def run_peer(problem: Problem, functions: Functions, case: Case, options: Solver
     begun = time.thread_time()  # other work on the machine adds nothing
     watch = _Watch(begun + options.seconds) if options.seconds < math.inf else None
     try:
-        found = _solve(problem, functions, case, options, watch)
+        found = _solve(case, options, watch)
     except _TooLong as late:
         failure = given_up(problem, time.thread_time() - begun, late.evaluations, late.time, case.y0)
         found = _Run(np.empty(0), np.empty((0, problem.ny)), 0, late.evaluations, failure)
@@ -113,20 +114,18 @@ class _Run(Struct, frozen=True):
 
 
 def _solve(
-    problem: Problem,
-    functions: Functions,
     case: Case,
     options: SolverOptions,
     watch: _Watch | None,
 ) -> _Run:
     from scipy.integrate import solve_ivp
 
-    z = case.z.copy()
-    case = replace(case, z=z)
-    rates = _rates(problem, functions, case)
+    problem = case.problem
+    case = replace(case, z=case.z.copy())
+    rates = _rates(case)
     if watch is not None:
         rates = watch.over(rates)
-    watched = _Events(problem, functions, case) if problem.hybrid is not None else None
+    watched = _Events(case) if problem.hybrid is not None else None
     t, y = case.begin, case.y0
     if watched is not None:
         y = watched.happen(t, y)
@@ -186,11 +185,12 @@ def _counting(method: str, counter: list[int]) -> type:
     return Counting
 
 
-def _rates(problem: Problem, functions: Functions, case: Case) -> Rates:
+def _rates(case: Case) -> Rates:
     """Return dy/dt for scipy, called through ctypes into an array made before."""
-    assert functions.struct is not None
-    call = native.MODEL_FUNCTION(functions.struct.rhs)
-    state, out, nothing = np.empty(problem.ny), np.empty(problem.ny), np.empty(0)
+    assert case.functions.struct is not None
+    call = native.MODEL_FUNCTION(case.functions.struct.rhs)
+    ny = case.problem.ny
+    state, out, nothing = np.empty(ny), np.empty(ny), np.empty(0)
     places = (state.ctypes.data, nothing.ctypes.data, case.z.ctypes.data, case.p.ctypes.data, out.ctypes.data)
 
     def rates(t: float, y: Array) -> Array:
@@ -209,7 +209,8 @@ def _hybrid(functions: Functions) -> native.HybridStruct:
 class _Events:
     """Located switches and branches of a model, by what its code offers the kernel (``mech_hybrid``)."""
 
-    def __init__(self, problem: Problem, functions: Functions, case: Case) -> None:
+    def __init__(self, case: Case) -> None:
+        problem, functions = case.problem, case.functions
         assert problem.hybrid is not None
         hybrid = _hybrid(functions)
         self._struct = hybrid

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from .case import Case, input_values
-from .functions import Functions
+from .case import Case, inputs_at
 from .initial import unmoved
 from .kernel_run import run_kernel
 from .nominal import nominal_values
-from .problem import Array, Problem
+from .problem import Array
 from .scipy_methods import PREFIX, run_scipy
 from .solver_options import SolverOptions
 
@@ -20,9 +19,10 @@ MOST_STEPS = 5000
 """A motion that takes more steps at this tolerance is judged by its beginning."""
 
 
-def nominal_of(problem: Problem, functions: Functions, case: Case) -> Array:
+def nominal_of(case: Case) -> Array:
     """Give the nominal value [ny] of each state in a case (nominal.py)."""
-    u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
+    problem, functions = case.problem, case.functions
+    u = inputs_at(case, case.begin)
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
@@ -33,11 +33,11 @@ def nominal_of(problem: Problem, functions: Functions, case: Case) -> Array:
         case.p,
         energies,
         case.stop - case.begin,
-        lambda provisional: largest_values(problem, functions, case, provisional),
+        lambda provisional: largest_values(case, provisional),
     )
 
 
-def largest_values(problem: Problem, functions: Functions, case: Case, nominal: Array) -> Array:
+def largest_values(case: Case, nominal: Array) -> Array:
     """Give the largest size of each state [ny] in a run with provisional nominal values.
 
     Its tolerance is loose, but not too loose: the provisional values may be far too large.
@@ -47,8 +47,10 @@ def largest_values(problem: Problem, functions: Functions, case: Case, nominal: 
     """
     grid = np.linspace(case.begin, case.stop, POINTS) if case.stop > case.begin else case.grid
     pilot = replace(case, grid=grid, step=None)
-    run, method = (run_kernel, "dop853") if functions.struct is not None else (run_scipy, PREFIX + "DOP853")
-    done = run(problem, functions, pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
+    run, method = (
+        (run_kernel, "dop853") if case.functions.struct is not None else (run_scipy, PREFIX + "DOP853")
+    )
+    done = run(pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
     if done.interrupted:
         raise KeyboardInterrupt
     if not done.y.size:

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 from msgspec import Struct
 
-from .case import Case, input_values
-from .functions import Functions
+from .case import Case, inputs_at
 from .interruption import noted_interruptions
 from .outcome import Failure, assertion_failed, given_up, not_finite, step_too_small, too_many_steps
-from .problem import Array, Problem
+from .problem import Array
 from .solver_options import SolverOptions
 from .trajectory import Statistics, Trajectory, with_last_point, with_unit_rotations
 
@@ -32,17 +31,15 @@ class _System(Struct):
     A table is held on the piece that begins at ``piece``: within a step it must not jump.
     """
 
-    problem: Problem
-    functions: Functions
     case: Case
     evaluations: int = 0
     piece: tuple[float, float] = (0.0, 0.0)
     undefined: tuple[int, float] | None = None
 
     def rhs(self, t: float, y: Array) -> Array:
-        norms = [float(np.linalg.norm(y[i : i + 4])) for i in self.problem.rotations]
-        dy = self.functions.rhs(t, self.normalised(y), self.inputs(t), self.case.z, self.case.p).copy()
-        for index, norm in zip(self.problem.rotations, norms, strict=True):
+        norms = [float(np.linalg.norm(y[i : i + 4])) for i in self.case.problem.rotations]
+        dy = self.case.functions.rhs(t, self.normalised(y), self.inputs(t), self.case.z, self.case.p).copy()
+        for index, norm in zip(self.case.problem.rotations, norms, strict=True):
             dy[index : index + 4] *= norm  # linear in the quaternion, so its direction is exact
         self.evaluations += 1
         if not np.isfinite(dy).all():
@@ -53,19 +50,19 @@ class _System(Struct):
     def inputs(self, t: float) -> Array:
         begin, end = self.piece
         inside = min(max(t, begin), np.nextafter(end, begin))  # step tables jump at the end of a piece
-        return input_values(self.functions, self.case.tables, inside, self.case.p, len(self.problem.inputs))
+        return inputs_at(self.case, inside)
 
     def normalised(self, y: Array) -> Array:
-        return with_unit_rotations(self.problem.rotations, y)
+        return with_unit_rotations(self.case.problem.rotations, y)
 
     def failed_assertion(self, t: float, y: Array) -> Failure | None:
-        if self.functions.assertions is None:
+        if self.case.functions.assertions is None:
             return None
-        u = input_values(self.functions, self.case.tables, t, self.case.p, len(self.problem.inputs))
-        holds = self.functions.assertions(t, self.normalised(y), u, self.case.z, self.case.p) > 0.5
+        u = inputs_at(self.case, t)
+        holds = self.case.functions.assertions(t, self.normalised(y), u, self.case.z, self.case.p) > 0.5
         if holds.all():
             return None
-        return assertion_failed(self.problem, int(np.argmin(holds)), t, self.normalised(y))
+        return assertion_failed(self.case.problem, int(np.argmin(holds)), t, self.normalised(y))
 
 
 Polynomial = Callable[[Array], Array]
@@ -117,9 +114,9 @@ class _Rows:
         return _Pieces(np.array(self._ends), tuple(self._polynomials)) if self._ends else None
 
 
-def run_scipy(problem: Problem, functions: Functions, case: Case, options: SolverOptions) -> Trajectory:
+def run_scipy(case: Case, options: SolverOptions) -> Trajectory:
     """Run ``case`` by "rk4" or "scipy:NAME"."""
-    system = _System(problem, functions, case)
+    system = _System(case)
     stops = np.unique(np.concatenate([[case.stop], *(table.kinks() for table in case.tables.values())]))
     ends = [float(t) for t in stops if case.begin < t <= case.stop]
     make = _maker(system, options)
@@ -176,9 +173,9 @@ def _given_up(
     system: _System, options: SolverOptions, t: float, y: Array, steps: int, seconds: float
 ) -> Failure | None:
     if options.max_steps is not None and steps >= options.max_steps:
-        return too_many_steps(system.problem, options.max_steps, t, system.normalised(y))
+        return too_many_steps(system.case.problem, options.max_steps, t, system.normalised(y))
     if seconds > options.seconds:
-        return given_up(system.problem, seconds, system.evaluations, t, system.normalised(y))
+        return given_up(system.case.problem, seconds, system.evaluations, t, system.normalised(y))
     return None
 
 
@@ -186,7 +183,7 @@ def _first_failure(system: _System, t: float, y: Array, end: float) -> Failure |
     system.piece = (t, end)
     system.rhs(t, y)
     if system.undefined is not None:
-        return not_finite(system.problem, *system.undefined, t, y)
+        return not_finite(system.case.problem, *system.undefined, t, y)
     return system.failed_assertion(t, y)
 
 
@@ -202,9 +199,9 @@ def _step(system: _System, solver: Any) -> Failure | None:
             raise
         failed = True
     if failed and system.undefined is not None:
-        return not_finite(system.problem, *system.undefined, t, y)
+        return not_finite(system.case.problem, *system.undefined, t, y)
     if failed:
-        return step_too_small(system.problem, int(np.argmax(np.abs(system.rhs(t, y)))), t, y)
+        return step_too_small(system.case.problem, int(np.argmax(np.abs(system.rhs(t, y)))), t, y)
     return None
 
 

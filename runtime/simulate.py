@@ -23,7 +23,7 @@ from .case import Case, SimulationOptions, find_experiment, prepare
 from .constraint_drift import constraint_drifts
 from .diagnosis import undefined_energy, with_cause
 from .evaluate import evaluate_rows, solution_columns
-from .functions import Functions, load_functions
+from .functions import load_functions
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .outcome import Failure, Outcome, SimulationError, time_text
@@ -52,8 +52,6 @@ class Sweep(Struct, frozen=True):
 class Plan(Struct, frozen=True):
     """A run that can begin."""
 
-    problem: Problem
-    functions: Functions
     options: SimulationOptions
     case: Case
     method: Method
@@ -107,23 +105,24 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     """Make a run ready: its case, method and nominal values. Raises ``SimulationError``."""
     functions = load_functions(problem)
     case = prepare(problem, functions, options)
-    method = choose_method(functions, case, options.reproducible)
+    method = choose_method(case, options.reproducible)
     if problem.hybrid is not None and not method.in_kernel:
         raise SimulationError(
             f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
             "Only the compiled kernel locates these: take one of its methods, and a C compiler "
             "(pip install ziglang brings one)"
         )
-    nominal = nominal_of(problem, functions, case)
-    return Plan(problem, functions, options, case, method, nominal)
+    nominal = nominal_of(case)
+    return Plan(options, case, method, nominal)
 
 
 def _solve(plan: Plan) -> Solution:
-    problem, functions, case, options = plan.problem, plan.functions, plan.case, plan.options
+    case, options = plan.case, plan.options
+    problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
     main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
     if main.failure is not None:
-        main = replace(main, failure=with_cause(problem, functions, case, main.failure))
+        main = replace(main, failure=with_cause(case, main.failure))
     outcome, message = _outcome(problem, main)
     error, remark, missed = None, "no companion run was asked for", None
     if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
@@ -136,7 +135,7 @@ def _solve(plan: Plan) -> Solution:
     modes: Array | None = None
     if happened is not None:
         times, states, modes = happened.merged(main.t, main.y, problem.ny)
-    columns = solution_columns(problem, functions, case, times, states, modes)
+    columns = solution_columns(case, times, states, modes)
     outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
     failure = main.failure
     if outcome is Outcome.COMPLETED:
@@ -148,7 +147,7 @@ def _solve(plan: Plan) -> Solution:
     def at(t: Array) -> Array:
         y = with_unit_rotations(problem.rotations, interpolated(t))
         z = None if happened is None else happened.discretes(t, problem.ny)
-        return solution_columns(problem, functions, case, t, y, z)
+        return solution_columns(case, t, y, z)
 
     return Solution(
         problem,
@@ -167,7 +166,7 @@ def _solve(plan: Plan) -> Solution:
             energy_drift(problem, outputs),
             conserved_drifts(problem, outputs),
             remark,
-            constraint_drifts(problem, functions, case, plan.nominal, main),
+            constraint_drifts(case, plan.nominal, main),
             missed,
         ),
         events=happened.events if happened is not None else (),
@@ -189,7 +188,7 @@ def _run(
         reproducible=plan.options.reproducible,
         progress=progress,
     )
-    return run(plan.problem, plan.functions, plan.case, options)
+    return run(plan.case, options)
 
 
 def _estimate(
@@ -221,7 +220,9 @@ def _estimate(
     if (companion.terminated is None) is not (main.terminated is None):
         return None, f"the companion run {_ending(companion)}, the main run {_ending(main)}", None, False
     ours, theirs = _paired(main, companion)
-    estimate = compare(plan.problem, ours, theirs, plan.nominal, factor, main.statistics.steps, tightened)
+    estimate = compare(
+        plan.case.problem, ours, theirs, plan.nominal, factor, main.statistics.steps, tightened
+    )
     return estimate, "", None, False
 
 
@@ -285,7 +286,7 @@ def _hermite(plan: Plan, t: Array, y: Array, z: Array | None) -> Callable[[Array
     def states(at: Array) -> Array:
         if t.size < 2:
             return np.repeat(y, at.size, axis=0)
-        dy = evaluate_rows(plan.problem, plan.functions, plan.case, "rhs", t, y, z)
+        dy = evaluate_rows(plan.case, "rhs", t, y, z)
         i = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 1)
         j = np.minimum(i + 1, t.size - 1)
         h = (t[j] - t[i])[:, None]

@@ -10,7 +10,6 @@ import numpy as np
 
 from . import native
 from .case import Case
-from .functions import Functions
 from .inputs import Table
 from .problem import Array
 
@@ -23,18 +22,18 @@ class Solver:
     def __init__(
         self,
         kernel: ctypes.CDLL,
-        functions: Functions,
         case: Case,
         method: str,
         tolerance: float,
         atol: Array,
         step: float = 0.0,
     ) -> None:
-        assert functions.struct is not None
+        struct = case.functions.struct
+        assert struct is not None
         index = kernel.mech_method_index(method.encode())
         assert index >= 0
         self._kernel = kernel
-        self._functions = functions
+        self._case = case  # the library of its functions stays loaded
         self.n_dense = int(kernel.mech_method_n_dense(index))
         self.ny = case.y0.size
         self._tables, self._table_data = table_structs(case.tables)
@@ -51,7 +50,7 @@ class Solver:
         self.nz = case.z.size
         self._events: ctypes.Array[native.EventStruct] | None = None
         self._instants = np.empty(0)
-        if functions.struct.hybrid:
+        if struct.hybrid:
             self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
         self._record = np.empty(0)
         options = native.OptionsStruct(
@@ -66,10 +65,10 @@ class Solver:
             tables=ctypes.addressof(self._tables),
             **{name: array.ctypes.data for name, array in self._arrays.items()},
         )
-        self._handle = kernel.mech_create(ctypes.addressof(functions.struct), ctypes.byref(options))
+        self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
         if not self._handle:
             raise MemoryError("the kernel could not allocate its solver")
-        if functions.struct.hybrid:
+        if struct.hybrid:
             self.start_events(FIRST_EVENTS)
 
     def __enter__(self) -> Solver:

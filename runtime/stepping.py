@@ -9,7 +9,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from . import native
-from .case import SimulationOptions, input_values
+from .case import SimulationOptions, inputs_at
 from .inputs import constant
 from .kernel_failure import kernel_failure
 from .outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
@@ -46,8 +46,7 @@ class Stepper:
         stop = math.inf if options.stop is None else options.stop
         options = replace(options, stop=stop if math.isfinite(stop) else 1.0, points=2)
         plan = plan_run(problem, options)
-        count = len(problem.inputs)
-        now = input_values(plan.functions, plan.case.tables, plan.case.begin, plan.case.p, count)
+        now = inputs_at(plan.case, plan.case.begin)
         given = {k: table.times.size > 1 for k, table in plan.case.tables.items()}
         self._held = {
             k: constant(float(now[k]))
@@ -60,13 +59,13 @@ class Stepper:
             grid=np.empty(0),
             max_step=LONGEST * plan.case.max_step,
         )
-        self._problem, self._functions = problem, plan.functions
+        self._problem = problem
         self._at_singular_positions = at_singular_positions
         self._end: SimulationError | None = None
         self._kernel = native.load_kernel(options.reproducible)
         tolerance = plan.case.tolerance
         self._solver = Solver(
-            self._kernel, plan.functions, self._case, plan.method.name, tolerance, tolerance * plan.nominal,
+            self._kernel, self._case, plan.method.name, tolerance, tolerance * plan.nominal,
             plan.case.step or 0.0,
         )  # fmt: skip
 
@@ -115,14 +114,14 @@ class Stepper:
     def __getitem__(self, name: str) -> float:
         report, y = self._solver.report()
         problem, z = self._problem, self._solver.discretes()
-        u = input_values(self._functions, self._case.tables, report.t, self._case.p, len(problem.inputs))
+        u = inputs_at(self._case, report.t)
         for quantities, values in ((problem.states, y), (problem.inputs, u), (problem.discretes, z)):
             for quantity, value in zip(quantities, values, strict=True):
                 if quantity.name == name:
                     return float(value)
         for k, quantity in enumerate(problem.outputs):
-            if quantity.name == name and self._functions.outputs is not None:
-                return float(self._functions.outputs(report.t, y, u, z, self._case.p)[k])
+            if quantity.name == name and self._case.functions.outputs is not None:
+                return float(self._case.functions.outputs(report.t, y, u, z, self._case.p)[k])
         known = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs, *problem.discretes)]
         raise KeyError(f"there is no '{name}'{suggest(name, known)}")
 

@@ -15,12 +15,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from .case import Case
-from .functions import Functions
 from .kernel_run import run_kernel
 from .methods import Method, choose_method
 from .outcome import SimulationError
 from .peers import run_peer
-from .problem import Array, Problem
+from .problem import Array
 from .reference import Reference
 from .scipy_methods import PREFIX
 from .solver_options import SolverOptions
@@ -65,8 +64,6 @@ class Point(Struct, frozen=True):
 class Task(Struct, frozen=True, eq=False):
     """What methods are measured on. A run that takes more than ``longest`` seconds is given up."""
 
-    problem: Problem
-    functions: Functions
     case: Case
     nominal: Array
     reference: Reference
@@ -91,10 +88,10 @@ def measure(
     if method.startswith(PREFIX):
         return _ladder(tolerances, lambda setting: _peer(task, method, setting), progress, enough)
     try:
-        chosen = choose_method(task.functions, case)
+        chosen = choose_method(case)
         settings = list(tolerances)
     except SimulationError:
-        chosen = choose_method(task.functions, replace(case, step=1.0))
+        chosen = choose_method(replace(case, step=1.0))
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
     return _ladder(settings, lambda setting: _point(task, chosen, setting), progress, enough)
 
@@ -127,19 +124,19 @@ def _point(task: Task, method: Method, setting: float) -> Point:
     )
 
     def run(case: Case) -> Trajectory:
-        return run_kernel(task.problem, task.functions, case, options)
+        return run_kernel(case, options)
 
     alone = replace(task.case, grid=task.case.grid[:1])
     return _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
 
 
 def _peer(task: Task, method: str, setting: float) -> Point:
-    problem, reference = task.problem, task.reference
+    problem, reference = task.case.problem, task.reference
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
         options = SolverOptions(method, setting, task.nominal, seconds=seconds)
-        done = run_peer(problem, task.functions, case, options)
+        done = run_peer(case, options)
         if problem.hybrid is not None and len(done.y) == len(reference.t):
             # what impacts dissipate is booked by the kernel alone
             done.y[:, accounts] = reference.high[:, accounts]

@@ -48,7 +48,6 @@ def _loosened() -> None:
     def loose(
         self: Any,
         kernel: Any,
-        functions: Any,
         c: Any,
         method: Any,
         tolerance: Any,
@@ -56,7 +55,7 @@ def _loosened() -> None:
         step: Any = 0.0,
     ) -> None:
         factor = min(1e5, 0.1 / tolerance)
-        make(self, kernel, functions, c, method, factor * tolerance, factor * atol, 10 * step)
+        make(self, kernel, c, method, factor * tolerance, factor * atol, 10 * step)
 
     solver.Solver.__init__ = loose
 
@@ -100,7 +99,7 @@ def _estimate_understated() -> None:
 
 
 def _nominal_one() -> None:
-    simulate.nominal_of = lambda problem, *_: np.ones(problem.ny)
+    simulate.nominal_of = lambda case: np.ones(case.problem.ny)
 
 
 def _kinks_ignored() -> None:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
 from ..runtime.evaluate import evaluate_rows
-from ..runtime.functions import Functions, load_functions
+from ..runtime.functions import load_functions
 from ..runtime.kernel_run import run_kernel
 from ..runtime.methods import check_name
 from ..runtime.native import kernel_methods, load_kernel
@@ -126,10 +126,10 @@ def benchmark(
         experiment=experiment, values=model.settings, stop=stop, points=MEASURED_POINTS
     )
     case = prepare(problem, functions, options)
-    nominal = nominal_of(problem, functions, case)
+    nominal = nominal_of(case)
     stop = case.stop
-    case = _before_the_end(problem, functions, case, nominal)
-    exact = closed_solutions(model, problem, functions, case)
+    case = _before_the_end(case, nominal)
+    exact = closed_solutions(model, case)
     try:
         truth = _reference(model, case, nominal, methods, seconds)
     except ReferenceFailed:
@@ -145,7 +145,7 @@ def benchmark(
     ended = case.stop < stop and count == case.grid.size
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
-    task = Task(problem, functions, _until(case, horizon), nominal, truth, longest)
+    task = Task(_until(case, horizon), nominal, truth, longest)
     known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
     names = [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]
     points, skipped = _measured(task, names, tolerances, enough, progress)
@@ -181,20 +181,17 @@ def _agreement(exact: dict[int, tuple[str, Array]], truth: Reference, nominal: A
     }
 
 
-def closed_solutions(
-    model: Model, problem: Problem, functions: Functions, case: Case
-) -> dict[int, tuple[str, Array]]:
+def closed_solutions(model: Model, case: Case) -> dict[int, tuple[str, Array]]:
     """Return name and values at the output times of each state that the model gives a closed solution of, by index.
 
     They hold for the default experiment with nothing changed.
     """
+    problem, functions = case.problem, case.functions
     first = find_experiment(problem, None)
     if model.settings or functions.outputs is None or case.experiment != (first.name if first else ""):
         return {}
     names = [q.name for q in problem.states]
-    rows = evaluate_rows(
-        problem, functions, case, "outputs", case.grid, np.tile(case.y0, (case.grid.size, 1))
-    )
+    rows = evaluate_rows(case, "outputs", case.grid, np.tile(case.y0, (case.grid.size, 1)))
     return {
         names.index(name): (name, rows[:, k])
         for k, q in enumerate(problem.outputs)
@@ -215,12 +212,13 @@ def _closed_reference(
     )
 
 
-def _before_the_end(problem: Problem, functions: Functions, case: Case, nominal: Array) -> Case:
+def _before_the_end(case: Case, nominal: Array) -> Case:
     """Return the case up to shortly before a model ends its run, if it does."""
-    if problem.hybrid is None or all(branch.message is None for branch in problem.hybrid.branches):
+    hybrid = case.problem.hybrid
+    if hybrid is None or all(branch.message is None for branch in hybrid.branches):
         return case
     options = SolverOptions("dop853", END_TOLERANCE, nominal, max_steps=MOST_STEPS)
-    done = run_kernel(problem, functions, case, options)
+    done = run_kernel(case, options)
     if done.terminated is None:
         return case
     stop = case.begin + (1 - END_TOLERANCE) * (float(done.t[-1]) - case.begin)
@@ -290,7 +288,7 @@ def reference_at(
     return reference(
         compile_for_reference(model, precision),
         case,
-        nominal_of(problem, functions, case),
+        nominal_of(case),
         np.array(times),
         precision=precision,
         method="dop853",

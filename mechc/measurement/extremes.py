@@ -65,7 +65,7 @@ def extremes(plan: Plan, methods: Sequence[str], *, full: bool) -> Extremes:
 
 def _parameters(plan: Plan, full: bool, left_out: list[str]) -> Iterator[Extreme]:
     """Each parameter far up, far down, and zero."""
-    parameters = list(zip(plan.problem.parameters, plan.case.p, strict=False))
+    parameters = list(zip(plan.case.problem.parameters, plan.case.p, strict=False))
     known = [(q, float(v)) for q, v in parameters if v != 0]
     if not full and len(known) > QUICK_PARAMETERS:
         step = len(known) / QUICK_PARAMETERS
@@ -87,7 +87,7 @@ def _told(quantity: Quantity, value: float) -> str:
 
 def _starts(plan: Plan) -> Iterator[Extreme]:
     """Fast, slow, far away, nearly upside down, and still: as far as the model gives the values itself."""
-    problem, case = plan.problem, plan.case
+    problem, case = plan.case.problem, plan.case
     rotations = {first + k for first in problem.rotations for k in range(4)}
     given = {
         q.name: float(case.wanted[i])
@@ -118,7 +118,7 @@ def _starts(plan: Plan) -> Iterator[Extreme]:
 
 def _sizes(plan: Plan) -> Iterator[Extreme]:
     """Everything longer, lighter and slower: the same motion, if the model holds no numbers with units beside."""
-    problem, case = plan.problem, plan.case
+    problem, case = plan.case.problem, plan.case
     if not problem.time.unit:
         return
     values: dict[str, float] = {}

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from ..compiler.equations.needs import EVERYTHING
 from ..runtime.case import SimulationOptions, prepare
-from ..runtime.functions import Functions, load_functions
+from ..runtime.functions import load_functions
 from ..runtime.object_code import code_bytes
 from ..runtime.outcome import SimulationError
 
@@ -98,44 +98,42 @@ def cost(model: Model, target: Code = "c", measured: bool = True) -> Cost:
             return replace(plain, size=_fmu_size(model))
 
 
-def nanoseconds(
-    problem: Problem, measure: Callable[[Problem, Functions, Case, float], float]
-) -> float | None:
+def nanoseconds(problem: Problem, measure: Callable[[Case, float], float]) -> float | None:
     """Return the time of one evaluation at the start of the motion; None where the motion cannot begin."""
-    functions = load_functions(problem)
-    case = default_case(problem, functions)
-    return None if case is None else measure(problem, functions, case, (case.stop - case.begin) * SHARE)
+    case = default_case(problem)
+    return None if case is None else measure(case, (case.stop - case.begin) * SHARE)
 
 
-def default_case(problem: Problem, functions: Functions) -> Case | None:
+def default_case(problem: Problem) -> Case | None:
     """Return the default experiment, of one second where the model says no stop; None where no motion can begin."""
+    functions = load_functions(problem)
     for stop in (None, 1.0):
         with suppress(SimulationError):
             return prepare(problem, functions, SimulationOptions(points=2, stop=stop))
     return None
 
 
-def _by_kernel(problem: Problem, functions: Functions, case: Case, step: float) -> float:
+def _by_kernel(case: Case, step: float) -> float:
     """Steps of the classical Runge-Kutta method: the same ones in every build."""
     from ..runtime.kernel_run import run_kernel
     from ..runtime.solver_options import SolverOptions
 
     short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
-    options = SolverOptions("rk4", case.tolerance, np.ones(problem.ny), step, max_steps=STEPS)
+    options = SolverOptions("rk4", case.tolerance, np.ones(case.problem.ny), step, max_steps=STEPS)
     times = []
     for _ in range(REPEATS):
-        done = run_kernel(problem, functions, short, options)
+        done = run_kernel(short, options)
         times.append(done.statistics.run_time / max(done.statistics.evaluations, 1))
     return min(times) * 1e9
 
 
-def _by_python(problem: Problem, functions: Functions, case: Case, step: float) -> float:
+def _by_python(case: Case, step: float) -> float:
     times = []
-    u = np.zeros(len(problem.inputs))
+    u = np.zeros(len(case.problem.inputs))
     for _ in range(REPEATS):
         begun = time.perf_counter()
         for _ in range(STEPS // 10):
-            functions.rhs(case.begin, case.y0, u, case.z, case.p)
+            case.functions.rhs(case.begin, case.y0, u, case.z, case.p)
         times.append((time.perf_counter() - begun) / (STEPS // 10))
     return min(times) * 1e9
 

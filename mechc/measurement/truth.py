@@ -58,7 +58,7 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
     ``seconds``: how long the reference may take. Raises ReferenceFailed, also where it is not clear enough to judge
     the run at any time.
     """
-    if plan.problem.hybrid is not None:
+    if plan.case.problem.hybrid is not None:
         raise ReferenceFailed("runs with events are not solved in higher precision")
     rows = np.unique(np.linspace(0, solution.time.size - 1, POINTS).round().astype(int))[1:]
     times: Array = solution.time[rows]
@@ -76,7 +76,7 @@ def true_errors(library: Path, plan: Plan, solution: Solution, seconds: float) -
         seconds=seconds,
         ladder=LADDERS[method],
     )
-    names = [quantity.name for quantity in plan.problem.states]
+    names = [quantity.name for quantity in plan.case.problem.states]
     got = np.array([solution[name][rows] for name in names]).T
     scaled = np.abs((got - made.high) - made.low) / (made.nominal + np.abs(made.high))
     count = _clear(made, scaled)

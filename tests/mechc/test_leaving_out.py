@@ -19,11 +19,11 @@ from mechc.compiler.targets.parts import FUNCTIONS
 from mechc.measurement.savings import LARGEST, SQUARE, savings
 from mechc.presentation.explanation import explanation
 from mechc.runtime.case import Case, SimulationOptions, prepare
-from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.functions import load_functions
 from mechc.runtime.kernel_run import run_kernel
 from mechc.runtime.object_code import code_bytes
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.problem import Array, Problem
+from mechc.runtime.problem import Array
 from mechc.runtime.solver_options import SolverOptions
 from mechc.runtime.trajectory import Trajectory
 
@@ -114,7 +114,7 @@ def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion 
     case = replace(case, stop=stop, grid=np.linspace(case.begin, stop, 21))
     if disturbed:
         case = replace(case, y0=case.y0 * (1 + EPSILON))
-    done = run(problem, functions, case)
+    done = run(case)
     if done.failure is not None or not np.isfinite(done.y).all():
         return None
     assert done.t.size == 21 or done.terminated is not None
@@ -127,10 +127,10 @@ def motion(model: Model, share: float = 1.0, disturbed: bool = False) -> Motion 
     return Motion(done.t, states, {q.name: sizes[q.unit] or 1.0 for q in problem.states})
 
 
-def run(problem: Problem, functions: Functions, case: Case) -> Trajectory:
+def run(case: Case) -> Trajectory:
     step = (case.stop - case.begin) / STEPS
-    options = SolverOptions("rk4", 1e-8, np.ones(problem.ny), step, max_steps=20 * STEPS)
-    return run_kernel(problem, functions, case, options)
+    options = SolverOptions("rk4", 1e-8, np.ones(case.problem.ny), step, max_steps=20 * STEPS)
+    return run_kernel(case, options)
 
 
 def apart(a: Motion, b: Motion) -> float:

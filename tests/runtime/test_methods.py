@@ -51,7 +51,7 @@ def run_fixed(problem: Problem, method: str, step: float, stop: float) -> tuple[
     functions = load_functions(problem)
     options = SimulationOptions(stop=stop, max_step=step)
     case = prepare(problem, functions, options)
-    with Solver(load_kernel(), functions, case, method, 1e30, np.full(problem.ny, 1e30), step) as solver:
+    with Solver(load_kernel(), case, method, 1e30, np.full(problem.ny, 1e30), step) as solver:
         solver.start_record(int(stop / step) + 10)
         assert solver.advance(stop, 10**9) == REACHED
         report, y = solver.report()
@@ -164,7 +164,7 @@ def test_reference_turns_a_quaternion_of_any_length_alike() -> None:
     problem = rigid_body()
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(stop=1))
-    system = _System(problem, functions, case, piece=(0.0, 1.0))
+    system = _System(case, piece=(0.0, 1.0))
     y = np.array([0.1, -0.7, 0.5, 0.5, 0.3, -0.2, 1.0])
     unit, long = system.rhs(0.0, y), system.rhs(0.0, y * [3, 3, 3, 3, 1, 1, 1])
     assert long[:4] == pytest.approx(3 * unit[:4], rel=1e-14)

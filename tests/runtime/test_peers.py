@@ -43,7 +43,7 @@ def test_ball_bounces_as_the_closed_solution_says(method: str) -> None:
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=41))
     options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny))
-    done = run_peer(problem, functions, case, options)
+    done = run_peer(case, options)
     assert done.failure is None and done.t.size == 41
     # between impacts a parabola; each impact leaves 0.8 of the speed and lasts 0.8 of the time before
     first, speed = np.sqrt(2 / 9.81), np.sqrt(2 * 9.81)
@@ -64,7 +64,7 @@ def test_evaluations_are_counted_and_constrained_models_run() -> None:
     problem = model.problem("c")
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions(points=11, stop=1.0))
-    done = run_peer(problem, functions, case, SolverOptions("scipy:DOP853", 1e-9, np.ones(problem.ny)))
+    done = run_peer(case, SolverOptions("scipy:DOP853", 1e-9, np.ones(problem.ny)))
     ours = model.simulate(stop=1.0, tolerance=1e-10)
     assert done.statistics.evaluations > 12
     for k, quantity in enumerate(problem.states):
@@ -76,7 +76,7 @@ def test_models_with_inputs_are_refused_with_the_reason() -> None:
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     with pytest.raises(SimulationError, match="without inputs"):
-        run_peer(problem, functions, case, SolverOptions("scipy:RK45", 1e-6, np.ones(problem.ny)))
+        run_peer(case, SolverOptions("scipy:RK45", 1e-6, np.ones(problem.ny)))
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -85,7 +85,7 @@ def test_run_that_takes_too_long_is_given_up_with_its_evaluations(method: str) -
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     options = SolverOptions(f"scipy:{method}", 1e-8, np.ones(problem.ny), seconds=0.05)
-    done = run_peer(problem, functions, case, options)
+    done = run_peer(case, options)
     assert done.failure is not None and done.failure.kind == "given up"
     assert done.statistics.run_time < 5 and done.statistics.evaluations >= 64
     assert f"{done.statistics.evaluations} evaluations" in done.failure.message

@@ -26,7 +26,7 @@ def solver(problem: Problem, method: str, options: SimulationOptions) -> Iterato
     case = prepare(problem, functions, options)
     step = 1e-2 if method == "rk4" else 0.0
     atol = np.full(problem.ny, 1e-9)
-    with Solver(load_kernel(), functions, case, method, 1e-9, atol, step) as made:
+    with Solver(load_kernel(), case, method, 1e-9, atol, step) as made:
         yield made, case
 
 
@@ -84,7 +84,7 @@ def test_a_saved_run_goes_on_in_another_solver(method: str) -> None:
     case = prepare(problem, functions, SimulationOptions(stop=STOP, points=2))
 
     def made() -> Solver:
-        return Solver(load_kernel(), functions, case, method, 1e-8, np.full(2, 1e-8), 1e-2)
+        return Solver(load_kernel(), case, method, 1e-8, np.full(2, 1e-8), 1e-2)
 
     with made() as whole:
         assert whole.advance(STOP, 10**9) == REACHED

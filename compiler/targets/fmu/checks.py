@@ -14,7 +14,6 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
 from mechc.runtime.accuracy import companion_tolerance
-from mechc.runtime.functions import load_functions
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import FIRST_EVENTS, Solver
 
@@ -162,11 +161,11 @@ def native_points(
     times = [case.begin]
     for _ in range(count):
         times.append(times[-1] + step)
-    kernel, functions = native.load_kernel(True), load_functions(start.problem)
+    kernel = native.load_kernel(True)
     # without events nothing happens at the start
     rows = [] if start.problem.hybrid else [case.y0.copy()]
     with Solver(
-        kernel, functions, case, method, case.tolerance, case.tolerance * start.nominal, case.step or 0.0
+        kernel, case, method, case.tolerance, case.tolerance * start.nominal, case.step or 0.0
     ) as solver:
         for t in times[len(rows) :]:
             status = native.RUNNING

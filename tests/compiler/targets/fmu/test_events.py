@@ -19,7 +19,6 @@ from mechc.compiler.targets.fmu.checks import native_points
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime import native
 from mechc.runtime.build import find_compiler
-from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import constant
 from mechc.runtime.solver import Solver
 
@@ -363,9 +362,9 @@ def test_a_table_of_inputs_has_the_bits_of_the_native_run(tmp_path: Path) -> Non
     at, step = references(path), 0.25
     forces = [float(f) for f in np.sin(np.arange(1, 21))]
     case = replace(start.case, tables={0: constant(forces[0])})
-    kernel, functions = native.load_kernel(True), load_functions(start.problem)
+    kernel = native.load_kernel(True)
     rows, found = [], []
-    with Solver(kernel, functions, case, "dop853", case.tolerance, case.tolerance * start.nominal) as solver:
+    with Solver(kernel, case, "dop853", case.tolerance, case.tolerance * start.nominal) as solver:
         for k, force in enumerate(forces):
             if k:
                 solver.set_constant(0, force)
