@@ -193,11 +193,26 @@ static int engage(mech_solver *s)
     return apply_checked(s, moves);
 }
 
+/* A contact that is engaged at this instant must not be beyond its surface. */
+static int check_engaged_contacts(mech_solver *s)
+{
+    const mech_modes *e = s->modes;
+    for (int i = 0; i < e->n_rows; i++) {
+        const int enabled = mech_row_of(s, i)->enabled;
+        if (enabled < 0 || !(e->z[enabled] > MECH_C(0.5)) || e->z_before[enabled] > MECH_C(0.5)) continue;
+        if (mech_value(s, i, MECH_GAP) >= -MECH_C(1e-6) * e->gap_scale[i]) continue;
+        s->run->report.failed_value = mech_value(s, i, MECH_GAP);
+        return mech_fail(s, MECH_PENETRATION, i);
+    }
+    return MECH_RUNNING;
+}
+
 int mech_impacts(mech_solver *s, int *count)
 {
     mech_modes *e = s->modes;
     mech_read_rows(s);
-    int status = engage(s), ready = 0;
+    int status = check_engaged_contacts(s), ready = 0;
+    if (!status) status = engage(s);
     for (int round = 0; !status; round++) {
         const int contact = fastest_approach(s);
         if (contact < 0) break;

@@ -219,6 +219,26 @@ def test_a_contact_that_starts_penetrated_is_told() -> None:
     assert "penetrated" in solution.message and "its gap is -1 (SI)" in solution.message
 
 
+@pytest.mark.parametrize("speed", [-1, 7])
+def test_a_contact_that_is_engaged_beyond_its_surface_is_told(speed: float) -> None:
+    """Also where the body is on its way back."""
+    solution = mechc.loads(f"""
+    coordinate Length x = 1 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 10 N*x;
+    contact floor: x restitution 0.5;
+    when initial() then
+      release floor;
+    end when;
+    when time > 0.6 s then
+      reinit(der(x), {speed} m/s);
+      engage floor;
+    end when;
+    """).simulate(stop=1, estimate_error=False)
+    assert solution.outcome is Outcome.FAILED
+    assert "'floor' is penetrated at t = 0.6 s: its gap is -0.8 (SI)" in solution.message
+
+
 def test_a_constraint_that_is_engaged_elsewhere_is_told() -> None:
     text = """
 coordinate a = 0 m;
