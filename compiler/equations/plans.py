@@ -26,6 +26,7 @@ def impulse_of(row: Row) -> Node:
 
 
 def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
+    """Return what the kernel knows of each branch; ``act_1``, ``act_2`` ... are their functions."""
     return tuple(
         BranchPlan(
             branch.event,
@@ -42,6 +43,7 @@ def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
 
 
 def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, int]) -> tuple[RowPlan, ...]:
+    """Return what the kernel knows of rows and steps; ``place``: the index of each symbol in z."""
     names = [row.constraint.name for row in rows]
     plans: list[RowPlan] = []
     for row in rows:

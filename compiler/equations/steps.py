@@ -105,6 +105,7 @@ def _span(system: MechanicalSystem, kind: str) -> Span | None:
 
 
 def step_values(system: MechanicalSystem, solved: Solved, steps: Sequence[Step]) -> list[Node]:
+    """Return eight values for each step in the order of those of rows: its rate, and as force the jump of the energy."""
     graph = system.graph
     zero = graph.zero
     values: list[Node] = []

@@ -141,6 +141,7 @@ def _dimension(scope: Scope, dimension: Dimension) -> Dimension:
 
 
 def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
+    """Check a mass and record it with the field that reaches it: of its instance or the nearest one around it."""
     value = scope.elaborate(statement.value)
     _require(scope, value, types.real(_dimension(scope, types.MASS)), statement.value.span, "a mass (kg)")
     at = frame_or_point(scope, statement.at, "a mass is")
@@ -155,6 +156,7 @@ def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
 
 
 def inertia(scope: Scope, statement: ast.Inertia, record: Record) -> None:
+    """Check a moment of inertia, or in space a matrix of 3 x 3, and record it."""
     value = scope.elaborate(statement.value)
     on = scope.elaborate(statement.on)
     if on.type.kind is not Kind.FRAME or on.type.shape:

@@ -241,6 +241,7 @@ def range_values(scope: Scope, node: ast.Range) -> range:
 
 
 def check_size(scope: Scope, size: int, span: Span) -> None:
+    """Count elements of an array or turns of a loop; report too many of them, here or in the whole model."""
     if size > LARGEST:
         raise scope.fail(
             "E0419",

@@ -20,6 +20,7 @@ from .values import fit
 
 
 def when(scope: Scope, statement: ast.When, record: Record) -> None:
+    """Record an event; a branch keeps its actions that are right."""
     inner = scope.for_events()
     branches = []
     for branch in statement.branches:

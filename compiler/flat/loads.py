@@ -29,6 +29,7 @@ def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: Rec
 
 
 def load(scope: Scope, statement: ast.Load, record: Record) -> None:
+    """Record a force or torque."""
     name = label_name(scope, statement.label, statement.kind, record)
     record.loads.append(make_load(scope, statement, statement.kind, name))
 
@@ -205,6 +206,7 @@ def quantity(scope: Scope, node: ast.Expression, what: str) -> Expression:
 
 
 def damping(scope: Scope, statement: ast.Damping, record: Record) -> None:
+    """Check the dimension of a damping, which is power divided by the square of a rate, and record it."""
     on = quantity(scope, statement.on, "damping")
     value = scope.elaborate(statement.value)
     flattening = scope.flattening
@@ -235,6 +237,7 @@ _LAWS = ("stick", "regularized")
 
 
 def friction(scope: Scope, statement: ast.Friction, record: Record) -> None:
+    """Check the limits and options of a dry friction and record it."""
     on = quantity(scope, statement.on, "friction")
     kinetic = scope.elaborate(statement.kinetic)
     _require_effort(scope, kinetic, statement.kinetic, on, statement.on, "friction force")
@@ -255,6 +258,7 @@ def _slip_type(scope: Scope, on: Expression) -> Type:
 
 
 def contact(scope: Scope, statement: ast.Contact, record: Record) -> None:
+    """Check gap, coefficients, slip and options of a contact and record it."""
     gap = quantity(scope, statement.gap, "a contact")
     restitution = _number(scope, statement.restitution, "a restitution")
     coefficient = _number(scope, statement.friction, "a coefficient of friction")

@@ -24,6 +24,7 @@ def strongest(modifiers: list[Modifier], *, rate: bool = False) -> Modifier | No
 
 
 def twice(modifier: Modifier, first: Modifier) -> Poisoned:
+    """Report two modifications of equal rank."""
     name = modifier.path[0].name
     return modifier.source.scope.fail(
         "E0409",
@@ -70,6 +71,7 @@ def check_plain(member: VariableMember, modifier: Modifier) -> None:
 
 
 def cannot_modify(member: Member, modifier: Modifier, reason: str) -> Poisoned:
+    """Report a modification of what has none; ``reason`` follows "it"."""
     name = member.declaration.name
     return modifier.source.scope.fail(
         "E0402",

@@ -29,6 +29,7 @@ _LONGEST = 2048
 
 
 def unary(scope: Scope, node: ast.Unary) -> Expression:
+    """Return the value of a sign or of ``not``."""
     operand = scope.elaborate(node.operand)
     if node.operator == "not":
         require_truth(scope, node.operand, operand)
@@ -49,6 +50,7 @@ def unary(scope: Scope, node: ast.Unary) -> Expression:
 
 
 def negated(operand: Expression, node: ast.Expression) -> Expression:
+    """Return minus an operand, folded where it is constant."""
     if isinstance(operand, Literal):
         assert isinstance(operand.value, Fraction)
         return Literal(type=operand.type, span=node.span, value=-operand.value)
@@ -60,6 +62,7 @@ def negated(operand: Expression, node: ast.Expression) -> Expression:
 
 
 def binary(scope: Scope, node: ast.Binary) -> Expression:
+    """Return the value of an operator, folded where both operands are literals."""
     operator = node.operator
     if operator in ("and", "or"):
         return _logical(scope, node)
@@ -156,6 +159,7 @@ def meet(
 
 
 def missing_unit(left: Expression, right: Expression) -> str:
+    """Say which of two quantities that differ is a bare number, if one is."""
     for one, other in ((left, right), (right, left)):
         if isinstance(one, Literal) and one.type.dimension.is_none and not one.type.angle:
             return (
@@ -215,6 +219,7 @@ def _logical(scope: Scope, node: ast.Binary) -> Expression:
 
 
 def require_truth(scope: Scope, node: ast.Expression, value: Expression) -> None:
+    """Report a condition that is no single truth value."""
     if value.type.kind is not Kind.BOOLEAN or value.type.shape:
         raise scope.fail(
             "E0318",

@@ -22,6 +22,7 @@ FRAME_NAMES = ("from", "to")
 
 
 def place_extents(member: PlaceMember) -> tuple[int, ...]:
+    """Return the sizes of an array of frames or points; empty for a single one."""
     if member.declaration.dimensions and not member.extents:
         member.extents = extents(member.scope, member.declaration.dimensions)
     return member.extents
@@ -148,6 +149,7 @@ def _bound_frame(member: PlaceMember, index: Index) -> Expression | None:
 
 
 def place_reference(member: PlaceMember, index: Index, span: Span) -> Expression:
+    """Return a frame or point by name."""
     return Name(type=place_type(member, index), span=span, name=element_name(member.name, index))
 
 

@@ -28,6 +28,7 @@ def _dimensions(a: Type, b: Type) -> tuple[Dimension, bool]:
 
 
 def product_type(scope: Scope, node: ast.Binary, left: Expression, right: Expression) -> Type:
+    """Return the type of a product of numbers, arrays, matrices, frames, poses and vectors."""
     a, b = left.type, right.type
     known = _products.get((id(a), id(b)))
     if known is not None:
@@ -120,6 +121,7 @@ def moves(expression: Expression) -> bool:
 
 
 def quotient_type(scope: Scope, node: ast.Binary, left: Expression, right: Expression) -> Type:
+    """Return the type of a quotient, whose divisor is one value."""
     a, b = left.type, right.type
     known = _quotients.get((id(a), id(b)))
     if known is not None:
@@ -136,6 +138,7 @@ def quotient_type(scope: Scope, node: ast.Binary, left: Expression, right: Expre
 
 
 def power_type(scope: Scope, node: ast.Binary, left: Expression, right: Expression) -> Type:
+    """Return the type of a power; that of a quantity with a unit has an exponent known while compiling."""
     a, b = left.type, right.type
     if a.kind not in types.NUMERIC or b.kind not in types.NUMERIC or a.shape or b.shape:
         help = "write 'dot(v, v)' for the square of a vector" if a.shape and a.kind in types.NUMERIC else ""
@@ -176,6 +179,7 @@ def power_type(scope: Scope, node: ast.Binary, left: Expression, right: Expressi
 def undefined(
     scope: Scope, node: ast.Binary, left: Expression, right: Expression, help: str = ""
 ) -> Poisoned:
+    """Report an operator that its operands do not have."""
     first, second = types.describe(left.type), types.describe(right.type)
     return scope.fail(
         "E0308",

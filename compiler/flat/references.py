@@ -163,6 +163,7 @@ def _within(scope: Scope, instance: Instance, parts: tuple[ast.Part, ...], span:
 
 
 def no_such_member(scope: Scope, instance: Instance, part: ast.Part) -> Poisoned:
+    """Report a name that a component does not have, or only under another condition."""
     if instance.cls.broken:
         return Poisoned()
     labels = (Label(instance.cls.model.name_span, f"{instance.cls.name} is defined here"),)

@@ -71,6 +71,7 @@ def _matched(
 
 
 def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
+    """Record a constraint."""
     left, right = sides(scope, statement, "the constraint")
     name = label_name(scope, statement.label, "constraint", record)
     origin = scope.origin(statement.span)
@@ -78,6 +79,7 @@ def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
 
 
 def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
+    """Record a prescribed motion of a coordinate or its rate."""
     left = scope.elaborate(statement.target)
     target = target_of(scope, left)
     if target is None or target.role is not Role.COORDINATE or target.rate > 1:
@@ -154,6 +156,7 @@ def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Record)
 
 
 def closure(scope: Scope, statement: ast.Closure, parts: JointParts) -> None:
+    """Collect an equation that holds where the joint of this model closes a loop."""
     instance = scope.instance
     assert instance is not None
     if not instance.cls.places:
@@ -212,6 +215,7 @@ def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> P
 
 
 def exact(scope: Scope, statement: ast.Exact, record: Record) -> None:
+    """Record the closed solution of a coordinate, a state or an output."""
     left = scope.elaborate(statement.left)
     target = target_of(scope, left)
     output = isinstance(_base(left), model.Name) and _is_output(scope, _base(left))
@@ -255,5 +259,6 @@ def truth_value(scope: Scope, node: ast.Expression, what: str) -> Expression:
 
 
 def assertion(scope: Scope, statement: ast.Assert) -> model.Assertion:
+    """Return a checked assertion."""
     condition = truth_value(scope, statement.condition, "the condition of 'assert'")
     return model.Assertion(condition, statement.message, scope.origin(statement.span))

@@ -143,6 +143,7 @@ def filled(expression: Expression, shape: tuple[int, ...], span: Span) -> Expres
 
 
 def shape_words(shape: tuple[int, ...]) -> str:
+    """Return ``one value``, ``3 elements``, ``2 x 3 elements``."""
     if not shape:
         return "one value"
     if len(shape) == 1:

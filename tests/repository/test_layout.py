@@ -83,6 +83,13 @@ def test_no_marks_of_unfinished_work() -> None:
     assert [p for p in python_files(*SOURCES) if marks.search(p.read_text(encoding="utf-8"))] == []
 
 
+def test_types_of_the_flat_model_are_made_in_one_place() -> None:
+    """Type rules are cached by the identity of types, which ``types.make`` alone keeps alive."""
+    made = re.compile(r"(?<![\w.])(?<!class )Type\(")
+    found = [p for p in python_files("compiler") if made.search(p.read_text(encoding="utf-8"))]
+    assert [p.relative_to(ROOT).as_posix() for p in found] == ["compiler/flat/types.py"]
+
+
 def test_package_data_covers_every_other_file() -> None:
     data = project()["package-data"]
     assert isinstance(data, dict)

@@ -11,6 +11,7 @@ from .described import Described, Finding
 
 
 def structure_findings(root: Element, variables: list[Described], version: int) -> Iterator[Finding]:
+    """Yield what is wrong with the lists of outputs, derivatives and initial unknowns."""
     by_key = {v.key: v for v in variables}
     titles = (
         ("Outputs/Unknown", "Derivatives/Unknown", "InitialUnknowns/Unknown")
