@@ -14,6 +14,7 @@ from mechc.lang.suggest import closest
 from . import model, types
 from .coordinates import Target, target_of
 from .evaluate import constant, elements, not_structural, values_of
+from .fixed import setting_changes
 from .instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from .instantiate import member_of
 from .members import type_of
@@ -142,16 +143,9 @@ def _unknown(scope: Scope, name: str, span: Span) -> Poisoned:
 def _check_fixed(scope: Scope, node: ast.Modification, value: Expression) -> None:
     """Report a value that is not yet known when the settings are computed, before the run begins."""
     culprit = changing(scope.flattening, value)
-    if culprit is None:
-        return
-    raise scope.fail(
-        "E0812",
-        f"what an experiment sets must not depend on '{culprit}', which changes",
-        node.value.span,
-        caption=f"this depends on '{culprit}'",
-        help="an experiment sets fixed values, which may use parameters; a course in time is the default of an "
-        "'input' in the model, or a table (--input NAME=FILE.csv)",
-    )
+    if culprit is not None:
+        code, message, details = setting_changes(culprit)
+        raise scope.fail(code, message, node.value.span, **details)
 
 
 # ---------------------------------------------------------------- options of the run

@@ -11,6 +11,7 @@ from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
 from . import types
 from .coordinates import definition_of
 from .evaluate import constant
+from .fixed import input_changes, parameter_changes
 from .instance import VariableMember
 from .members import type_of
 from .model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
@@ -62,31 +63,17 @@ def variable(member: VariableMember, value: Expression | None, record: Record) -
 def check_parameter(member: VariableMember, value: Expression) -> None:
     """Report a value of a parameter that changes during the run."""
     culprit = changing(member.scope.flattening, value)
-    if culprit is None:
-        return
-    declaration = member.declaration
-    raise member.scope.fail(
-        "E0810",
-        f"parameter '{declaration.name}' must not depend on '{culprit}', which changes",
-        value.span,
-        caption=f"this depends on '{culprit}'",
-        help="a parameter is fixed during a run; write 'let' for what changes, or 'input' in a component",
-    )
+    if culprit is not None:
+        code, message, details = parameter_changes(member.declaration.name, culprit)
+        raise member.scope.fail(code, message, value.span, **details)
 
 
 def check_input(member: VariableMember, value: Expression) -> None:
     """Report a default of an input that uses what is known only during the run."""
     culprit = changing(member.scope.flattening, value, time=True)
-    if culprit is None:
-        return
-    declaration = member.declaration
-    raise member.scope.fail(
-        "E0811",
-        f"the default of the input '{declaration.name}' must not depend on '{culprit}'",
-        value.span,
-        caption=f"this depends on '{culprit}'",
-        help="a default may use parameters and time; write 'let' for what follows from the motion",
-    )
+    if culprit is not None:
+        code, message, details = input_changes(member.declaration.name, culprit)
+        raise member.scope.fail(code, message, value.span, **details)
 
 
 def changing(flattening: Flattening, value: Expression, *, time: bool = False) -> str | None:

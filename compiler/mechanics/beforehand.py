@@ -1,7 +1,7 @@
 """What must be known before a run begins: parameters, defaults of inputs, initial values, settings.
 
-Names that change are refused where they are written (flat/variables.py); here the formulas are known, and with them
-what changes without being named: a frame that is carried along, a reaction.
+Names that change are refused where they are written (flat/variables.py), in the same words (flat/fixed.py); here the
+formulas are known, and with them what changes without being named: a frame that is carried along, a reaction.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
 
+from ..flat.fixed import input_changes, parameter_changes, setting_changes
 from ..flat.model import Expression, Literal, Variable
 from ..graph import Graph, Node
 from .symbols import Scalar
@@ -21,35 +22,20 @@ def check_known_beforehand(system: MechanicalSystem, reporter: Reporter) -> None
     """Report parameters, defaults of inputs and settings of experiments that depend on the motion."""
     symbols = system.symbols
     fixed = {s.node for s in symbols.parameters}
-    for variable in _declared(symbols.parameters):
-        if (culprit := _culprit(system, variable.value, fixed)) is not None:
-            reporter.error(
-                "E0810",
-                f"parameter '{variable.name}' must not depend on '{culprit}', which changes",
-                variable.origin.span if variable.value is None else variable.value.span,
-                caption=f"this depends on '{culprit}'",
-                help="a parameter is fixed during a run; write 'let' for what changes, or 'input' in a component",
-            )
-    for variable in _declared(symbols.inputs):
-        if (culprit := _culprit(system, variable.value, fixed | {symbols.time})) is not None:
-            reporter.error(
-                "E0811",
-                f"the default of the input '{variable.name}' must not depend on '{culprit}'",
-                variable.origin.span if variable.value is None else variable.value.span,
-                caption=f"this depends on '{culprit}'",
-                help="a default may use parameters and time; write 'let' for what follows from the motion",
-            )
+    for variables, known, changes in (
+        (_declared(symbols.parameters), fixed, parameter_changes),
+        (_declared(symbols.inputs), fixed | {symbols.time}, input_changes),
+    ):
+        for variable in variables:
+            value = variable.value
+            if value is not None and (culprit := _culprit(system, value, known)) is not None:
+                code, message, details = changes(variable.name, culprit)
+                reporter.error(code, message, value.span, **details)
     for experiment in system.model.experiments:
-        values = [*experiment.options.values(), *(s.value for s in experiment.settings)]
-        for value in values:
+        for value in (*experiment.options.values(), *(s.value for s in experiment.settings)):
             if (culprit := _culprit(system, value, fixed)) is not None:
-                reporter.error(
-                    "E0812",
-                    f"what an experiment sets must not depend on '{culprit}', which changes",
-                    value.span,
-                    caption=f"this depends on '{culprit}'",
-                    help="an experiment sets fixed values, which may use parameters",
-                )
+                code, message, details = setting_changes(culprit)
+                reporter.error(code, message, value.span, **details)
     _check_starts(system, fixed | {s.node for s in (*symbols.inputs, *symbols.discretes)}, reporter)
 
 
@@ -77,8 +63,8 @@ def _declared(scalars: Sequence[Scalar]) -> list[Variable]:
     return list({s.variable.name: s.variable for s in scalars}.values())
 
 
-def _culprit(system: MechanicalSystem, value: Expression | None, known: set[Node]) -> str | None:
-    if value is None or (isinstance(value, Literal) and isinstance(value.value, str)):
+def _culprit(system: MechanicalSystem, value: Expression, known: set[Node]) -> str | None:
+    if isinstance(value, Literal) and isinstance(value.value, str):
         return None
     placed = isinstance(system.lowering.value(value), Placement)
     nodes = () if placed else system.lowering.numbers(value)
