@@ -182,7 +182,8 @@ def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: Mechanica
     accelerations = [symbols[a] for a in system.a if a in symbols]
     present = [a for a in accelerations if simple.has(a)]
     if not present:
-        return simple
+        quotients = any(power.base.is_Add and power.exp.is_negative for power in simple.atoms(sp.Pow))
+        return min(simple, sp.factor(simple), key=sp.count_ops) if quotients else simple
     return sp.collect(simple, present, sp.factor_terms)
 
 

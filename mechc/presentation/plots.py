@@ -27,6 +27,8 @@ CONSTANT = 1e-6
 """Relative change below which a curve is drawn as constant."""
 SMOOTH = 2000
 """Points of a curve, where the solution can be computed between its output points."""
+FLATTEST = 0.5
+"""Least side of the box around a path in space, as a share of its largest."""
 LEGEND_CHARACTERS = 46
 """Width of a legend that fits beside the title."""
 ROW_CHARACTERS = 78
@@ -187,11 +189,23 @@ def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
     axes.set_ylabel(_axis_label("y", unit))
     if panel.dimension == 3:
         axes.set_zlabel(_axis_label("z", unit))
-        axes.set_aspect("equal")
+        _equal_box(axes)
     else:
         axes.set_aspect("equal", adjustable="datalim")
     if len(panel.names) > 1:
         _legend(axes)
+
+
+def _equal_box(axes: Any) -> None:
+    """Give the axes in space one scale, and a box that is nowhere too flat for its numbers to be read."""
+    limits = [axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()]
+    largest = max(high - low for low, high in limits)
+    spans = [max(high - low, FLATTEST * largest) for low, high in limits]
+    for axis, (low, high), span in zip("xyz", limits, spans, strict=True):
+        middle = (low + high) / 2
+        getattr(axes, f"set_{axis}lim3d")(middle - span / 2, middle + span / 2)
+        axes.locator_params(axis=axis, nbins=max(2, round(6 * span / largest)))
+    axes.set_box_aspect(spans)
 
 
 def _draw_energies(axes: Any, panel: Energies, view: View) -> None:

@@ -146,3 +146,14 @@ def test_latex_of_names_and_descriptions_is_escaped() -> None:
     model = 'model Two_Bars "50 % {loss} & more_"\n  coordinate Length x = 0 m;\n  kinetic 1/2*1 kg*der(x)^2;\nend Two_Bars;'
     text = write_equations(compiled(model).system, "latex")
     assert text.startswith("\\section*{Two\\_Bars}\n50 \\% \\{loss\\} \\& more\\_\n")
+
+
+def test_a_damper_between_points_is_a_square_over_a_square() -> None:
+    text = (
+        "import mech.planar.*; Particle p(m = 1 kg); Translation t(world -> p.a, position = {1, 1} m);"
+        "Damper d(world -> p.a, c = 2 N.s/m);"
+    )
+    account = account_of(compiled(text).system, latex=False)
+    assert account.dissipation is not None
+    way = "t.position[1]*t.position[1]' + t.position[2]*t.position[2]'"
+    assert str(account.dissipation.right) == f"d.c*({way})**2/(2*(t.position[1]**2 + t.position[2]**2))"

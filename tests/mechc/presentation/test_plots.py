@@ -141,3 +141,16 @@ def test_what_is_constant_looks_constant() -> None:
 def test_a_point_at_rest_has_no_path(solution: Solution) -> None:
     still = pendulum_solution(theta=0.0)
     assert not any(isinstance(panel, Paths) for panel in panels_of(still))
+
+
+def test_a_flat_path_in_space_has_a_box_with_room_for_its_numbers() -> None:
+    text = """
+    coordinate Length x = 1 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    output path = {x, 0.1*x, 0 m};
+    experiment(stop = 1 s);
+    """
+    axes = next(a for a in figure(mechc.loads(text).simulate()).axes if a.name == "3d")
+    spans = [high - low for low, high in (axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d())]
+    assert spans[1] / spans[0] == spans[2] / spans[0] == pytest.approx(0.5)
