@@ -116,6 +116,11 @@ def show_compile_error(error: BaseException) -> None:
         click.echo(f"\n{style.red('error')}{style.bold(f': {errors} errors')}", err=True, color=True)
 
 
+def write_to_nobody() -> None:
+    """Let standard output go nowhere: whoever read it has left (``mechc ... | head``), which is no error of ours."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
 def say(word: str, text: str, help: str = "") -> None:
     """Write ``word: text`` to standard error, coloured like a diagnostic."""
     from ..presentation.style import style_for

@@ -14,7 +14,7 @@ from importlib import import_module
 import click
 
 from .. import __version__
-from .failures import explain_failure, say
+from .failures import explain_failure, say, write_to_nobody
 
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
@@ -102,8 +102,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         code = mechc.main(args=arguments, prog_name="mechc", standalone_mode=False)
         sys.stdout.flush()
     except BrokenPipeError:
-        # Whoever read our output has left (mechc ... | head): not an error of ours.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        write_to_nobody()
         return 1
     except BaseException as error:
         return explain_failure(error)

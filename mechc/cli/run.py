@@ -249,11 +249,15 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
 def _print_report(sweep: Sweep, *, first: bool) -> None:
     from ..presentation.report import report, sweep_report
     from ..presentation.style import style_for
+    from .failures import write_to_nobody
 
     style = style_for(sys.stdout)
     solution = sweep.solutions[0]
     text = sweep_report(sweep, style) if sweep.points[0] else report(solution, style)
-    click.echo(("" if first else "\n") + text, color=True)
+    try:
+        click.echo(("" if first else "\n") + text, color=True)
+    except BrokenPipeError:  # results and pictures are still to be written
+        write_to_nobody()
 
 
 def _print_failure(solution: Solution) -> None:

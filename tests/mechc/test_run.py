@@ -5,8 +5,11 @@ from __future__ import annotations
 import csv
 import json
 import math
+import os
 import re
 import signal
+import subprocess
+import sys
 from itertools import pairwise
 from pathlib import Path
 
@@ -373,3 +376,12 @@ def test_a_long_run_that_is_not_stiff_goes_on(capsys: pytest.CaptureFixture[str]
     report = json.loads(out)
     assert code == 0 and report["time"] == 36000.0
     assert report["statistics"]["steps"] > 20_000 and report["statistics"]["method"] == "dop853"
+
+
+def test_results_are_written_where_nobody_reads_the_report() -> None:
+    read, write = os.pipe()
+    os.close(read)
+    command = [sys.executable, "-m", "mechc", "run", "oscillator.mech", "-o", "motion.csv"]
+    done = subprocess.run(command, stdout=write, stderr=subprocess.PIPE, text=True, check=True)
+    os.close(write)
+    assert done.stderr == "wrote motion.csv\n" and Path("motion.csv").exists()
