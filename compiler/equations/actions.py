@@ -13,6 +13,7 @@ from ..graph.eliminate import ZeroPivot, solve
 from ..graph.rewrite import substitute
 from ..mechanics.modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from ..mechanics.system import MechanicalSystem
+from .constraints import Row
 from .solve import Solved
 
 
@@ -51,7 +52,7 @@ def branch_results(
                 pass
             case _:
                 assert_never(action)
-    if solved.rows:
+    if _holding(solved):
         set_here = {target for a in branch.actions if isinstance(a, SetAction) for target in a.targets}
         velocities, moved = _others(system, solved, set_here)
         now |= dict(zip(velocities, present(moved), strict=True))
@@ -60,8 +61,7 @@ def branch_results(
 
 def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> None:
     """Report coordinates that events set though constraints tie them to others, which would have to follow."""
-    rows = [row for row in (*solved.rows, *solved.switched) if row.position is not None]
-    tied = [row for row in rows if row.constraint.mode is None or row.constraint.mode.kind == "constraint"]
+    tied = [row for row in _holding(solved) if row.position is not None]
     for branch in system.branches:
         all_set = {target for a in branch.actions if isinstance(a, SetAction) for target in a.targets}
         for action in branch.actions:
@@ -84,6 +84,14 @@ def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter
                 break
 
 
+def _holding(solved: Solved) -> list[Row]:
+    """Return the rows of constraints that hold, or may hold, those that can be released last."""
+    released = [
+        row for row in solved.switched if row.constraint.mode and row.constraint.mode.kind == "constraint"
+    ]
+    return [*solved.rows, *released]
+
+
 def _others(
     system: MechanicalSystem, solved: Solved, set_here: Collection[Node]
 ) -> tuple[list[Node], list[Node]]:
@@ -99,15 +107,21 @@ def _others(
     if not held or not others:
         return [], []
     jumps = [graph.symbol(f"#jump {i}") for i in others]
-    rows = [row for row in solved.rows if not set(velocities).isdisjoint(graph.support(row.rate))]
+    rows = [row for row in _holding(solved) if not set(velocities).isdisjoint(graph.support(row.rate))]
+    multipliers = [row.multiplier for row in rows]
     residual = [solved.residual[i] for i in others]
     inertia = jvp(graph, residual, {system.a[i]: d for i, d in zip(others, jumps, strict=True)})
-    forces = jvp(graph, residual, {row.multiplier: row.multiplier for row in rows})
+    forces = jvp(graph, residual, {m: m for m in multipliers})
     along = jvp(graph, [row.rate for row in rows], dict(zip(velocities, jumps, strict=True)))
-    changes = [graph.add(row.rate, d) for row, d in zip(rows, along, strict=True)]
-    motion = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    equations = [graph.add(m, f) for m, f in zip(inertia, forces, strict=True)]
+    after: dict[int, range] = {}
+    for k, (row, d) in enumerate(zip(rows, along, strict=True), start=len(jumps)):
+        rate, mode = graph.add(row.rate, d), row.constraint.mode
+        if mode is not None:  # released: no impulse; its pivot is known when those of all others are
+            rate, after[k] = graph.select(mode.flag, rate, row.multiplier), range(k)
+        equations.append(rate)
     try:
-        found = solve(graph, [*motion, *changes], [*jumps, *(row.multiplier for row in rows)])
+        found = solve(graph, equations, [*jumps, *multipliers], after=after or None)
     except ZeroPivot:
         return [], []
     return velocities, [graph.add(v, d) for v, d in zip(velocities, found.solutions, strict=False)]

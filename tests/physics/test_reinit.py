@@ -30,9 +30,14 @@ def test_the_others_change_as_little_as_kinetic_energy_allows() -> None:
     assert [event.after["der(y)"], event.after["der(z)"]] == pytest.approx(v + d, abs=1e-14)
 
 
-@pytest.mark.parametrize(
-    "loop", ["cut Revolute c(coupler.b -> rocker.b);", "constraint c: pos(coupler.b) = pos(rocker.b);"]
-)
+LOOPS = {
+    "joint": "cut Revolute c(coupler.b -> rocker.b);",
+    "constraint": "constraint c: pos(coupler.b) = pos(rocker.b);",
+    "can be released": "cut Revolute c(coupler.b -> rocker.b); when time > 5 s then release c; end when;",
+}
+
+
+@pytest.mark.parametrize("loop", LOOPS.values(), ids=list(LOOPS))
 def test_the_crank_of_a_four_bar_gets_its_speed(loop: str) -> None:
     """Whatever closes the loop, the rates are those of a loop that turns so from the start."""
     text = f"""
@@ -88,3 +93,22 @@ def test_where_the_others_cannot_follow_the_run_ends() -> None:
     """).simulate(stop=0.2)
     assert solution.outcome.value == "failed"
     assert "constraints" in solution.message
+
+
+def test_what_is_released_does_not_hold() -> None:
+    """A pair that a constraint couples until 0.05 s: afterwards one is set and the other goes on."""
+    solution = mechc.loads("""
+    coordinate Length x = 0 m;
+    coordinate Length y ~ 0 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2 + 1/2*2 kg*der(y)^2;
+    constraint tie: x = y;
+    discrete Integer n = 0;
+    when sample(0.1 s, 0.1 s) then
+      reinit(der(x), 2*der(x));
+    end when;
+    when time > 0.15 s then
+      release tie;
+    end when;
+    """).simulate(stop=0.25)
+    assert [solution["der(x)"][-1], solution["der(y)"][-1]] == pytest.approx([4, 2], abs=1e-12)
