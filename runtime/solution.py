@@ -68,7 +68,12 @@ class Solution(Results):
         self.accuracy = accuracy
         self.events = events
         self.energy = energy_accounts(problem, time, values)
-        self.remarks = (*remarks, *_creeps(listed, values), *_negative_inertia(self, values))
+        self.remarks = (
+            *remarks,
+            *_stillness(listed, time, values),
+            *_creeps(listed, values),
+            *_negative_inertia(self, values),
+        )
         self.interpolation = interpolation
         self._at = at
         self.report = self.summary()
@@ -130,6 +135,17 @@ def _negative_inertia(solution: Results, values: Mapping[str, Array]) -> list[st
     return [
         f"the kinetic energy falls to {amount}: a mass or an inertia is negative, if this is not meant so"
     ]
+
+
+def _stillness(listed: Sequence[Quantity], time: Array, values: Mapping[str, Array]) -> list[str]:
+    """Tell where nothing moves: often initial values were forgotten."""
+    moving = [values[quantity.name] for quantity in listed if quantity.kind in ("coordinate", "rate")]
+    if not moving or len(time) < 2 or any(np.any(column != column[0]) for column in moving):
+        return []
+    rates = (values[quantity.name] for quantity in listed if quantity.kind == "rate")
+    return (
+        [] if any(np.any(column) for column in rates) else ["nothing moves: it starts at rest in equilibrium"]
+    )
 
 
 def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str]:

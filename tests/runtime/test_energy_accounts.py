@@ -75,6 +75,12 @@ def test_negative_kinetic_energy_is_remarked() -> None:
     assert remark.startswith("the kinetic energy falls to -0.5 J")
 
 
+def test_a_model_that_stays_where_it_is_says_so() -> None:
+    text = "coordinate x = {} m; kinetic 1/2*(1 kg)*der(x)^2; potential 1/2*2 N/m*x^2;"
+    assert run(text.format("0"), stop=1).remarks == ("nothing moves: it starts at rest in equilibrium",)
+    assert not run(text.format("1e-9"), stop=1).remarks
+
+
 def test_the_report_and_the_json_tell_it() -> None:
     solution = run(BALL + "contact floor: h restitution 0.8;", stop=1)
     rows = report(solution).splitlines()
