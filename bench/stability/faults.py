@@ -119,7 +119,8 @@ def _tables_unchecked() -> None:
     make = inputs.make_table
 
     def spread(times: Any, values: Any, *rest: Any, **more: Any) -> Any:
-        return make(np.array(times, float) + 1e-6 * np.arange(len(times)), values, *rest, **more)
+        rising = np.maximum.accumulate(np.array(times, float)) + 1e-6 * np.arange(len(times))
+        return make(rising, values, *rest, **more)
 
     inputs.make_table = spread
 
