@@ -4,13 +4,19 @@
 
 #include "solver.h"
 
+enum { MOST_TABLES = 4, MOST_TIMES = 32 };
+
 /* numbers: t0, t_end, dt, dt_max, rtol. y: [ny] hi, then [ny] lo, in and out. grid_y: [n_grid][ny] hi, then lo.
-   report: the fields of mech_report that the tests read. */
+   report: the fields of mech_report that the tests read. Gives the status of the kernel, -100 where it makes no solver,
+   -101 for more tables than there is room for, -200 where a run that was saved and loaded goes on with other bits. */
 MECH_API int drive(const mech_model *model, const char *method, const double *numbers, const double *atol,
                    const double *p, double *y, long n_grid, const double *grid, double *grid_y, long slice,
                    int n_tables, const int *table_kinds, const int *table_sizes, const double *table_data,
                    int n_stops, const double *stops, double *report, double *drift)
 {
+    if (n_tables > MOST_TABLES) return -101;
+    for (int k = 0; k < n_tables; k++)
+        if (table_sizes[k] > MOST_TIMES) return -101;
     const int ny = model->nq + model->nv + model->nx, np = model->np + model->nh;
     const int n_drift = model->n_position + model->n_velocity;
     const size_t size = sizeof(mech_real);
@@ -18,8 +24,8 @@ MECH_API int drive(const mech_model *model, const char *method, const double *nu
     mech_real *y0 = a + ny, *out = y0 + ny, *q = out + ny, *times = q + np, *rows = times + n_grid;
     mech_real *stop_times = rows + n_grid * ny, *drifts = stop_times + n_stops;
     unsigned char *set = malloc((size_t)np + 1);
-    mech_table tables[4];
-    mech_real data[4][64];
+    mech_table tables[MOST_TABLES];
+    mech_real data[MOST_TABLES][2 * MOST_TIMES];
     const double *next = table_data;
     for (int k = 0; k < n_tables; k++) {
         const int n = table_sizes[k];
