@@ -208,7 +208,7 @@ def _horizon(solution: Solution, loose: Solution, time: Array, columns: Mapping[
     states = {q.name: columns[q.name] for q in solution.problem.states}
     far = np.zeros(len(early), dtype=np.bool_)
     units = {q.name: q.unit for q in solution.problem.states}
-    for name, size in sizes(states, units).items():
+    for name, size in sizes(states, units, float(np.ptp(time))).items():
         far |= ~(np.abs(values[name] - states[name][: len(early)]) <= TRUSTED * size)
     return float(early[max(int(np.argmax(far)) - 1, 0)] if far.any() else early[-1])
 

@@ -81,6 +81,14 @@ def test_vectors_are_arrays_with_their_elements_as_columns(model: mechc.Model) -
             ask("de(th)")
 
 
+def test_a_data_frame_without_pandas_says_how_to_get_it(
+    model: mechc.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=r"needs pandas: pip install 'mechc\[data\]'"):
+        model.simulate(stop=0.1, estimate_error=False).to_dataframe()
+
+
 def test_a_solution_in_words_and_in_a_notebook(model: mechc.Model) -> None:
     solution = model.simulate(stop=0.1)
     assert str(solution).startswith("Pendulum: completed at time = 0.1 s\n")

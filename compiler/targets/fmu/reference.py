@@ -78,13 +78,18 @@ def parse_reference(file: str, text: str) -> Reference:
     return Reference(file, time, columns)
 
 
-def sizes(columns: Mapping[str, Array], units: Mapping[str, str]) -> dict[str, float]:
+def sizes(columns: Mapping[str, Array], units: Mapping[str, str], duration: float = 0.0) -> dict[str, float]:
     """Return the size that differences of each variable are measured by: its largest value.
 
-    What is small beside others of its unit, such as the sum of energies that cancel, counts by those. Where all of a
-    unit are zero there is nothing to compare with, and differences count as they are.
+    What is small beside others of its unit, such as the sum of energies that cancel, counts by those; a rate counts at
+    least by its coordinate over ``duration``, as one at rest has nothing but errors of rounding. Where all of a unit are
+    zero there is nothing to compare with, and differences count as they are.
     """
     largest = {name: float(np.max(np.abs(values), initial=0.0)) for name, values in columns.items()}
+    if duration > 0:
+        for name in [name for name in largest if name.startswith("der(")]:
+            coordinate = largest.get(name.removeprefix("der(").replace(")", "", 1), 0.0)
+            largest[name] = max(largest[name], SMALL * coordinate / duration)
     groups: dict[str, float] = {}
     for name, size in largest.items():
         unit = units.get(name, "")
@@ -100,7 +105,7 @@ def deviation(
     Rows of one time, which are both sides of an event, are left out: the other tool may be at either.
     """
     inside = (reference.time >= time[0]) & (reference.time <= time[-1]) & ~_jumps(reference.time)
-    scale = sizes(reference.columns, units)
+    scale = sizes(reference.columns, units, float(np.ptp(reference.time)))
     worst = None
     for name in reference.columns:
         if name not in columns or not inside.any():

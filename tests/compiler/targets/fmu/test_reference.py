@@ -13,6 +13,11 @@ def test_what_is_small_counts_by_the_largest_of_its_unit() -> None:
     assert sizes(columns, {"a": "m", "b": "m", "c": "s"}) == {"a": 4.0, "b": 4.0 * SMALL, "c": 2e-9}
 
 
+def test_a_rate_of_what_rests_counts_by_its_coordinate() -> None:
+    columns = {"a": np.array([2.0, 2.0]), "der(a)": np.array([0.0, 1e-14])}
+    assert sizes(columns, {"a": "rad", "der(a)": "rad/s"}, 4.0)["der(a)"] == SMALL * 2.0 / 4.0
+
+
 def test_where_all_of_a_unit_are_zero_differences_count_as_they_are() -> None:
     time, zero = np.array([0.0, 1.0]), np.zeros(2)
     found = deviation(Reference("r.csv", time, {"a": zero}), time, {"a": zero + 1e-12}, {"a": "J"})
