@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -107,3 +109,26 @@ def test_same_reaction(library: str, joint: str, settings: str, freedoms: int, c
         assert loop[name] == pytest.approx(tree[name], abs=1e-6), name
     if (library, joint) not in {("planar", "Planar"), ("planar", "Translation"), ("spatial", "Translation")}:
         assert max(np.max(np.abs(tree[name])) for name in vector("F", library)) > 1
+
+
+@pytest.mark.parametrize("angle", [30, 90, 120, 170])
+def test_a_weld_that_closes_a_loop_is_not_put_on_back_to_front(angle: int) -> None:
+    """Of the positions in which the axes of both sides are parallel only one is meant, however far the guess is."""
+    planar = f"""
+    import mech.planar.*;
+    Body b(m = 2 kg, J = 1 kg.m^2);
+    Planar free(world -> b.a);
+    cut Weld weld(world * rot({angle} deg) -> b.a);
+    output axis = direction(b.a, {{1, 0}});
+    """
+    spatial = f"""
+    import mech.spatial.*;
+    Body b(m = 2 kg, J = identity(3)*1 kg.m^2);
+    Free free(world -> b.a);
+    cut Weld weld(world * rotz({angle} deg) -> b.a);
+    output axis = direction(b.a, {{1, 0, 0}});
+    """
+    for text in (planar, spatial):
+        s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+        assert s["axis[1]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
+        assert s["axis[2]"][0] == pytest.approx(math.sin(math.radians(angle)), abs=1e-9)
