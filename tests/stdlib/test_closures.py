@@ -132,3 +132,18 @@ def test_a_weld_that_closes_a_loop_is_not_put_on_back_to_front(angle: int) -> No
         s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
         assert s["axis[1]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
         assert s["axis[2]"][0] == pytest.approx(math.sin(math.radians(angle)), abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [30, 100, 150])
+@pytest.mark.parametrize("joint", ["Revolute", "Cylindrical", "Planar", "Prismatic", "Translation"])
+def test_axes_of_a_joint_that_closes_a_loop_point_the_same_way(joint: str, angle: int) -> None:
+    text = f"""
+    import mech.spatial.*;
+    Body b(m = 2 kg, J = identity(3)*1 kg.m^2);
+    Free free(world -> b.a);
+    cut {joint} closing(world * rotx({angle} deg) -> b.a);
+    output axis = direction(b.a, {{0, 0, 1}});
+    """
+    s = mechc.loads(text).simulate(stop=1e-3, target="python", estimate_error=False)
+    assert s["axis[2]"][0] == pytest.approx(-math.sin(math.radians(angle)), abs=1e-9)
+    assert s["axis[3]"][0] == pytest.approx(math.cos(math.radians(angle)), abs=1e-9)
