@@ -127,7 +127,7 @@ static mech_real zero_between(const search *q, sample a, sample b)
     return b.part;
 }
 
-enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 8, NOWHERE = 2 };
+enum { DEEPEST = 60, DEEPEST_WITHOUT_RATES = 12, NOWHERE = 2 };
 
 /* How far a sample is off the cubic through a and b. */
 static mech_real off(const search *q, const sample *a, const sample *b, const sample *x)
@@ -155,6 +155,27 @@ static mech_real confirmed(const search *q, const sample *a, const sample *m, co
     return 4 * mech_max(error, mech_max(off(q, a, m, &x), off(q, m, b, &y)));
 }
 
+/* Without rates: whether f stays positive, or falls all the way, even if it has a kink. Beside one, the chords from a
+ * to m and from m to b are off by no more than 2.2 times what m is off the chord from a to b. */
+static int sure(const sample *a, const sample *m, const sample *b)
+{
+    const mech_real share = (m->part - a->part) / (b->part - a->part);
+    const mech_real bend = MECH_C(2.2) * mech_abs(a->f + share * (b->f - a->f) - m->f);
+    const mech_real lowest = mech_min(mech_min(a->f, b->f), m->f);
+    return lowest > bend || (b->f < 0 && mech_min(a->f - m->f, m->f - b->f) > bend);
+}
+
+/* Whether the n + 1 samples are farther from zero than from each other. */
+static int far_off(const sample *x, int n)
+{
+    mech_real lowest = x[0].f, highest = x[0].f;
+    for (int j = 1; j <= n; j++) {
+        lowest = mech_min(lowest, x[j].f);
+        highest = mech_max(highest, x[j].f);
+    }
+    return lowest > highest - lowest;
+}
+
 /* Where f first falls below zero between a and b, or NOWHERE. Samples between them tell the error of the cubic. An
  * interval is dismissed where the cubics on both sides of the middle stay positive by more than that, searched where
  * they fall all the way, and halved else. `given`: samples that are known already, 2 span + 1 of them from a to b.
@@ -178,7 +199,8 @@ static mech_real first_below(const search *q, const sample *given, int span, sam
     mech_real margin = mech_max(low, flattest / 16);
     /* Beside a kink one sample may see no more than 1/6.1 of how far the cubics on both sides of it are off. */
     const mech_real bound = span == 1 ? 7 * error : error;
-    if (margin > bound && (!q->known || span || margin > 30 * rough || margin > confirmed(q, &a, &m, &b, error))) {
+    const int smooth = span || !q->known || margin > 30 * rough || margin > confirmed(q, &a, &m, &b, error);
+    if (margin > bound && smooth && (q->known || (span ? far_off(given, 2 * span) : sure(&a, &m, &b)))) {
         if (low > 0) return NOWHERE;
         return m.f < 0 ? zero_between(q, a, m) : zero_between(q, m, b);
     }

@@ -164,3 +164,19 @@ def test_a_narrow_region_with_a_kink_in_it_is_never_passed_over(condition: str) 
         periods = 2 * math.pi * np.arange(8)
         entries = np.concatenate([periods + math.acos(c + w), 2 * math.pi + periods - math.acos(c - w)])
         assert solution["n"][-1] == np.count_nonzero(entries < stop), (c, w, stop, tolerance)
+
+
+def test_a_narrow_region_of_what_has_no_known_rate() -> None:
+    """The rate of an input is not known, so the distance to it is sampled only."""
+    model = mechc.loads("input Length u = c;" + NARROW % "abs(x - u) < w")
+    rng = np.random.default_rng(3)
+    for _ in range(25):
+        c, w, stop = (
+            float(rng.uniform(-0.9, 0.9)),
+            10 ** float(rng.uniform(-3, -1)),
+            float(rng.uniform(20, 40)),
+        )
+        solution = model.simulate(set={"c": c, "w": w}, stop=stop, estimate_error=False)
+        periods = 2 * math.pi * np.arange(8)
+        entries = np.concatenate([periods + math.acos(c + w), 2 * math.pi + periods - math.acos(c - w)])
+        assert solution["n"][-1] == np.count_nonzero(entries < stop), (c, w, stop)
