@@ -122,7 +122,7 @@ _ALL = (
     Builtin("mass_centre", 0, 1, _Q, "mass centre of the rigid body of a frame, or of the whole model"),
     Builtin("at", 2, 2, _Q, "value of an expression at a value of the independent variable: at(e, x)"),
     Builtin(
-        "sample", 1, 2, _W, "true at the start and then periodically: sample(period), sample(start, period)"
+        "sample", 1, 2, _W, "true at the start and then periodically: sample(period), sample(period, start)"
     ),
     Builtin("initial", 0, 0, _W, "true at the start only"),
     Builtin("table", 3, 3, _S, "smooth curve through points: table(x, {x1, x2, ..}, {y1, y2, ..})"),

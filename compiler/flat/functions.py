@@ -268,7 +268,7 @@ def _quat(call: Call) -> Expression:
 
 
 def _sample(call: Call) -> Expression:
-    """``sample(period)`` and ``sample(start, period)``: always (start, period) in the flat model."""
+    """``sample(period)`` and ``sample(period, start)``: always (period, start) in the flat model."""
     time = call.scope.flattening.time_type.dimension
     for k in range(len(call.arguments)):
         if call.scalar(k).dimension != time and not types.is_zero(call.arguments[k]):
@@ -276,7 +276,7 @@ def _sample(call: Call) -> Expression:
     if len(call.arguments) == 2:
         return call.apply(types.BOOLEAN)
     start = Literal(type=types.real(time), span=call.node.span, value=Fraction(0))
-    return call.apply(types.BOOLEAN, start, call.arguments[0])
+    return call.apply(types.BOOLEAN, call.arguments[0], start)
 
 
 def _initial(call: Call) -> Expression:

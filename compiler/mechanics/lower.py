@@ -282,13 +282,13 @@ class Lowering:
             symbol = self._previous[operand] = self.graph.symbol(f"pre({len(self._previous)})")
         return symbol
 
-    def _sample(self, start: Node, period: Node) -> Node:
+    def _sample(self, period: Node, start: Node) -> Node:
         """Return the pulse of a clock."""
-        key = (start, period)
+        key = (period, start)
         if key not in self.clocks:
             number = len(self.clocks) + 1
             pulse, count = self.graph.symbol(f"tick({number})"), self.graph.symbol(f"ticks({number})")
-            self.clocks[key] = Clock(start, period, pulse, count)
+            self.clocks[key] = Clock(period, start, pulse, count)
         return self.clocks[key].pulse
 
     @property

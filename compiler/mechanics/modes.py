@@ -81,9 +81,9 @@ class BranchRow(Struct, frozen=True):
 
 
 class Clock(Struct, frozen=True):
-    """A ``sample(start, period)``: 1 at the instants start + count period, for ``pulse`` and ``count`` in z."""
+    """A ``sample(period, start)``: 1 at the instants start + count period, for ``pulse`` and ``count`` in z."""
 
-    start: Node
     period: Node
+    start: Node
     pulse: Node
     count: Node

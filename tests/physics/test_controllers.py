@@ -125,3 +125,15 @@ when sample(T) then n := n + 1; end when;
     run = mechc.loads(text).simulate(stop=1, set={"T": period})
     assert run.outcome.value == "failed" and len(run.time) == 1
     assert run.message == f"a 'sample' has the period {period.removesuffix(' s')} (SI): a period is positive"
+
+
+def test_a_sample_may_begin_later() -> None:
+    """``sample(T, t0)``: at t0, t0 + T, ..."""
+    solution = mechc.loads("""
+    coordinate x = 0 m;
+    initial der(x) = 1 m/s;
+    kinetic 1/2*(1 kg)*der(x)^2;
+    discrete Integer n = 0;
+    when sample(0.3 s, 0.2 s) then n := n + 1; end when;
+    """).simulate(stop=1)
+    assert times(solution, "when") == pytest.approx([0.2, 0.5, 0.8], abs=1e-15)

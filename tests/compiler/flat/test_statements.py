@@ -123,7 +123,7 @@ def test_plane_and_space_cannot_be_mixed(text: str) -> None:
         'assert x < 1 m, "out";',
         "when x > 1 m then reinit(x, 0); elsewhen time > 1 s then n := pre(n) + 1; end when;",
         'when sample(1 s) and not initial() then impulse 1 N.s on x; terminate("end"); end when;',
-        'when sample(0 s, 1 s) then reinit(der(q), -der(q)); assert q > 0, "text"; end when;',
+        'when sample(1 s, 0 s) then reinit(der(q), -der(q)); assert q > 0, "text"; end when;',
     ],
 )
 def test_right_statements(statement: str) -> None:
