@@ -14,7 +14,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp
-from ..graph.eliminate import Variant, solve
+from ..graph.eliminate import solve
 from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
 from ..mechanics.system import ConstraintRows, MechanicalSystem
@@ -173,19 +173,13 @@ def projection(
     free: Sequence[int],
     rows: Sequence[Row],
     supports: Sequence[Collection[int]],
-    variants: Sequence[Variant],
 ) -> Projection:
-    """Return the corrections of a state with the given independent rows; ``supports`` as for accelerations.
-
-    ``variants``: how the accelerations were eliminated, whose equations have the same structure.
-    """
+    """Return the corrections of a state with the given independent rows; ``supports`` as for accelerations."""
     located = [row for row in rows if row.position is not None]
     values = [row.position if row.position is not None else row.rate for row in rows]
     count = len(located)
-    position, _ = _correction(system, residual, free, located, values[:count], supports[:count], variants)
-    velocity, closeness = _correction(
-        system, residual, free, rows, [row.rate for row in rows], supports, variants
-    )
+    position, _ = _correction(system, residual, free, located, values[:count], supports[:count])
+    velocity, closeness = _correction(system, residual, free, rows, [row.rate for row in rows], supports)
     return Projection(
         position,
         tuple(row.position for row in located if row.position is not None),
@@ -202,7 +196,6 @@ def _correction(
     rows: Sequence[Row],
     values: Sequence[Node],
     supports: Sequence[Collection[int]],
-    variants: Sequence[Variant],
 ) -> tuple[tuple[Node, ...], Node | None]:
     """Return d with M d - K^T mu = 0 and K d = -values, and the closeness (Projection)."""
     graph = system.graph
@@ -223,7 +216,7 @@ def _correction(
     equations += [graph.add(c, value) for c, value in zip(changes, values, strict=True)]
     unknowns = [*corrections, *(row.multiplier for row in rows)]
     after = {len(free) + k: support for k, support in enumerate(supports)}
-    found = solve(graph, equations, unknowns, after=after, variants=variants, dense=not variants)
+    found = solve(graph, equations, unknowns, after=after)
     pivots = dict(zip(found.order, found.pivots, strict=True))
     closeness: Node | None = None
     for k, row in enumerate(rows, start=len(free)):

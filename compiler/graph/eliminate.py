@@ -33,6 +33,7 @@ TRIAL_NODES = 40_000
 COMPARED_HALF_WAY = 80
 """From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
 
+DENSE = "dense elimination"
 DENSE_LIMIT = 16
 """Above this many unknowns the dense elimination never was the cheaper one."""
 
@@ -43,25 +44,16 @@ class Elimination(Struct, frozen=True):
     The solution holds wherever no pivot vanishes. Pivots of coordinates are positive, those of multipliers
     negative, as long as the mass matrix is positive definite and the constraints are independent; where a row
     is not the unknown's own, its matrix is indefinite or singular, and the pivot may vanish at some states.
-    ``variant`` is what was chosen, None for dense elimination; ``operations`` counts those of the solutions with
-    all they depend on.
+    ``variant`` says in words what was chosen; ``operations`` counts those of the solutions with all they
+    depend on.
     """
 
     solutions: tuple[Node, ...]
     pivots: tuple[Node, ...]
     order: tuple[int, ...]
     rows: tuple[int, ...]
-    variant: Variant | None
+    variant: str
     operations: int
-
-    @property
-    def method(self) -> str:
-        return "dense elimination" if self.variant is None else self.variant.name
-
-    @property
-    def variants(self) -> tuple[Variant, ...]:
-        """What ``solve`` is to try where another system of the same structure goes the same way."""
-        return () if self.variant is None else (self.variant,)
 
 
 def solve(
@@ -112,9 +104,9 @@ def solve(
         raise ValueError("no variant to try")
     graph.adopt(best.graph)
     if isinstance(best.found, Solution):
-        return _elimination(best.found, None, best.operations)
+        return _elimination(best.found, DENSE, best.operations)
     found = best.found.solution()
-    return _elimination(found, best.found.variant, graph.count_operations(found.unknowns))
+    return _elimination(found, best.found.variant.name, graph.count_operations(found.unknowns))
 
 
 class _Candidate(Struct, frozen=True):
@@ -153,7 +145,7 @@ def solve_dense(
     order = elimination_order(system, rows, None)
     found = eliminate_dense(graph, system, rows, order)
     operations = graph.count_operations(found.unknowns)
-    return _elimination(found, None, operations)
+    return _elimination(found, DENSE, operations)
 
 
 def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
@@ -162,7 +154,7 @@ def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
     return variant.choice is done.choice and not any(low < width <= high for width in widths)
 
 
-def _elimination(found: Solution, variant: Variant | None, operations: int) -> Elimination:
+def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
     return Elimination(found.unknowns, found.pivots, found.order, found.rows, variant, operations)
 
 
