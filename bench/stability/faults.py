@@ -19,6 +19,12 @@ def _module(name: str) -> Any:
     return import_module(f"mechc.{name}")
 
 
+def _put(owner: Any, name: str, instead: Any) -> None:
+    """Exchange a part of a module or a type, which must be there."""
+    assert hasattr(owner, name), f"{owner} has no {name}"
+    setattr(owner, name, instead)
+
+
 accuracy, case, inputs = _module("runtime.accuracy"), _module("runtime.case"), _module("runtime.inputs")
 kernel_run, native = _module("runtime.kernel_run"), _module("runtime.native")
 simulate, solver = _module("runtime.simulate"), _module("runtime.solver")
@@ -37,7 +43,7 @@ def _in_kernel(file: str, there: str, instead: str) -> Callable[[], None]:
         sources = native.kernel_sources()
         assert sources[file].count(there) == 1, f"{there!r} is {sources[file].count(there)} times in {file}"
         changed = {**sources, file: sources[file].replace(there, instead)}
-        native.kernel_sources = lambda: dict(changed)
+        _put(native, "kernel_sources", lambda: dict(changed))
 
     return plant
 
@@ -57,11 +63,11 @@ def _loosened() -> None:
         factor = min(1e5, 0.1 / tolerance)
         make(self, kernel, c, method, factor * tolerance, factor * atol, 10 * step)
 
-    solver.Solver.__init__ = loose
+    _put(solver.Solver, "__init__", loose)
 
 
 def _failures_swallowed() -> None:
-    kernel_run._failure = lambda *_: None
+    _put(kernel_run, "_failure", lambda *_: None)
 
 
 def _start_moved() -> None:
@@ -71,7 +77,7 @@ def _start_moved() -> None:
         z, y = make(*given)
         return z, y + 1e-3
 
-    case.initial_state = moved
+    _put(case, "initial_state", moved)
 
 
 def _not_assembled() -> None:
@@ -84,7 +90,7 @@ def _not_assembled() -> None:
         except error:
             return Assembled(wanted, np.ones(problem.nv), np.zeros(len(problem.assembly)), (0, 0), ())
 
-    case.assemble = as_wanted
+    _put(case, "assemble", as_wanted)
 
 
 def _estimate_understated() -> None:
@@ -95,24 +101,25 @@ def _estimate_understated() -> None:
         tiny = dict.fromkeys(made.by_state, 1e-16)
         return replace(made, largest=1e-16, at_end=1e-16, by_state=tiny, by_state_at_end=tiny)
 
-    simulate.compare = small
+    _put(simulate, "compare", small)
 
 
 def _nominal_one() -> None:
-    simulate.nominal_of = lambda case: np.ones(case.problem.ny)
+    _put(simulate, "nominal_of", lambda case: np.ones(case.problem.ny))
 
 
 def _kinks_ignored() -> None:
-    inputs.Table.kinks = lambda self: np.empty(0)
+    _put(inputs.Table, "kinks", lambda self: np.empty(0))
 
 
 def _checks_ignored() -> None:
-    case._check_parameters = lambda *_: None
-    case._check_state = lambda *_: None
+    _put(case, "_check_parameters", lambda *_: None)
+    _put(case, "_check_state", lambda *_: None)
 
 
 def _masses_unchecked() -> None:
-    _module("compiler.equations.accelerations")._massless = lambda *_: ZeroDivisionError("a pivot is zero")
+    accelerations = _module("compiler.equations.accelerations")
+    _put(accelerations, "massless", lambda *_: ZeroDivisionError("a pivot is zero"))
 
 
 def _tables_unchecked() -> None:
@@ -122,7 +129,7 @@ def _tables_unchecked() -> None:
         rising = np.maximum.accumulate(np.array(times, float)) + 1e-6 * np.arange(len(times))
         return make(rising, values, *rest, **more)
 
-    inputs.make_table = spread
+    _put(inputs, "make_table", spread)
 
 
 FAULTS = {
