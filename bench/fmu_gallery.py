@@ -19,7 +19,8 @@ from msgspec import Struct, field
 
 from mechc.api import Model, load
 from mechc.compiler.targets.fmu.agreement import AGREED, SAFETY, Agreement, agreement, distance
-from mechc.compiler.targets.fmu.checks import APART, CVODE, Checked, Made, check_package
+from mechc.compiler.targets.fmu.checks import APART, CVODE, Checked, check_package
+from mechc.compiler.targets.fmu.export import Made
 from mechc.compiler.targets.fmu.inspect import behaviour
 from mechc.fmu.documents import native_run
 from mechc.fmu.export import FmuOptions, fmu_packages

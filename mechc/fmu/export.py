@@ -17,7 +17,7 @@ from ..settings import UsageMistake
 if TYPE_CHECKING:
     from ..api import Model, Target
     from ..compiler.equations.model import Equations
-    from ..compiler.targets.fmu.checks import Made
+    from ..compiler.targets.fmu.export import Made
     from ..compiler.targets.fmu.variables import Start
     from ..solution import Solution
 
@@ -47,12 +47,12 @@ def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[
     Nothing is written unless everything succeeded. Raises CompileError (E09), UsageMistake, SimulationError,
     BuildError.
     """
-    from ..compiler.targets.fmu.checks import check_package
-
     chosen = model.for_experiment(options.experiment)
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)
     if options.check:
+        from ..compiler.targets.fmu.checks import check_package  # with fmpy, which refuses some machines
+
         for package in packages:
             check_package(package)
     _write_all([(place, p.package.data) for place, p in zip(places, packages, strict=True)])
@@ -87,8 +87,7 @@ def _unwritable(place: Path, reason: str) -> CompileError:
 
 def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     """Return the FMU of each version that is asked for. Raises CompileError, SimulationError, BuildError."""
-    from ..compiler.targets.fmu.checks import Made
-    from ..compiler.targets.fmu.export import make_package, start_of, write_program
+    from ..compiler.targets.fmu.export import Made, make_package, start_of, write_program
     from ..compiler.targets.fmu.identity import checked_identifier
     from ..compiler.targets.fmu.platforms import chosen_platforms
     from ..runtime.build import find_compiler

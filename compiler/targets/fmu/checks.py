@@ -19,7 +19,7 @@ from mechc.runtime.solver import FIRST_EVENTS, Solver
 
 from . import driver
 from .agreement import SAFETY, Agreement, agreement, distance
-from .export import Package
+from .export import Made
 from .rules import check_file
 from .variables import Start
 
@@ -29,15 +29,6 @@ CVODE = 1e-8
 """Tolerance of CVode; its companion, 100 times looser, bounds its error."""
 POINTS = 47
 """A prime: events at round times, where states jump, lie between two points."""
-
-
-class Made(Struct, frozen=True):
-    """A finished FMU with what it was made for; ``kinds``: me, cs."""
-
-    package: Package
-    start: Start
-    method: str
-    kinds: tuple[str, ...]
 
 
 class Checked(Struct, frozen=True):

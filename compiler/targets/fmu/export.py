@@ -6,7 +6,6 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
@@ -24,7 +23,7 @@ from ...program.model import Program
 from ..c import emit_c
 from . import arrays, terminals, xml2, xml3
 from .identity import Identity, checked_identifier
-from .licences import licences
+from .licences import header_folder, licences
 from .platforms import HOST, binaries
 from .sources import sources, with_token
 from .table import settable_parameters, variable_table
@@ -40,6 +39,15 @@ class Package(Struct, frozen=True):
     data: bytes
     files: Mapping[str, bytes]
     token: str
+
+
+class Made(Struct, frozen=True):
+    """A finished FMU with what it was made for; ``kinds``: me, cs."""
+
+    package: Package
+    start: Start
+    method: str
+    kinds: tuple[str, ...]
 
 
 def start_of(
@@ -154,9 +162,7 @@ def make_package(
 
 def standard_headers(fmi: int) -> dict[str, str]:
     """Return the headers of the standard by name: those that fmpy ships (2-clause BSD licence)."""
-    import fmpy
-
-    folder = Path(fmpy.__file__).parent / "c-code"
+    folder = header_folder()
     names = {
         2: ("TypesPlatform", "FunctionTypes", "Functions"),
         3: ("PlatformTypes", "FunctionTypes", "Functions"),

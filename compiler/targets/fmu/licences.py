@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from importlib.util import find_spec
 from pathlib import Path
 
 FIRST = """\
@@ -16,14 +17,19 @@ Code of others in this file, as source text and in the binaries:
 """
 
 
+def header_folder() -> Path:
+    """Return where fmpy keeps the headers; it is not imported, which fails on machines that FMI has no name for."""
+    spec = find_spec("fmpy")
+    assert spec is not None and spec.submodule_search_locations, "mechc depends on fmpy"
+    return Path(spec.submodule_search_locations[0]) / "c-code"
+
+
 def licences(fmi: int) -> dict[str, str]:
     """Return the texts by file name; ``license.txt`` is the one to begin with."""
-    import fmpy
-
     import mechc.runtime
 
     own = Path(mechc.runtime.__file__).parent / "kernel" / "LICENSE"
-    header = Path(fmpy.__file__).parent / "c-code" / f"fmi{fmi}Functions.h"
+    header = header_folder() / f"fmi{fmi}Functions.h"
     return {
         "license.txt": FIRST.format(fmi=fmi),
         "mechc.txt": own.read_text(encoding="utf-8"),

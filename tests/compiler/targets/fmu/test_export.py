@@ -16,8 +16,8 @@ from fmu_models import DRIVEN, EXAMPLES, packed
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import Made, check_package, native_points
-from mechc.compiler.targets.fmu.export import Package
+from mechc.compiler.targets.fmu.checks import check_package, native_points
+from mechc.compiler.targets.fmu.export import Made, Package
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.build import find_compiler
