@@ -11,6 +11,8 @@ import math
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 
+from msgspec import Struct
+
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Origin
@@ -29,6 +31,15 @@ Numbers = tuple[float, ...]
 Table = list[list[float]]
 
 
+class _Body(Struct, frozen=True):
+    """What moves as one: point masses with their ``sizes`` [kg], parts with their ``tensors`` [kg.m^2]."""
+
+    masses: tuple[PointMass, ...]
+    sizes: tuple[float, ...]
+    parts: tuple[RotaryInertia, ...]
+    tensors: tuple[Table, ...]
+
+
 def check_rigid_bodies(system: MechanicalSystem, reporter: Reporter) -> None:
     """Report negative masses and impossible inertias of everything that moves as one."""
     if not system.masses and not system.inertias:
@@ -45,21 +56,14 @@ def check_rigid_bodies(system: MechanicalSystem, reporter: Reporter) -> None:
     for part in system.inertias:
         bodies.setdefault(id(carrier(system, part.frame)), ([], []))[1].append(part)
     for masses, parts in bodies.values():
-        sizes = [known[m.mass] for m in masses]
-        tensors = [[[known[x] for x in row] for row in part.inertia] for part in parts]
-        _check(system, masses, sizes, parts, tensors, known, reporter)
+        sizes = tuple(known[m.mass] for m in masses)
+        tensors = tuple([[known[x] for x in row] for row in part.inertia] for part in parts)
+        _check(system, _Body(tuple(masses), sizes, tuple(parts), tensors), known, reporter)
 
 
-def _check(
-    system: MechanicalSystem,
-    masses: Sequence[PointMass],
-    sizes: Sequence[float],
-    parts: Sequence[RotaryInertia],
-    tensors: Sequence[Table],
-    values: Mapping[Node, float],
-    reporter: Reporter,
-) -> None:
-    for part, tensor in zip(parts, tensors, strict=True):
+def _check(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], reporter: Reporter) -> None:
+    sizes = body.sizes
+    for part, tensor in zip(body.parts, body.tensors, strict=True):
         if not _symmetric(tensor):
             reporter.error(
                 "E0531",
@@ -69,28 +73,27 @@ def _check(
                 help="write J[i,j] = J[j,i] = -(integral of x[i]*x[j] over the mass)",
             )
             return
-    if all(m >= 0 for m in sizes) and all(_positive(_second_moments(tensor)) for tensor in tensors):
+    if all(m >= 0 for m in sizes) and all(_positive(_second_moments(tensor)) for tensor in body.tensors):
         return  # so is every sum of them
     total = math.fsum(sizes)
     if total < -ROUNDING * max(map(abs, sizes), default=0.0):
         unit = "" if system.model.dimensionless else " kg"
-        _, lightest = min(zip(sizes, masses, strict=True), key=lambda pair: pair[0])
+        _, lightest = min(zip(sizes, body.masses, strict=True), key=lambda pair: pair[0])
         _impossible(
             reporter, "mass", f"the sum of all that moves with it is {total:.6g}{unit}", lightest.origin
         )
-    elif parts:
-        body = _about_centre(system, masses, sizes, parts, tensors, values, total)
-        _check_moments(body, parts[0].origin, reporter)
+    elif body.parts:
+        _check_moments(_about_centre(system, body, values, total), body.parts[0].origin, reporter)
 
 
-def _check_moments(body: Table, origin: Origin, reporter: Reporter) -> None:
-    if not all(math.isfinite(x) for row in body for x in row):
+def _check_moments(tensor: Table, origin: Origin, reporter: Reporter) -> None:
+    if not all(math.isfinite(x) for row in tensor for x in row):
         return
-    if not _positive(body):
-        which = "its moment of inertia is" if len(body) == 1 else "one of its moments of inertia is"
+    if not _positive(tensor):
+        which = "its moment of inertia is" if len(tensor) == 1 else "one of its moments of inertia is"
         _impossible(reporter, "moment of inertia", f"about its mass centre {which}", origin)
-    elif not _positive(_second_moments(body)):
-        moments = ", ".join(f"{body[i][i]:.6g}" for i in range(3))
+    elif not _positive(_second_moments(tensor)):
+        moments = ", ".join(f"{tensor[i][i]:.6g}" for i in range(3))
         reporter.note(
             "N0533",
             "no body has these moments of inertia",
@@ -110,20 +113,12 @@ def _impossible(reporter: Reporter, what: str, caption: str, origin: Origin) -> 
     )
 
 
-def _about_centre(
-    system: MechanicalSystem,
-    masses: Sequence[PointMass],
-    sizes: Sequence[float],
-    parts: Sequence[RotaryInertia],
-    tensors: Sequence[Table],
-    values: Mapping[Node, float],
-    total: float,
-) -> Table:
+def _about_centre(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], total: float) -> Table:
     """Return the inertia of a body about its mass centre: 1x1 in the plane, 3x3 in space."""
     planar = system.kinematics.size == 2
     count = 1 if planar else 3
     result = [[0.0] * count for _ in range(count)]
-    for part, tensor in zip(parts, tensors, strict=True):
+    for part, tensor in zip(body.parts, body.tensors, strict=True):
         turned = tensor
         if not planar:
             axes, _ = _place(system, part.frame, values)
@@ -131,15 +126,15 @@ def _about_centre(
             turned = [[_dot(row, other) for other in axes] for row in half]
         result = [[a + b for a, b in zip(r, s, strict=True)] for r, s in zip(result, turned, strict=True)]
     places = []
-    for mass in masses:
+    for mass in body.masses:
         axes, origin = _place(system, mass.point.frame, values)
         offset = _in_space(evaluate(system.graph, list(mass.point.offset), values))
         places.append(tuple(o + _dot(row, offset) for o, row in zip(origin, axes, strict=True)))
     centre = tuple(
-        math.fsum(m * p[i] for m, p in zip(sizes, places, strict=True)) / total if total else 0.0
+        math.fsum(m * p[i] for m, p in zip(body.sizes, places, strict=True)) / total if total else 0.0
         for i in range(3)
     )
-    for m, place in zip(sizes, places, strict=True):
+    for m, place in zip(body.sizes, places, strict=True):
         arm = tuple(p - c for p, c in zip(place, centre, strict=True))
         square = _dot(arm, arm)
         for i in range(count):
