@@ -242,6 +242,16 @@ def missing_operator(s: Situation) -> Finding | None:
     return error("E0110", message, s.span(token), help=help), Edit(insert=(("STAR", "*"),))
 
 
+def unit_behind_call(s: Situation) -> Finding | None:
+    """A unit behind a call, as in ``diag({1, 2, 3}) kg.m^2``."""
+    if s.token.kind != "UNITTAG" or s.previous is None or s.previous.kind != "RPAR":
+        return None
+    unit = s.token.text
+    help = f"multiply by '(1 {unit})', or write it behind the numbers inside"
+    message = f"the unit '{unit}' cannot stand behind a function"
+    return error("E0110", message, s.span(s.token), help=help), Edit(delete=1)
+
+
 def unknown_unit(s: Situation) -> Finding | None:
     """A word behind a number, a brace or a parenthesis that is no unit."""
     before, token = s.previous, s.token

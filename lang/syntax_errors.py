@@ -23,6 +23,7 @@ from .habits import (
     reserved_word,
     several_at_once,
     statement_without_keyword,
+    unit_behind_call,
     unknown_unit,
 )
 from .keywords import STATEMENTS
@@ -210,6 +211,7 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     assignment_sign,
     equals_behind_keyword,
     comparison_sign,
+    unit_behind_call,
     unknown_unit,
     _misspelt,
     _no_else,

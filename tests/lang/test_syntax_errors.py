@@ -66,6 +66,7 @@ MISTAKES = [
     ("parameter m = 2x;", "E0113", "2x"),
     ("let a = 30\u00b0;", "E0113", "30\u00b0"),
     ("let a = {1, 2}mm;", "E0113", "mm"),
+    ("let a = sqrt(4) mm;", "E0110", "mm"),
     ("let a = 1/2 m;", "E0114", "1/2 m"),
     ("for i in 1:3 loop\n    mass m at P;", "E0115", "for"),
     ("for i in 1:3 loop mass m at P; end if;", "E0115", "for"),
