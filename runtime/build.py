@@ -25,7 +25,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
+from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache, remove_build
 
 NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
@@ -136,7 +136,7 @@ def build_shared(
         (folder / source).write_text(text, encoding="utf-8", newline="\n")
     _compile(compiler, sources, flags, folder, ("-o", file, *link))
     os.replace(folder / file, library)
-    shutil.rmtree(folder)
+    remove_build(folder)
     prune_cache()
     return library
 

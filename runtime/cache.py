@@ -1,11 +1,16 @@
-"""The user's cache folder of compiled code: where it is, how big it may grow, how it is emptied."""
+"""The user's cache folder of compiled code: where it is, how big it may grow, how it is emptied.
+
+The folder that is chosen may hold anything: entries lie in a subfolder of it, and only what bears the name of an entry is ever removed.
+"""
 
 from __future__ import annotations
 
 import atexit
 import errno
 import os
+import re
 import shutil
+import stat
 import tempfile
 import time
 import warnings
@@ -17,8 +22,18 @@ from msgspec import Struct
 SIZE_LIMIT = 500_000_000
 """Bytes above which the entries that were unused for the longest time are removed."""
 
+SUBFOLDER = "mechc-compiled"
+"""The folder of the entries, in the one that the user chose."""
+
 BUILD_PREFIX = "build-"
 STALE_SECONDS = 24 * 3600.0
+
+_ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}\.(?:so|dll|dylib|o|npz)")
+_BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}(?:\.npz)?")
+"""A folder in which something is built, or a file that is being written, named by ``tempfile``."""
+
+_BUILT = frozenset((".c", ".h", ".o", ".kept", ".so", ".dll", ".dylib", ".lib", ".pdb", ".exp", ".def"))
+"""Endings of what a build leaves in its folder: sources, what we make of them, what linkers add."""
 
 
 class CacheContent(Struct, frozen=True):
@@ -32,7 +47,7 @@ class CacheUnusable(OSError):
 
 
 def cache_folder() -> Path:
-    """Give the folder, made if absent: ``MECHC_CACHE``, else the user's cache of this platform.
+    """Give the folder of the entries, made if absent: below ``MECHC_CACHE``, else below the user's cache of this platform.
 
     Where the user's cache cannot be written (no home, a system that is read-only), a folder that lasts as long as this process takes
     its place, with a warning. Raises CacheUnusable where ``MECHC_CACHE`` cannot be written: it was asked for.
@@ -41,7 +56,7 @@ def cache_folder() -> Path:
     if not chosen:
         return _users_folder(users_cache())
     try:
-        return made(Path(chosen))
+        return made(Path(chosen) / SUBFOLDER)
     except OSError as error:
         raise CacheUnusable(
             f"compiled code cannot be kept in {chosen}, which MECHC_CACHE names: {error.strerror}"
@@ -56,8 +71,9 @@ def users_cache() -> Path:
 
 
 def made(folder: Path) -> Path:
-    """Make a folder if absent. Raises OSError where it may not be written."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """Make a folder if absent, for its owner alone. Raises OSError where it may not be written."""
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    folder.mkdir(mode=0o700, exist_ok=True)
     if not os.access(folder, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
     return folder
@@ -65,7 +81,7 @@ def made(folder: Path) -> Path:
 
 def _users_folder(folder: Path) -> Path:
     try:
-        return made(folder)
+        return made(folder / SUBFOLDER)
     except OSError as error:
         instead = Path(tempfile.mkdtemp(prefix="mechc-cache-"))
         atexit.register(shutil.rmtree, instead, ignore_errors=True)
@@ -76,7 +92,7 @@ def _users_folder(folder: Path) -> Path:
             RuntimeWarning,
             stacklevel=1,
         )
-        return instead
+        return made(instead / SUBFOLDER)
 
 
 def mark_used(entry: Path) -> None:
@@ -112,19 +128,32 @@ def prune_cache(limit: int = SIZE_LIMIT) -> None:
             size -= entry_size
 
 
+def remove_build(folder: Path) -> None:
+    """Remove the folder of a build: what builds write, never what lies deeper; then the folder, if that was all."""
+    with suppress(OSError):
+        for file in folder.iterdir():
+            if file.suffix in _BUILT and not file.is_dir():
+                file.unlink()
+        folder.rmdir()
+
+
 def _entries(folder: Path) -> list[tuple[float, int, Path]]:
-    """(time of last use, bytes, path) of all entries; entries that vanish meanwhile are left out."""
+    """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is no entry is left out."""
     found: list[tuple[float, int, Path]] = []
     for entry in folder.iterdir():
         with suppress(FileNotFoundError):
-            files = [entry] if entry.is_file() else [file for file in entry.rglob("*") if file.is_file()]
-            found.append((entry.stat().st_mtime, sum(file.stat().st_size for file in files), entry))
+            state = entry.lstat()
+            if stat.S_ISREG(state.st_mode) and (_ENTRY.fullmatch(entry.name) or _BUILD.fullmatch(entry.name)):
+                found.append((state.st_mtime, state.st_size, entry))
+            elif stat.S_ISDIR(state.st_mode) and _BUILD.fullmatch(entry.name):
+                size = sum(file.lstat().st_size for file in entry.iterdir())
+                found.append((state.st_mtime, size, entry))
     return found
 
 
 def _remove(entry: Path) -> None:
     if entry.is_dir():
-        shutil.rmtree(entry, ignore_errors=True)
+        remove_build(entry)
     else:
         with suppress(FileNotFoundError, PermissionError):  # Windows keeps a library that is loaded
             entry.unlink()

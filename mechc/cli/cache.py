@@ -9,8 +9,8 @@ import click
 def command() -> None:
     """Compiled models are kept by content, so that a known model starts at once.
 
-    The folder is the user's cache folder, or MECHC_CACHE if that is set. It cleans itself: what was unused
-    for the longest time goes when it grows too large.
+    They lie in mechc-compiled, a subfolder of the user's cache folder, or of MECHC_CACHE if that is set; nothing
+    else is touched there. It cleans itself: what was unused for the longest time goes when it grows too large.
     """
 
 
@@ -25,7 +25,7 @@ def show() -> None:
 
 @command.command()
 def clear() -> None:
-    """Remove everything that is kept; the next runs compile again."""
+    """Remove all compiled code that is kept, and no other file; the next runs compile again."""
     from ..runtime.cache import clear_cache
 
     content = clear_cache()

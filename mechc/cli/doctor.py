@@ -95,13 +95,13 @@ def _compiler() -> Finding:
 
 
 def _cache() -> Finding:
-    from ..runtime.cache import cache_content, made, users_cache
+    from ..runtime.cache import SUBFOLDER, cache_content, made, users_cache
     from .cache import size_text
 
     chosen = os.environ.get("MECHC_CACHE")
     folder = Path(chosen) if chosen else users_cache()
     try:
-        with tempfile.TemporaryFile(dir=made(folder)):
+        with tempfile.TemporaryFile(dir=made(folder / SUBFOLDER)):
             content = cache_content()
     except OSError as error:
         where = f"MECHC_CACHE={chosen}" if chosen else str(folder)

@@ -154,9 +154,12 @@ def test_cache_and_doctor(
     assert f"mechc         {__version__}" in out and "numpy" in out
     assert str(tmp_path / "cache") in out
     (tmp_path / "cache" / "something").write_text("12345")
+    ours = tmp_path / "cache" / "mechc-compiled"
+    assert list(ours.iterdir())
     _, out, _ = call(capsys, "cache", "clear")
     assert str(tmp_path / "cache") in out
-    assert list((tmp_path / "cache").iterdir()) == []
+    assert list(ours.iterdir()) == []
+    assert (tmp_path / "cache" / "something").read_text() == "12345"
 
 
 def test_pages_are_shown_without_what_is_for_their_tests(capsys: pytest.CaptureFixture[str]) -> None:

@@ -13,7 +13,14 @@ import pytest
 
 from mechc.runtime import build
 from mechc.runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
-from mechc.runtime.cache import CacheUnusable, cache_content, cache_folder, clear_cache, prune_cache
+from mechc.runtime.cache import (
+    SUBFOLDER,
+    CacheUnusable,
+    cache_content,
+    cache_folder,
+    clear_cache,
+    prune_cache,
+)
 
 SOURCE = {"a.c": '#include "a.h"\n__attribute__((visibility("default"))) int f(void) { return VALUE; }\n'}
 
@@ -27,7 +34,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     if find_compiler() is None:
         pytest.skip("no C compiler")
     monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+    return tmp_path / "cache" / "mechc-compiled"
 
 
 def value_of(library: Path) -> int:
@@ -123,22 +130,76 @@ def test_two_processes_build_one_model_at_once(folder: Path) -> None:
     assert len(list(folder.iterdir())) == 1, "nothing is left over"
 
 
+def name_of(k: int) -> str:
+    return f"model-{k:032x}.so"
+
+
 def test_size_is_bounded_by_removing_what_was_unused_longest(folder: Path) -> None:
-    folder.mkdir()
+    folder.mkdir(parents=True)
     for k in range(5):
-        (folder / f"model-{k}.so").write_bytes(b"x" * 1000)
-        os.utime(folder / f"model-{k}.so", (1e9 + (k + 2) % 5, 1e9 + (k + 2) % 5))
+        (folder / name_of(k)).write_bytes(b"x" * 1000)
+        os.utime(folder / name_of(k), (1e9 + (k + 2) % 5, 1e9 + (k + 2) % 5))
     prune_cache(limit=2500)
-    assert sorted(file.name for file in folder.iterdir()) == ["model-1.so", "model-2.so"]
+    assert sorted(file.name for file in folder.iterdir()) == [name_of(1), name_of(2)]
 
 
 def test_what_broken_builds_leave_is_removed_after_a_day(folder: Path) -> None:
-    for name, age in (("build-old", 2 * 86400.0), ("build-new", 10.0)):
+    for name, age in (("build-oldoldol", 2 * 86400.0), ("build-newnewne", 10.0)):
         (folder / name).mkdir(parents=True)
         (folder / name / "a.c").write_text("x")
         os.utime(folder / name, (time.time() - age, time.time() - age))
     prune_cache()
-    assert [entry.name for entry in folder.iterdir()] == ["build-new"]
+    assert [entry.name for entry in folder.iterdir()] == ["build-newnewne"]
+
+
+def foreign_files(folder: Path) -> dict[str, str]:
+    """Fill a folder with files of others, with names near ours and in folders named like ours; give what each holds."""
+    old = time.time() - 1000 * 86400.0
+    names = (
+        "thesis.tex",
+        "build-2019/main.c",
+        "build-abcdefgh/deep/below/main.c",
+        "model-1.so",
+        name_of(7),
+        "reference-letters/bank.pdf",
+        f"{SUBFOLDER}/notes.txt",
+        f"{SUBFOLDER}/model-1.so",
+        f"{SUBFOLDER}/build-2019/main.c",
+        f"{SUBFOLDER}/build-abcdefgh/deep/below/main.c",
+        f"{SUBFOLDER}/build-ijklmnop/thesis.tex",
+        f"{SUBFOLDER}/{name_of(8)}/file.txt",
+    )
+    for name in names:
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(f"holds {name}")
+        os.utime(file, (old, old))
+        os.utime(file.parent, (old, old))
+    return {name: f"holds {name}" for name in names}
+
+
+def test_files_of_others_survive_everything(folder: Path) -> None:
+    theirs = foreign_files(folder.parent)
+    outside = folder.parent.parent / "outside.txt"
+    outside.write_text("kept")
+    (folder / name_of(9)).symlink_to(outside)
+    (folder / "build-qrstuvwx").symlink_to(outside.parent, target_is_directory=True)
+    build_shared(sources(1), model_flags())
+    prune_cache(limit=0)
+    build_shared(sources(2), model_flags())
+    assert clear_cache().entries >= 1
+    assert not [
+        file
+        for file in folder.glob("model-*.so")
+        if file.is_file() and file.name not in (name_of(9), "model-1.so")
+    ]
+    held = {
+        str(file.relative_to(folder.parent)): file.read_text()
+        for file in folder.parent.rglob("*")
+        if file.is_file() and not file.is_symlink()
+    }
+    assert held == theirs
+    assert outside.read_text() == "kept"
 
 
 def test_content_and_clearing(folder: Path) -> None:
@@ -185,7 +246,7 @@ def test_a_users_cache_that_cannot_be_written_is_told_and_done_without(
     with pytest.warns(RuntimeWarning, match="MECHC_CACHE chooses another folder"):
         folder = cache_folder()
     assert folder.is_dir() and cache_folder() == folder, "one folder as long as the process lasts"
-    assert os.environ["MECHC_CACHE"] == str(folder), "the processes that it starts have it, too"
+    assert os.environ["MECHC_CACHE"] == str(folder.parent), "the processes that it starts have it, too"
 
 
 def test_a_cache_that_was_chosen_must_be_writable(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
