@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from collections.abc import Sequence
 from ctypes import (
     POINTER,
     Structure,
@@ -22,6 +23,12 @@ from ctypes import (
 from pathlib import Path
 
 from .build import build_shared, kernel_flags
+
+KERNEL = Path(__file__).parent / "kernel"
+KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver")
+"""Folders of the kernel, from the lowest to the highest: none calls what stands in a later one."""
+AROUND = ("fmi", "reference")
+"""Further folders, of which each stands on all of the kernel and none on the other."""
 
 MODEL_VERSION = 3
 KERNEL_VERSION = 1
@@ -233,11 +240,11 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
 }
 
 
-def kernel_sources() -> dict[str, str]:
-    """Give the text of every file of the kernel by its name."""
-    folder = Path(__file__).parent / "kernel"
-    files = sorted([*folder.glob("*.c"), *folder.glob("*.h")])
-    return {file.name: file.read_text(encoding="utf-8") for file in files}
+def kernel_sources(rooms: Sequence[str] = KERNEL_ROOMS) -> dict[str, str]:
+    """Give the text of every file of these rooms of the kernel by its name: names are unique, so that all can lie in
+    one folder."""
+    files = [file for room in rooms for file in (KERNEL / room).glob("*.[ch]")]
+    return {file.name: file.read_text(encoding="utf-8") for file in sorted(files, key=lambda file: file.name)}
 
 
 @functools.cache

@@ -108,9 +108,8 @@ def reference_flags(precision: str) -> tuple[str, ...]:
 @functools.cache
 def reference_library(precision: str) -> Path:
     """Return the kernel in a precision; its name tells its content. Raises BuildError, CompilerMissing."""
-    folder = Path(__file__).parent / "kernel" / "reference"
-    own = {file.name: file.read_text(encoding="utf-8") for file in sorted(folder.iterdir())}
-    return build_shared({**native.kernel_sources(), **own}, reference_flags(precision), name="high-precision")
+    sources = native.kernel_sources((*native.KERNEL_ROOMS, "reference"))
+    return build_shared(sources, reference_flags(precision), name="high-precision")
 
 
 @functools.cache

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
 
 from ...equations.needs import EVERYTHING
 from ...program.model import Program
@@ -62,11 +61,9 @@ def sources(
     ``code``: the C text of the program. ``parts``: what is kept though the model does not need it
     (equations/needs.py); all of them: the whole kernel. ``sizes``: number of elements by value reference, if there are arrays.
     """
-    import mechc.runtime
+    from mechc.runtime.native import kernel_sources
 
-    folder = Path(mechc.runtime.__file__).parent / "kernel"
-    kernel = {f.name: f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.[ch]"))}
-    glue = {f.name: f.read_text(encoding="utf-8") for f in sorted((folder / "fmi").glob("*.[ch]"))}
+    kernel, glue = kernel_sources(), kernel_sources(("fmi",))
     visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]
     visible += _defined({**kernel, **glue}.values())
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
