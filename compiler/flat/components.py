@@ -11,7 +11,7 @@ from mechc.lang.suggest import closest
 
 from .classes import Class
 from .evaluate import truth, whole_number
-from .instance import MODIFIED, ComponentMember, Instance, Modifier, Pick, Progress, Source
+from .instance import STATED, ComponentMember, Instance, Modifier, Pick, Progress, Source, rank_of
 from .instantiate import element_scope, extents, make_instance, modifier_of
 from .scope import Poisoned, Scope
 from .subscripts import Index, element_name, subscript_text, subscripts
@@ -167,12 +167,10 @@ def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
 
 def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Modifier]:
     """Return what the parentheses of a component say; ``A -> B`` binds the first two interface frames."""
-    depth = 0 if scope.instance is None else scope.instance.depth
-    rank = (MODIFIED, -depth, -scope.level)
     result: list[Modifier] = []
     for node in declaration.modifications:
         if node.kind != "->":
-            if (modifier := modifier_of(node, scope, rank)) is not None:
+            if (modifier := modifier_of(node, scope, STATED)) is not None:
                 result.append(modifier)
             continue
         interface = cls.interface
@@ -188,5 +186,7 @@ def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Mod
         for name, value in zip(interface[:2], (node.target, node.value), strict=True):
             part = ast.Part(name=name, span=value.span)
             source = Source(value, scope)
-            result.append(Modifier((part,), "=", False, source, rank, value.span, link=True))
+            result.append(
+                Modifier((part,), "=", False, source, rank_of(scope, STATED), value.span, link=True)
+            )
     return result

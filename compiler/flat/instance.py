@@ -35,6 +35,19 @@ class Source(Struct, eq=False):
         return self._value
 
 
+Rank = tuple[int, int, int]
+"""Depth of the component in whose text a value stands, level of inheritance, both negative; stage."""
+
+DECLARED, STATED, EXTENDED = range(3)
+"""What of one text goes before what: declaration, ``initial`` and modifications of components, ``extends``."""
+
+
+def rank_of(scope: Scope, stage: int) -> Rank:
+    """Return the rank of a value given in a scope: that of the outermost text is the largest."""
+    depth = 0 if scope.instance is None else scope.instance.depth
+    return (-depth, -scope.level, stage)
+
+
 class Pick(Struct, frozen=True):
     """One array of components that a modification has passed through, and the element it has reached."""
 
@@ -45,21 +58,17 @@ class Pick(Struct, frozen=True):
 class Modifier(Struct, frozen=True):
     """A modification on its way to a member: ``path`` is what is left of its target.
 
-    ``rank`` orders competing ones, the largest wins: (stage, -depth of the writer, -level of inheritance).
+    ``rank`` orders competing ones, the largest wins: ``rank_of``.
     """
 
     path: tuple[ast.Part, ...]
     kind: str
     rate: bool
     source: Source
-    rank: tuple[int, int, int]
+    rank: Rank
     span: Span
     picks: tuple[Pick, ...] = ()
     link: bool = False
-
-
-DECLARED, INITIAL, EXTENDED, MODIFIED = range(4)
-"""Stages of ``Modifier.rank``."""
 
 
 ROLE_WORDS = {

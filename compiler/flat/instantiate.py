@@ -25,6 +25,7 @@ from .instance import (
     PlaceMember,
     Source,
     VariableMember,
+    rank_of,
 )
 from .model import Expression, Literal, Role
 from .scope import Flattening, Poisoned, Scope
@@ -63,8 +64,7 @@ def make_instance(
     instance = Instance(flattening, cls, path, parent, declaration, depth)
     for inherited in cls.inherited:
         scope = Scope(flattening, instance, inherited.namespace, level=inherited.level)
-        rank = (EXTENDED, -depth, -inherited.level)
-        if (modifier := modifier_of(inherited.modification, scope, rank)) is not None:
+        if (modifier := modifier_of(inherited.modification, scope, EXTENDED)) is not None:
             modifiers.append(modifier)
     for modifier in modifiers:
         instance.modifiers.setdefault(modifier.path[0].name, []).append(modifier)
@@ -137,7 +137,7 @@ def _what_there_is(instance: Instance) -> str:
     return f"it has {', '.join(names[:8])}" if names else ""
 
 
-def modifier_of(node: ast.Modification, scope: Scope, rank: tuple[int, int, int]) -> Modifier | None:
+def modifier_of(node: ast.Modification, scope: Scope, stage: int) -> Modifier | None:
     """Return what a modification says; links are handled apart."""
     rate = isinstance(node.target, ast.Derivative)
     reference = node.target.operand if isinstance(node.target, ast.Derivative) else node.target
@@ -154,7 +154,7 @@ def modifier_of(node: ast.Modification, scope: Scope, rank: tuple[int, int, int]
         scope.report("E0401", "a modification begins with a name", node.target.span)
         return None
     source = Source(node.value, scope)
-    return Modifier(reference.parts, node.kind, rate, source, rank, node.target.span)
+    return Modifier(reference.parts, node.kind, rate, source, rank_of(scope, stage), node.target.span)
 
 
 # ---------------------------------------------------------------- looking up

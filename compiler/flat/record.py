@@ -7,7 +7,7 @@ from msgspec import Struct, field
 from mechc.lang.source import Span
 
 from . import model
-from .instance import Instance, VariableMember
+from .instance import Instance, Rank, VariableMember
 from .subscripts import Index
 
 
@@ -21,7 +21,7 @@ class StatedStart(Struct, frozen=True):
     indices: Index
     rate: bool
     start: model.StartValue
-    rank: tuple[int, int, int]
+    rank: Rank
     span: Span
 
 

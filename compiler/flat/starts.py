@@ -8,7 +8,7 @@ from mechc.lang.diagnostics import Label
 from . import model, types
 from .coordinates import Target, target_of
 from .evaluate import elements, pick, whole_number
-from .instance import DECLARED, INITIAL, MODIFIED, ROLE_WORDS, Modifier, VariableMember
+from .instance import DECLARED, ROLE_WORDS, STATED, Modifier, VariableMember, rank_of
 from .members import elementwise, type_of
 from .model import Array, Expression, Kind, Role, StartValue, Type
 from .modifications import cannot_modify
@@ -54,15 +54,9 @@ def _initial(
     if target is None:
         record.initials.append(model.InitialCondition(left, start, scope.origin(statement.span)))
         return
-    rank = _rank(scope, target.member)
+    rank = rank_of(scope, STATED)
     stated = StatedStart(target.member, target.indices, target.rate == 1, start, rank, statement.span)
     record.starts.setdefault(target.name, []).append(stated)
-
-
-def _rank(scope: Scope, member: VariableMember) -> tuple[int, int, int]:
-    assert scope.instance is not None
-    own = member.scope.instance is scope.instance
-    return (INITIAL if own else MODIFIED, -scope.instance.depth, -scope.level)
 
 
 def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisoned:
@@ -107,7 +101,7 @@ def stated_starts(member: VariableMember, record: Record) -> list[StatedStart]:
             member.scope, value, type, start.value.span, name=name, declared=member.declaration.name_span
         )
         origin = member.scope.origin(member.declaration.span)
-        rank = (DECLARED, 0, 0)
+        rank = rank_of(member.scope, DECLARED)
         found.append(StatedStart(member, (), False, StartValue(value, start.guess, origin), rank, start.span))
     for modifier in member.modifiers:
         try:

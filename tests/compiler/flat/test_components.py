@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from flat_models import codes, definition, flat, said, start, value, variable
+from flat_models import codes, definition, flat, rate, said, start, value, variable
 
 PART = """
 model Part
@@ -88,6 +88,48 @@ def test_the_outermost_modification_wins() -> None:
     assert value(variable(outer, "pair.p.m").value) == "3"
     outermost = PART + pair + "model N  Pair pair(p.m = 3 kg); end N; model M  N n(pair.p.m = 4 kg); end M;"
     assert value(variable(flat(outermost), "n.pair.p.m").value) == "4"
+
+
+PAIR = (
+    PART
+    + "model Pair  Part p(m = 2 kg, x = 1 m, size = 3 m); Part q[2](m = 6 kg); initial p.x ~ 9 m; end Pair;"
+)
+
+
+def test_an_heir_s_modification_wins_over_that_of_its_base() -> None:
+    """The value stands further out, though both reach into the same component of the same model."""
+    pair = PAIR.replace(" initial p.x ~ 9 m;", "")
+    model = flat(
+        pair
+        + "model M  extends Pair(p.m = 3 kg, p.x ~ 2 m, der(p.x) = 5 m/s, p.size = 4 m, q[2].m = 7 kg); end M;"
+    )
+    assert value(variable(model, "p.m").value) == "3"
+    assert value(variable(model, "p.size").value) == "{4, 4}"
+    assert (start(model, "p.x"), rate(model, "p.x")) == ("~ 2", "= 5")
+    assert [value(variable(model, f"q[{k}].m").value) for k in (1, 2)] == ["6", "7"]
+    assert start(flat(pair + "model M  extends Pair; initial p.x = 8 m; end M;"), "p.x") == "= 8"
+    both = "model Mid  extends Pair(p.m = 3 kg); end Mid; model M  MORE end M;"
+    assert value(variable(flat(pair + both.replace("MORE", "extends Mid;")), "p.m").value) == "3"
+    assert value(variable(flat(pair + both.replace("MORE", "extends Mid(p.m = 4 kg);")), "p.m").value) == "4"
+    assert value(variable(flat(pair + both.replace("MORE", "Mid mid(p.m = 5 kg);")), "mid.p.m").value) == "5"
+    assert codes(PAIR + "model M  Pair pair; end M;") == ["E0409"]
+
+
+def test_an_heir_connects_what_its_base_has_connected_elsewhere() -> None:
+    base = JOINT + (
+        "model Base  frame hook = world * trans({1 m, 0}); Body b; Hinge h(world -> b.a);"
+        " Body c(a = b.a); end Base;"
+    )
+    model = flat(base + "model M  extends Base(h.from = hook, c.a = hook); end M;")
+    assert value(definition(model, "h.from").value) == "hook"
+    assert value(next(j for j in model.joints if j.name == "c.a").value) == "hook"
+
+
+def test_what_an_inner_heir_says_loses_against_the_model_around_it() -> None:
+    heir = PAIR.replace(" initial p.x ~ 9 m;", "") + "model Heir  extends Pair(p.x = 2 m); end Heir;"
+    assert start(flat(heir + "model M  Heir h; end M;"), "h.p.x") == "= 2"
+    assert start(flat(heir + "model M  Heir h; initial h.p.x = 3 m; end M;"), "h.p.x") == "= 3"
+    assert start(flat(heir + "model M  Heir h(p.x ~ 4 m); end M;"), "h.p.x") == "~ 4"
 
 
 @pytest.mark.parametrize(

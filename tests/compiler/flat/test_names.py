@@ -243,6 +243,7 @@ end M;
         ("initial x = 2 m;", "(x = 4 m)", "initial x = 3 m;", "", "", "= 4"),
         ("initial x = 2 m;", "(x = 4 m)", "initial x = 3 m;", "(x ~ 5 m)", "", "~ 5"),
         ("", "", "initial x = 3 m;", "", "initial h.x = 6 m;", "= 6"),
+        ("", "(x = 4 m)", "", "", "initial h.x = 6 m;", "= 6"),
     ],
 )
 def test_precedence_of_initial_values(
@@ -250,6 +251,14 @@ def test_precedence_of_initial_values(
 ) -> None:
     text = STARTED.format(base=base, extends=extends, heir=heir, modified=modified, outer=outer)
     assert start(flat(text), "h.x") == expected
+
+
+def test_an_outer_heir_states_more_than_the_extends_of_an_inner_one() -> None:
+    heirs = STARTED.format(base="", extends="(x = 4 m)", heir="", modified="", outer="")
+    outermost = "model Top  extends Heir; initial x = 7 m; end Top;"
+    assert start(flat(heirs + outermost), "x") == "= 7"
+    assert start(flat(heirs + outermost.replace("Heir;", "Heir(x = 5 m);")), "x") == "= 5"
+    assert start(flat(heirs + outermost.replace("initial x = 7 m;", "")), "x") == "= 4"
 
 
 def test_two_initial_values_at_one_level_contradict() -> None:
