@@ -9,6 +9,7 @@ import mechc
 from mechc.compiler.targets.c import emit_c
 from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions
+from mechc.runtime.native import Status
 from mechc.runtime.simulate import plan_run
 from mechc.runtime.solver import Solver
 
@@ -61,7 +62,7 @@ def measured(text: str, stop: float, repeats: int) -> tuple[float, native.Report
         ) as solver:
             if plan.case.problem.hybrid is not None:
                 solver.start_events(4 * EVENTS)
-            assert solver.advance(plan.case.stop, 10**9) == native.REACHED
+            assert solver.advance(plan.case.stop, 10**9) == Status.REACHED
             report, _ = solver.report()
             seconds.append(report.seconds)
     return statistics.median(seconds), report

@@ -21,6 +21,7 @@ from mechc.measurement.benchmark import benchmark
 from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.native import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import Solver
 
@@ -74,7 +75,7 @@ def ours(quick: bool) -> tuple[list[Run], Array, Array, float]:
         times = []
         for _ in range(11 if quick else 101):
             with Solver(kernel, case, "dop853", tolerance, tolerance * nominal) as solver:
-                assert solver.advance(case.stop, 10**9) == native.REACHED
+                assert solver.advance(case.stop, 10**9) == Status.REACHED
                 report, y = solver.report()
             times.append(report.seconds)
         error = float(np.abs(in_world(y) - end).max())

@@ -14,6 +14,7 @@ import mechc
 from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.native import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import Solver
 
@@ -61,7 +62,7 @@ def measure(file: str, experiment: str | None, quick: bool) -> list[list[str]]:
 
     def by_kernel(tolerance: float) -> tuple[Array, native.ReportStruct]:
         with Solver(kernel, case, "dop853", tolerance, tolerance * nominal) as solver:
-            assert solver.advance(case.stop, 10**9) == native.REACHED
+            assert solver.advance(case.stop, 10**9) == Status.REACHED
             report, y = solver.report()
             return y, report
 

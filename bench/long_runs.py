@@ -15,6 +15,7 @@ import mechc
 from mechc.runtime import native
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.native import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import Solver
 
@@ -99,7 +100,7 @@ def run(
     case = replace(case, stop=stop, grid=np.concatenate([[0.0], steps[steps > 0] * step]), max_step=stop)
     begun = time.process_time()
     with Solver(native.load_kernel(), case, method, 1e-10, np.full(case.y0.size, 1e-10), step) as solver:
-        assert solver.advance(stop, 2**62) == native.REACHED, method
+        assert solver.advance(stop, 2**62) == Status.REACHED, method
         report, y = solver.report()
         _, rows = solver.grid_rows(report.n_grid)
     return y, rows.copy(), int(report.steps), time.process_time() - begun

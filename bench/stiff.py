@@ -16,6 +16,7 @@ import mechc
 from mechc.runtime import native
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.native import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import Solver
 from mechc.runtime.work_precision import Point, time_to_reach
@@ -99,7 +100,7 @@ def run_kernel(
 ) -> tuple[Array, native.ReportStruct]:
     kernel = native.load_kernel()
     with Solver(kernel, case, "radau5", tolerance, tolerance * nominal) as solver:
-        assert solver.advance(case.stop, 10**9) == native.REACHED
+        assert solver.advance(case.stop, 10**9) == Status.REACHED
         report, y = solver.report()
         return y, report
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Literal, TypeVar, assert_never
 
 from msgspec import Struct
 
 from . import native
+from .native import Status
 from .outcome import (
     Failure,
     assertion_failed,
@@ -27,6 +28,24 @@ MOST_ROWS = 64
 
 T = TypeVar("T")
 
+_OfConditions = Literal[
+    Status.EVENT_LOOP,
+    Status.ZENO,
+    Status.CHATTER,
+    Status.BRANCH_ASSERTION,
+    Status.NO_PERIOD,
+    Status.UNDEFINED_JUMP,
+]
+_OfRows = Literal[
+    Status.PENETRATION,
+    Status.ENERGY_RAISED,
+    Status.APART,
+    Status.NO_MODE,
+    Status.NO_IMPACT,
+    Status.OUT_OF_RANGE,
+]
+_AtEvent = _OfConditions | _OfRows
+
 
 class _Told(Struct, frozen=True):
     """A failure at an event; ``name`` is the row that is to blame, if one is."""
@@ -37,33 +56,59 @@ class _Told(Struct, frozen=True):
     origin: Origin | None = None
 
 
-def kernel_failure(problem: Problem, status: int, report: native.ReportStruct, y: Array) -> Failure | None:
+def kernel_failure(problem: Problem, status: Status, report: native.ReportStruct, y: Array) -> Failure | None:
     """Give the failure that ended a run of the kernel in state y [ny]; None where the status is that of no failure."""
     match status:
-        case native.NOT_FINITE:
+        case (
+            Status.RUNNING
+            | Status.REACHED
+            | Status.RECORD_FULL
+            | Status.TERMINATED
+            | Status.EVENTS_FULL
+            | Status.AT_EVENT
+        ):
+            return None
+        case Status.NOT_FINITE:
             return not_finite(problem, report.failed_index, report.failed_value, report.t, y)
-        case native.STEP_TOO_SMALL:
+        case Status.STEP_TOO_SMALL:
             return step_too_small(problem, report.failed_index, report.t, y)
-        case native.ASSERTION:
+        case Status.ASSERTION:
             return assertion_failed(problem, report.failed_index, report.t, y)
-        case native.NOT_CONVERGED:
+        case Status.NOT_CONVERGED:
             return not_converged(problem, report.t, y)
-        case native.OFF_CONSTRAINTS:
+        case Status.OFF_CONSTRAINTS:
             return off_constraints(problem, report.t, y)
+        case Status.NEEDS_JACOBIAN | Status.NEEDS_SEPARABLE | Status.NEEDS_MOMENTA:
+            raise AssertionError(f"a run began although {status.name}: methods.py refuses it before")
+        case _:
+            return _at_event(problem, status, report, y)
+
+
+def _at_event(problem: Problem, status: _AtEvent, report: native.ReportStruct, y: Array) -> Failure:
     hybrid = problem.hybrid
-    if hybrid is None or status > native.EVENT_LOOP:
-        return None
+    assert hybrid is not None
     at = time_text(problem, report.t)
-    told = _of_conditions(hybrid, status, report, at) or _of_rows(hybrid, status, report, at)
+    match status:
+        case (
+            Status.EVENT_LOOP
+            | Status.ZENO
+            | Status.CHATTER
+            | Status.BRANCH_ASSERTION
+            | Status.NO_PERIOD
+            | Status.UNDEFINED_JUMP
+        ):
+            told = _of_conditions(hybrid, status, report, at)
+        case _:
+            told = _of_rows(hybrid, status, report, at)
     return Failure(told.kind, report.t, told.name, told.message, told.origin, state_at(problem, y))
 
 
-def _of_conditions(hybrid: Hybrid, status: int, report: native.ReportStruct, at: str) -> _Told | None:
-    """Tell what is wrong with branches of ``when`` and with switches; None where it is something else."""
+def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportStruct, at: str) -> _Told:
+    """Tell what is wrong with branches of ``when`` and with switches."""
     k = report.failed_index
     branch = _entry(hybrid.branches, k)
     match status:
-        case native.EVENT_LOOP if branch is not None and not report.failed_part:
+        case Status.EVENT_LOOP if branch is not None and not report.failed_part:
             conditions = ", ".join(f"'{b.text}'" for b in hybrid.branches)
             return _Told(
                 "event loop",
@@ -71,9 +116,9 @@ def _of_conditions(hybrid: Hybrid, status: int, report: native.ReportStruct, at:
                 f"(of {conditions})",
                 origin=branch.origin,
             )
-        case native.EVENT_LOOP:
+        case Status.EVENT_LOOP:
             return _Told("event loop", f"the events at {at} do not come to rest")
-        case native.ZENO:
+        case Status.ZENO:
             assert branch is not None
             return _Told(
                 "zeno",
@@ -81,70 +126,73 @@ def _of_conditions(hybrid: Hybrid, status: int, report: native.ReportStruct, at:
                 "for something that bounces or rests, write a 'contact', which comes to rest",
                 origin=branch.origin,
             )
-        case native.CHATTER:
+        case Status.CHATTER:
             return _Told(
                 "chattering",
                 f"a condition in the equations of motion goes to and fro at {at}: "
                 "the motion slides along it; write it as 'friction' or 'contact'",
             )
-        case native.BRANCH_ASSERTION:
+        case Status.BRANCH_ASSERTION:
             assert branch is not None
             check = branch.checks[report.failed_part]
             return _Told("assertion", f"assertion failed at {at}: {check.message}", origin=check.origin)
-        case native.NO_PERIOD:
+        case Status.NO_PERIOD:
             return _Told(
                 "clock", f"a 'sample' has the period {report.failed_value:.6g} (SI): a period is positive"
             )
-        case native.UNDEFINED_JUMP:
+        case Status.UNDEFINED_JUMP:
             return _Told(
                 "not finite",
                 f"a potential energy is {value_text(report.failed_value)} behind the surface that is reached at {at}: "
                 "the motion can neither pass there nor be thrown back",
             )
-    return None
+        case _:
+            assert_never(status)
 
 
-def _of_rows(hybrid: Hybrid, status: int, report: native.ReportStruct, at: str) -> _Told:
+def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: str) -> _Told:
     """Tell what is wrong with contacts, friction and constraints that switch."""
     row, size = _entry(hybrid.rows, report.failed_index), report.failed_value
     name, origin = (row.name, row.origin) if row is not None else ("", None)
     match status:
-        case native.PENETRATION:
+        case Status.PENETRATION:
             message = f"contact '{name}' is penetrated at {at}: its gap is {size:.6g} (SI)"
             return _Told("penetration", message, name, origin)
-        case native.ENERGY_RAISED:
+        case Status.ENERGY_RAISED:
             message = (
                 f"the impact of '{name}' at {at} would raise the energy: Newton's restitution and Coulomb's "
                 "friction do not fit together here; use a smaller restitution or no friction"
             )
             return _Told("impact", message, name, origin)
-        case native.APART:
+        case Status.APART:
             message = f"'{name}' is engaged at {at}, but does not hold there: its sides are {abs(size):.6g} (SI) apart"
             return _Told("engage", message, name, origin)
-        case native.OUT_OF_RANGE:
+        case Status.OUT_OF_RANGE:
             return _Told("coefficient", _out_of_range(row, size, at), name, origin)
-        case native.NO_MODE if len(hybrid.rows) > MOST_ROWS:
+        case Status.NO_MODE if len(hybrid.rows) > MOST_ROWS:
             message = (
                 f"the model has {len(hybrid.rows)} rows of contacts, friction and constraints that switch; "
                 f"a run decides over {MOST_ROWS} at once: replace some by potentials, or by friction "
                 'with law = "regularized"'
             )
             return _Told("modes", message)
-        case native.NO_MODE if row is not None and not math.isfinite(size):
+        case Status.NO_MODE if row is not None and not math.isfinite(size):
             message = (
                 f"the force of '{name}' is {value_text(size)} at {at}: something in it is undefined there, "
                 "its gap, its slip, its coefficient, or the accelerations"
             )
             return _Told("not finite", message, name, origin)
-        case native.NO_MODE:
+        case Status.NO_MODE:
             which = f"'{name}'" if name else "the contacts"
             message = (
                 f"no combination of touching, sticking and sliding fits for {which} at {at}: "
                 "Coulomb's law has no solution, or more than one"
             )
             return _Told("modes", message, name, origin)
-        case _:
+        case Status.NO_IMPACT:
             return _Told("impact", f"the impacts at {at} have no solution", name, origin)
+        case _:
+            assert_never(status)
 
 
 def _out_of_range(row: SwitchedRow | None, size: float, at: str) -> str:

@@ -14,6 +14,7 @@ from .functions import Functions
 from .happenings import Log
 from .interruption import noted_interruptions
 from .kernel_failure import kernel_failure
+from .native import Status
 from .outcome import Failure, given_up, too_many_steps
 from .problem import Array, Problem
 from .solver import Solver
@@ -40,14 +41,14 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
         report, y = solver.report()
         t, rows = solver.grid_rows(report.n_grid)
         count = t.size
-        if status != native.REACHED:
+        if status != Status.REACHED:
             t, rows = with_last_point(t, rows, report.t, y)
         happened, ended = None, ""
         if log is not None:
             z = solver.grid_discretes(count)
             z = z if count == t.size else np.vstack([z, solver.discretes()])
             happened = log.finish(z[0] if count else solver.discretes(), z)
-            if status == native.TERMINATED and problem.hybrid is not None:
+            if status == Status.TERMINATED and problem.hybrid is not None:
                 ended = problem.hybrid.branches[report.failed_index].message or ""
         return Trajectory(
             t=t,
@@ -55,9 +56,9 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
             dense=record.polynomials() if record is not None else None,
             statistics=_statistics(kernel, case.functions, report),
             failure=_failure(problem, status, report, y, options),
-            interrupted=status in (native.RUNNING, native.RECORD_FULL, native.EVENTS_FULL) and interrupted(),
+            interrupted=status in (Status.RUNNING, Status.RECORD_FULL, Status.EVENTS_FULL) and interrupted(),
             happened=happened,
-            terminated=ended if status == native.TERMINATED else None,
+            terminated=ended if status == Status.TERMINATED else None,
         )
 
 
@@ -68,9 +69,9 @@ def _advance(
     record: _Record | None,
     log: Log | None,
     interrupted: Callable[[], bool],
-) -> int:
+) -> Status:
     """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
-    status, size = native.RUNNING, FIRST_SLICE
+    status, size = Status.RUNNING, FIRST_SLICE
     while not interrupted():
         report, _ = solver.report()
         left = size if options.max_steps is None else options.max_steps - report.steps
@@ -79,11 +80,11 @@ def _advance(
         begun = time.perf_counter()
         status = solver.advance(case.stop, min(size, left))
         taken = time.perf_counter() - begun
-        if status == native.RECORD_FULL and record is not None:
+        if status == Status.RECORD_FULL and record is not None:
             record.renew()
-        elif status == native.EVENTS_FULL and log is not None:
+        elif status == Status.EVENTS_FULL and log is not None:
             log.renew()
-        elif status != native.RUNNING:
+        elif status != Status.RUNNING:
             break
         else:
             size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
@@ -147,10 +148,10 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
 
 
 def _failure(
-    problem: Problem, status: int, report: native.ReportStruct, y: Array, options: SolverOptions
+    problem: Problem, status: Status, report: native.ReportStruct, y: Array, options: SolverOptions
 ) -> Failure | None:
-    if status == native.RUNNING and options.max_steps is not None and report.steps >= options.max_steps:
+    if status == Status.RUNNING and options.max_steps is not None and report.steps >= options.max_steps:
         return too_many_steps(problem, options.max_steps, report.t, y)
-    if status == native.RUNNING and report.seconds > options.seconds:
+    if status == Status.RUNNING and report.seconds > options.seconds:
         return given_up(problem, report.seconds, report.evaluations, report.t, y)
     return kernel_failure(problem, status, report, y)

@@ -9,14 +9,15 @@ from msgspec import Struct
 from . import native
 from .case import Case
 from .functions import Functions
+from .native import Status
 from .outcome import SimulationError
 from .scipy_methods import METHODS, PREFIX
 from .suggest import suggest
 
 NEEDS = {
-    native.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
-    native.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
-    native.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
+    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
+    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
 }
 """What is said where none of the reasons in ``_obstacles`` is met."""
 
@@ -77,8 +78,8 @@ def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], r
     index = int(kernel.mech_method_index(wanted.encode()))
     if index < 0:
         raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
-    lacks = int(kernel.mech_method_lacks(index, ctypes.addressof(model)))
-    if lacks != native.RUNNING:
+    lacks = Status(kernel.mech_method_lacks(index, ctypes.addressof(model)))
+    if lacks != Status.RUNNING:
         obstacles = _obstacles(model, lacks)
         if not obstacles:
             raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
@@ -90,9 +91,9 @@ def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], r
     return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
 
 
-def _obstacles(model: native.ModelStruct, lacks: int) -> list[str]:
+def _obstacles(model: native.ModelStruct, lacks: Status) -> list[str]:
     """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
-    if lacks == native.NEEDS_JACOBIAN:
+    if lacks == Status.NEEDS_JACOBIAN:
         return []
     obstacles = []
     if model.n_rotations:
@@ -101,17 +102,17 @@ def _obstacles(model: native.ModelStruct, lacks: int) -> list[str]:
         obstacles.append("a coordinate of which the rate alone is prescribed")
     if model.nx > model.n_accounts:
         obstacles.append("first-order states")
-    if lacks == native.NEEDS_SEPARABLE and model.n_velocity:
+    if lacks == Status.NEEDS_SEPARABLE and model.n_velocity:
         obstacles.append("constraints, for which there are 'rattle', 'lobatto4' and 'lobatto6'")
     elif model.n_velocity > model.n_position:
         obstacles.append("constraints between velocities")
     if (
-        lacks == native.NEEDS_MOMENTA
+        lacks == Status.NEEDS_MOMENTA
         and model.hybrid
         and native.HybridStruct.from_address(model.hybrid).n_rows
     ):
         obstacles.append("contacts, dry friction or constraints that switch")
-    if lacks == native.NEEDS_SEPARABLE and not obstacles:
+    if lacks == Status.NEEDS_SEPARABLE and not obstacles:
         obstacles.append("accelerations that depend on velocities")
     return obstacles
 

@@ -20,6 +20,7 @@ from ctypes import (
     c_ubyte,
     c_void_p,
 )
+from enum import IntEnum
 from pathlib import Path
 
 from .build import build_shared, kernel_flags
@@ -33,10 +34,6 @@ AROUND = ("fmi", "reference")
 MODEL_VERSION = 3
 KERNEL_VERSION = 1
 
-RUNNING, REACHED, RECORD_FULL, TERMINATED, EVENTS_FULL = 0, 1, 2, 3, 4
-EVENT_LOOP, ZENO, PENETRATION, ENERGY_RAISED, CHATTER = -20, -21, -22, -23, -24
-BRANCH_ASSERTION, APART, NO_MODE, NO_IMPACT, OUT_OF_RANGE = -25, -26, -27, -28, -29
-UNDEFINED_JUMP, NO_PERIOD = -30, -31
 EVENT_KINDS = (
     "when",
     "impact",
@@ -49,10 +46,40 @@ EVENT_KINDS = (
     "release",
     "engage",
 )
-STEP_TOO_SMALL, NOT_FINITE, ASSERTION, NOT_CONVERGED, OFF_CONSTRAINTS = -1, -2, -3, -4, -5
-NEEDS_JACOBIAN, NEEDS_SEPARABLE, NEEDS_MOMENTA = -6, -7, -8
 
 INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
+
+
+class Status(IntEnum):
+    """How a call of ``mech_advance`` ended: enum mech_status of ``solver.h``, which says what each one means."""
+
+    RUNNING = 0
+    REACHED = 1
+    RECORD_FULL = 2
+    TERMINATED = 3
+    EVENTS_FULL = 4
+    AT_EVENT = 5
+    STEP_TOO_SMALL = -1
+    NOT_FINITE = -2
+    ASSERTION = -3
+    NOT_CONVERGED = -4
+    OFF_CONSTRAINTS = -5
+    NEEDS_JACOBIAN = -6
+    NEEDS_SEPARABLE = -7
+    NEEDS_MOMENTA = -8
+    EVENT_LOOP = -20
+    ZENO = -21
+    PENETRATION = -22
+    ENERGY_RAISED = -23
+    CHATTER = -24
+    BRANCH_ASSERTION = -25
+    APART = -26
+    NO_MODE = -27
+    NO_IMPACT = -28
+    OUT_OF_RANGE = -29
+    UNDEFINED_JUMP = -30
+    NO_PERIOD = -31
+
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, POINTER(c_ubyte))

@@ -19,6 +19,7 @@ from msgspec import Struct
 from . import native
 from .build import BuildError, build_shared
 from .case import Case
+from .native import Status
 from .problem import Array
 from .solver import table_structs
 
@@ -228,14 +229,14 @@ def _run(task: _Task, tolerance: float, watch: _Watch) -> tuple[Array, Array, in
     at, evaluations = c_double(case.begin), 0
     try:
         for k, t in enumerate(times):
-            status = native.RUNNING if t > case.begin else native.REACHED
-            while status == native.RUNNING:
-                status = kernel.mech_reference_advance(handle, t, SLICE)
+            status = Status.RUNNING if t > case.begin else Status.REACHED
+            while status == Status.RUNNING:
+                status = Status(kernel.mech_reference_advance(handle, t, SLICE))
                 kernel.mech_reference_read(handle, byref(at), high[k].ctypes.data, low[k].ctypes.data)
                 if watch.too_long((at.value - case.begin) / (float(times[-1]) - case.begin)):
                     raise ReferenceTooLong(f"a run at {tolerance:g} takes too long")
-            if status != native.REACHED:
-                raise ReferenceFailed(f"the run at {tolerance:g} failed with status {status}")
+            if status != Status.REACHED:
+                raise ReferenceFailed(f"the run at {tolerance:g} failed with status {status.name}")
             evaluations = kernel.mech_reference_read(
                 handle, byref(at), high[k].ctypes.data, low[k].ctypes.data
             )

@@ -11,6 +11,7 @@ import numpy as np
 from . import native
 from .case import Case
 from .inputs import Table
+from .native import Status
 from .problem import Array
 
 FIRST_EVENTS = 256
@@ -80,9 +81,9 @@ class Solver:
         self._kernel.mech_free(self._handle)
         self._handle = None
 
-    def advance(self, stop: float, max_steps: int) -> int:
-        """Take up to ``max_steps`` steps towards ``stop``; give the status of ``native``."""
-        return int(self._kernel.mech_advance(self._handle, stop, max_steps))
+    def advance(self, stop: float, max_steps: int) -> Status:
+        """Take up to ``max_steps`` steps towards ``stop``."""
+        return Status(self._kernel.mech_advance(self._handle, stop, max_steps))
 
     def report(self) -> tuple[native.ReportStruct, Array]:
         """Where the run stands, and its state."""

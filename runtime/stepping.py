@@ -12,6 +12,7 @@ from . import native
 from .case import SimulationOptions, inputs_at
 from .inputs import constant
 from .kernel_failure import kernel_failure
+from .native import Status
 from .outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
 from .problem import Problem
 from .simulate import plan_run
@@ -89,19 +90,19 @@ class Stepper:
             raise SimulationError(f"the run is at {time_text(self._problem, self.time)}, beyond {until:g}")
         if self._end is not None:
             raise self._end
-        status = native.RUNNING
-        while status in (native.RUNNING, native.EVENTS_FULL):
+        status = Status.RUNNING
+        while status in (Status.RUNNING, Status.EVENTS_FULL):
             status = self._solver.advance(until, SLICE)
-            if status == native.EVENTS_FULL:
+            if status == Status.EVENTS_FULL:
                 self._solver.start_events(FIRST_EVENTS)
-        if status != native.REACHED:
+        if status != Status.REACHED:
             self._end = self._failure(status)
             raise self._end
 
-    def _failure(self, status: int) -> SimulationError:
+    def _failure(self, status: Status) -> SimulationError:
         report, y = self._solver.report()
         problem = self._problem
-        if status == native.TERMINATED and problem.hybrid is not None:
+        if status == Status.TERMINATED and problem.hybrid is not None:
             message = problem.hybrid.branches[report.failed_index].message
             return SimulationError(f"{message} at {time_text(problem, report.t)}")
         found = kernel_failure(problem, status, report, y)

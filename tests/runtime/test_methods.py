@@ -23,7 +23,7 @@ from written_problems import (
 
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.native import REACHED, kernel_sources, load_kernel
+from mechc.runtime.native import Status, kernel_sources, load_kernel
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.scipy_methods import _System
 from mechc.runtime.simulate import simulate
@@ -53,7 +53,7 @@ def run_fixed(problem: Problem, method: str, step: float, stop: float) -> tuple[
     case = prepare(problem, functions, options)
     with Solver(load_kernel(), case, method, 1e30, np.full(problem.ny, 1e30), step) as solver:
         solver.start_record(int(stop / step) + 10)
-        assert solver.advance(stop, 10**9) == REACHED
+        assert solver.advance(stop, 10**9) == Status.REACHED
         report, y = solver.report()
         assert report.steps == round(stop / step)
         rows = solver.recorded(report.n_record).copy()

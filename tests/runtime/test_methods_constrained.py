@@ -11,7 +11,7 @@ from kernel_driver import Numbers, run
 from kernel_models import CARTESIAN_PENDULUM, PENDULUM, SPHERICAL_PENDULUM, TILTED_BODY
 from msgspec.structs import replace
 
-from mechc.runtime.native import OFF_CONSTRAINTS, REACHED
+from mechc.runtime.native import Status
 
 START = {2: (0.6, -0.8, 0.0, 0.0), 3: (0.6, 0.0, -0.8, 0.0, 0.7, 0.0)}
 
@@ -33,7 +33,7 @@ def test_projection_keeps_the_constraints_to_rounding(method: str) -> None:
     grid: Numbers = 0.05 * np.arange(1, 2001, dtype=np.float64)
     step = 0.05 if method in ("rk4", "gauss4") else 0.0
     one = run(CARTESIAN_PENDULUM, method, START[2], 100.0, step=step, tolerance=1e-8, grid=grid)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     at_end = one.y[None]
     assert max(off_the_rod(at_end)) < 1e-15
     if step:
@@ -87,7 +87,7 @@ def test_projection_that_fails_stops_the_run() -> None:
         )
         for method, step in (("dop853", 0.0), ("rk4", 0.1)):
             one = run(model, method, START[2], 1.0, step=step)
-            assert one.status == OFF_CONSTRAINTS
+            assert one.status == Status.OFF_CONSTRAINTS
             assert one.report["t"] == 0
             assert one.y.tolist() == list(START[2])
 
@@ -98,7 +98,7 @@ def test_rotations_are_displaced_and_normalised() -> None:
     half = 0.25
     start = (math.cos(half), 0, 0, math.sin(half), 1e-3, 0, 0.1)
     one = run(model, "dop853", start, 10.0, tolerance=1e-9)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert np.abs(one.y[[1, 2, 4, 5]]).max() < 1e-16
     assert (one.y[:4] ** 2).sum() == pytest.approx(1, abs=1e-15)
     exact = run(PENDULUM, "dop853", (2 * half, 0.1), 10.0, tolerance=1e-12)
@@ -114,7 +114,7 @@ def test_energy_and_momentum_of_hanging_points_over_long_times(method: str, step
     stop = 7e3
     grid: Numbers = (step * np.arange(int(stop / step), dtype=np.float64))[:: max(1, int(0.1 / step))]
     one = run(model, method, START[n], stop, step=step, grid=grid)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     error = energy(one.rows) - energy(one.rows[:1])
     first, _, _, last = np.array_split(error, 4)
     assert np.abs(last).max() < 1.02 * np.abs(first).max() + 1e-14

@@ -19,7 +19,7 @@ from kernel_models import (
     VAN_DER_POL,
 )
 
-from mechc.runtime.native import REACHED, kernel_sources
+from mechc.runtime.native import Status, kernel_sources
 
 CART_START = (0.1, 0.5, 0.0, 0.3)
 ROD_ENDS = (Fraction(6, 10), Fraction(-8, 10))
@@ -91,7 +91,7 @@ def test_order(
     errors = []
     for step in steps:
         one = run(model, method, start, 2.0, step=step, max_step=step, p=p, quad=quad, tolerance=tolerance)
-        assert one.status == REACHED
+        assert one.status == Status.REACHED
         assert one.report["rejected"] == 0
         errors.append(one.error(exact.y, exact.low))
     assert np.abs(slopes(steps, errors) - order).max() < 0.1, errors
@@ -123,7 +123,7 @@ def test_order_with_constraints(model: Model, method: str, order: int, steps: tu
     errors = []
     for step in steps:
         one = run(model, method, start, 1.5, step=step, max_step=step, low=low, quad=True, tolerance=1e-3)
-        assert one.status == REACHED
+        assert one.status == Status.REACHED
         errors.append(one.error(exact, exact_low))
     assert np.abs(slopes(steps, errors) - order).max() < 0.1, errors
 
@@ -240,4 +240,4 @@ def test_methods_name_what_they_need() -> None:
     bare = Model({"rhs": "out[0] = y[1]; out[1] = -y[0];"}, nq=1, nv=1)
     for method, status in (("radau5", -6), ("verlet", -7), ("rattle", -8), ("lobatto6", -8)):
         assert run(bare, method, (1.0, 0.0), 1.0, step=0.1).status == status
-    assert run(VAN_DER_POL, "auto", (2.0, 0.0), 1.0, p=(1.0, 1.0)).status == REACHED
+    assert run(VAN_DER_POL, "auto", (2.0, 0.0), 1.0, p=(1.0, 1.0)).status == Status.REACHED

@@ -10,7 +10,7 @@ import pytest
 from kernel_driver import Model, run
 from kernel_models import BODY_WITH_SPRING, KEPLER, PENDULUM, TWO_SPRINGS, VAN_DER_POL
 
-from mechc.runtime.native import NOT_FINITE, REACHED, STEP_TOO_SMALL
+from mechc.runtime.native import Status
 
 RELAXATION = {  # x'' = 10 (1 - x^2) x' - x from (2, 0), by a Taylor method in 256 bits
     1.0: (1.93385290891147127779, -0.0704235175943980156151),
@@ -25,7 +25,7 @@ def test_relaxation_oscillation(method: str, stop: float) -> None:
     """Errors within 100 times the tolerance: at most 15 times were measured."""
     for tolerance in (1e-6, 1e-8, 1e-10):
         one = run(VAN_DER_POL, method, (2.0, 0.0), stop, p=(10.0, 1.0), tolerance=tolerance)
-        assert one.status == REACHED
+        assert one.status == Status.REACHED
         assert one.error(np.array(RELAXATION[stop])) < 100 * tolerance
 
 
@@ -33,7 +33,7 @@ def test_relaxation_oscillation(method: str, stop: float) -> None:
 def test_van_der_pol_with_a_million(method: str) -> None:
     """E. Hairer, G. Wanner, Solving ODEs II: y1(2) = 0.1706167732170469e1 from (2, 0)."""
     one = run(VAN_DER_POL, method, (2.0, 0.0), 2.0, p=(1e6, 1e6), tolerance=1e-9)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert abs(one.y[0] - 1.706167732170469) < 1e-8
     assert one.report["steps"] < 2500
     if method == "auto":
@@ -49,13 +49,13 @@ def test_stiff_spring_beside_a_soft_one(method: str) -> None:
         TWO_SPRINGS, method, (1.0, 1e-3, 0.0, 0.0), 10.0, p=(omega**2, 2 * omega), tolerance=1e-9,
         nominal=(1, 1e-3, 1, 1e3),
     )  # fmt: skip
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.error(np.array([math.cos(10), 0, -math.sin(10), 0])) < 1e-8
 
 
 def test_undamped_fast_oscillation_below_the_tolerance() -> None:
     one = run(TWO_SPRINGS, "radau5", (1.0, 1e-14, 0.0, 0.0), 10.0, p=(1e12, 0.0), tolerance=1e-9)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.error(np.array([math.cos(10), 0, -math.sin(10), 0])) < 1e-8
     assert one.report["steps"] < 300
 
@@ -85,7 +85,7 @@ def test_auto_without_a_jacobian_goes_on_explicitly() -> None:
     functions = {"rhs": VAN_DER_POL.functions["rhs"]}
     bare = Model(functions, nx=2, sizes={"np": 2})
     one = run(bare, "auto", (2.0, 0.0), 0.05, p=(1e4, 1e4), tolerance=1e-6)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.report["switches"] == 0
     assert one.report["stiff_time"] < 0.05
 
@@ -104,7 +104,7 @@ def test_newton_uses_the_whole_structure() -> None:
     start = (1.0, 0, 0, 0, 0.2, 0.1, 1.0, 0.1, 0.0, 0.5)
     exact = run(BODY_WITH_SPRING, "dop853", start, 10.0, p=(4.0, 0.1), tolerance=1e-12)
     one = run(BODY_WITH_SPRING, "radau5", start, 10.0, p=(4.0, 0.1), tolerance=1e-9)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.error(exact.y) < 1e-7
     assert one.report["rejected"] == 0
     assert one.report["iterations"] < 3 * one.report["steps"]
@@ -120,7 +120,7 @@ def test_slices_and_snapshots_change_no_bit(method: str) -> None:
     whole = run(model, method, start, 2.0, step=0.0 if p else 0.01, p=p)
     for slice_steps in (1, 7, 130):
         part = run(model, method, start, 2.0, step=0.0 if p else 0.01, p=p, slice_steps=slice_steps)
-        assert part.status == REACHED
+        assert part.status == Status.REACHED
         assert part.y.tobytes() == whole.y.tobytes()
 
 
@@ -139,7 +139,7 @@ def test_steps_end_at_the_jumps_of_inputs() -> None:
     one = run(
         DRIVEN, "radau5", (0.0,), 1.0, tolerance=1e-9, tables=[table], stops=[0.5], grid=grid, max_step=0.2
     )
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.rows[0, 0] == pytest.approx(1, abs=1e-9)
     # a jump of 2 and errors of the dense output: the tolerance to the power of 2/3
     assert one.rows[1:, 0] == pytest.approx([3 - 2 * math.exp(-1000 * (t - 0.5)) for t in grid[1:]], abs=1e-6)
@@ -148,12 +148,12 @@ def test_steps_end_at_the_jumps_of_inputs() -> None:
 def test_failures_of_an_implicit_run_tell_where_and_what() -> None:
     root = Model({"rhs": "out[0] = sqrt(1 - t);", "jacobian": "out[0] = 0;"}, nx=1, entries=((0, 0),))
     one = run(root, "radau5", (0.0,), 2.0)
-    assert one.status == NOT_FINITE
+    assert one.status == Status.NOT_FINITE
     assert one.report["failed_index"] == 0
     assert 0.999 < one.report["t"] <= 1
     blow_up = Model({"rhs": "out[0] = y[0]*y[0];", "jacobian": "out[0] = 2*y[0];"}, nx=1, entries=((0, 0),))
     one = run(blow_up, "radau5", (1.0,), 2.0)
-    assert one.status in (STEP_TOO_SMALL, NOT_FINITE, -4)
+    assert one.status in (Status.STEP_TOO_SMALL, Status.NOT_FINITE, -4)
     assert one.report["t"] == pytest.approx(1, abs=1e-6)
 
 
@@ -176,7 +176,7 @@ def test_values_between_steps_that_stability_limits(tolerance: float) -> None:
     grid = np.linspace(0.01, 10, 500)
     exact = np.exp(-5 * grid) * (np.cosh(root * grid) + 5 / root * np.sinh(root * grid))
     one = run(OVERDAMPED, "dop853", (1.0, 0.0), 10.0, tolerance=tolerance, grid=grid)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert np.abs(one.rows[:, 0] - exact).max() < 50 * tolerance
     plain = run(OVERDAMPED, "dop853", (1.0, 0.0), 10.0, tolerance=tolerance)
     assert plain.report["steps"] <= one.report["steps"] < 1.3 * plain.report["steps"]

@@ -8,7 +8,7 @@ from kernel_driver import Model, Numbers, Run, run
 from kernel_models import COUPLED_PENDULUM, KEPLER, PENDULUM, TWO_SPRINGS
 
 import mechc
-from mechc.runtime.native import NOT_CONVERGED, NOT_FINITE, REACHED
+from mechc.runtime.native import Status
 
 PERIOD = 6.69998665
 """Of the pendulum released at 1 rad: 4 K(sin 1/2), to the digits that counting periods needs."""
@@ -49,7 +49,7 @@ def test_energy_of_the_pendulum_over_10000_periods(method: str, step: float) -> 
     stop = 1e4 * PERIOD
     grid = at_steps(step, stop, 10**6)  # every step: a coarser grid would beat with the period
     one = run(PENDULUM, method, (1.0, 0.0), stop, step=step, grid=grid)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     error = pendulum_energy(one.rows) - pendulum_energy(one.rows[:1])
     first, _, _, last = parts(error)
     assert np.abs(last).max() < 1.02 * np.abs(first).max()
@@ -131,7 +131,7 @@ def stiff_run(model: Model, step: float) -> Run:
 def test_gauss_goes_over_to_newton_where_iteration_does_not_contract() -> None:
     """h^2 k = 1e6: no fixed-point iteration can do it; the slow spring is as good as ever."""
     one = stiff_run(TWO_SPRINGS, 0.1)
-    assert one.status == REACHED
+    assert one.status == Status.REACHED
     assert one.report["jacobians"] > 0
     soft = run(TWO_SPRINGS, "gauss4", (1.0, 0.0, 0.0, 0.0), 10.0, step=0.1, p=(1.0, 0.0))
     assert soft.report["jacobians"] == 0
@@ -142,7 +142,7 @@ def test_gauss_goes_over_to_newton_where_iteration_does_not_contract() -> None:
 def test_gauss_without_a_jacobian_says_that_the_step_is_too_large() -> None:
     functions = {"rhs": TWO_SPRINGS.functions["rhs"]}
     one = stiff_run(Model(functions, nq=2, nv=2, sizes={"np": 2}), 0.1)
-    assert one.status == NOT_CONVERGED
+    assert one.status == Status.NOT_CONVERGED
 
 
 def test_newton_and_fixed_point_iteration_agree() -> None:
@@ -166,7 +166,7 @@ def test_undefined_derivatives_end_a_fixed_step_run() -> None:
     root = Model({"rhs": "out[0] = sqrt(1 - t);"}, nx=1)
     for method in ("gauss4", "rk4"):
         one = run(root, method, (0.0,), 2.0, step=0.1)
-        assert one.status == NOT_FINITE
+        assert one.status == Status.NOT_FINITE
         assert one.report["failed_index"] == 0
         assert 0.85 < one.report["t"] <= 1
 
@@ -229,7 +229,7 @@ def test_iterations_end_in_any_unit_of_time(method: str) -> None:
     for omega in (1e-6, 1.0, 1e6):
         stop = 100 / omega
         one = run(SPRING, method, (1.0, 0.0), stop, step=0.1 / omega, p=(omega**2,))
-        assert one.status == REACHED
+        assert one.status == Status.REACHED
         errors.append(one.y[0] - np.cos(100.0))
     assert errors == pytest.approx([errors[1]] * 3, rel=1e-4, abs=1e-12)
 

@@ -13,7 +13,7 @@ import mechc
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import make_table
-from mechc.runtime.native import REACHED, RECORD_FULL, RUNNING, load_kernel
+from mechc.runtime.native import Status, load_kernel
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.solver import Solver
 
@@ -50,13 +50,13 @@ def cases() -> list[tuple[Problem, str, SimulationOptions]]:
 def test_slices_give_the_same_bits_as_one_go(index: int) -> None:
     problem, method, options = cases()[index]
     with solver(problem, method, options) as (whole, _):
-        assert whole.advance(STOP, 10**9) == REACHED
+        assert whole.advance(STOP, 10**9) == Status.REACHED
         expected = result(whole)
     with solver(problem, method, options) as (cut, _):
         count = 0
-        while (status := cut.advance(STOP, 1 + count % 5)) == RUNNING:
+        while (status := cut.advance(STOP, 1 + count % 5)) == Status.RUNNING:
             count += 1
-        assert status == REACHED
+        assert status == Status.REACHED
         assert count > 5
         assert result(cut) == expected
 
@@ -65,13 +65,13 @@ def test_slices_give_the_same_bits_as_one_go(index: int) -> None:
 def test_saved_and_restored_run_goes_on_bit_for_bit(index: int) -> None:
     problem, method, options = cases()[index]
     with solver(problem, method, options) as (made, _):
-        assert made.advance(STOP, 7) == RUNNING
+        assert made.advance(STOP, 7) == Status.RUNNING
         memory = made.save()
-        assert made.advance(STOP, 10**9) == REACHED
+        assert made.advance(STOP, 10**9) == Status.REACHED
         expected = result(made)
         made.load(memory)
         assert made.report()[0].steps == 7
-        assert made.advance(STOP, 10**9) == REACHED
+        assert made.advance(STOP, 10**9) == Status.REACHED
         assert result(made) == expected
 
 
@@ -87,35 +87,35 @@ def test_a_saved_run_goes_on_in_another_solver(method: str) -> None:
         return Solver(load_kernel(), case, method, 1e-8, np.full(2, 1e-8), 1e-2)
 
     with made() as whole:
-        assert whole.advance(STOP, 10**9) == REACHED
+        assert whole.advance(STOP, 10**9) == Status.REACHED
         expected = whole.report()[1]
     with made() as second:
         with made() as first:
-            assert first.advance(STOP, 50) == RUNNING
+            assert first.advance(STOP, 50) == Status.RUNNING
             memory = first.save()
             first.advance(STOP, 70)
         with made() as third:
             third.advance(1.0, 10**9)
             second.load(memory)
-            assert second.advance(STOP, 10**9) == REACHED
+            assert second.advance(STOP, 10**9) == Status.REACHED
             assert np.array_equal(second.report()[1], expected)
 
 
 def test_landing_on_intermediate_times() -> None:
     with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP)) as (made, _):
         for stop in (0.1, 0.1, 5.0, STOP):
-            assert made.advance(stop, 10**9) == REACHED
+            assert made.advance(stop, 10**9) == Status.REACHED
             assert made.report()[0].t == stop
 
 
 def test_a_new_state_at_the_present_time() -> None:
     """From the apocentre, with the velocity of the circle there, the orbit becomes a circle."""
     with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP, points=2)) as (made, _):
-        assert made.advance(np.pi, 10**9) == REACHED
+        assert made.advance(np.pi, 10**9) == Status.REACHED
         _, y = made.report()
         assert y[0] == pytest.approx(-1.6, abs=1e-7)
         made.write(np.array([-1.6, 0, 0, -np.sqrt(1 / 1.6)]))
-        assert made.advance(STOP, 10**9) == REACHED
+        assert made.advance(STOP, 10**9) == Status.REACHED
         assert np.hypot(*made.report()[1][:2]) == pytest.approx(1.6, abs=1e-7)
 
 
@@ -124,10 +124,10 @@ def test_record_is_renewed_when_full() -> None:
         rows = []
         with solver(compiled_kepler(), "dop853", SimulationOptions(stop=STOP)) as (made, _):
             made.start_record(capacity)
-            while (status := made.advance(STOP, 10**9)) == RECORD_FULL:
+            while (status := made.advance(STOP, 10**9)) == Status.RECORD_FULL:
                 rows.append(made.recorded(made.report()[0].n_record))
                 made.start_record(capacity)
-            assert status == REACHED
+            assert status == Status.REACHED
             rows.append(made.recorded(made.report()[0].n_record))
             return np.concatenate(rows)
 
@@ -145,5 +145,5 @@ def test_many_solvers_at_once() -> None:
     ):
         done = [False, False]
         while not all(done):
-            done = [s.advance(STOP, n) == REACHED for s, n in ((first, 3), (second, 2))]
+            done = [s.advance(STOP, n) == Status.REACHED for s, n in ((first, 3), (second, 2))]
         assert result(first) == result(second) == expected

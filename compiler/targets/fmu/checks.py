@@ -14,6 +14,7 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime import native
 from mechc.runtime.accuracy import companion_tolerance
+from mechc.runtime.native import Status
 from mechc.runtime.problem import Array
 from mechc.runtime.solver import FIRST_EVENTS, Solver
 
@@ -159,15 +160,15 @@ def native_points(
         kernel, case, method, case.tolerance, case.tolerance * start.nominal, case.step or 0.0
     ) as solver:
         for t in times[len(rows) :]:
-            status = native.RUNNING
-            while status in (native.RUNNING, native.EVENTS_FULL):
-                if status == native.EVENTS_FULL:
+            status = Status.RUNNING
+            while status in (Status.RUNNING, Status.EVENTS_FULL):
+                if status == Status.EVENTS_FULL:
                     solver.start_events(FIRST_EVENTS)
                 status = solver.advance(t, 10000)
-            if status not in (native.REACHED, native.TERMINATED):
+            if status not in (Status.REACHED, Status.TERMINATED):
                 raise _failed(f"the native run it is compared with fails at time {solver.report()[0].t:g}")
             rows.append(solver.report()[1].copy())
-            if status == native.TERMINATED:
+            if status == Status.TERMINATED:
                 times[len(rows) - 1 :] = [solver.report()[0].t]
                 break
     return np.array(times), step, np.array(rows)

@@ -20,6 +20,7 @@ from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime import native
 from mechc.runtime.build import find_compiler
 from mechc.runtime.inputs import constant
+from mechc.runtime.native import Status
 from mechc.runtime.solver import Solver
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
@@ -368,7 +369,7 @@ def test_a_table_of_inputs_has_the_bits_of_the_native_run(tmp_path: Path) -> Non
         for k, force in enumerate(forces):
             if k:
                 solver.set_constant(0, force)
-            assert solver.advance((k + 1) * step, 10000) == native.REACHED
+            assert solver.advance((k + 1) * step, 10000) == Status.REACHED
             rows.append(solver.report()[1].tolist())
     with driver.instance(path, "cs") as fmu:
         put(fmu, at["F"], forces[0])
