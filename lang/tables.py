@@ -1,14 +1,14 @@
 """The parser's tables: made by Lark from ``mech.lark``, kept in the user's cache folder.
 
 Lark reads the grammar and constructs the LALR(1) automaton (a third of a second); ``parser.py``
-drives it. Loading kept tables needs neither Lark nor the grammar text.
+drives it. Loading kept tables needs neither Lark nor the grammar text. They are kept as plain data behind their
+checksum: reading them executes nothing, and what is damaged is made anew.
 """
 
 from __future__ import annotations
 
 import hashlib
 import os
-import pickle
 import sys
 from collections import deque
 from collections.abc import Iterator, Mapping
@@ -17,7 +17,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, msgpack
 
 from .units import UNIT_PATTERN
 
@@ -66,6 +66,7 @@ _WITH_UNITS = ("QUANTITY", "UNITTAG")
 
 _FOLDER = Path(__file__).parent
 _MOST_KEPT = 4
+_CHECKSUM = 32
 
 
 def grammar_text() -> str:
@@ -170,9 +171,10 @@ def load_tables() -> Tables:
     """Return the tables, from the cache folder where they are there and fit this version."""
     path = _cache_path()
     try:
-        kept = pickle.loads(path.read_bytes())
-        if isinstance(kept, Tables):
-            return kept
+        content = path.read_bytes()
+        checksum, data = content[:_CHECKSUM], content[_CHECKSUM:]
+        if hashlib.sha256(data).digest() == checksum:
+            return msgpack.decode(data, type=Tables)
     except Exception:  # absent, unreadable or damaged: whatever it is, the tables can be made again
         pass
     tables = build_tables(grammar_text())
@@ -185,7 +187,7 @@ def _cache_path() -> Path:
     digest = hashlib.sha256(sys.version.encode())
     for part in ("mech.lark", "units.py", "tables.py"):
         digest.update(_FOLDER.joinpath(part).read_bytes())
-    return _cache_folder() / f"grammar-{digest.hexdigest()[:20]}.pickle"
+    return _cache_folder() / f"grammar-{digest.hexdigest()[:20]}.msgpack"
 
 
 def _cache_folder() -> Path:
@@ -208,9 +210,10 @@ def _keep(tables: Tables, path: Path) -> None:
         return  # no place for a cache: the next run makes the tables again
     try:
         with os.fdopen(handle, "wb") as file:
-            pickle.dump(tables, file, protocol=5)
+            data = msgpack.encode(tables)
+            file.write(hashlib.sha256(data).digest() + data)
         os.replace(name, path)
-        kept = sorted(path.parent.glob("grammar-*.pickle"), key=lambda p: p.stat().st_mtime)
+        kept = sorted(path.parent.glob("grammar-*.msgpack"), key=lambda p: p.stat().st_mtime)
         for old in kept[:-_MOST_KEPT]:
             old.unlink(missing_ok=True)
     except OSError:

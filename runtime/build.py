@@ -1,7 +1,7 @@
 """C sources to a shared library, by the C compiler of this machine, kept in the cache by content.
 
 The key of an entry holds the sources, the flags, the compiler with its version, and, for code of this
-processor only, the processor. A build goes to a folder of its own and is renamed at its end, so that two
+processor only, the processor. A build goes to a folder of its own and what it made is renamed at its end, so that two
 processes may build the same entry at once.
 """
 
@@ -17,15 +17,14 @@ import shlex
 import shutil
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import suppress
 from pathlib import Path
 
 from msgspec import Struct
 
-from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache, remove_build
+from .cache import prune_cache
+from .entries import build_folder, find_entry, keep_entry
 
 NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
@@ -127,17 +126,15 @@ def build_shared(
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
     digest = _digest(sources, (*flags, file, *link), key, compiler)
-    library = cache_folder() / f"{name}-{digest}{LIBRARY_SUFFIX}"
-    if library.is_file():
-        mark_used(library)
-        return library
-    folder = Path(tempfile.mkdtemp(prefix=BUILD_PREFIX, dir=cache_folder()))
-    for source, text in sources.items():
-        (folder / source).write_text(text, encoding="utf-8", newline="\n")
-    _compile(compiler, sources, flags, folder, ("-o", file, *link))
-    os.replace(folder / file, library)
-    remove_build(folder)
-    prune_cache()
+    stem = f"{name}-{digest}"
+    library = find_entry(stem, LIBRARY_SUFFIX)
+    if library is None:
+        with build_folder(kept_after=BuildError) as folder:
+            for source, text in sources.items():
+                (folder / source).write_text(text, encoding="utf-8", newline="\n")
+            _compile(compiler, sources, flags, folder, ("-o", file, *link))
+            library = keep_entry(folder / file, stem, LIBRARY_SUFFIX)
+        prune_cache()
     return library
 
 
@@ -179,15 +176,12 @@ def _compile(
 
     def make(file: str) -> None:
         needed = {name: sources[name] for name in _with_headers(file, sources)}
-        kept = cache_folder() / f"object-{_digest(needed, flags, file, compiler)}.o"
-        with suppress(FileNotFoundError):
-            shutil.copyfile(kept, folder / f"{file}.o")
-            mark_used(kept)
-            return
-        _run((*compiler.command, *flags, *extra, "-c", file, "-o", f"{file}.o"), folder)
-        whole = folder / f"{file}.kept"
-        shutil.copyfile(folder / f"{file}.o", whole)
-        os.replace(whole, kept)
+        stem = f"object-{_digest(needed, flags, file, compiler)}"
+        kept = find_entry(stem, ".o")
+        if kept is None:
+            _run((*compiler.command, *flags, *extra, "-c", file, "-o", f"{file}.o"), folder)
+            kept = keep_entry(folder / f"{file}.o", stem, ".o")
+        shutil.copyfile(kept, folder / f"{file}.o")
 
     with ThreadPoolExecutor(max_workers=2) as pool:
         list(pool.map(make, files))

@@ -19,6 +19,9 @@ from pathlib import Path
 
 from msgspec import Struct
 
+from .holding import is_held, locked, release
+from .trust import folder_doubt
+
 SIZE_LIMIT = 500_000_000
 """Bytes above which the entries that were unused for the longest time are removed."""
 
@@ -28,11 +31,13 @@ SUBFOLDER = "mechc-compiled"
 BUILD_PREFIX = "build-"
 STALE_SECONDS = 24 * 3600.0
 
-_ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}\.(?:so|dll|dylib|o|npz)")
-_BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}(?:\.npz)?")
-"""A folder in which something is built, or a file that is being written, named by ``tempfile``."""
+ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|dylib|o|npz)")
+"""Names of entries: what it is, what it was made from, its checksum."""
 
-_BUILT = frozenset((".c", ".h", ".o", ".kept", ".so", ".dll", ".dylib", ".lib", ".pdb", ".exp", ".def"))
+_BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}")
+"""A folder in which something is built, named by ``tempfile``."""
+
+_BUILT = frozenset((".c", ".h", ".o", ".so", ".dll", ".dylib", ".npz", ".lib", ".pdb", ".exp", ".def"))
 """Endings of what a build leaves in its folder: sources, what we make of them, what linkers add."""
 
 
@@ -40,6 +45,8 @@ class CacheContent(Struct, frozen=True):
     folder: Path
     entries: int
     size: int
+    in_use: int = 0
+    """Entries that other processes work with, which were left when the cache was cleared."""
 
 
 class CacheUnusable(OSError):
@@ -49,18 +56,23 @@ class CacheUnusable(OSError):
 def cache_folder() -> Path:
     """Give the folder of the entries, made if absent: below ``MECHC_CACHE``, else below the user's cache of this platform.
 
-    Where the user's cache cannot be written (no home, a system that is read-only), a folder that lasts as long as this process takes
-    its place, with a warning. Raises CacheUnusable where ``MECHC_CACHE`` cannot be written: it was asked for.
+    Where others could put code into it, or the user's cache cannot be written (no home, a system that is read-only), a
+    folder that lasts as long as this process takes its place, with a warning. Raises CacheUnusable where ``MECHC_CACHE``
+    cannot be written: it was asked for.
     """
     chosen = os.environ.get("MECHC_CACHE")
-    if not chosen:
-        return _users_folder(users_cache())
     try:
-        return made(Path(chosen) / SUBFOLDER)
+        folder = made((Path(chosen) if chosen else users_cache()) / SUBFOLDER)
     except OSError as error:
-        raise CacheUnusable(
-            f"compiled code cannot be kept in {chosen}, which MECHC_CACHE names: {error.strerror}"
-        ) from error
+        if chosen:
+            raise CacheUnusable(
+                f"compiled code cannot be kept in {chosen}, which MECHC_CACHE names: {error.strerror}"
+            ) from error
+        return _passing_folder(f"compiled code cannot be kept in {users_cache()} ({error.strerror})")
+    if folder.parent == _passing:
+        return folder
+    doubt = folder_doubt(folder)
+    return _passing_folder(f"compiled code is not kept in {folder}: {doubt}") if doubt else folder
 
 
 def users_cache() -> Path:
@@ -71,28 +83,29 @@ def users_cache() -> Path:
 
 
 def made(folder: Path) -> Path:
-    """Make a folder if absent, for its owner alone. Raises OSError where it may not be written."""
+    """Make a folder if absent, for its owner alone; give it without links. Raises OSError where it may not be written."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     folder.mkdir(mode=0o700, exist_ok=True)
-    if not os.access(folder, os.W_OK):
+    if not os.access(folder, os.W_OK | os.X_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(folder))
-    return folder
+    return folder.resolve()
 
 
-def _users_folder(folder: Path) -> Path:
-    try:
-        return made(folder / SUBFOLDER)
-    except OSError as error:
-        instead = Path(tempfile.mkdtemp(prefix="mechc-cache-"))
-        atexit.register(shutil.rmtree, instead, ignore_errors=True)
-        os.environ["MECHC_CACHE"] = str(instead)  # from here on, also for the processes that this one starts
-        warnings.warn(
-            f"compiled code cannot be kept in {folder} ({error.strerror}), so each run compiles anew; "
-            "the environment variable MECHC_CACHE chooses another folder",
-            RuntimeWarning,
-            stacklevel=1,
-        )
-        return made(instead / SUBFOLDER)
+_passing: Path | None = None
+"""The folder that this process made in place of one that cannot be used."""
+
+
+def _passing_folder(why: str) -> Path:
+    global _passing
+    _passing = Path(tempfile.mkdtemp(prefix="mechc-cache-")).resolve()
+    atexit.register(shutil.rmtree, _passing, ignore_errors=True)
+    os.environ["MECHC_CACHE"] = str(_passing)  # from here on, also for the processes that this one starts
+    warnings.warn(
+        f"{why}, so each run compiles anew; the environment variable MECHC_CACHE chooses another folder",
+        RuntimeWarning,
+        stacklevel=1,
+    )
+    return made(_passing / SUBFOLDER)
 
 
 def mark_used(entry: Path) -> None:
@@ -108,24 +121,29 @@ def cache_content() -> CacheContent:
 
 
 def clear_cache() -> CacheContent:
-    """Remove all entries; give what was there."""
-    content = cache_content()
-    for _, _, entry in _entries(content.folder):
-        _remove(entry)
-    return content
+    """Remove all entries that no other process works with; give what was removed."""
+    release()
+    folder = cache_folder()
+    with locked(folder, alone=True):
+        entries = _entries(folder)
+        free = [(size, entry) for _, size, entry in entries if not is_held(entry)]
+        for _, entry in free:
+            remove_entry(entry)
+    return CacheContent(folder, len(free), sum(size for size, _ in free), len(entries) - len(free))
 
 
 def prune_cache(limit: int = SIZE_LIMIT) -> None:
     """Remove the entries unused for the longest time until the rest fits, and what broken builds left."""
     folder = cache_folder()
-    entries = sorted(_entries(folder))
-    size = sum(entry_size for _, entry_size, _ in entries)
-    now = time.time()
-    for used, entry_size, entry in entries:
-        stale = entry.name.startswith(BUILD_PREFIX) and now - used > STALE_SECONDS
-        if size > limit or stale:
-            _remove(entry)
-            size -= entry_size
+    with locked(folder, alone=True):
+        entries = sorted(_entries(folder))
+        size = sum(entry_size for _, entry_size, _ in entries)
+        now = time.time()
+        for used, entry_size, entry in entries:
+            stale = entry.name.startswith(BUILD_PREFIX) and now - used > STALE_SECONDS
+            if (size > limit or stale) and not is_held(entry):
+                remove_entry(entry)
+                size -= entry_size
 
 
 def remove_build(folder: Path) -> None:
@@ -143,7 +161,7 @@ def _entries(folder: Path) -> list[tuple[float, int, Path]]:
     for entry in folder.iterdir():
         with suppress(FileNotFoundError):
             state = entry.lstat()
-            if stat.S_ISREG(state.st_mode) and (_ENTRY.fullmatch(entry.name) or _BUILD.fullmatch(entry.name)):
+            if stat.S_ISREG(state.st_mode) and ENTRY.fullmatch(entry.name):
                 found.append((state.st_mtime, state.st_size, entry))
             elif stat.S_ISDIR(state.st_mode) and _BUILD.fullmatch(entry.name):
                 size = sum(file.lstat().st_size for file in entry.iterdir())
@@ -151,9 +169,10 @@ def _entries(folder: Path) -> list[tuple[float, int, Path]]:
     return found
 
 
-def _remove(entry: Path) -> None:
-    if entry.is_dir():
+def remove_entry(entry: Path) -> None:
+    """Remove an entry; a link, never what it leads to."""
+    if entry.is_dir() and not entry.is_symlink():
         remove_build(entry)
     else:
-        with suppress(FileNotFoundError, PermissionError):  # Windows keeps a library that is loaded
+        with suppress(FileNotFoundError, PermissionError):  # gone meanwhile; Windows keeps what is loaded
             entry.unlink()

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-import os
-import tempfile
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from msgspec.structs import replace
 
-from .cache import BUILD_PREFIX, cache_folder, mark_used, prune_cache
+from .cache import prune_cache
 from .case import Case
+from .entries import build_folder, find_entry, keep_entry
 from .problem import Array
 from .reference import LADDERS, SHORT_LADDERS, Reference, reference_library
 
@@ -50,13 +50,16 @@ def kept_reference(
         digest.update(np.ascontiguousarray(array, dtype=float).tobytes() + b"\0")
     for index, table in sorted(case.tables.items()):
         digest.update(repr((index, table)).encode() + table.kinks().tobytes())
-    file = cache_folder() / f"reference-{digest.hexdigest()[:32]}.npz"
-    if file.is_file():
-        mark_used(file)
-        return _read(file)
+    stem = f"reference-{digest.hexdigest()[:32]}"
+    kept = find_entry(stem, ".npz")
+    if kept is not None:
+        return _read(kept)
     made = make()
-    _write(file, made)
-    prune_cache()
+    try:
+        _write(stem, made)
+        prune_cache()
+    except OSError as error:  # a full disk must not cost what took so long
+        warnings.warn(f"the reference is not kept: {error}", RuntimeWarning, stacklevel=1)
     return made
 
 
@@ -67,13 +70,9 @@ def _read(file: Path) -> Reference:
     return replace(Reference(**arrays, **plain), cached=True)
 
 
-def _write(file: Path, made: Reference) -> None:
-    """Write to a temporary name and rename: two processes may make the same reference at once."""
+def _write(stem: str, made: Reference) -> None:
     values = {name: np.asarray(getattr(made, name)) for name in Reference.__struct_fields__}
-    handle, name = tempfile.mkstemp(prefix=BUILD_PREFIX, suffix=".npz", dir=file.parent)
-    try:
-        with os.fdopen(handle, "wb") as out:
-            np.savez(out, allow_pickle=False, **values)
-        os.replace(name, file)
-    finally:
-        Path(name).unlink(missing_ok=True)
+    with build_folder() as folder:
+        file = folder / "built.npz"
+        np.savez(file, allow_pickle=False, **values)
+        keep_entry(file, stem, ".npz")

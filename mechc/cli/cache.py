@@ -30,6 +30,8 @@ def clear() -> None:
 
     content = clear_cache()
     click.echo(f"removed {content.entries} entries, {size_text(content.size)}, from {content.folder}")
+    if content.in_use:
+        click.echo(f"left {content.in_use} that other runs of mechc are working with")
 
 
 def size_text(size: int) -> str:

@@ -96,14 +96,18 @@ def _compiler() -> Finding:
 
 def _cache() -> Finding:
     from ..runtime.cache import SUBFOLDER, cache_content, made, users_cache
+    from ..runtime.trust import folder_doubt
     from .cache import size_text
 
     chosen = os.environ.get("MECHC_CACHE")
     folder = Path(chosen) if chosen else users_cache()
     try:
         with tempfile.TemporaryFile(dir=made(folder / SUBFOLDER)):
+            doubt = folder_doubt(made(folder / SUBFOLDER))
             content = cache_content()
     except OSError as error:
         where = f"MECHC_CACHE={chosen}" if chosen else str(folder)
         return Finding("cache", f"{where}: {error.strerror}", "bad", "MECHC_CACHE chooses another folder")
+    if doubt:
+        return Finding("cache", f"{folder}: {doubt}", "bad", "MECHC_CACHE chooses another folder")
     return Finding("cache", f"{content.folder} ({content.entries} entries, {size_text(content.size)})")

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from msgspec import msgpack
 
 from mechc.lang import tables
 from mechc.lang.diagnostics import CompileError
@@ -69,18 +72,32 @@ def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_tables_are_kept_and_found_again(cache_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made = tables.load_tables.__wrapped__()
     (kept,) = cache_folder.iterdir()
-    assert kept.suffix == ".pickle"
+    assert kept.suffix == ".msgpack"
     monkeypatch.setattr(tables, "build_tables", lambda grammar: pytest.fail("made again"))
     assert tables.load_tables.__wrapped__() == made
 
 
-@pytest.mark.parametrize("damage", [b"", b"\x80\x05.", b"cos\nsystem\n", b"\x80\x05K\x01."])
-def test_a_damaged_cache_is_made_anew(cache_folder: Path, damage: bytes) -> None:
+def with_checksum(data: bytes) -> bytes:
+    return hashlib.sha256(data).digest() + data
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        lambda kept: b"",
+        lambda kept: kept[:-1],
+        lambda kept: kept[:200] + bytes([kept[200] ^ 1]) + kept[201:],
+        lambda kept: with_checksum(b"cos\nsystem\n(S'exit 1'\ntR."),
+        lambda kept: with_checksum(msgpack.encode({"moves": []})),
+    ],
+)
+def test_a_damaged_cache_is_made_anew(cache_folder: Path, damage: Callable[[bytes], bytes]) -> None:
     made = tables.load_tables.__wrapped__()
     (kept,) = cache_folder.iterdir()
-    kept.write_bytes(damage)
+    whole = kept.read_bytes()
+    kept.write_bytes(damage(whole))
     assert tables.load_tables.__wrapped__() == made
-    assert kept.read_bytes() != damage
+    assert kept.read_bytes() == whole
 
 
 def test_no_place_for_a_cache_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -131,7 +131,7 @@ def test_two_processes_build_one_model_at_once(folder: Path) -> None:
 
 
 def name_of(k: int) -> str:
-    return f"model-{k:032x}.so"
+    return f"model-{k:032x}-{0:016x}.so"
 
 
 def test_size_is_bounded_by_removing_what_was_unused_longest(folder: Path) -> None:

@@ -81,7 +81,7 @@ def test_chaotic_motion_is_measured_up_to_where_the_reference_is_known(
 
 
 def test_reference_is_kept_by_content(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference_cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path))
     problem = mechc.loads(OSCILLATOR).problem("c")
     functions = load_functions(problem)
     made: list[float] = []
@@ -201,7 +201,7 @@ def test_numbers_of_the_processor_take_over_where_the_reference_takes_too_long(
         return reference(*arguments, **options)
 
     monkeypatch.setattr(benchmark_module, "reference", slow)
-    monkeypatch.setattr(reference_cache, "cache_folder", lambda: tmp_path)
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path))
     fast = benchmark(model, methods=("dop853",), tolerances=()).reference
     assert (usual.precision, fast.precision) == ("__float128", "long double")
     # measured 2e-17: rounding of 64 bits, 5e-20, over some thousand stages

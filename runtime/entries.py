@@ -1,0 +1,91 @@
+"""Entries of the cache: found only if nobody else can have written them and they are whole, kept under their checksum."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+import warnings
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+
+from .cache import BUILD_PREFIX, ENTRY, cache_folder, mark_used, remove_build, remove_entry
+from .holding import hold, locked
+from .trust import file_doubt
+
+_READ = os.O_RDONLY | sum(
+    getattr(os, flag, 0) for flag in ("O_BINARY", "O_CLOEXEC", "O_NOFOLLOW", "O_NONBLOCK")
+)
+"""Neither through a link nor waiting for whoever writes into a pipe."""
+
+
+def find_entry(stem: str, suffix: str) -> Path | None:
+    """Give the entry of a name, which no other process removes as long as this one holds it; None where there is none.
+
+    What others may have written, what was cut off or damaged is removed, with a warning: it is never executed.
+    """
+    folder = cache_folder()
+    with locked(folder):
+        for file in sorted(folder.glob(f"{stem}-*{suffix}")):
+            name = ENTRY.fullmatch(file.name)
+            if name is None:
+                continue
+            doubt = _doubt(file, name[1])
+            if not doubt:
+                hold(file)
+                mark_used(file)
+                return file
+            warnings.warn(
+                f"{file.name} in {folder} {doubt}: it is not used, but made anew",
+                RuntimeWarning,
+                stacklevel=1,
+            )
+            remove_entry(file)
+    return None
+
+
+def keep_entry(file: Path, stem: str, suffix: str) -> Path:
+    """Move a file of a build folder to where ``find_entry`` finds it, readable and writable by its owner alone."""
+    file.chmod(0o700 if suffix != ".npz" else 0o600)
+    kept = cache_folder() / f"{stem}-{_checksum(file.read_bytes())}{suffix}"
+    assert ENTRY.fullmatch(kept.name), f"{kept.name} would never be found again"
+    with locked(kept.parent):
+        os.replace(file, kept)
+        hold(kept)
+    return kept
+
+
+@contextmanager
+def build_folder(kept_after: type[BaseException] | tuple[()] = ()) -> Iterator[Path]:
+    """Give a new folder to build in, which no other process removes; afterwards it is gone, but after that exception."""
+    cache = cache_folder()
+    with ExitStack() as stack:
+        with locked(cache):
+            folder = Path(tempfile.mkdtemp(prefix=BUILD_PREFIX, dir=cache))
+            stack.enter_context(locked(folder))
+        try:
+            yield folder
+        except kept_after:
+            raise
+        except BaseException:
+            remove_build(folder)
+            raise
+        remove_build(folder)
+
+
+def _doubt(file: Path, checksum: str) -> str:
+    try:
+        descriptor = os.open(file, _READ)
+    except OSError as error:
+        return "is a link" if file.is_symlink() else f"cannot be read ({error.strerror})"
+    with os.fdopen(descriptor, "rb") as opened:
+        doubt = file_doubt(os.fstat(descriptor))
+        if doubt:
+            return doubt
+        whole = _checksum(opened.read()) == checksum
+    return "" if whole else "was cut off or damaged"
+
+
+def _checksum(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:16]
