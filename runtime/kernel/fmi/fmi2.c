@@ -52,15 +52,7 @@ fmi2Status fmi2SetupExperiment(fmi2Component c, fmi2Boolean tolerance_defined, f
                                fmi2Boolean stop_defined, fmi2Real stop)
 {
     CHECK(FMU_INSTANTIATED, "fmi2SetupExperiment");
-    fmu *f = c;
-    if (!mech_finite(start) || (stop_defined && !(stop >= start)))
-        return (fmi2Status)fmu_fail(f, FMU_ERROR, "start %g and stop %g are no interval", start, stop);
-    f->st->start = start;
-    f->st->stop_defined = stop_defined;
-    f->st->stop = stop_defined ? stop : start + (f->d->stop - f->d->t0);
-    f->st->tolerance_defined = tolerance_defined;
-    if (tolerance_defined) f->st->tolerance = tolerance;
-    return fmi2OK;
+    return (fmi2Status)fmu_plan_experiment(c, tolerance_defined, tolerance, start, stop_defined, stop);
 }
 
 fmi2Status fmi2EnterInitializationMode(fmi2Component c)

@@ -84,15 +84,8 @@ fmi3Status fmi3EnterInitializationMode(fmi3Instance c, fmi3Boolean tolerance_def
                                        fmi3Float64 start, fmi3Boolean stop_defined, fmi3Float64 stop)
 {
     CHECK(FMU_INSTANTIATED, "fmi3EnterInitializationMode");
-    fmu *f = c;
-    if (!mech_finite(start) || (stop_defined && !(stop >= start)))
-        return (fmi3Status)fmu_fail(f, FMU_ERROR, "start %g and stop %g are no interval", start, stop);
-    f->st->start = start;
-    f->st->stop_defined = stop_defined;
-    f->st->stop = stop_defined ? stop : start + (f->d->stop - f->d->t0);
-    f->st->tolerance_defined = tolerance_defined;
-    if (tolerance_defined) f->st->tolerance = tolerance;
-    return (fmi3Status)fmu_enter_initialisation(f);
+    const int status = fmu_plan_experiment(c, tolerance_defined, tolerance, start, stop_defined, stop);
+    return (fmi3Status)(status ? status : fmu_enter_initialisation(c));
 }
 
 fmi3Status fmi3ExitInitializationMode(fmi3Instance c)

@@ -145,6 +145,8 @@ void fmu_tell(fmu *f, int category, const char *message);
 int fmu_allowed(fmu *f, int modes, const char *function);
 int fmu_set_categories(fmu *f, int on, size_t n, const char *const *names);
 
+int fmu_plan_experiment(fmu *f, int tolerance_defined, mech_real tolerance, mech_real start, int stop_defined,
+                        mech_real stop);
 int fmu_enter_initialisation(fmu *f);
 int fmu_exit_initialisation(fmu *f);
 /* What a value reference refers to, and its index there. */

@@ -3,6 +3,22 @@
 
 #include "instance.h"
 
+int fmu_plan_experiment(fmu *f, int tolerance_defined, mech_real tolerance, mech_real start, int stop_defined,
+                        mech_real stop)
+{
+    if (!mech_finite(start) || (stop_defined && !(stop >= start)))
+        return fmu_fail(f, FMU_ERROR, "start %g and stop %g are no interval", start, stop);
+    if (tolerance_defined && (!(tolerance > 0) || !mech_finite(tolerance)))
+        return fmu_fail(f, FMU_ERROR, "the tolerance %g is not positive and finite", tolerance);
+    const int ends = stop_defined && mech_finite(stop - start); /* a stop at infinity is none */
+    f->st->start = start;
+    f->st->stop_defined = ends;
+    f->st->stop = ends ? stop : start + (f->d->stop - f->d->t0);
+    f->st->tolerance_defined = tolerance_defined;
+    if (tolerance_defined) f->st->tolerance = tolerance;
+    return FMU_OK;
+}
+
 int fmu_enter_initialisation(fmu *f)
 {
     fmu_state *st = f->st;
@@ -174,10 +190,10 @@ int fmu_step(fmu *f, mech_real t, mech_real h, int (*stop_asked)(fmu *f, mech_re
     fmu_state *st = f->st;
     memset(news, 0, sizeof *news);
     news->reached = st->t;
-    if (!(mech_abs(t - st->t) <= MECH_C(1e-9) * mech_max(1, mech_abs(t))))
+    if (!mech_finite(t) || !(mech_abs(t - st->t) <= MECH_C(1e-9) * mech_max(1, mech_abs(t))))
         return fmu_fail(f, FMU_ERROR, "the step begins at %.17g, the FMU stands at %.17g", t, st->t);
-    if (!(h > 0) || !mech_finite(h)) return fmu_fail(f, FMU_ERROR, "the step size %g is not positive", h);
     const mech_real end = t + h;
+    if (!(h > 0) || !mech_finite(end)) return fmu_fail(f, FMU_ERROR, "the step size %g is not positive and finite", h);
     if (st->stop_defined && end > st->stop + MECH_C(1e-9) * mech_max(1, mech_abs(st->stop)))
         return fmu_fail(f, FMU_ERROR, "the step to %.17g goes beyond the stop time %.17g", end, st->stop);
     news->ends = st->ended;

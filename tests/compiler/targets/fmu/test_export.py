@@ -12,6 +12,7 @@ from typing import Any
 import fmpy
 import numpy as np
 import pytest
+from fmpy.fmi1 import FMICallException
 from fmu_models import DRIVEN, EXAMPLES, packed
 
 from mechc.api import load, loads
@@ -198,6 +199,48 @@ def test_wrong_token_and_wrong_calls_are_refused(driven: tuple[Path, Package, St
             put(fmu, at["x"], 1.0)
         with pytest.raises(Exception, match="status"):
             fmu.doStep(0.5, 0.1)
+
+
+def test_times_and_tolerances_that_are_no_numbers_are_errors(
+    driven: tuple[Path, Package, Start, int],
+) -> None:
+    """A step to infinity would never end; a stop at infinity is none."""
+    path, _, _, _ = driven
+    inf, nan = float("inf"), float("nan")
+    with driver.instance(path, "cs") as fmu:
+        for start, stop, tolerance in (
+            (nan, None, None),
+            (inf, None, None),
+            (0.0, nan, None),
+            (0.0, -1.0, None),
+            (0.0, None, nan),
+            (0.0, None, inf),
+            (0.0, None, -1e-6),
+        ):
+            with pytest.raises(FMICallException):
+                driver.initialise(fmu, start, stop, tolerance)
+            fmu.reset()
+        driver.initialise(fmu, 0.0, inf)
+        for begin, step in (
+            (inf, 0.1),
+            (-inf, 0.1),
+            (nan, 0.1),
+            (0.0, inf),
+            (0.0, nan),
+            (0.0, 0.0),
+            (0.0, -0.1),
+        ):
+            with pytest.raises(FMICallException):
+                driver.do_step(fmu, begin, step)
+    with driver.instance(path, "cs") as fmu:
+        driver.initialise(fmu, 0.0, inf)
+        driver.do_step(fmu, 0.0, 0.1)
+    with driver.instance(path, "me") as fmu:
+        driver.initialise(fmu, 0.0)
+        fmu.enterContinuousTimeMode()
+        for time in (inf, -inf, nan):
+            with pytest.raises(FMICallException):
+                fmu.setTime(time)
 
 
 def test_nothing_is_written_after_a_failure(tmp_path: Path) -> None:
