@@ -8,14 +8,16 @@ from typing import Any
 
 import click
 
-from .options import PICTURES, ending, model_argument, model_option, set_option
+from .options import PICTURES, Command, ending, model_argument, model_option, set_option
 
 
 def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
     return tuple(part.strip() for part in text.split(",") if part.strip()) if text else ()
 
 
-@click.command(name="bench", short_help="Measure error against run time, for methods and tolerances.")
+@click.command(
+    cls=Command, name="bench", short_help="Measure error against run time, for methods and tolerances."
+)
 @model_argument
 @model_option
 @set_option

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from .options import Command
+
 
 @click.group(name="cache", short_help="Show or clear the compiled code that is kept.")
 def command() -> None:
@@ -14,7 +16,7 @@ def command() -> None:
     """
 
 
-@command.command()
+@command.command(cls=Command)
 def show() -> None:
     """Print the folder, and how much it holds."""
     from ..runtime.cache import cache_content
@@ -23,7 +25,7 @@ def show() -> None:
     click.echo(f"{content.folder}\n{content.entries} entries, {size_text(content.size)}")
 
 
-@command.command()
+@command.command(cls=Command)
 def clear() -> None:
     """Remove all compiled code that is kept, and no other file; the next runs compile again."""
     from ..runtime.cache import clear_cache

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import model_option, set_option
+from .options import Command, model_option, set_option
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ..runtime.outcome import SimulationError
 
 
-@click.command(name="check", short_help="Check models without running them.")
+@click.command(cls=Command, name="check", short_help="Check models without running them.")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @model_option
 @set_option

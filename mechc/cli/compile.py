@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import click
 
-from .options import keep_all_option, kept, model_argument, model_option, set_option
+from .options import Command, keep_all_option, kept, model_argument, model_option, set_option
 
 
-@click.command(name="compile", short_help="Write a model as Python code, C code or an FMU.")
+@click.command(cls=Command, name="compile", short_help="Write a model as Python code, C code or an FMU.")
 @model_argument
 @model_option
 @set_option

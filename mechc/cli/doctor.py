@@ -14,6 +14,7 @@ import click
 from msgspec import Struct
 
 from .. import __version__
+from .options import Command
 
 REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "rich", "matplotlib", "platformdirs")
 OPTIONAL = {
@@ -33,7 +34,9 @@ class Finding(Struct, frozen=True):
     help: str = ""
 
 
-@click.command(name="doctor", short_help="Say what this installation can use, and what is missing.")
+@click.command(
+    cls=Command, name="doctor", short_help="Say what this installation can use, and what is missing."
+)
 def command() -> int:
     """Print versions, the C compiler and the cache folder; exit with 1 if something needed is missing."""
     from ..presentation.style import style_for

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import click
 
-from .options import model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, set_option
 
 
-@click.command(name="equations", short_help="Print the equations of motion, the Lagrangian and the momenta.")
+@click.command(
+    cls=Command, name="equations", short_help="Print the equations of motion, the Lagrangian and the momenta."
+)
 @model_argument
 @model_option
 @set_option

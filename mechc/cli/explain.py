@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import model_option, set_option
+from .options import Command, model_option, set_option
 
 if TYPE_CHECKING:
     from ..measurement.savings import Code
@@ -20,7 +20,9 @@ DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
 """Lines of a page that say how its example is run; they are for the tests."""
 
 
-@click.command(name="explain", short_help="Explain an error code, or what the compiler chose for a model.")
+@click.command(
+    cls=Command, name="explain", short_help="Explain an error code, or what the compiler chose for a model."
+)
 @click.argument("what", metavar="CODE|MODEL.mech")
 @model_option
 @set_option

@@ -8,8 +8,10 @@ from pathlib import Path
 
 import click
 
+from .options import Command
 
-@click.command(name="fmt", short_help="Write models in the canonical layout.")
+
+@click.command(cls=Command, name="fmt", short_help="Write models in the canonical layout.")
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file is laid out differently.")
 @click.option("--diff", is_flag=True, help="Change nothing; print what would change.")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import PICTURES, RESULTS, ending, set_option
+from .options import PICTURES, RESULTS, Command, ending, set_option
 
 if TYPE_CHECKING:
     from ..compiler.targets.fmu.inspect import Report
@@ -23,7 +23,7 @@ def command() -> None:
     """Check or run a Functional Mock-up Unit, of this compiler or of another tool."""
 
 
-@command.command(name="check", short_help="Check FMUs: by rule, binary and results.")
+@command.command(cls=Command, name="check", short_help="Check FMUs: by rule, binary and results.")
 @click.argument(
     "files", metavar="FILE.fmu...", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False)
 )
@@ -60,7 +60,7 @@ def _table(report: Report) -> None:
         click.echo(f"{mark}  {line.what:<{width}}  {line.detail}{rule}".rstrip())
 
 
-@command.command(name="run", short_help="Simulate an FMU and show its outputs.")
+@command.command(cls=Command, name="run", short_help="Simulate an FMU and show its outputs.")
 @click.argument("file", metavar="FILE.fmu", type=click.Path(exists=True, dir_okay=False))
 @click.option(
     "--kind", type=click.Choice(["me", "cs"]), help="Which kind to run; Co-Simulation where there is one."

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import click
 
+from .options import Command
+
 TEMPLATE = """\
 // A pendulum: a bob on a rod without mass, released at 60 deg.
 //
@@ -43,7 +45,7 @@ def model_name(stem: str) -> str:
     return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^A-Za-z0-9]+", stem) if word)
 
 
-@click.command(name="new", short_help="Write a first model to start from.")
+@click.command(cls=Command, name="new", short_help="Write a first model to start from.")
 @click.argument("name")
 def command(name: str) -> None:
     """Write NAME.mech, a pendulum that runs, to start from. An existing file is never overwritten."""

@@ -15,17 +15,38 @@ PICTURES = (".png", ".pdf", ".svg")
 """Endings of files that commands write, here as well so that they are refused before a run and not after it."""
 
 
+class Command(click.Command):
+    """A command that refuses to be told one thing twice: the first would be dropped without a word."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        _, _, order = self.make_parser(ctx).parse_args(list(args))
+        for parameter in order:
+            if not isinstance(parameter, click.Option) or parameter.multiple or parameter.count:
+                continue
+            if parameter.is_flag and not parameter.secondary_opts:
+                continue
+            if order.count(parameter) > 1:
+                names = "/".join((*parameter.opts, *parameter.secondary_opts))
+                raise click.UsageError(f"{names} is given twice; leave one out.", ctx)
+        return super().parse_args(ctx, args)
+
+
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
-    """Turn ``name=value`` texts into a mapping; a later one wins."""
+    """Turn ``name=value`` texts into a mapping; a name that is given twice is refused."""
     from ..settings import UsageMistake, split_assignment
 
     example = "push=push.csv" if parameter.name == "inputs" else 'l="80 cm"'
+    given: dict[str, str] = {}
     try:
-        return dict(split_assignment(text) for text in texts)
+        for name, value in map(split_assignment, texts):
+            if name in given:
+                raise UsageMistake(f"'{name}' is given twice: {given[name]} and {value}")
+            given[name] = value
     except UsageMistake as mistake:
         raise click.BadParameter(
             f"{mistake.message}; as in {parameter.opts[0]} {example}", ctx, parameter
         ) from None
+    return given
 
 
 def ending(endings: tuple[str, ...], what: str) -> Any:

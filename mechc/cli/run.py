@@ -12,6 +12,7 @@ import click
 from .options import (
     PICTURES,
     RESULTS,
+    Command,
     ending,
     input_option,
     keep_all_option,
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from ..solution import Solution
 
 
-@click.command(name="run", short_help="Run a model and report how accurate the result is.")
+@click.command(cls=Command, name="run", short_help="Run a model and report how accurate the result is.")
 @model_argument
 @model_option
 @click.option(

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from .options import model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, set_option
 
 STAGES = ("ast", "flat", "system", "equations", "program")
 
 
-@click.command(name="show", short_help="Print a model as one stage of the compiler sees it.")
+@click.command(cls=Command, name="show", short_help="Print a model as one stage of the compiler sees it.")
 @click.argument("stage", type=click.Choice(STAGES))
 @model_argument
 @model_option

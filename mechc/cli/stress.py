@@ -8,11 +8,13 @@ from typing import Any
 
 import click
 
-from .options import model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, set_option
 
 
 @click.command(
-    name="stress", short_help="Run a model under extremes; tell whether any answer is silently wrong."
+    cls=Command,
+    name="stress",
+    short_help="Run a model under extremes; tell whether any answer is silently wrong.",
 )
 @model_argument
 @model_option

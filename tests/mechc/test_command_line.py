@@ -9,10 +9,11 @@ import subprocess
 import sys
 from pathlib import Path
 
+import click
 import pytest
 
 from mechc import __version__
-from mechc.cli.main import COMMANDS, run
+from mechc.cli.main import COMMANDS, mechc, run
 
 WRONG = "model Wrong\n  parametr m = 1 kg;\nend Wrong;\n"
 
@@ -38,6 +39,38 @@ def test_help_lists_every_command_and_each_explains_itself(capsys: pytest.Captur
         code, own, _ = call(capsys, name, "--help")
         assert (code, own.startswith(f"Usage: mechc {name}")) == (0, True)
         assert line.split()[0] in out
+
+
+def every_command() -> list[click.Command]:
+    context = click.Context(mechc)
+    found: list[click.Command] = []
+    for name in COMMANDS:
+        command = mechc.get_command(context, name)
+        assert command is not None
+        found += command.commands.values() if isinstance(command, click.Group) else [command]
+    return found
+
+
+def test_no_command_takes_one_option_twice() -> None:
+    for command in every_command():
+        for option in command.params:
+            if not isinstance(option, click.Option) or option.multiple:
+                continue
+            flag = option.is_flag or option.count
+            if flag and not option.secondary_opts:
+                continue
+            given = [option.opts[0]] if flag else [option.opts[0], "1"]
+            with pytest.raises(click.UsageError, match="is given twice"):
+                command.make_context("mechc", [*given, *given])
+
+
+def test_a_value_set_twice_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    call(capsys, "new", "pendulum")
+    for names in (("l", "l"), ("l", " l")):
+        code, _, err = call(
+            capsys, "run", "pendulum.mech", "--set", f"{names[0]}=1", "--set", f"{names[1]}=80 cm"
+        )
+        assert code == 2 and "'l' is given twice: 1 and 80 cm" in err
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:
