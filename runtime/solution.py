@@ -20,6 +20,9 @@ from .trajectory import Statistics
 ROUNDING = 1e-12
 """Of the largest kinetic energy: what may be negative for rounding alone."""
 
+FED = 0.01
+"""Of the largest energy: what is worth a word when it is fed in where energy ought to be lost."""
+
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
 
@@ -73,6 +76,7 @@ class Solution(Results):
             *_stillness(listed, time, values),
             *_creeps(listed, values),
             *_negative_inertia(self, values),
+            *_feeding(self, values),
         )
         self.interpolation = interpolation
         self._at = at
@@ -135,6 +139,19 @@ def _negative_inertia(solution: Results, values: Mapping[str, Array]) -> list[st
     return [
         f"the kinetic energy falls to {amount}: a mass or an inertia is negative, if this is not meant so"
     ]
+
+
+def _feeding(solution: Results, values: Mapping[str, Array]) -> list[str]:
+    """Tell where what ought to dissipate feeds energy in all the time."""
+    lost = values.get("energy.dissipated", np.empty(0))
+    scale = max(
+        (float(np.max(np.abs(values[n]), initial=0.0)) for n in values if n.startswith("energy.")),
+        default=0.0,
+    )
+    if len(lost) < 2 or not lost[-1] < lost[0] - FED * scale or np.any(np.diff(lost) > ROUNDING * scale):
+        return []
+    amount = f"{lost[0] - lost[-1]:.3g} {solution.unit('energy.dissipated')}".rstrip()
+    return [f"nothing dissipates: damping, or forces that depend on velocities, feed in {amount}"]
 
 
 def _stillness(listed: Sequence[Quantity], time: Array, values: Mapping[str, Array]) -> list[str]:

@@ -20,6 +20,7 @@ from .answers import Replies, answers, force_answers
 from .constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from .defaults import default_values
 from .energies import Energies, energies
+from .feeding import warn_of_feeding
 from .model import COMPLIANCE
 from .modes import friction_loss, with_modes
 from .prescribed import check_held, check_prescribed
@@ -66,6 +67,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     check_prescribed(system, driven, reporter)
     _check_starts(system, driven, reporter)
     check_rigid_bodies(system, reporter)
+    warn_of_feeding(system, reporter)
     free = tuple(i for i in range(len(system.v)) if i not in prescribed)
     multipliers = [
         tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))

@@ -245,6 +245,7 @@ def definition_value(member: DefinitionMember) -> Expression:
     if begin(member, "its value"):
         try:
             member.value = _definition(member)
+            _check_output(member, member.value)
         except Poisoned:
             member.progress = Progress.WRONG
             raise
@@ -283,6 +284,29 @@ def _definition(member: DefinitionMember) -> Expression:
                 scope, value, target, declaration.value.span, declaration.name, declaration.name_span
             )
     return value
+
+
+def _check_output(member: DefinitionMember, value: Expression) -> None:
+    """Report an output that is no number, which no result could hold."""
+    kind, declaration = value.type.kind, member.declaration
+    if not isinstance(declaration, ast.Output) or kind in (*types.NUMERIC, Kind.BOOLEAN):
+        return
+    node = declaration.value
+    assert node is not None
+    own = isinstance(node, ast.Reference) and not value.type.shape
+    name, what = declaration.name, node.span.text if own else "F"
+    ways = {
+        Kind.FRAME: f"write 'output {name} = pos({what});' for the path of its origin, 'frame {name} = ...;' to give it a name",
+        Kind.ROTATION: f"write one number of it, as in 'output {name} = {what}[1];', or the place of a point that it turns",
+        Kind.POSE: "write the place of a point that it moves, as in 'world * pose * {1 m, 0 m}'",
+    }
+    raise member.scope.fail(
+        "E0335",
+        f"output '{name}' is {types.describe(value.type)}; an output is a number, a vector or a point",
+        node.span,
+        caption=f"this is {types.describe(value.type)}",
+        help=ways.get(kind, ""),
+    )
 
 
 def definition_type(member: DefinitionMember) -> Type:

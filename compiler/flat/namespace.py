@@ -38,11 +38,13 @@ class Library(Struct):
         found = self._namespaces.get(key)
         if found is None:
             file = load(path, self.reporter)
+            _check_loose(file.items, self.reporter)
             found = self._namespaces[key] = Namespace(file.items, self)
         return found
 
     def register(self, file: ast.File) -> Namespace:
         """Return the namespace of a file that is parsed already."""
+        _check_loose(file.items, self.reporter)
         namespace = Namespace(file.items, self)
         self._namespaces[Path(file.source.name).resolve()] = namespace
         return namespace
@@ -218,6 +220,35 @@ class Namespace:
                 )
                 continue
             explicit[statement.alias or name] = found
+
+
+_LOOSE = (
+    ast.Dimensionless,
+    ast.Independent,
+    ast.Experiment,
+    ast.Gravity,
+    ast.Parameter,
+    ast.Input,
+    ast.Let,
+    ast.Assert,
+)
+"""Statements that make no model of their own."""
+
+
+def _check_loose(items: tuple[ast.Statement, ...], reporter: Reporter) -> None:
+    """Report statements beside models that were meant for one of them: a file has no settings that all share."""
+    models = [item for item in items if isinstance(item, ast.Model)]
+    bare = [item for item in items if not isinstance(item, ast.Import | ast.Model | ast.Function | ast.Type)]
+    if not models or not bare or not all(isinstance(item, _LOOSE) for item in bare):
+        return
+    near = next((m for m in models if m.span.start > bare[0].span.start), models[-1])
+    reporter.error(
+        "E0217",
+        f"this stands outside of every model, and '{near.name}' does not see it",
+        bare[0].span,
+        labels=(Label(near.name_span, f"{near.name} is defined here"),),
+        help=f"write it inside: 'model {near.name} {bare[0].span.text} ... end {near.name};'",
+    )
 
 
 def _predefined(item: Definition) -> str:

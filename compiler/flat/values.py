@@ -105,7 +105,7 @@ def fit(
             help=unit_help(expression, target, span),
         )
     if target.angle and target.dimension.is_none and not scope.flattening.dimensionless:
-        warn_of_bare_angle(expression, scope.flattening.reporter, declared)
+        warn_of_bare_angle(expression, scope.flattening, declared)
     if target.kind is Kind.REAL and expression.type.dimension != target.dimension:
         expression = types.retyped_zero(expression, target.dimension, target.angle)
     return broadcast(scope, expression, target, span, name, declared)

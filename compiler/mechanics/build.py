@@ -11,7 +11,6 @@ from ..flat.model import (
     Element,
     Expression,
     FlatModel,
-    Kind,
     Name,
     Query,
 )
@@ -365,8 +364,6 @@ def _outputs(lowering: Lowering, model: FlatModel) -> tuple[OutputRow, ...]:
     rows = []
     for definition in model.definitions:
         if definition.role is not DefinitionRole.OUTPUT or definition.value is None:
-            continue
-        if definition.type.kind in (Kind.FRAME, Kind.POSE):
             continue
         numbers = lowering.numbers(definition.value)
         names = [element_name(definition.name, i) for i in subscripts(definition.type.shape)]

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from mechc.lang.diagnostics import Reporter
+from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.units import preferred_unit
 
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
@@ -104,6 +104,7 @@ def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) 
     static = kinetic
     if contact.static is not None:
         static = _coefficient(lowering, contact.static, "coefficient of friction", reporter)
+        _check_static(lowering, kinetic, static, contact.static, contact.friction, reporter)
     smooth = _smooth(lowering, contact.options, slips, name, reporter)
     unit = base_unit(contact.along)
     rows = []
@@ -137,6 +138,8 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
                 expression.span,
                 caption="this is a size: zero or positive",
             )
+    if friction.static is not None:
+        _check_static(lowering, kinetic, static, friction.static, friction.kinetic, reporter)
     smooth = _smooth(lowering, friction.options, slips, name, reporter)
     mode = Mode(
         "friction",
@@ -148,6 +151,24 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
         smooth=smooth[0] if smooth else None,
     )
     return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
+
+
+def _check_static(
+    lowering: Lowering, kinetic: Node, static: Node, own: Expression, other: Expression, reporter: Reporter
+) -> None:
+    """Report a limit of sticking below that of sliding: at rest it would slip and be held in turn."""
+    graph = lowering.graph
+    if not (graph.is_constant(kinetic) and graph.is_constant(static)):
+        return
+    if 0 <= graph.value(static) < graph.value(kinetic):
+        reporter.error(
+            "E0706",
+            "the limit while sticking is less than that while sliding",
+            own.span,
+            caption=f"this is {float(graph.value(static)):g}",
+            labels=(Label(other.span, f"and this {float(graph.value(kinetic)):g}"),),
+            help="'friction f static fs': fs is at least f",
+        )
 
 
 def _smooth(

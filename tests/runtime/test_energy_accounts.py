@@ -75,6 +75,17 @@ def test_negative_kinetic_energy_is_remarked() -> None:
     assert remark.startswith("the kinetic energy falls to -0.5 J")
 
 
+def test_damping_that_feeds_is_remarked_whatever_set_it() -> None:
+    text = "parameter c = 1 N.s/m; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; damping c on x; potential 1/2*4 N/m*x^2;"
+    assert not run(text, stop=5).remarks
+    (remark,) = run(text.replace("c = 1 N", "c = -1 N"), stop=5).remarks
+    assert remark.startswith("nothing dissipates: damping") and "feed in" in remark
+    both = text.replace("damping c on x", "damping c*(x^2/1 m^2 - 1) on x")
+    assert not run(both, stop=20).remarks, "what it feeds at one place it takes at another"
+    weak = text.replace("c = 1 N.s/m", "c = -1e-6 N.s/m")
+    assert not run(weak, stop=5).remarks, "less than a hundredth"
+
+
 def test_a_model_that_stays_where_it_is_says_so() -> None:
     text = "coordinate x = {} m; kinetic 1/2*(1 kg)*der(x)^2; potential 1/2*2 N/m*x^2;"
     assert run(text.format("0"), stop=1).remarks == ("nothing moves: it starts at rest in equilibrium",)

@@ -154,6 +154,12 @@ def test_wrong_modifications(modification: str, code: str) -> None:
     assert codes(PART + f"model M  Part p({modification}); end M;") == [code]
 
 
+def test_an_angle_from_a_modified_parameter_without_unit_is_warned_of() -> None:
+    part = "model Turn  parameter a0 = 1; coordinate Angle a = a0; kinetic 1/2*1 kg.m^2*der(a)^2; end Turn;"
+    (warning,) = said(part + "model M  Turn t(a0 = 30); end M;")
+    assert warning.code == "W0303" and warning.span is not None and warning.span.text == "30"
+
+
 def test_one_mistake_in_an_array_of_components_is_one_error() -> None:
     assert codes(PART + "model M  Part p[10](mm = 1 kg); end M;") == ["E0401"]
     wrong = PART.replace("kinetic 1/2*m", "kinetic 1/2")

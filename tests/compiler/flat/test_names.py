@@ -207,6 +207,31 @@ def test_wrong_inheritance(text: str, code: str) -> None:
     assert codes(BASE + text) == [code]
 
 
+MOVING = "coordinate x = 0; kinetic 1/2*der(x)^2;"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (f"dimensionless; model M  {MOVING} end M;", ["E0217"]),
+        (f"model M  {MOVING} end M; experiment(stop = 1 s);", ["E0217"]),
+        ("parameter g = 9.81 m/s^2; model M  coordinate x = 0 m; gravity {0, -g}; end M;", ["E0217"]),
+        (f"model M  dimensionless; {MOVING} end M;", []),
+        (f"model M  dimensionless; {MOVING} end M; dimensionless; M m;", []),
+        (f"dimensionless; {MOVING}", []),
+        (f"dimensionless; {MOVING} model M  dimensionless; {MOVING} end M;", []),
+        ("function f(x) = x; parameter a = 1; output y = f(a)*time;", []),
+    ],
+)
+def test_bare_statements_beside_models(text: str, expected: list[str]) -> None:
+    assert [d.code for d in said(text) if d.code != "W0402"][:1] == expected
+
+
+def test_loose_statements_of_an_imported_file_are_told(tmp_path: Path) -> None:
+    (tmp_path / "parts.mech").write_text(f"dimensionless; model Part  {MOVING} end Part;", encoding="utf-8")
+    assert "E0217" in codes("import parts.*; model M  dimensionless; Part p; end M;", folder=tmp_path)
+
+
 def test_equal_declarations_of_two_bases_are_one() -> None:
     text = (
         "partial model A  parameter g = 9.81 m/s^2; end A; partial model B  parameter g = 9.81 m/s^2; end B;"

@@ -53,6 +53,33 @@ def test_a_field_without_a_mass_gets_a_warning() -> None:
     assert warning.code == "W0401"
 
 
+# ---------------------------------------------------------------- outputs
+
+TURNED = "coordinate Angle a = 0 rad; coordinate Rotation R; frame F = world * R; inertia diag({1, 1, 1} kg.m^2) on F;"
+
+
+@pytest.mark.parametrize(
+    ("output", "expected"),
+    [
+        ("output y = F;", ["E0335"]),
+        ("output y = world;", ["E0335"]),
+        ("output y = {F, world};", ["E0335"]),
+        ("output y = rotx(a);", ["E0335"]),
+        ("output y = F*rotx(a);", ["E0335"]),
+        ("output y = R;", ["E0335"]),
+        ("output Rotation y = R*rotx(a);", ["E0335"]),
+        ('output y = "text";', ["E0335"]),
+        ("output y = pos(F);", []),
+        ("output y = F*{1 m, 0 m, 0 m};", []),
+        ("output y = R[1];", []),
+        ("output y = a > 0 rad;", []),
+        ("output y = {1, 2};", []),
+    ],
+)
+def test_outputs_are_numbers(output: str, expected: list[str]) -> None:
+    assert codes(TURNED + "kinetic 1/2*1 kg.m^2*der(a)^2;" + output) == expected
+
+
 # ---------------------------------------------------------------- plane and space
 
 
@@ -425,6 +452,11 @@ def test_what_turns_is_shown_as_a_torque() -> None:
         ("parameter Angle a[2] = {0, 1};", "W0303"),
         ("coordinate phi = 60; kinetic 1/2*1 kg.m^2*der(phi)^2; potential 1 J*sin(phi - 1 rad);", "W0303"),
         ("output y = cos(45);", "W0303"),
+        ("parameter a0 = 30; parameter Angle a1 = a0;", "W0303"),
+        ("parameter Real a0 = -30; coordinate Angle a = -a0; kinetic 1/2*1 kg.m^2*der(a)^2;", "W0303"),
+        ("let a0 = 30; initial q = a0;", "W0303"),
+        ("parameter a0[2] = {0, 40}; initial q = a0[2];", "W0303"),
+        ("parameter a0 = 30; initial q = a0; output y = sin(a0) + cos(a0);", "W0303"),
     ],
 )
 def test_warnings(text: str, code: str) -> None:
@@ -438,6 +470,8 @@ def test_warnings(text: str, code: str) -> None:
         "parameter Angle a1 = 0; parameter Angle a2 = 1 rad; parameter Angle a3 = pi/6;",
         "parameter N = 30; let w1 = 2 rad/s; output y1 = sin(N*w1*time);",
         "output y1 = sin(0.5) + cos(3);",
+        "parameter a0 = 0; parameter a1 = 30 deg; parameter a2 = pi/6; initial q = a0; initial der(q) = a1/1 s;",
+        "parameter a1 = 30 deg; parameter Angle a2 = a1; parameter a3 = pi/6; parameter Angle a4 = a3;",
     ],
 )
 def test_no_warning_of_numbers_that_are_radians(text: str) -> None:

@@ -20,8 +20,12 @@ mass 1 kg at Q;
 """
 
 
+def codes_of(text: str) -> list[str]:
+    return [found.code for found in mechc.loads(text).diagnostics]
+
+
 def codes(statement: str) -> list[str]:
-    return [found.code for found in mechc.loads(PLANE + statement).diagnostics]
+    return codes_of(PLANE + statement)
 
 
 @pytest.mark.parametrize(
@@ -50,3 +54,47 @@ def test_a_constraint_of_accelerations_says_so() -> None:
         mechc.loads(PLANE + "constraint c: der(x[1], 2) = der(y[1], 2);")
     (found,) = raised.value.diagnostics
     assert (found.code, found.message) == ("E0501", "constraint 'c' contains accelerations")
+
+
+MASSES = "parameter c = -1 N.s/m; parameter w = 1 N.s/m; coordinate x = 1 m; coordinate y = 0 m; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+
+
+@pytest.mark.parametrize(
+    ("statement", "code"),
+    [
+        ("damping -1 N.s/m on x;", "W0532"),
+        ("damping c on x;", "W0532"),
+        ("damping c on x - y;", "W0532"),
+        ("dissipation 1/2*c*der(x)^2;", "W0532"),
+        ("dissipation -w*(der(x)^2 + der(y)^2);", "W0532"),
+        ("damping w on x;", ""),
+        ("damping c + w on x;", ""),
+        ("damping w*(x^2/1 m^2 - 1) on x;", ""),
+        ("damping -w*sin(2 rad/s*time) on x;", ""),
+        ("dissipation w*(der(x)^2 - der(y)^2);", ""),
+        ("dissipation 1/2*w*(der(x) - der(y))^2;", ""),
+    ],
+)
+def test_damping_that_feeds_is_told(statement: str, code: str) -> None:
+    found = [c for c in codes_of(MASSES + statement) if c != "W0402"]
+    assert found == ([code] if code else [])
+
+
+@pytest.mark.parametrize(
+    ("statement", "wrong"),
+    [
+        ("friction 1 N static 0.5 N on x;", True),
+        ("friction 1 N static 1 N on x;", False),
+        ("friction 1 N static 1.5 N on x;", False),
+        ("contact c: y friction 0.4 static 0.3 along der(x);", True),
+        ("contact c: y friction 0.3 static 0.4 along der(x);", False),
+    ],
+)
+def test_sticking_holds_at_least_as_much_as_sliding(statement: str, wrong: bool) -> None:
+    text = MASSES.partition(";")[2].partition(";")[2] + statement
+    if wrong:
+        with pytest.raises(mechc.CompileError) as raised:
+            mechc.loads(text)
+        assert [d.code for d in raised.value.diagnostics] == ["E0706"]
+    else:
+        assert codes_of(text) == []
