@@ -33,7 +33,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 PATIENCE = 600.0
 """Seconds after which an example is given up."""
 BETWEEN_STEPS = 10.0
-"""By how much values between the ends of a step may be worse: that is what the kernel checks (advance.c)."""
+"""By how much values between the ends of a step may be worse: that is what the kernel checks (step.c)."""
 WORDS = (
     "Each example as an FMU of both versions, each with both kinds: validated by fmpy and by the rules of this "
     "compiler, simulated by fmpy in each kind, compared with the reference results in the file, and with native runs.",

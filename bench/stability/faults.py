@@ -136,7 +136,7 @@ FAULTS = {
     "sign": Fault(
         "the first acceleration has the wrong sign",
         _in_kernel(
-            "method.h",
+            "run.h",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
             "    out[s->model->nq % s->ny] = -out[s->model->nq % s->ny];\n",
@@ -145,7 +145,7 @@ FAULTS = {
     "pushed": Fault(
         "every acceleration is larger by 1",
         _in_kernel(
-            "method.h",
+            "run.h",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n",
             "    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);\n"
             "    for (int i = s->model->nq; i < s->model->nq + s->model->nv; i++) out[i] += 1;\n",
@@ -171,11 +171,11 @@ FAULTS = {
     ),
     "not normalised": Fault(
         "rotations are not normalised",
-        _in_kernel("solver.c", "k < model->n_rotations; k++) {", "k < 0 * model->n_rotations; k++) {"),
+        _in_kernel("rotations.c", "k < model->n_rotations; k++) {", "k < 0 * model->n_rotations; k++) {"),
     ),
     "not switched": Fault(
         "stiffness is not detected",
-        _in_kernel("advance.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
+        _in_kernel("step.c", "++run->stiff_hits == STIFF_HITS", "(run->stiff_hits = 0) == STIFF_HITS"),
     ),
     "no refusal": Fault("failures of a run are swallowed", _failures_swallowed),
     "moved start": Fault("initial states are off by 0.001", _start_moved),
@@ -189,9 +189,9 @@ FAULTS = {
     "missed times": Fault(
         "events at known times are not seen",
         _in_kernel(
-            "instant.c",
-            "int mech_set_times(mech_solver *s, int ticks)\n{\n",
-            "int mech_set_times(mech_solver *s, int ticks)\n{\n    if (s->run->report.t > s->o.t0) return 0;\n",
+            "schedule.c",
+            "int mech_schedule_set(mech_solver *s, int ticks)\n{\n",
+            "int mech_schedule_set(mech_solver *s, int ticks)\n{\n    if (s->run->report.t > s->o.t0) return 0;\n",
         ),
     ),
 }

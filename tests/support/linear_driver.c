@@ -1,7 +1,8 @@
-/* The systems of linear.h, for a test. */
+/* The systems of shifted.h, for a test. */
 #include <stdlib.h>
 
-#include "linear.h"
+#include "shifted.h"
+#include "solver.h"
 
 /* Solves (sigma - J) d = r, real or complex; gives the number of unknowns that were left, or -1. */
 MECH_API int shifted(int n, int entries, const int *rows, const int *columns, const double *jacobian, double re,

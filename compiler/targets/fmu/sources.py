@@ -37,7 +37,7 @@ _TABLE = re.compile(r"(const mech_method \*const mech_methods\[\] = \{)[^}]*(\};
 _EXPORTS = ('__attribute__((visibility("default")))', "__declspec(dllexport)")
 _NO_EVENTS = """\
 /* Nothing switches in this model: the files that events take are left out. */
-#include "hybrid.h"
+#include "events.h"
 
 const mech_event_support *const mech_events = NULL;
 """

@@ -2,9 +2,9 @@
  *
  * For such a row, sigma d_i - c d_j = r_i: d_i = (r_i + c d_j) / sigma goes into the other rows.
  */
-#include <string.h>
+#include "shifted.h"
 
-#include "linear.h"
+#include <string.h>
 
 size_t mech_structure_size(const mech_model *model)
 {

@@ -3,90 +3,16 @@
 
 #include <string.h>
 
-#include "advance.h"
-
-static int largest_act(const mech_hybrid *h, int base)
-{
-    int most = 0;
-    for (int k = 0; k < h->n_branches; k++)
-        if (h->branches[k].n_checks > most) most = h->branches[k].n_checks;
-    return base + most;
-}
-
-/* Places one array after the other; without memory it only counts. */
-static mech_real *take(mech_real **memory, size_t *total, int n)
-{
-    mech_real *place = *memory;
-    *total += (size_t)n;
-    if (place) *memory += n;
-    return place;
-}
-
-static size_t arrange(mech_modes *e, const mech_model *m, mech_real *memory)
-{
-    const mech_hybrid *h = m->hybrid;
-    const int ny = m->nq + m->nv + m->nx, r = h->n_rows, n = h->n_switches + r;
-    size_t total = 0;
-    e->n = n;
-    e->n_rows = r;
-    e->z = take(&memory, &total, m->nz);
-    e->w = take(&memory, &total, MECH_SAMPLES * n);
-    e->rate = take(&memory, &total, MECH_SAMPLES * n);
-    e->scale = take(&memory, &total, n);
-    e->rate_scale = take(&memory, &total, n);
-    e->fresh = take(&memory, &total, n);
-    e->row = take(&memory, &total, r * MECH_ROW_VALUES);
-    e->gap_scale = take(&memory, &total, r);
-    e->speed = take(&memory, &total, r);
-    e->force = take(&memory, &total, r);
-    e->mobility = take(&memory, &total, r);
-    e->response = take(&memory, &total, r * (m->nv + r));
-    e->impulse = take(&memory, &total, r);
-    e->change = take(&memory, &total, m->nv + r);
-    e->matrix = take(&memory, &total, r * (r + 1));
-    e->flags = take(&memory, &total, r);
-    e->signs = take(&memory, &total, r);
-    e->open = take(&memory, &total, r);
-    e->slides = take(&memory, &total, r);
-    e->last_hit = take(&memory, &total, r);
-    e->delay = take(&memory, &total, r);
-    e->held = take(&memory, &total, h->n_branches);
-    e->held_new = take(&memory, &total, h->n_branches);
-    e->act = take(&memory, &total, largest_act(h, ny + m->nz));
-    e->y_at = take(&memory, &total, ny);
-    e->move = take(&memory, &total, ny);
-    e->y_before = take(&memory, &total, ny);
-    e->z_before = take(&memory, &total, m->nz);
-    e->outputs = take(&memory, &total, m->n_outputs);
-    e->times = take(&memory, &total, h->n_times + h->n_clocks);
-    e->recent = take(&memory, &total, MECH_RECENT);
-    e->counters = take(&memory, &total, MECH_COUNTERS);
-    return total;
-}
-
-size_t mech_modes_numbers(const mech_model *model)
-{
-    mech_modes nowhere;
-    return arrange(&nowhere, model, NULL);
-}
-
-void mech_modes_attach(mech_modes *e, const mech_model *model, mech_real *memory)
-{
-    arrange(e, model, memory);
-}
-
-mech_real mech_next_time(mech_solver *s)
-{
-    const mech_hybrid *h = s->model->hybrid;
-    const int n = h->n_times + h->n_clocks;
-    const mech_real t = s->run->report.t;
-    mech_real next = (mech_real)INFINITY;
-    if (!n) return next;
-    h->crossing_times(t, s->y, s->u, s->o.z, s->o.p, s->modes->times);
-    for (int k = 0; k < n; k++)
-        if (s->modes->times[k] > t && s->modes->times[k] < next) next = s->modes->times[k];
-    return next;
-}
+#include "begin.h"
+#include "hold.h"
+#include "indicators.h"
+#include "instant.h"
+#include "locate.h"
+#include "method.h"
+#include "projection.h"
+#include "schedule.h"
+#include "slides.h"
+#include "step.h"
 
 static void swap(mech_real **a, mech_real **b)
 {
@@ -102,7 +28,7 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
     s->run->report.t = t_new;
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
-    mech_hold_rows(s);
+    mech_hold_state(s);
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
     s->run->report.t = t;
@@ -111,17 +37,17 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
 /* dw/dt at a part of the attempted step; by a difference where it is not known. */
 static mech_real slope_at(mech_solver *s, int hit, mech_real part, mech_real h)
 {
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n, *rate = e->rate + (MECH_SAMPLES - 1) * e->n;
     const mech_real t = s->run->report.t, delta = mech_min(MECH_C(1e-3), part / 2);
     mech_dense_at(s->dense, s->n_dense, s->ny, part, e->y_at);
     mech_normalise(s->model, e->y_at);
-    mech_indicate(s, t + part * h, e->y_at, w, rate);
+    mech_indicators_read(s, t + part * h, e->y_at, w, rate);
     if (rate[hit] != 0) return rate[hit];
     const mech_real end = w[hit];
     mech_dense_at(s->dense, s->n_dense, s->ny, part - delta, e->y_at);
     mech_normalise(s->model, e->y_at);
-    mech_indicate(s, t + (part - delta) * h, e->y_at, w, NULL);
+    mech_indicators_read(s, t + (part - delta) * h, e->y_at, w, NULL);
     return (end - w[hit]) / (delta * h);
 }
 
@@ -150,7 +76,7 @@ enum { MOST_REPEATS = 12 };
  * it goes on by secants, to an end before the event: one beyond it would be a state that its mode does not allow. */
 static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
 {
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     const mech_real t = s->run->report.t, whole = *h;
     mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n;
     mech_real slope = slope_at(s, hit, part, whole), error, change = 0, before = 0;
@@ -162,14 +88,14 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
             k = MOST_REPEATS;
         }
         if (status) return status;
-        mech_indicate(s, t + *h, s->y_new, w, NULL);
-        if (k >= 3 && (w[hit] >= 0 || k >= MOST_REPEATS || mech_at_zero(s, hit, w[hit]))) break;
+        mech_indicators_read(s, t + *h, s->y_new, w, NULL);
+        if (k >= 3 && (w[hit] >= 0 || k >= MOST_REPEATS || mech_indicator_at_zero(s, hit, w[hit]))) break;
         if (k >= 3 && (w[hit] - before) / change < slope / 8) slope = (w[hit] - before) / change;
         before = w[hit];
         change = slope < 0 ? -w[hit] / slope : 0;
         if (mech_abs(change) <= 2 * MECH_EPSILON * mech_max(mech_abs(t), *h)) break;
         if (mech_abs(change) > *h / 4 || *h + change > whole) {
-            if (w[hit] >= 0 || mech_at_zero(s, hit, w[hit])) break;
+            if (w[hit] >= 0 || mech_indicator_at_zero(s, hit, w[hit])) break;
             change = -*h / 2;
         } else if (k >= 3) {
             change *= 2;
@@ -212,7 +138,7 @@ static void write_discretes(mech_solver *s, long first)
 static int accept_row(mech_solver *s, mech_real t_new, mech_real h)
 {
     const long first = s->run->report.n_grid;
-    const int status = mech_accept(s, t_new, h);
+    const int status = mech_step_accept(s, t_new, h);
     write_discretes(s, first);
     return status;
 }
@@ -221,13 +147,13 @@ static int accept_row(mech_solver *s, mech_real t_new, mech_real h)
  * about to be reached, and moves along the tangent just beyond: an error of second order in a rounding. */
 static int cross_tangentially(mech_solver *s)
 {
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     mech_report *r = &s->run->report;
     const mech_real rounding = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
     mech_real soonest = MECH_C(1e-9) * s->o.dt_max;
     int hit = -1;
     if (!e->n) return hit; /* times and clocks only */
-    mech_indicate(s, r->t, s->y, e->w, e->rate);
+    mech_indicators_read(s, r->t, s->y, e->w, e->rate);
     for (int k = 0; k < s->model->hybrid->n_switches; k++) {
         const mech_real wait = e->rate[k] < 0 ? e->w[k] / -e->rate[k] : -1;
         if (wait < 0 || wait > soonest) continue;
@@ -258,18 +184,18 @@ static int check_limits(mech_solver *s)
     int own = 0;
     for (int i = 0; i < h->n_rows; i++) own |= h->rows[i].kind == MECH_FRICTION && h->rows[i].normal < 0;
     if (!own) return MECH_RUNNING;
-    mech_read_rows(s);
-    return mech_check_rows(s, 1);
+    mech_rows_read(s);
+    return mech_rows_check(s, 1);
 }
 
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
     mech_run *run = s->run;
-    mech_modes *e = s->modes;
-    const mech_real next = mech_next_time(s);
+    mech_event_state *e = s->events;
+    const mech_real next = mech_schedule_next(s);
     mech_real t_new, h, part;
-    int hit = -1, status = mech_try_step(s, mech_min(limit, next), &t_new, &h);
+    int hit = -1, status = mech_step_try(s, mech_min(limit, next), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (e->n) {
@@ -279,7 +205,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
-        status = mech_slides(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
+        status = mech_slide_at(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
         if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;
@@ -293,7 +219,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     return hit >= 0 || t_new == next ? reach(s, hit) : check_limits(s);
 }
 
-int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)
+int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -301,7 +227,7 @@ int mech_advance_hybrid(mech_solver *s, mech_real t_end, long max_steps)
     if (r->status < 0 || r->status == MECH_TERMINATED) return r->status;
     if (!run->started) {
         const long first = r->n_grid;
-        int status = mech_begin_hybrid(s);
+        int status = mech_begin_run(s);
         if (status) return status;
         write_discretes(s, first);
     }

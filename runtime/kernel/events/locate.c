@@ -1,44 +1,7 @@
 /* Events within a step: sampled on its polynomial, then located to rounding. */
-#include "hybrid.h"
+#include "locate.h"
 
-void mech_indicate(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
-{
-    const mech_model *m = s->model;
-    const mech_hybrid *h = m->hybrid;
-    const mech_real *z = s->modes->z;
-    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    h->indicators(t, y, s->u, z, s->o.p, w);
-    if (rate) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
-    for (int k = 0; k < h->n_switches; k++)
-        if (z[h->switches[k]] > MECH_C(0.5)) {
-            w[k] = -w[k];
-            if (rate) rate[k] = -rate[k];
-        }
-}
-
-/* Of a row the mode decides what is measured. */
-mech_real *mech_indicator_size(const mech_solver *s, int k)
-{
-    const mech_hybrid *h = s->model->hybrid;
-    mech_modes *e = s->modes;
-    const int i = k - h->n_switches;
-    if (i < 0 || h->rows[i].flag < 0) return e->scale + k;
-    if (e->z[h->rows[i].flag] > MECH_C(0.5)) return e->force + i;
-    return h->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
-}
-
-/* Forces are differences of larger ones. */
-static mech_real tolerance(const mech_solver *s, int k)
-{
-    const mech_real *largest = mech_indicator_size(s, k);
-    const int of_force = largest >= s->modes->force && largest < s->modes->force + s->modes->n_rows;
-    return (of_force ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
-}
-
-int mech_at_zero(const mech_solver *s, int k, mech_real w)
-{
-    return mech_abs(w) <= (s->modes->fresh[k] > 0 ? 10000 : 1) * tolerance(s, k);
-}
+#include "indicators.h"
 
 /* The samples that every step gets: of irregular places, so that nothing periodic looks constant. */
 static const mech_real places[MECH_SAMPLES - 1] = {0, MECH_C(0.2371), MECH_C(0.5557), MECH_C(0.7913), 1};
@@ -62,12 +25,12 @@ static sample sampled(const search *q, mech_real part, mech_real w, mech_real ra
 static sample look(const search *q, mech_real part)
 {
     mech_solver *s = q->s;
-    mech_real *y = s->modes->y_at;
-    mech_real *w = s->modes->w + (MECH_SAMPLES - 1) * s->modes->n;
-    mech_real *rate = s->modes->rate + (MECH_SAMPLES - 1) * s->modes->n;
+    mech_real *y = s->events->y_at;
+    mech_real *w = s->events->w + (MECH_SAMPLES - 1) * s->events->n;
+    mech_real *rate = s->events->rate + (MECH_SAMPLES - 1) * s->events->n;
     mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
     mech_normalise(s->model, y);
-    mech_indicate(s, s->run->report.t + part * q->h, y, w, q->known ? rate : NULL);
+    mech_indicators_read(s, s->run->report.t + part * q->h, y, w, q->known ? rate : NULL);
     return sampled(q, part, w[q->k], q->known ? rate[q->k] : 0);
 }
 
@@ -245,14 +208,14 @@ static void differentiate(sample *x)
 /* Samples all indicators; 0 where one is at its event at the start already, *hit. */
 static int sample_all(mech_solver *s, mech_real h, int *hit)
 {
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     const mech_real t = s->run->report.t;
     const int n = e->n, last = MECH_SAMPLES - 2; /* the row behind is room for the search */
-    mech_indicate(s, t, s->y, e->w, e->rate);
+    mech_indicators_read(s, t, s->y, e->w, e->rate);
     for (int k = 0; k < n; k++) {
         mech_widen(mech_indicator_size(s, k), e->w[k]);
         mech_widen(e->rate_scale + k, e->rate[k]);
-        const int zero = mech_at_zero(s, k, e->w[k]);
+        const int zero = mech_indicator_at_zero(s, k, e->w[k]);
         const int falls = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
         if ((!zero && e->w[k] < 0) || (zero && !(e->fresh[k] > 0) && falls && e->w[k] < 0)) {
             *hit = k;
@@ -266,7 +229,7 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
             mech_dense_at(s->dense, s->n_dense, s->ny, places[j], y);
             mech_normalise(s->model, y);
         }
-        mech_indicate(s, t + places[j] * h, y, e->w + j * n, e->rate + j * n);
+        mech_indicators_read(s, t + places[j] * h, y, e->w + j * n, e->rate + j * n);
         for (int k = 0; k < n; k++) mech_widen(mech_indicator_size(s, k), e->w[j * n + k]);
     }
     return 1;
@@ -274,15 +237,15 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
 
 void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
 {
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     const int n = e->n, last = MECH_SAMPLES - 2;
     *hit = -1;
     *part = 0;
     if (!sample_all(s, h, hit)) return;
     *part = 1;
     for (int k = 0; k < n; k++) {
-        const int zero = mech_at_zero(s, k, e->w[k]);
-        search q = {.s = s, .h = h, .tol = tolerance(s, k), .room = *part, .k = k};
+        const int zero = mech_indicator_at_zero(s, k, e->w[k]);
+        search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k};
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */
         const int leaves = zero && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k];

@@ -1,18 +1,20 @@
 /* Which contacts press, which frictions stick: an active set on the level of accelerations. */
+#include "modes.h"
+
 #include <string.h>
 
-#include "advance.h"
-#include "hybrid.h"
+#include "hold.h"
+#include "slides.h"
 
 enum { ROUNDS_PER_ROW = 8 };
 
-static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_partner(s, i - 1) == i; }
+static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i; }
 
 static void set(mech_solver *s, int i, int flag, mech_real sign)
 {
     const mech_row *row = mech_row_of(s, i);
-    s->modes->z[row->flag] = flag;
-    if (row->sign >= 0) s->modes->z[row->sign] = sign;
+    s->events->z[row->flag] = flag;
+    if (row->sign >= 0) s->events->z[row->sign] = sign;
 }
 
 static int side(mech_real x) { return x > 0 ? 1 : -1; }
@@ -20,8 +22,8 @@ static int side(mech_real x) { return x > 0 ? 1 : -1; }
 /* Lets a friction slide along a, or on a surface along (a, b). */
 static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 {
-    const int j = mech_partner(s, i);
-    const mech_real share = j < 0 ? 0 : mech_no_slip(s, i) / mech_sqrt(a * a + b * b);
+    const int j = mech_row_partner(s, i);
+    const mech_real share = j < 0 ? 0 : mech_slide_none(s, i) / mech_sqrt(a * a + b * b);
     set(s, i, 0, j < 0 ? side(a) : share * a);
     if (j >= 0) set(s, j, 0, share * b);
 }
@@ -30,26 +32,26 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 static int independent(mech_solver *s, int *held, int n, int i)
 {
     mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
-    if (!mech_moved_by_itself(s, i)) return 0;
+    if (!mech_row_moves_itself(s, i)) return 0;
     held[n] = i;
-    return mech_solve_rows(s, n + 1, held, target, x) == n + 1;
+    return mech_rows_solve(s, n + 1, held, target, x) == n + 1;
 }
 
 /* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
 static void propose(mech_solver *s)
 {
-    const mech_real *open = s->modes->open, *slides = s->modes->slides;
+    const mech_real *open = s->events->open, *slides = s->events->slides;
     const mech_hybrid *h = s->model->hybrid;
     int held[MECH_MOST_ROWS], n = 0;
     for (int kind = MECH_BILATERAL; kind >= MECH_CONTACT; kind -= 2) /* bilateral, then contacts */
         for (int i = 0; i < h->n_rows; i++) {
             if (h->rows[i].kind != kind) continue;
             if (kind == MECH_BILATERAL) {
-                if (mech_holds(s, i) && independent(s, held, n, i)) n++;
+                if (mech_row_holds(s, i) && independent(s, held, n, i)) n++;
                 continue;
             }
-            const int slow = mech_abs(mech_value(s, i, MECH_RATE)) <= 10 * mech_still(s, i) || open[i] < 0;
-            const int rests = slow && mech_touches(s, i) && !(open[i] > 0);
+            const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_still(s, i) || open[i] < 0;
+            const int rests = slow && mech_row_touches(s, i) && !(open[i] > 0);
             const int holds = rests && independent(s, held, n, i);
             n += holds;
             set(s, i, holds, 0);
@@ -57,10 +59,10 @@ static void propose(mech_solver *s)
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
-        const int j = mech_partner(s, i), open_normal = row->normal >= 0 && !mech_holds(s, row->normal);
+        const int j = mech_row_partner(s, i), open_normal = row->normal >= 0 && !mech_row_holds(s, row->normal);
         const mech_real other = j < 0 ? 0 : slides[j];
-        if (!open_normal && !mech_slow(s, i)) {
-            slide(s, i, mech_value(s, i, MECH_RATE), j < 0 ? 0 : mech_value(s, j, MECH_RATE));
+        if (!open_normal && !mech_slide_is_slow(s, i)) {
+            slide(s, i, mech_row_value(s, i, MECH_RATE), j < 0 ? 0 : mech_row_value(s, j, MECH_RATE));
         } else if (!open_normal && (slides[i] != 0 || other != 0)) {
             slide(s, i, slides[i], other);
         } else {
@@ -75,17 +77,17 @@ static void propose(mech_solver *s)
 
 static int sticks(const mech_solver *s, int i)
 {
-    const int j = mech_partner(s, i);
-    return mech_holds(s, i) || (j >= 0 && mech_holds(s, j));
+    const int j = mech_row_partner(s, i);
+    return mech_row_holds(s, i) || (j >= 0 && mech_row_holds(s, j));
 }
 
 /* A friction gives way: it slides against its force. */
 static void let_slide(mech_solver *s, int i)
 {
-    const int j = mech_partner(s, i);
-    const mech_real size = mech_size_of(s, i, MECH_FORCE);
-    s->modes->slides[i] = j < 0 ? -side(mech_value(s, i, MECH_FORCE)) : -mech_value(s, i, MECH_FORCE) / size;
-    if (j >= 0) s->modes->slides[j] = -mech_value(s, j, MECH_FORCE) / size;
+    const int j = mech_row_partner(s, i);
+    const mech_real size = mech_row_size(s, i, MECH_FORCE);
+    s->events->slides[i] = j < 0 ? -side(mech_row_value(s, i, MECH_FORCE)) : -mech_row_value(s, i, MECH_FORCE) / size;
+    if (j >= 0) s->events->slides[j] = -mech_row_value(s, j, MECH_FORCE) / size;
 }
 
 /* Whether a friction that is neither held nor slides moves all the same: nothing could hold it, as at a dead centre,
@@ -93,31 +95,32 @@ static void let_slide(mech_solver *s, int i)
 static int moves_off(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i);
-    const mech_modes *e = s->modes;
-    const int j = mech_partner(s, i);
+    const mech_event_state *e = s->events;
+    const int j = mech_row_partner(s, i);
     if (row->kind != MECH_FRICTION || is_partner(s, i) || sticks(s, i) || e->z[row->sign] != 0) return 0;
-    if ((row->normal >= 0 && !mech_holds(s, row->normal)) || (j >= 0 && e->z[mech_row_of(s, j)->sign] != 0)) return 0;
+    if (row->normal >= 0 && !mech_row_holds(s, row->normal)) return 0;
+    if (j >= 0 && e->z[mech_row_of(s, j)->sign] != 0) return 0;
     mech_real scale = e->rate_scale[e->n - e->n_rows + i];
     for (int k = 0; k < e->n_rows; k++)
-        scale += mech_abs(mech_value(s, k, MECH_FORCE) * mech_response(s, i, k));
-    return mech_size_of(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
+        scale += mech_abs(mech_row_value(s, k, MECH_FORCE) * mech_row_response(s, i, k));
+    return mech_row_size(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
 }
 
 /* Lets go the row that pulls, or that sticks beyond its limit, by the most; -1 where there is none. */
 static int let_go(mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
-    const mech_modes *e = s->modes;
+    const mech_event_state *e = s->events;
     int worst = -1;
     mech_real excess = 0;
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
-        const mech_real force = mech_value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
+        const mech_real force = mech_row_value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
         mech_real over = 0;
-        if (row->kind == MECH_CONTACT && mech_holds(s, i))
+        if (row->kind == MECH_CONTACT && mech_row_holds(s, i))
             over = i == hit ? e->force[i] : -force - slack;
         else if (row->kind == MECH_FRICTION && !is_partner(s, i) && sticks(s, i))
-            over = i == hit ? e->force[i] : mech_size_of(s, i, MECH_FORCE) - mech_value(s, i, MECH_LIMIT) - slack;
+            over = i == hit ? e->force[i] : mech_row_size(s, i, MECH_FORCE) - mech_row_value(s, i, MECH_LIMIT) - slack;
         if (over > excess) {
             excess = over;
             worst = i;
@@ -135,33 +138,33 @@ static int let_go(mech_solver *s, int hit)
  * where there is none. `aims`: slides on surfaces find their way. */
 static int take_back(mech_solver *s, int aims)
 {
-    mech_real *open = s->modes->open, *slides = s->modes->slides;
+    mech_real *open = s->events->open, *slides = s->events->slides;
     const mech_hybrid *h = s->model->hybrid;
-    const mech_modes *e = s->modes;
+    const mech_event_state *e = s->events;
     for (int i = 0; i < h->n_rows; i++) {
-        const mech_real second = mech_value(s, i, MECH_SECOND);
-        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_response(s, i, i);
+        const mech_real second = mech_row_value(s, i, MECH_SECOND);
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (open[i] > 0 && second < -slack) {
             open[i] = 0;
             return i;
         }
-        const int j = mech_partner(s, i);
+        const int j = mech_row_partner(s, i);
         if (moves_off(s, i)) {
-            const mech_real size = mech_size_of(s, i, MECH_SECOND);
+            const mech_real size = mech_row_size(s, i, MECH_SECOND);
             slides[i] = second / size;
-            if (j >= 0) slides[j] = mech_value(s, j, MECH_SECOND) / size;
+            if (j >= 0) slides[j] = mech_row_value(s, j, MECH_SECOND) / size;
             return i;
         }
-        if (j >= 0 && aims && mech_aim_slide(s, i)) return i;
-        const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * mech_value(s, j, MECH_SECOND));
+        if (j >= 0 && aims && mech_slide_aim(s, i)) return i;
+        const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * mech_row_value(s, j, MECH_SECOND));
         if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
             if (j >= 0) slides[j] = 0;
             return i;
         }
-        const mech_real rate = mech_value(s, i, MECH_RATE);
-        if (h->rows[i].kind == MECH_CONTACT && !mech_holds(s, i) && open[i] == 0 && rate > 0 && mech_touches(s, i) &&
-            mech_falls_back(s, i, rate)) {
+        const mech_real rate = mech_row_value(s, i, MECH_RATE);
+        if (h->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && open[i] == 0 && rate > 0 &&
+            mech_row_touches(s, i) && mech_row_falls_back(s, i, rate)) {
             open[i] = -1;
             memset(slides, 0, (size_t)e->n_rows * sizeof(mech_real)); /* with it, all may stick */
             return i;
@@ -177,93 +180,31 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
     return worst >= 0 ? worst : take_back(s, aims);
 }
 
-int mech_choose_modes(mech_solver *s, int hit)
+int mech_modes_choose(mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
     int any = 0;
     for (int i = 0; i < h->n_rows; i++) any |= h->rows[i].kind != MECH_STEP_ROW;
     if (!any) return MECH_RUNNING;
-    mech_read_rows(s);
-    mech_find_response(s);
+    mech_rows_read(s);
+    mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     propose(s);
-    mech_end_slips(s);
+    mech_slides_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
-        mech_read_rows(s);
+        mech_rows_read(s);
         if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
             for (int i = 0; i < h->n_rows; i++)
-                if (!mech_finite(mech_value(s, i, MECH_FORCE))) {
-                    s->run->report.failed_value = mech_value(s, i, MECH_FORCE);
+                if (!mech_finite(mech_row_value(s, i, MECH_FORCE))) {
+                    s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
                     return mech_fail(s, MECH_NO_MODE, i);
                 }
-            mech_hold_rows(s);
-            mech_begin_slides(s);
-            return mech_check_rows(s, 1);
+            mech_hold_state(s);
+            mech_slides_begin(s);
+            return mech_rows_check(s, 1);
         }
         propose(s);
     }
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
-}
-
-void mech_close_gaps(mech_solver *s, int n, const int *rows)
-{
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
-    const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = -mech_value(s, rows[k], MECH_GAP);
-    mech_solve_rows(s, n, rows, target, x);
-    memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
-    for (int i = 0; i < m->nv; i++) {
-        e->y_at[m->nq + i] = 0;
-        for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[rows[k] * width + i];
-    }
-    /* q' = N(q) v, with the correction in the place of v */
-    mech_rhs(s, s->run->report.t, e->y_at, e->move);
-    for (int i = 0; i < m->nq; i++) s->y[i] += e->move[i];
-    mech_normalise(m, s->y);
-    mech_read_rows(s);
-    mech_find_response(s);
-}
-
-void mech_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
-{
-    const mech_model *m = s->model;
-    mech_modes *e = s->modes;
-    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
-    const int width = m->nv + e->n_rows;
-    for (int k = 0; k < n; k++) target[k] = aim[k] - mech_value(s, rows[k], MECH_RATE);
-    mech_solve_rows(s, n, rows, target, x);
-    for (int k = 0; k < n; k++)
-        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
-    mech_rhs(s, s->run->report.t, s->y, s->dy);
-}
-
-void mech_stop_rates(mech_solver *s, int n, const int *rows)
-{
-    const mech_real aim[MECH_MOST_ROWS] = {0};
-    mech_set_rates(s, n, rows, aim);
-}
-
-int mech_held_rows(mech_solver *s, int *held)
-{
-    const mech_hybrid *h = s->model->hybrid;
-    int n = 0;
-    for (int i = 0; i < h->n_rows; i++)
-        if (h->rows[i].flag >= 0 && mech_holds(s, i)) held[n++] = i;
-    return n;
-}
-
-/* Moves the state onto the rows that hold: positions, then velocities. Rounding errors only, as a rule. */
-void mech_hold_rows(mech_solver *s)
-{
-    int held[MECH_MOST_ROWS], located = 0;
-    const int n = mech_held_rows(s, held);
-    if (!n) return;
-    mech_read_rows(s);
-    mech_find_response(s);
-    for (int k = 0; k < n; k++) located |= mech_value(s, held[k], MECH_GAP) != 0;
-    if (located) mech_close_gaps(s, n, held);
-    mech_stop_rates(s, n, held);
 }

@@ -2,9 +2,12 @@
  *
  * Such a state goes back along its motion, so that a bounce neither gains nor loses energy by where it was noticed.
  */
+#include "overshoot.h"
+
 #include <string.h>
 
-#include "hybrid.h"
+#include "hold.h"
+#include "rows.h"
 
 enum { MOST_LOOKS = 5 };
 
@@ -12,12 +15,12 @@ enum { MOST_LOOKS = 5 };
 static int list_passed(mech_solver *s, int n, int *rows)
 {
     const mech_hybrid *h = s->model->hybrid;
-    const mech_real *z = s->modes->z;
+    const mech_real *z = s->events->z;
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->kind != MECH_CONTACT || z[row->flag] > MECH_C(0.5)) continue;
         if (row->enabled >= 0 && !(z[row->enabled] > MECH_C(0.5))) continue;
-        if (mech_value(s, i, MECH_GAP) < 0) rows[n++] = i;
+        if (mech_row_value(s, i, MECH_GAP) < 0) rows[n++] = i;
     }
     return n;
 }
@@ -26,7 +29,7 @@ static int list_passed(mech_solver *s, int n, int *rows)
 static void drift(mech_solver *s, mech_real time)
 {
     const mech_model *m = s->model;
-    mech_real *at = s->modes->y_at;
+    mech_real *at = s->events->y_at;
     mech_rhs(s, s->run->report.t, s->y, s->dy);
     memcpy(at, s->y, (size_t)s->ny * sizeof(mech_real));
     memcpy(at + m->nq, s->dy + m->nq, (size_t)m->nv * sizeof(mech_real));
@@ -42,8 +45,8 @@ static void drift(mech_solver *s, mech_real time)
 /* For how long the gap of row i has been negative, or, where it was at no time near, since it approached. */
 static mech_real since(const mech_solver *s, int i)
 {
-    const mech_real gap = mech_value(s, i, MECH_GAP), rate = mech_value(s, i, MECH_RATE);
-    const mech_real second = mech_value(s, i, MECH_SECOND);
+    const mech_real gap = mech_row_value(s, i, MECH_GAP), rate = mech_row_value(s, i, MECH_RATE);
+    const mech_real second = mech_row_value(s, i, MECH_SECOND);
     const mech_real square = rate * rate - 2 * second * gap;
     if (!(rate < 0) || !mech_finite(square)) return 0;
     const mech_real time = square > 0 ? 2 * gap / (rate - mech_sqrt(square)) : rate / second;
@@ -54,28 +57,28 @@ static mech_real since(const mech_solver *s, int i)
 static int slides(const mech_solver *s, int i)
 {
     const mech_row *row = &s->model->hybrid->rows[i];
-    const mech_real *z = s->modes->z;
+    const mech_real *z = s->events->z;
     if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5) || z[row->sign] == 0) return 0;
     if (row->normal >= 0 && !(z[s->model->hybrid->rows[row->normal].flag] > MECH_C(0.5))) return 0;
-    return mech_partner(s, i) < 0 && !(i > 0 && mech_partner(s, i - 1) == i);
+    return mech_row_partner(s, i) < 0 && !(i > 0 && mech_row_partner(s, i - 1) == i);
 }
 
 /* For how long friction i has slid the other way. */
 static mech_real since_reversal(const mech_solver *s, int i)
 {
-    const mech_real sign = s->modes->z[s->model->hybrid->rows[i].sign];
-    const mech_real along = sign * mech_value(s, i, MECH_RATE), second = sign * mech_value(s, i, MECH_SECOND);
+    const mech_real sign = s->events->z[s->model->hybrid->rows[i].sign];
+    const mech_real along = sign * mech_row_value(s, i, MECH_RATE), second = sign * mech_row_value(s, i, MECH_SECOND);
     return along < 0 && second < 0 ? mech_min(along / second, s->o.dt_max) : 0;
 }
 
-mech_real mech_catch_rows(mech_solver *s)
+mech_real mech_overshoot_go_back(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;
     const mech_real present = s->run->report.t;
     int rows[MECH_MOST_ROWS];
     if (!h->n_rows) return 0;
-    mech_hold_rows(s);
-    mech_read_rows(s);
+    mech_hold_state(s);
+    mech_rows_read(s);
     for (int look = 0; look < MOST_LOOKS; look++) {
         const int n = list_passed(s, 0, rows);
         mech_real time = 0;
@@ -84,31 +87,31 @@ mech_real mech_catch_rows(mech_solver *s)
             if (slides(s, i)) time = mech_max(time, since_reversal(s, i));
         if (!(time > 0)) break;
         drift(s, -time);
-        mech_read_rows(s);
+        mech_rows_read(s);
     }
-    const int held = mech_held_rows(s, rows);
+    const int held = mech_hold_list(s, rows);
     int n = list_passed(s, held, rows);
-    mech_find_response(s);
-    if (n > held) mech_close_gaps(s, n, rows);
+    mech_rows_find_response(s);
+    if (n > held) mech_hold_close_gaps(s, n, rows);
     n = held;
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
-        const mech_real *z = s->modes->z;
+        const mech_real *z = s->events->z;
         if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
-        if (row->normal >= 0 && !mech_holds(s, row->normal)) continue;
-        if (i > 0 && mech_partner(s, i - 1) == i) continue; /* on a surface the slip is one, of two components */
-        if (!mech_moved_by_itself(s, i)) continue; /* near a dead centre a little slip is much motion of all else */
-        const int partner = mech_partner(s, i);
-        mech_real along = z[row->sign] * mech_value(s, i, MECH_RATE);
-        if (partner >= 0) along += z[h->rows[partner].sign] * mech_value(s, partner, MECH_RATE);
+        if (row->normal >= 0 && !mech_row_holds(s, row->normal)) continue;
+        if (i > 0 && mech_row_partner(s, i - 1) == i) continue; /* on a surface the slip is one, of two components */
+        if (!mech_row_moves_itself(s, i)) continue; /* near a dead centre a little slip is much motion of all else */
+        const int partner = mech_row_partner(s, i);
+        mech_real along = z[row->sign] * mech_row_value(s, i, MECH_RATE);
+        if (partner >= 0) along += z[h->rows[partner].sign] * mech_row_value(s, partner, MECH_RATE);
         if (along < 0) rows[n++] = i;
-        if (along < 0 && partner >= 0 && !mech_holds(s, partner)) rows[n++] = partner;
+        if (along < 0 && partner >= 0 && !mech_row_holds(s, partner)) rows[n++] = partner;
     }
-    if (n > held) mech_stop_rates(s, n, rows);
+    if (n > held) mech_hold_stop_rates(s, n, rows);
     return present - s->run->report.t;
 }
 
-void mech_catch_up(mech_solver *s, mech_real time)
+void mech_overshoot_go_on(mech_solver *s, mech_real time)
 {
     const mech_real then = s->run->report.t;
     const size_t bytes = (size_t)s->ny * sizeof(mech_real);
@@ -116,13 +119,13 @@ void mech_catch_up(mech_solver *s, mech_real time)
     if (!(time > 0)) return;
     memcpy(s->y_new, s->y, bytes);
     drift(s, time);
-    mech_read_rows(s);
+    mech_rows_read(s);
     if (list_passed(s, 0, rows)) {
         memcpy(s->y, s->y_new, bytes);
-        mech_read_rows(s);
-        const int held = mech_held_rows(s, rows), n = list_passed(s, held, rows);
-        mech_find_response(s);
-        if (n > held) mech_close_gaps(s, n, rows);
+        mech_rows_read(s);
+        const int held = mech_hold_list(s, rows), n = list_passed(s, held, rows);
+        mech_rows_find_response(s);
+        if (n > held) mech_hold_close_gaps(s, n, rows);
     }
     s->run->report.t = then;
 }

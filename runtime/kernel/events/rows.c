@@ -1,62 +1,80 @@
-/* Rows that can be switched: what they measure at present, and how velocities answer to impulses along them. */
+#include "rows.h"
+
 #include <string.h>
 
-#include "hybrid.h"
-
-void mech_read_rows(mech_solver *s)
+void mech_rows_read(mech_solver *s)
 {
     const mech_model *m = s->model;
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     const mech_real t = s->run->report.t;
     if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
     m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
-        mech_widen(e->speed + i, *mech_rate(s, i));
+        mech_widen(e->speed + i, *mech_row_rate(s, i));
         /* what would have to hold where nothing can is no measure */
-        mech_real force = mech_abs(mech_value(s, i, MECH_FORCE));
+        mech_real force = mech_abs(mech_row_value(s, i, MECH_FORCE));
         if (mech_row_of(s, i)->kind == MECH_FRICTION)
-            force = mech_min(force, mech_max(0, mech_value(s, i, MECH_LIMIT)));
+            force = mech_min(force, mech_max(0, mech_row_value(s, i, MECH_LIMIT)));
         if (mech_row_of(s, i)->kind != MECH_STEP_ROW) mech_widen(e->force + i, force);
     }
 }
 
-mech_real mech_still(const mech_solver *s, int i)
+int mech_rows_check(mech_solver *s, int limits)
 {
-    const int j = mech_partner(s, i);
-    const mech_real *speed = s->modes->speed;
+    const mech_hybrid *h = s->model->hybrid;
+    for (int i = 0; i < h->n_rows; i++) {
+        const mech_real *row = s->events->row + i * MECH_ROW_VALUES;
+        const mech_real coefficient = row[MECH_COEFFICIENT], limit = row[MECH_LIMIT];
+        const int contact = h->rows[i].kind == MECH_CONTACT, friction = h->rows[i].kind == MECH_FRICTION;
+        const int own = friction && h->rows[i].normal < 0;
+        mech_real wrong = 0;
+        if (contact && !(coefficient >= 0 && coefficient <= 1)) wrong = coefficient;
+        if (friction && !own && coefficient < 0) wrong = coefficient;
+        if (friction && !own && row[MECH_EXTRA] < 0) wrong = row[MECH_EXTRA];
+        if (own && limits && limit < -MECH_C(1e-9) * s->events->force[i]) wrong = limit;
+        if (wrong == 0) continue;
+        s->run->report.failed_value = wrong;
+        return mech_fail(s, MECH_OUT_OF_RANGE, i);
+    }
+    return MECH_RUNNING;
+}
+
+mech_real mech_row_still(const mech_solver *s, int i)
+{
+    const int j = mech_row_partner(s, i);
+    const mech_real *speed = s->events->speed;
     return MECH_C(1e-11) * (j < 0 ? speed[i] : mech_max(speed[i], speed[j]));
 }
 
-/* Whether a contact is closed at present, as far as numbers tell. */
-int mech_touches(const mech_solver *s, int i)
+int mech_row_touches(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i);
-    if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->modes->z[row->enabled] > MECH_C(0.5)))) return 0;
-    const int closed = s->modes->z[row->flag] > MECH_C(0.5);
-    return mech_abs(mech_value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->modes->gap_scale[i];
+    if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->events->z[row->enabled] > MECH_C(0.5)))) return 0;
+    const int closed = s->events->z[row->flag] > MECH_C(0.5);
+    return mech_abs(mech_row_value(s, i, MECH_GAP)) <= (closed ? 1000 : 1) * MECH_C(1e-9) * s->events->gap_scale[i];
 }
 
-void mech_find_response(mech_solver *s)
+void mech_rows_find_response(mech_solver *s)
 {
     const mech_model *m = s->model;
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     for (int j = 0; j < e->n_rows; j++) {
         e->z[mech_row_of(s, j)->impulse] = 1;
         m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
         e->z[mech_row_of(s, j)->impulse] = 0;
-        mech_widen(e->mobility + j, mech_response(s, j, j));
+        mech_widen(e->mobility + j, mech_row_response(s, j, j));
     }
 }
 
-int mech_moved_by_itself(const mech_solver *s, int i)
+int mech_row_moves_itself(const mech_solver *s, int i)
 {
-    return mech_abs(mech_response(s, i, i)) > MECH_C(1e-11) * s->modes->mobility[i];
+    return mech_abs(mech_row_response(s, i, i)) > MECH_C(1e-11) * s->events->mobility[i];
 }
 
-int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
+int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
 {
     /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
-    mech_real *a = s->modes->matrix;
+    mech_real *a = s->events->matrix;
     const int width = n + 1;
     int rank = 0;
     int column[MECH_MOST_ROWS], used[MECH_MOST_ROWS];
@@ -65,7 +83,7 @@ int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *targ
         column[i] = i;
         used[i] = i;
         for (int j = 0; j < n; j++) {
-            a[i * width + j] = mech_response(s, set[i], set[j]);
+            a[i * width + j] = mech_row_response(s, set[i], set[j]);
             largest = mech_max(largest, mech_abs(a[i * width + j]));
         }
         a[i * width + n] = target[i];
@@ -99,11 +117,11 @@ int mech_solve_rows(mech_solver *s, int n, const int *set, const mech_real *targ
     return rank;
 }
 
-void mech_apply_impulses(mech_solver *s)
+void mech_rows_apply_impulses(mech_solver *s)
 {
     const mech_model *m = s->model;
     const mech_hybrid *h = m->hybrid;
-    mech_modes *e = s->modes;
+    mech_event_state *e = s->events;
     const int width = m->nv + e->n_rows;
     mech_real lost = 0, supplied = 0;
     memset(e->change, 0, (size_t)width * sizeof(mech_real));
@@ -113,10 +131,10 @@ void mech_apply_impulses(mech_solver *s)
     for (int i = 0; i < e->n_rows; i++) {
         const mech_real *change = e->change + m->nv + i;
         if (mech_row_of(s, i)->kind != MECH_STEP_ROW) {
-            lost -= e->impulse[i] * (*mech_rate(s, i) + *change / 2);
-            supplied -= e->impulse[i] * mech_value(s, i, MECH_DRIFT);
+            lost -= e->impulse[i] * (*mech_row_rate(s, i) + *change / 2);
+            supplied -= e->impulse[i] * mech_row_value(s, i, MECH_DRIFT);
         }
-        *mech_rate(s, i) += *change;
+        *mech_row_rate(s, i) += *change;
         e->impulse[i] = 0;
     }
     for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
@@ -124,25 +142,25 @@ void mech_apply_impulses(mech_solver *s)
     if (h->supplied >= 0) s->y[h->supplied] += supplied;
 }
 
-int mech_partner(const mech_solver *s, int i)
+int mech_row_partner(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i), *next = row + 1;
-    if (i + 1 >= s->modes->n_rows || row->kind != MECH_FRICTION || next->kind != MECH_FRICTION) return -1;
+    if (i + 1 >= s->events->n_rows || row->kind != MECH_FRICTION || next->kind != MECH_FRICTION) return -1;
     return row->normal >= 0 && next->normal == row->normal ? i + 1 : -1;
 }
 
-mech_real mech_size_of(const mech_solver *s, int i, int which)
+mech_real mech_row_size(const mech_solver *s, int i, int which)
 {
-    const int j = mech_partner(s, i);
-    const mech_real a = mech_value(s, i, which), b = j < 0 ? 0 : mech_value(s, j, which);
+    const int j = mech_row_partner(s, i);
+    const mech_real a = mech_row_value(s, i, which), b = j < 0 ? 0 : mech_row_value(s, j, which);
     return j < 0 ? mech_abs(a) : mech_sqrt(a * a + b * b);
 }
 
-int mech_falls_back(const mech_solver *s, int i, mech_real rate)
+int mech_row_falls_back(const mech_solver *s, int i, mech_real rate)
 {
     mech_real length = 0; /* what rounding of the coordinates leaves of a gap goes with their size */
     for (int k = 0; k < s->model->nq; k++)
         length = mech_max(length, mech_max(mech_nominal(s, k), mech_abs(s->y[k])));
-    const mech_real height = MECH_C(1e-13) * s->modes->gap_scale[i] + 100 * MECH_EPSILON * length;
-    return rate * rate <= -2 * mech_value(s, i, MECH_SECOND) * height;
+    const mech_real height = MECH_C(1e-13) * s->events->gap_scale[i] + 100 * MECH_EPSILON * length;
+    return rate * rate <= -2 * mech_row_value(s, i, MECH_SECOND) * height;
 }

@@ -7,13 +7,19 @@
  */
 #include <string.h>
 
-#include "hybrid.h"
+#include "begin.h"
+#include "indicators.h"
 #include "instance.h"
+#include "instant.h"
+#include "modes.h"
+#include "overshoot.h"
+#include "rows.h"
+#include "schedule.h"
 
 /* The share of its size that is added to an indicator. Forces are differences of larger ones. */
 static mech_real margin(const fmu *f, int k)
 {
-    const mech_modes *e = f->s->modes;
+    const mech_event_state *e = f->s->events;
     const mech_real *size = mech_indicator_size(f->s, k);
     return (size >= e->force && size < e->force + e->n_rows ? MECH_C(1e-9) : MECH_C(1e-10)) * f->noise[k] * *size;
 }
@@ -33,7 +39,7 @@ static void hand_over(fmu *f, mech_real t)
 static void forget(fmu *f)
 {
     const mech_model *m = f->m;
-    memset(f->s->modes->z, 0, mech_modes_numbers(m) * sizeof(mech_real));
+    memset(f->s->events->z, 0, mech_event_state_numbers(m) * sizeof(mech_real));
     if (m->discretes) m->discretes(f->st->t, f->y, f->u, f->scratch, f->p, f->z);
     f->s->run->begun = f->s->run->pending = 0;
 }
@@ -42,8 +48,8 @@ static int look(fmu *f)
 {
     forget(f);
     hand_over(f, f->st->t);
-    int outcome = mech_look(f->s);
-    if (!outcome) outcome = mech_choose_modes(f->s, -1);
+    int outcome = mech_begin_look(f->s);
+    if (!outcome) outcome = mech_modes_choose(f->s, -1);
     return outcome < 0 ? fmu_failed(f, outcome) : FMU_OK;
 }
 
@@ -51,7 +57,7 @@ static int start(fmu *f)
 {
     forget(f);
     hand_over(f, f->st->t);
-    const int outcome = f->is_co_simulation ? mech_begin_hybrid(f->s) : mech_begin_modes(f->s);
+    const int outcome = f->is_co_simulation ? mech_begin_run(f->s) : mech_begin_events(f->s);
     if (outcome >= 0) memcpy(f->y, f->s->y, (size_t)f->ny * sizeof(mech_real));
     fmu_touch(f);
     return outcome;
@@ -75,10 +81,10 @@ static int begin(fmu *f)
 /* Sizes grow with what is seen; the indicator that is furthest behind its zero, or -1. */
 static int furthest(fmu *f)
 {
-    mech_modes *e = f->s->modes;
+    mech_event_state *e = f->s->events;
     int found = -1;
     mech_real worst = 0;
-    if (e->n) mech_indicate(f->s, f->s->run->report.t, f->s->y, e->w, NULL);
+    if (e->n) mech_indicators_read(f->s, f->s->run->report.t, f->s->y, e->w, NULL);
     for (int k = 0; k < e->n; k++) {
         mech_real *size = mech_indicator_size(f->s, k);
         mech_widen(size, e->w[k]);
@@ -95,7 +101,7 @@ static int furthest(fmu *f)
 static void judge(fmu *f, int passed)
 {
     const mech_hybrid *h = f->m->hybrid;
-    const mech_modes *e = f->s->modes;
+    const mech_event_state *e = f->s->events;
     const int row = passed - h->n_switches;
     if (row < 0 || h->rows[row].kind != MECH_CONTACT) return;
     const int hit = e->last_hit[row] == f->s->run->report.t;
@@ -111,10 +117,10 @@ static int exchange(fmu *f)
     if (fmu_project(f)) return MECH_OFF_CONSTRAINTS;
     hand_over(f, st->next <= st->t + close ? st->next : st->t);
     const int passed = furthest(f);
-    const mech_real late = mech_catch_rows(f->s);
-    const int outcome = mech_happen(f->s, furthest(f), 1);
+    const mech_real late = mech_overshoot_go_back(f->s);
+    const int outcome = mech_instant_happen(f->s, furthest(f), 1);
     judge(f, passed);
-    if (outcome == MECH_RUNNING) mech_catch_up(f->s, late);
+    if (outcome == MECH_RUNNING) mech_overshoot_go_on(f->s, late);
     if (outcome >= 0) furthest(f);
     return outcome;
 }
@@ -132,7 +138,7 @@ static int co_simulate(fmu *f)
     if (!f->st->solver_stale) return MECH_RUNNING;
     fmu_list_tables(f);
     mech_write(s, f->y);
-    return mech_begin_hybrid(s);
+    return mech_begin_run(s);
 }
 
 static int update(fmu *f, fmu_news *news)
@@ -151,7 +157,7 @@ static int update(fmu *f, fmu_news *news)
     st->solver_stale = 0;
     note_end(f, outcome);
     news->ends = st->ended;
-    news->next = st->next = mech_next_time(s);
+    news->next = st->next = mech_schedule_next(s);
     news->again = st->next <= st->t;
     return FMU_OK;
 }
@@ -159,7 +165,7 @@ static int update(fmu *f, fmu_news *news)
 static int indicators(fmu *f)
 {
     const mech_hybrid *h = f->m->hybrid;
-    const int n = f->s->modes->n;
+    const int n = f->s->events->n;
     h->indicators(f->st->t, f->y, f->u, f->z, f->p, f->w);
     for (int k = 0; k < n; k++) {
         if (k < h->n_switches && f->z[h->switches[k]] > MECH_C(0.5)) f->w[k] = -f->w[k];
@@ -171,11 +177,11 @@ static int indicators(fmu *f)
 static int drifts(fmu *f)
 {
     const mech_hybrid *h = f->m->hybrid;
-    const mech_modes *e = f->s->modes;
+    const mech_event_state *e = f->s->events;
     int far = 0;
     hand_over(f, f->st->t);
     furthest(f);
-    if (h->n_rows) mech_read_rows(f->s);
+    if (h->n_rows) mech_rows_read(f->s);
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
         if (row->flag < 0 || !(f->z[row->flag] > MECH_C(0.5))) continue;

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "method.h"
+
 const char *const fmu_categories[FMU_N_CATEGORIES] = {"logStatusWarning", "logStatusDiscard", "logStatusError",
                                                       "logStatusFatal", "logEvents"};
 
@@ -20,6 +22,20 @@ int fmu_fail(fmu *f, int status, const char *format, ...)
     if (f->log && (status >= FMU_ERROR || (f->logging && (f->categories >> (status - 1) & 1u))))
         f->log(f, status, fmu_categories[status - 1], text);
     return status;
+}
+
+int fmu_undefined(fmu *f, const char *what)
+{
+    /* an importer can take a smaller step in continuous time only */
+    const int smaller = f->st->mode & (FMU_CONTINUOUS | FMU_STEP);
+    return fmu_fail(f, smaller ? FMU_DISCARD : FMU_ERROR, "at time %g %s", f->st->t, what);
+}
+
+int fmu_finite(const mech_real *x, int n)
+{
+    mech_real sum = 0;
+    for (int i = 0; i < n; i++) sum += x[i] - x[i];
+    return sum == 0;
 }
 
 void fmu_tell(fmu *f, int category, const char *message)

@@ -16,7 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "method.h"
+#include "run.h"
 
 enum { FMU_OK = 0, FMU_WARNING = 1, FMU_DISCARD = 2, FMU_ERROR = 3, FMU_FATAL = 4 };
 
@@ -119,7 +119,7 @@ struct fmu {
     mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
     mech_real *slopes; /* [ny + nu + 1 + np] of derivatives.c                                   */
     mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
-    mech_real *room;  /* of starts.c                                                             */
+    mech_real *room;  /* of constraints.c                                                        */
     int n_w;          /* event indicators of the kernel                                          */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
@@ -185,10 +185,11 @@ int fmu_check_state(fmu *f, const void *bytes, size_t size);
 /* Tolerance and times of the experiment, and the inputs, as the solver wants them. */
 void fmu_set_experiment(fmu *f);
 void fmu_list_tables(fmu *f);
+/* The largest distance of a unit quaternion from length one. */
+mech_real fmu_off_unit(const fmu *f);
 /* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */
 int fmu_project(fmu *f);
-/* The initial state after a change from outside; during initialisation it meets the constraints. */
-int fmu_start_values(fmu *f);
+/* The same for an initial state after a change from outside. */
 int fmu_meet_constraints(fmu *f);
 /* Tells why a run failed; gives the status. */
 int fmu_failed(fmu *f, int outcome);

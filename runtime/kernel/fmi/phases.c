@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "instance.h"
+#include "projection.h"
 
 int fmu_plan_experiment(fmu *f, int tolerance_defined, mech_real tolerance, mech_real start, int stop_defined,
                         mech_real stop)
@@ -68,25 +69,6 @@ int fmu_exit_initialisation(fmu *f)
                  : FMU_OK;
 }
 
-/* The largest distance of a unit quaternion from length one. */
-static mech_real off_unit(const fmu *f)
-{
-    mech_real largest = 0;
-    for (int k = 0; k < f->m->n_rotations; k++) {
-        const mech_real *e = f->y + f->m->rotations[k];
-        const mech_real off = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3] - 1;
-        largest = mech_max(largest, mech_abs(off));
-    }
-    return largest;
-}
-
-/* Only a quaternion off by more than rounding is changed: the solver normalises, too, and once is enough. */
-int fmu_project(fmu *f)
-{
-    if (off_unit(f) > 16 * MECH_EPSILON) mech_normalise(f->m, f->y);
-    return f->m->n_velocity ? mech_project(f->s, f->st->t, f->y) : MECH_RUNNING;
-}
-
 int fmu_completed_step(fmu *f, int *event)
 {
     const mech_model *m = f->m;
@@ -94,7 +76,7 @@ int fmu_completed_step(fmu *f, int *event)
     int status = fmu_refresh_initial(f);
     if (!status) status = check_assertions(f);
     if (status) return status;
-    if (off_unit(f) > f->st->tolerance) *event = 1;
+    if (fmu_off_unit(f) > f->st->tolerance) *event = 1;
     if (m->n_velocity) {
         /* the size of a correction over the nominal values, without making it */
         mech_real *moved = f->scratch;

@@ -17,20 +17,6 @@ enum fmu_place fmu_find(const fmu *f, uint32_t vr, int *index)
     return FMU_NOTHING;
 }
 
-int fmu_undefined(fmu *f, const char *what)
-{
-    /* an importer can take a smaller step in continuous time only */
-    const int smaller = f->st->mode & (FMU_CONTINUOUS | FMU_STEP);
-    return fmu_fail(f, smaller ? FMU_DISCARD : FMU_ERROR, "at time %g %s", f->st->t, what);
-}
-
-int fmu_finite(const mech_real *x, int n)
-{
-    mech_real sum = 0;
-    for (int i = 0; i < n; i++) sum += x[i] - x[i];
-    return sum == 0;
-}
-
 int fmu_refresh_parameters(fmu *f)
 {
     if (!f->st->stale_parameters) return FMU_OK;
@@ -55,6 +41,25 @@ int fmu_refresh_inputs(fmu *f)
     return FMU_OK;
 }
 
+/* The formulas of the model for the initial state. */
+static int start_values(fmu *f)
+{
+    const fmu_description *d = f->d;
+    const mech_model *m = f->m;
+    mech_real *value = f->scratch;
+    m->initial(f->st->t, f->y, f->u, f->z, f->p, value);
+    for (int i = 0; i < f->ny; i++)
+        if (!f->y_set[i] && !d->y_given[i]) f->y[i] = value[i];
+    for (int k = 0; k < d->n_dependent; k++) { /* one of them may be stated with another */
+        d->others(f->st->t, f->y, f->u, f->z, f->p, value);
+        for (int j = 0; j < d->n_dependent; j++) {
+            const int i = d->dependent[j];
+            if (!f->y_set[i] && !d->y_given[i]) f->y[i] = value[j];
+        }
+    }
+    return fmu_finite(f->y, f->ny) ? FMU_OK : fmu_undefined(f, "an initial value is not finite");
+}
+
 int fmu_refresh_initial(fmu *f)
 {
     fmu_state *st = f->st;
@@ -62,7 +67,7 @@ int fmu_refresh_initial(fmu *f)
     if (status || !st->stale_initial || st->mode > FMU_INITIALISATION) return status;
     const mech_model *m = f->m;
     if (m->discretes) m->discretes(st->t, f->y, f->u, f->scratch, f->p, f->z);
-    if (st->off) status = fmu_start_values(f); /* else the values of the exporter hold */
+    if (st->off) status = start_values(f); /* else the values of the exporter hold */
     if (status) return status;
     if (st->mode == FMU_INITIALISATION) {
         fmu_list_tables(f);

@@ -4,7 +4,7 @@
  * section II.5 (method, error estimate), II.6 (dense output), IV.2 of volume II (detection of stiffness).
  */
 #include "dop853_tableau.h"
-#include "method.h"
+#include "hermite.h"
 
 #if defined(__GNUC__)
 #define ALWAYS_INLINE static inline __attribute__((always_inline))

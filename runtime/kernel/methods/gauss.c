@@ -11,6 +11,7 @@
  * methods, BIT 48, 2008.
  */
 #include "gauss_tableau.h"
+#include "hermite.h"
 
 enum { MAX_FIXED_POINT = 60, MAX_NEWTON = 20 };
 

@@ -3,7 +3,7 @@
  * positions are good to more than order 4, velocities get the slope of their polynomial in the middle, too;
  * else that would magnify their error.
  */
-#include "method.h"
+#include "hermite.h"
 
 void mech_quintic(mech_solver *s, mech_real h)
 {

@@ -15,6 +15,7 @@
  */
 #include <string.h>
 
+#include "hermite.h"
 #include "linear.h"
 #include "lobatto_tableau.h"
 

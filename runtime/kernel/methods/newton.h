@@ -10,7 +10,7 @@
 #ifndef MECH_NEWTON_H
 #define MECH_NEWTON_H
 
-#include "linear.h"
+#include "shifted.h"
 
 enum { MECH_MAX_STAGES = 4 };
 

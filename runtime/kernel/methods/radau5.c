@@ -10,6 +10,7 @@
  * and, at the beginning, that of the collocation polynomial p plus (I - h gamma J)^-1 (f(y) - p'): f(y)
  * itself, for order 4 in place of 3, but bounded where h J is not.
  */
+#include "method.h"
 #include "stages.h"
 
 static const mech_real C1 = MECH_C(0.1550510257216821901802715925294108608034);

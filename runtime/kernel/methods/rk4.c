@@ -2,7 +2,7 @@
  *
  * W. Kutta, Beitrag zur naeherungsweisen Integration totaler Differentialgleichungen, 1901.
  */
-#include "method.h"
+#include "hermite.h"
 
 static mech_real attempt(mech_solver *s, mech_real h)
 {

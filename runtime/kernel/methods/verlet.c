@@ -4,7 +4,7 @@
  * E. Hairer, C. Lubich, G. Wanner, Geometric numerical integration illustrated by the Stoermer-Verlet
  * method, Acta Numerica 12, 2003.
  */
-#include "method.h"
+#include "hermite.h"
 
 static int lacks(const mech_model *model) { return model->separable ? MECH_RUNNING : MECH_NEEDS_SEPARABLE; }
 

@@ -3,9 +3,9 @@
  *
  * E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, 2nd ed., Springer 1996, section VII.2.
  */
-#include <string.h>
+#include "projection.h"
 
-#include "method.h"
+#include <string.h>
 
 enum { MAX_CORRECTIONS = 10 };
 

@@ -1,10 +1,10 @@
-/* The solver: creation, and all access to it but stepping (advance.c). */
+/* The solver: creation, and all access to it but taking a run on (advance.c). */
 #include "solver.h"
 
 #include <stdlib.h>
 #include <string.h>
 
-#include "hybrid.h"
+#include "events.h"
 #include "method.h"
 
 int mech_kernel_version(void) { return MECH_KERNEL_VERSION; }
@@ -38,7 +38,7 @@ static size_t projection_numbers(const mech_model *model)
     return (size_t)(model->n_position + 2 * model->n_velocity + 2 * (model->nq + model->nv) + model->nx);
 }
 
-/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, drift, project, modes, segments. */
+/* The changing block: run, then y, dy, y_new, dy_new, work, dense, u, checks, drift, project, events, segments. */
 static size_t block_numbers(const mech_model *model, const mech_method *method, int ny)
 {
     return (size_t)ny * (size_t)(4 + method->n_dense) + work_numbers(model, method, ny) + (size_t)model->nu +
@@ -56,11 +56,11 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     const size_t size = sizeof(mech_run) + numbers + (size_t)options->n_tables * sizeof(int);
     mech_solver *s = calloc(1, sizeof *s);
     mech_run *run = calloc(1, size);
-    mech_modes *modes = model->hybrid ? calloc(1, sizeof *modes) : NULL;
-    if (!s || !run || (model->hybrid && !modes)) {
+    mech_event_state *events = model->hybrid ? calloc(1, sizeof *events) : NULL;
+    if (!s || !run || (model->hybrid && !events)) {
         free(s);
         free(run);
-        free(modes);
+        free(events);
         return NULL;
     }
     s->model = model;
@@ -82,12 +82,12 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     s->drift = s->checks + model->n_assertions;
     s->project = model->project_velocity ? s->drift + model->n_position + model->n_velocity : NULL;
     mech_real *rest = s->drift + projection_numbers(model);
-    s->modes = modes;
-    if (modes) {
-        mech_events->attach(modes, model, rest);
+    s->events = events;
+    if (events) {
+        mech_events->attach(events, model, rest);
         rest += mech_events->numbers(model);
-        memcpy(modes->z, options->z, (size_t)model->nz * sizeof(mech_real));
-        s->o.z = modes->z;
+        memcpy(events->z, options->z, (size_t)model->nz * sizeof(mech_real));
+        s->o.z = events->z;
     }
     s->segments = (int *)rest;
     run->report.t = run->origin = options->t0;
@@ -105,7 +105,7 @@ void mech_free(mech_solver *s)
 {
     if (!s) return;
     free(s->run);
-    free(s->modes);
+    free(s->events);
     free(s);
 }
 
@@ -164,13 +164,4 @@ void mech_load(mech_solver *s, const void *memory)
     memcpy(s->run, memory, s->size);
     s->method = mech_methods[s->run->report.method];
     if (s->run->started && s->method->attach) s->method->attach(s);
-}
-
-void mech_normalise(const mech_model *model, mech_real *y)
-{
-    for (int k = 0; k < model->n_rotations; k++) {
-        mech_real *e = y + model->rotations[k];
-        mech_real factor = 1 / mech_sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3]);
-        for (int i = 0; i < 4; i++) e[i] *= factor;
-    }
 }

@@ -1,30 +1,31 @@
-/* Initial states after parameters, inputs or states were set: the formulas of the model, then its constraints.
+/* States taken to the constraints.
  *
- * A projection moves everything. What was stated must not move: displacements within the constraints put it back, by
- * Newton's method. They are what a projection leaves of unit displacements.
+ * A projection moves everything. What was stated of an initial state must not move: displacements within the
+ * constraints put it back, by Newton's method. They are what a projection leaves of unit displacements.
  */
 #include <string.h>
 
 #include "instance.h"
+#include "projection.h"
 
 enum { MOST_ROUNDS = 30 };
 
-int fmu_start_values(fmu *f)
+mech_real fmu_off_unit(const fmu *f)
 {
-    const fmu_description *d = f->d;
-    const mech_model *m = f->m;
-    mech_real *value = f->scratch;
-    m->initial(f->st->t, f->y, f->u, f->z, f->p, value);
-    for (int i = 0; i < f->ny; i++)
-        if (!f->y_set[i] && !d->y_given[i]) f->y[i] = value[i];
-    for (int k = 0; k < d->n_dependent; k++) { /* one of them may be stated with another */
-        d->others(f->st->t, f->y, f->u, f->z, f->p, value);
-        for (int j = 0; j < d->n_dependent; j++) {
-            const int i = d->dependent[j];
-            if (!f->y_set[i] && !d->y_given[i]) f->y[i] = value[j];
-        }
+    mech_real largest = 0;
+    for (int k = 0; k < f->m->n_rotations; k++) {
+        const mech_real *e = f->y + f->m->rotations[k];
+        const mech_real off = e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + e[3] * e[3] - 1;
+        largest = mech_max(largest, mech_abs(off));
     }
-    return fmu_finite(f->y, f->ny) ? FMU_OK : fmu_undefined(f, "an initial value is not finite");
+    return largest;
+}
+
+/* Only a quaternion off by more than rounding is changed: the solver normalises, too, and once is enough. */
+int fmu_project(fmu *f)
+{
+    if (fmu_off_unit(f) > 16 * MECH_EPSILON) mech_normalise(f->m, f->y);
+    return f->m->n_velocity ? mech_project(f->s, f->st->t, f->y) : MECH_RUNNING;
 }
 
 /* Solves a[n][n + 1] in place, by complete pivoting; what depends on the rest gets 0. */

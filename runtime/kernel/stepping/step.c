@@ -1,10 +1,12 @@
-/* Stepping: from one accepted step to the next, up to a given time. */
+/* Steps: attempted, made smaller until one is good, accepted. */
+#include "step.h"
+
 #include <string.h>
 
-#include "advance.h"
-#include "clock.h"
-#include "hybrid.h"
 #include "method.h"
+#include "output.h"
+#include "pieces.h"
+#include "projection.h"
 
 /* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
 enum { STIFF_HITS = 15, CALM_HITS = 25 };
@@ -18,46 +20,6 @@ static const mech_real OTHER_STAGES = MECH_C(0.85);
 static const mech_real DENSE_BOUND = MECH_C(10.0);
 /* Share of that bound below which it does not hold back the next step: rounding is seen in so small estimates. */
 static const mech_real DENSE_NOTED = MECH_C(0.1);
-
-int mech_fail(mech_solver *s, int status, int index)
-{
-    s->run->report.failed_index = index;
-    return s->run->report.status = status;
-}
-
-/* Names the first derivative, in the order of evaluation, that is not finite. */
-static int fail_not_finite(mech_solver *s, const mech_real *first, int n_first)
-{
-    for (int i = 0; i < n_first; i++)
-        if (!mech_finite(first[i])) {
-            s->run->report.failed_value = first[i];
-            return mech_fail(s, MECH_NOT_FINITE, i % s->ny);
-        }
-    return MECH_RUNNING;
-}
-
-int mech_check_assertions(mech_solver *s)
-{
-    const int n = s->model->n_assertions;
-    const mech_real t = s->run->report.t;
-    if (!n) return MECH_RUNNING;
-    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    s->model->assertions(t, s->y, s->u, s->o.z, s->o.p, s->checks);
-    for (int i = 0; i < n; i++)
-        if (!(s->checks[i] > MECH_C(0.5))) return mech_fail(s, MECH_ASSERTION, i);
-    return MECH_RUNNING;
-}
-
-/* Puts the tables on the pieces that begin at the present time; the derivative may jump there. */
-int mech_enter_pieces(mech_solver *s)
-{
-    const mech_real t = s->run->report.t;
-    for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], t);
-    while (s->run->next_stop < s->o.n_stops && s->o.stops[s->run->next_stop] <= t) s->run->next_stop++;
-    mech_rhs(s, t, s->y, s->dy);
-    if (s->method->begin) s->method->begin(s, !s->run->started);
-    return fail_not_finite(s, s->dy, s->ny);
-}
 
 static mech_real scaled_norm(const mech_solver *s, const mech_real *a, const mech_real *b)
 {
@@ -84,39 +46,13 @@ static mech_real first_step(mech_solver *s)
     return mech_min(mech_min(100 * h, h1), longest);
 }
 
-static void write_grid(mech_solver *s, mech_real t_new, mech_real h)
-{
-    mech_report *r = &s->run->report;
-    const size_t bytes = (size_t)s->ny * sizeof(mech_real);
-    for (; r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new; r->n_grid++) {
-        mech_real *row = s->o.grid_y + (size_t)r->n_grid * (size_t)s->ny;
-        if (s->o.grid[r->n_grid] == t_new) {
-            memcpy(row, s->y_new, bytes);
-            continue;
-        }
-        mech_dense_at(s->dense, s->n_dense, s->ny, (s->o.grid[r->n_grid] - r->t) / h, row);
-        mech_normalise(s->model, row);
-    }
-}
-
-static void write_record(mech_solver *s, mech_real h)
-{
-    mech_report *r = &s->run->report;
-    const size_t n = (size_t)s->ny * (size_t)s->n_dense;
-    mech_real *row = s->o.record + (size_t)r->n_record * (n + 2);
-    row[0] = r->t;
-    row[1] = h;
-    memcpy(row + 2, s->dense, n * sizeof(mech_real));
-    r->n_record++;
-}
-
-int mech_start(mech_solver *s)
+int mech_step_start(mech_solver *s)
 {
     mech_run *run = s->run;
     int status = mech_method_lacks(s->o.method, s->model);
     if (status) return mech_fail(s, status, -1);
-    status = mech_enter_pieces(s);
-    if (!status) status = mech_check_assertions(s);
+    status = mech_piece_enter(s);
+    if (!status) status = mech_piece_check(s);
     if (status) return status;
     run->started = 1;
     run->after_rejection = 0;
@@ -128,7 +64,7 @@ int mech_start(mech_solver *s)
         run->report.dt = s->o.dt;
     }
     memcpy(s->y_new, s->y, (size_t)s->ny * sizeof(mech_real));
-    write_grid(s, run->report.t, 1); /* only a row at the present time: nothing precedes it */
+    mech_output_grid(s, run->report.t, 1); /* only a row at the present time: nothing precedes it */
     return MECH_RUNNING;
 }
 
@@ -180,8 +116,7 @@ static void change_method(mech_solver *s, const mech_method *method)
     if (method->begin) method->begin(s, 1);
 }
 
-/* Takes the attempted step from t to t_new as done; dy_new is known. */
-int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
+int mech_step_accept(mech_solver *s, mech_real t_new, mech_real h)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -199,8 +134,8 @@ int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
     }
     if (s->o.record_capacity || (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new))
         mech_fill_dense(s, h);
-    if (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new) write_grid(s, t_new, h);
-    if (s->o.record_capacity) write_record(s, h);
+    if (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] <= t_new) mech_output_grid(s, t_new, h);
+    if (s->o.record_capacity) mech_output_record(s, h);
     if (h < r->dt_min) r->dt_min = h;
     if (h > r->dt_max) r->dt_max = h;
     r->t = t_new;
@@ -210,18 +145,18 @@ int mech_accept(mech_solver *s, mech_real t_new, mech_real h)
     run->dense_of = 0;
     if (other) change_method(s, other);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
-        int status = mech_enter_pieces(s);
+        int status = mech_piece_enter(s);
         if (status) return status;
     }
-    return mech_check_assertions(s);
+    return mech_piece_check(s);
 }
 
 /* Where the steps have become too small: names what is to blame. */
 static int give_up(mech_solver *s, int undefined)
 {
     if (s->run->trouble) return mech_fail(s, s->run->trouble, -1);
-    if (undefined && (fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
-                      fail_not_finite(s, s->dy_new, s->ny)))
+    if (undefined && (mech_fail_not_finite(s, s->work, s->ny * s->method->n_stages) ||
+                      mech_fail_not_finite(s, s->dy_new, s->ny)))
         return s->run->report.status;
     int worst = 0;
     mech_real largest = -1;
@@ -240,7 +175,8 @@ static int give_up(mech_solver *s, int undefined)
 static int wants_dense(const mech_solver *s, mech_real t_new)
 {
     const mech_report *r = &s->run->report;
-    return s->o.record_capacity || (s->modes && s->modes->n) ||
+    const mech_hybrid *h = s->model->hybrid;
+    return s->o.record_capacity || (h && h->n_switches + h->n_rows) ||
            (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
 }
 
@@ -320,7 +256,7 @@ static mech_real after_success(mech_solver *s, mech_real h, mech_real error)
     return mech_min(next, s->o.dt_max);
 }
 
-int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
+int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -350,32 +286,4 @@ int mech_try_step(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
         *taken = h;
         return MECH_RUNNING;
     }
-}
-
-static int advance(mech_solver *s, mech_real t_end, long max_steps)
-{
-    mech_run *run = s->run;
-    if (run->report.status < 0) return run->report.status;
-    if (!run->started) {
-        int status = mech_start(s);
-        if (status) return status;
-    }
-    for (long taken = 0; run->report.t < t_end; taken++) {
-        if (taken == max_steps) return MECH_RUNNING;
-        if (s->o.record_capacity && run->report.n_record == s->o.record_capacity) return MECH_RECORD_FULL;
-        const int stop = run->next_stop < s->o.n_stops && s->o.stops[run->next_stop] < t_end;
-        mech_real t_new, h;
-        int status = mech_try_step(s, stop ? s->o.stops[run->next_stop] : t_end, &t_new, &h);
-        if (!status) status = mech_accept(s, t_new, h);
-        if (status) return status;
-    }
-    return MECH_REACHED;
-}
-
-int mech_advance(mech_solver *s, mech_real t_end, long max_steps)
-{
-    const double begun = mech_clock();
-    const int status = s->modes ? mech_events->advance(s, t_end, max_steps) : advance(s, t_end, max_steps);
-    s->run->report.seconds += mech_clock() - begun;
-    return s->run->report.status = status;
 }

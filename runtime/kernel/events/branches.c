@@ -1,0 +1,100 @@
+#include "branches.h"
+
+#include <string.h>
+
+#include "energy.h"
+#include "event_state.h"
+#include "journal.h"
+#include "projection.h"
+
+static void read_inputs(mech_solver *s)
+{
+    if (s->model->nu)
+        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
+}
+
+void mech_branches_read(mech_solver *s, mech_real *out)
+{
+    read_inputs(s);
+    s->model->hybrid->conditions(s->run->report.t, s->y, s->u, s->o.z, s->o.p, out);
+}
+
+/* Stops where branches fire in geometrically shrinking intervals: after MECH_RECENT of them, or as soon as what is
+ * left of the sequence is too short for its rounded positions to tell one side of the condition from the other. */
+static int check_accumulation(mech_solver *s, int branch)
+{
+    enum { FEWEST = 4 };
+    const mech_real shortest = MECH_C(1e-6); /* of the sequence */
+    mech_event_state *e = s->events;
+    const mech_real t = s->run->report.t;
+    int count = (int)e->counters[MECH_FIRED];
+    if (count && e->recent[(count - 1) % MECH_RECENT] == t) return MECH_RUNNING;
+    e->recent[count % MECH_RECENT] = t;
+    e->counters[MECH_FIRED] = ++count;
+    e->counters[MECH_BRANCH] = branch;
+    const int kept = count < MECH_RECENT ? count : MECH_RECENT;
+    mech_real last = 0, second = 0, span = 0;
+    int n = 0;
+    for (mech_real newer = 0; n < kept - 1; n++) {
+        const mech_real interval =
+            e->recent[(count - 1 - n) % MECH_RECENT] - e->recent[(count - 2 - n) % MECH_RECENT];
+        if (n && !(interval > newer)) break;
+        if (n == 0) last = interval;
+        if (n == 1) second = interval;
+        span += interval;
+        newer = interval;
+    }
+    if (n < FEWEST) return MECH_RUNNING;
+    const mech_real left = last * last / (second - last);
+    if (left < shortest * span || (n == MECH_RECENT - 1 && left < MECH_C(1.9) * span))
+        return mech_fail(s, MECH_ZENO, branch);
+    return MECH_RUNNING;
+}
+
+static int act(mech_solver *s, int k)
+{
+    const mech_model *m = s->model;
+    const mech_branch *branch = &m->hybrid->branches[k];
+    mech_event_state *e = s->events;
+    const mech_real before = mech_energy_total(s);
+    read_inputs(s);
+    branch->act(s->run->report.t, s->y, s->u, e->z, s->o.p, e->act);
+    for (int i = 0; i < branch->n_checks; i++)
+        if (!(e->act[s->ny + m->nz + i] > MECH_C(0.5))) {
+            s->run->report.failed_part = i;
+            return mech_fail(s, MECH_BRANCH_ASSERTION, k);
+        }
+    memcpy(s->y, e->act, (size_t)s->ny * sizeof(mech_real));
+    memcpy(e->z, e->act + s->ny, (size_t)m->nz * sizeof(mech_real));
+    mech_normalise(m, s->y);
+    if (s->project) {
+        const int status = mech_project(s, s->run->report.t, s->y);
+        if (status) return mech_fail(s, status, -1);
+    }
+    mech_energy_book(s, mech_energy_total(s) - before);
+    mech_journal_note(s, MECH_WHEN, k, 0);
+    if (branch->terminates) return mech_fail(s, MECH_TERMINATED, k);
+    return check_accumulation(s, k);
+}
+
+int mech_branches_fire(mech_solver *s, int *changed)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_event_state *e = s->events;
+    int served = -1;
+    if (!h->n_branches) return MECH_RUNNING;
+    mech_branches_read(s, e->held_new);
+    for (int k = 0; k < h->n_branches; k++) {
+        const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
+        if (!rises || h->branches[k].event == served) continue;
+        served = h->branches[k].event;
+        const int status = act(s, k);
+        if (status) {
+            s->run->report.failed_index = k;
+            return status;
+        }
+        *changed = k + 1;
+    }
+    memcpy(e->held, e->held_new, (size_t)h->n_branches * sizeof(mech_real));
+    return MECH_RUNNING;
+}

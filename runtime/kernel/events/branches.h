@@ -1,0 +1,13 @@
+/* Branches of events: `when` and what it does. Internal to the kernel. */
+#ifndef MECH_BRANCHES_H
+#define MECH_BRANCHES_H
+
+#include "run.h"
+
+/* out[n_branches]: the conditions at present. */
+void mech_branches_read(mech_solver *s, mech_real *out);
+/* Fires the branches whose conditions have risen: the first one of each event. *changed: the number of the last one,
+   from 1. */
+int mech_branches_fire(mech_solver *s, int *changed);
+
+#endif

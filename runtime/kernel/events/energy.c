@@ -1,0 +1,31 @@
+#include "energy.h"
+
+#include "event_state.h"
+
+mech_real mech_energy_total(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    if (h->total < 0) return 0;
+    if (s->model->nu)
+        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, s->run->report.t, s->o.p, s->u);
+    s->model->outputs(s->run->report.t, s->y, s->u, s->o.z, s->o.p, s->events->outputs);
+    mech_real total = s->events->outputs[h->total];
+    return total;
+}
+
+void mech_energy_book(mech_solver *s, mech_real gain)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    if (h->supplied >= 0 && (gain > 0 || h->dissipated < 0))
+        s->y[h->supplied] += gain;
+    else if (h->dissipated >= 0)
+        s->y[h->dissipated] -= gain;
+}
+
+void mech_energy_supply(mech_solver *s, mech_real before)
+{
+    const int account = s->model->hybrid->supplied;
+    if (account < 0) return;
+    const mech_real after = mech_energy_total(s), gain = after - before;
+    if (mech_abs(gain) > MECH_C(1e-12) * (mech_abs(before) + mech_abs(after))) s->y[account] += gain;
+}

@@ -1,0 +1,56 @@
+/* What runs with events remember between their steps. Internal to the kernel.
+ *
+ * Words. A *switch* is a relation frozen between events; a *row* a contact, a friction or a constraint that can be
+ * switched (model.h). w = g with the sign that the present mode keeps at w >= 0; an event is where w leaves that.
+ */
+#ifndef MECH_EVENT_STATE_H
+#define MECH_EVENT_STATE_H
+
+#include "run.h"
+
+enum {
+    MECH_SAMPLES = 6,    /* both ends of a step and three between, and room for one more             */
+    MECH_RECENT = 50,    /* firings of branches that are looked at for ever shorter intervals        */
+    MECH_MOST_ROWS = 64  /* rows of a model: mech_begin_look refuses more, lists of different rows hold them */
+};
+
+typedef struct mech_event_state {
+    int n, n_rows;          /* indicators: n_switches + n_rows                               */
+    mech_real *z;
+    mech_real *w;           /* [MECH_SAMPLES][n]                                             */
+    mech_real *rate;        /* [MECH_SAMPLES][n] dw/dt                                       */
+    mech_real *scale, *rate_scale; /* [n] largest |w| and |dw/dt| so far                     */
+    mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
+    mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */
+    mech_real *gap_scale, *speed, *force; /* [n_rows] largest values so far                  */
+    mech_real *mobility;    /* [n_rows] largest response of a row to itself so far           */
+    mech_real *response;    /* [n_rows][nv + n_rows] by unit impulses                        */
+    mech_real *impulse, *change; /* [n_rows]                                                 */
+    mech_real *matrix;      /* [n_rows][n_rows + 1] of a linear system                       */
+    mech_real *flags, *signs; /* [n_rows] before the instant                                 */
+    mech_real *open, *slides; /* [n_rows] at the present instant: let go (1), stays though it rises (-1); slides so */
+    mech_real *last_hit, *delay; /* [n_rows] time of the last impact; until the bounces that are left out end */
+    mech_real *held, *held_new; /* [n_branches] conditions                                   */
+    mech_real *act;         /* [ny + nz + checks]                                            */
+    mech_real *y_at, *move; /* [ny] a state; a displacement                                  */
+    mech_real *y_before, *z_before, *outputs, *times;
+    mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
+    mech_real *counters;    /* [MECH_COUNTERS]                                               */
+} mech_event_state;
+
+/* Places in counters. */
+enum {
+    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_COUNTERS
+};
+
+/* Lets a size grow to |x|; what is infinite or not a number has no size, and must not spoil those to come. */
+static inline void mech_widen(mech_real *size, mech_real x)
+{
+    if (mech_finite(x)) *size = mech_max(*size, mech_abs(x));
+}
+
+/* Numbers that a model needs, and their places in memory that begins at `memory`. */
+size_t mech_event_state_numbers(const mech_model *model);
+void mech_event_state_attach(mech_event_state *e, const mech_model *model, mech_real *memory);
+
+#endif

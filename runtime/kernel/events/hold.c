@@ -1,0 +1,64 @@
+#include "hold.h"
+
+#include <string.h>
+
+void mech_hold_close_gaps(mech_solver *s, int n, const int *rows)
+{
+    const mech_model *m = s->model;
+    mech_event_state *e = s->events;
+    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = -mech_row_value(s, rows[k], MECH_GAP);
+    mech_rows_solve(s, n, rows, target, x);
+    memcpy(e->y_at, s->y, (size_t)s->ny * sizeof(mech_real));
+    for (int i = 0; i < m->nv; i++) {
+        e->y_at[m->nq + i] = 0;
+        for (int k = 0; k < n; k++) e->y_at[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    }
+    /* q' = N(q) v, with the correction in the place of v */
+    mech_rhs(s, s->run->report.t, e->y_at, e->move);
+    for (int i = 0; i < m->nq; i++) s->y[i] += e->move[i];
+    mech_normalise(m, s->y);
+    mech_rows_read(s);
+    mech_rows_find_response(s);
+}
+
+void mech_hold_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
+{
+    const mech_model *m = s->model;
+    mech_event_state *e = s->events;
+    mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
+    const int width = m->nv + e->n_rows;
+    for (int k = 0; k < n; k++) target[k] = aim[k] - mech_row_value(s, rows[k], MECH_RATE);
+    mech_rows_solve(s, n, rows, target, x);
+    for (int k = 0; k < n; k++)
+        for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += x[k] * e->response[rows[k] * width + i];
+    mech_rhs(s, s->run->report.t, s->y, s->dy);
+}
+
+void mech_hold_stop_rates(mech_solver *s, int n, const int *rows)
+{
+    const mech_real aim[MECH_MOST_ROWS] = {0};
+    mech_hold_set_rates(s, n, rows, aim);
+}
+
+int mech_hold_list(const mech_solver *s, int *held)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    int n = 0;
+    for (int i = 0; i < h->n_rows; i++)
+        if (h->rows[i].flag >= 0 && mech_row_holds(s, i)) held[n++] = i;
+    return n;
+}
+
+void mech_hold_state(mech_solver *s)
+{
+    int held[MECH_MOST_ROWS], located = 0;
+    const int n = mech_hold_list(s, held);
+    if (!n) return;
+    mech_rows_read(s);
+    mech_rows_find_response(s);
+    for (int k = 0; k < n; k++) located |= mech_row_value(s, held[k], MECH_GAP) != 0;
+    if (located) mech_hold_close_gaps(s, n, held);
+    mech_hold_stop_rates(s, n, held);
+}

@@ -1,0 +1,39 @@
+#include "indicators.h"
+
+void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *h = m->hybrid;
+    const mech_real *z = s->events->z;
+    if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    h->indicators(t, y, s->u, z, s->o.p, w);
+    if (rate) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
+    for (int k = 0; k < h->n_switches; k++)
+        if (z[h->switches[k]] > MECH_C(0.5)) {
+            w[k] = -w[k];
+            if (rate) rate[k] = -rate[k];
+        }
+}
+
+/* Of a row the mode decides what is measured. */
+mech_real *mech_indicator_size(const mech_solver *s, int k)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_event_state *e = s->events;
+    const int i = k - h->n_switches;
+    if (i < 0 || h->rows[i].flag < 0) return e->scale + k;
+    if (e->z[h->rows[i].flag] > MECH_C(0.5)) return e->force + i;
+    return h->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
+}
+
+mech_real mech_indicator_tolerance(const mech_solver *s, int k)
+{
+    const mech_real *largest = mech_indicator_size(s, k);
+    const int of_force = largest >= s->events->force && largest < s->events->force + s->events->n_rows;
+    return (of_force ? MECH_C(1e-10) : MECH_C(1e-13)) * *largest;
+}
+
+int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w)
+{
+    return mech_abs(w) <= (s->events->fresh[k] > 0 ? 10000 : 1) * mech_indicator_tolerance(s, k);
+}

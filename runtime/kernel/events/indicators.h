@@ -1,0 +1,16 @@
+/* Indicators of events, w >= 0 as long as the modes hold. Internal to the kernel. */
+#ifndef MECH_INDICATORS_H
+#define MECH_INDICATORS_H
+
+#include "event_state.h"
+
+/* w and, where asked for, dw/dt at a state. */
+void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate);
+/* 1 where w vanishes up to rounding. */
+int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w);
+/* The largest size so far of what indicator k measures in its present mode. */
+mech_real *mech_indicator_size(const mech_solver *s, int k);
+/* Of w, up to which it vanishes: forces are differences of larger ones. */
+mech_real mech_indicator_tolerance(const mech_solver *s, int k);
+
+#endif

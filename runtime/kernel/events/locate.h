@@ -1,0 +1,10 @@
+/* Where within a step an event is. Internal to the kernel. */
+#ifndef MECH_LOCATE_H
+#define MECH_LOCATE_H
+
+#include "run.h"
+
+/* Seeks the first one on the attempted step: *hit its indicator or -1, *part where in 0..1. */
+void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
+
+#endif

@@ -1,0 +1,69 @@
+/* One run in memory: all that the kernel knows of it. Internal to the kernel. */
+#ifndef MECH_RUN_H
+#define MECH_RUN_H
+
+#include "inputs.h"
+#include "solver.h"
+
+/* All that changes during a run. */
+typedef struct mech_run {
+    mech_report report;
+    mech_real error_old;
+    mech_real origin;       /* fixed steps are counted from here                             */
+    long long n_fixed;
+    mech_real cut;          /* factor of the step after a failed attempt; 0: the usual one   */
+    int next_stop, after_rejection, started, stiff_hits, calm_hits;
+    int begun;              /* what happens at the start has happened                        */
+    int pending;            /* 1: an event is reached, and waits; pending_hit as of mech_instant */
+    int pending_hit;
+    int trouble;            /* status to give if the present step cannot be taken            */
+    mech_real dense_of;     /* the step from the present time that dense holds; 0: none      */
+    int near_singular;      /* the last step ended in the neighbourhood of a singular position */
+    int avoided;            /* ends of steps that were refused for that                      */
+    int dense_limits;       /* the error between the ends of the step is larger than at them */
+    int turning;            /* something slides on a surface: no Jacobian lasts              */
+} mech_run;
+
+struct mech_solver {
+    const mech_model *model;
+    const struct mech_method *method; /* in use                                              */
+    const struct mech_method *chosen; /* by the caller; the same unless that consists of two        */
+    mech_options o;
+    int ny, n_dense;
+    size_t size;            /* bytes of the changing block that begins at run                */
+    mech_run *run;
+    mech_real *y, *dy, *y_new, *dy_new, *work, *dense, *u, *checks;
+    mech_real *drift, *project; /* of constraints: residuals; room for a projection          */
+    int *segments;          /* the row of each table that holds during the present step      */
+    struct mech_event_state *events; /* models with events only                              */
+    int waits;              /* 1: events are told (MECH_AT_EVENT) before they happen         */
+};
+
+static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    s->model->rhs(t, y, s->u, s->o.z, s->o.p, out);
+    s->run->report.evaluations++;
+}
+
+static inline void mech_jacobian(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    s->model->jacobian(t, y, s->u, s->o.z, s->o.p, out);
+    s->run->report.jacobians++;
+}
+
+/* The size of a value that counts as 1, beside |y|; nominal values as far as the tolerances tell. */
+static inline mech_real mech_nominal(const mech_solver *s, int i)
+{
+    return s->o.rtol > 0 ? s->o.atol[i] / s->o.rtol : 1;
+}
+
+/* Ends the run with a status; gives that. */
+int mech_fail(mech_solver *s, int status, int index);
+
+/* The same for the first of n derivatives, in the order of evaluation, that is not finite; MECH_RUNNING where all
+   are. */
+int mech_fail_not_finite(mech_solver *s, const mech_real *first, int n);
+
+#endif
