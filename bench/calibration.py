@@ -12,7 +12,7 @@ from msgspec import Struct
 import mechc
 from mechc.measurement.benchmark import benchmark
 from mechc.runtime.outcome import Outcome, SimulationError
-from mechc.runtime.reference import Reference
+from mechc.runtime.reference.high_precision import Reference
 
 from .machine import table, write
 from .references import FAILURES, SECONDS, examples, in_parallel

@@ -19,9 +19,9 @@ import numpy as np
 from mechc.compiler.pipeline import compile_source
 from mechc.compiler.problem import make_problem
 from mechc.lang.source import SourceFile
-from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.native import kernel as native
 
 from .machine import table, write
 from .systems import BARS, POINTS_ABSOLUTE, POINTS_RELATIVE, SPATIAL

@@ -7,11 +7,11 @@ import statistics
 
 import mechc
 from mechc.compiler.targets.c import emit_c
-from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.native import Status
-from mechc.runtime.simulate import plan_run
-from mechc.runtime.solver import Solver
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.kernel import Status
+from mechc.runtime.studies.simulate import plan_run
 
 from .machine import table, write
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import mechc
 from mechc.measurement.benchmark import Benchmark, benchmark
 from mechc.measurement.benchmark_report import draw_small
-from mechc.runtime.work_precision import time_to_reach
+from mechc.runtime.reference.work_precision import time_to_reach
 
 from .machine import REPORT, table, write
 from .references import FAILURES, SECONDS, example_references, examples

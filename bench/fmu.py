@@ -10,7 +10,7 @@ import fmpy
 
 import mechc
 from mechc.compiler.targets.fmu.export import Package, make_package, start_of
-from mechc.runtime.build import find_compiler, kernel_flags
+from mechc.runtime.native.build import find_compiler, kernel_flags
 
 from .machine import table, write
 

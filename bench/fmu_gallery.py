@@ -25,7 +25,7 @@ from mechc.compiler.targets.fmu.inspect import behaviour
 from mechc.fmu.documents import native_run
 from mechc.fmu.export import FmuOptions, fmu_packages
 from mechc.lang.diagnostics import CompileError
-from mechc.runtime.accuracy import companion_tolerance
+from mechc.runtime.results.accuracy import companion_tolerance
 
 from .machine import page, table, write
 

@@ -20,7 +20,7 @@ from mechc.compiler.uncollected import uncollected
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
-from mechc.runtime.build import find_compiler, model_flags
+from mechc.runtime.native.build import find_compiler, model_flags
 
 from .machine import table, write
 from .systems import SYSTEMS, System

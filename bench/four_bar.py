@@ -18,12 +18,12 @@ from msgspec import Struct
 
 import mechc
 from mechc.measurement.benchmark import benchmark
-from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.native import Status
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.kernel import Status
 from mechc.runtime.problem import Array
-from mechc.runtime.solver import Solver
 
 from .machine import table, write
 

@@ -12,8 +12,8 @@ import numpy as np
 
 import mechc
 from mechc.measurement.savings import default_case
-from mechc.runtime import native
-from mechc.runtime.build import build_shared, find_compiler, kernel_flags
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.build import build_shared, find_compiler, kernel_flags
 
 DRIVER = Path(__file__).parent / "count_steps.c"
 STEPS = 100

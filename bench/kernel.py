@@ -11,12 +11,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import mechc
-from mechc.runtime import native
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
-from mechc.runtime.native import Status
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.kernel import Status
 from mechc.runtime.problem import Array
-from mechc.runtime.solver import Solver
 
 from .machine import table, write
 

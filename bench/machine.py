@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 REPORT = Path(__file__).parent / "report"
 MADE = "Made in "

@@ -13,9 +13,9 @@ from typing import TypeVar
 import mechc
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.benchmark import benchmark
-from mechc.runtime.build import BuildError
+from mechc.runtime.native.build import BuildError
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.reference import ReferenceFailed
+from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.settings import UsageMistake
 
 T = TypeVar("T")

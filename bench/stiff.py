@@ -13,13 +13,13 @@ from msgspec.structs import replace
 from scipy.integrate import solve_ivp
 
 import mechc
-from mechc.runtime import native
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
-from mechc.runtime.native import Status
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.kernel import Status
 from mechc.runtime.problem import Array
-from mechc.runtime.solver import Solver
-from mechc.runtime.work_precision import Point, time_to_reach
+from mechc.runtime.reference.work_precision import Point, time_to_reach
 
 from .kernel import preallocated
 from .machine import table, write

@@ -13,8 +13,8 @@ import mechc
 from mechc.measurement.benchmark import Benchmark, benchmark
 from mechc.measurement.benchmark_report import draw
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.reference import ReferenceFailed
-from mechc.runtime.work_precision import time_to_reach
+from mechc.runtime.reference.high_precision import ReferenceFailed
+from mechc.runtime.reference.work_precision import time_to_reach
 
 from .machine import REPORT, table, write
 from .references import FAILURES, in_parallel

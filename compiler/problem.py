@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from mechc.runtime.build import build_shared, find_compiler, model_flags
+from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 from mechc.runtime.problem import Problem
 
 from .program.model import Program

@@ -7,7 +7,7 @@ from pathlib import Path
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
-from mechc.lang.printer import print_expression
+from mechc.lang.printing.printer import print_expression
 from mechc.lang.read import read_source
 
 HERE = Path(__file__).resolve().parent

@@ -1,7 +1,7 @@
 """The syntax tree: every node type on one page.
 
 Nodes are frozen, compare without their spans, and print back to equivalent text
-(``lang/printer.py``). Names are unresolved, units are text, numbers are exact.
+(``lang/printing/printer.py``). Names are unresolved, units are text, numbers are exact.
 """
 
 from __future__ import annotations

@@ -12,15 +12,15 @@ from typing import Any
 from msgspec import Struct, field
 
 from . import ast
-from .build_ast import ACTIONS
-from .builder import Builder
+from .build.builder import Builder
+from .build.rules import ACTIONS
 from .diagnostics import Reporter
-from .keywords import RESERVED
-from .lexer import MOST_ERRORS, Token, tokenise
-from .recovery import Edit, Panic, Situation, replaced_header, synchronise
+from .grammar.keywords import RESERVED
+from .grammar.lexer import MOST_ERRORS, Token, tokenise
+from .grammar.tables import END, Mode, Tables, load_tables
+from .mistakes.recovery import Edit, Panic, Situation, replaced_header, synchronise
+from .mistakes.syntax_errors import diagnose
 from .source import SourceFile, Span
-from .syntax_errors import diagnose
-from .tables import END, Mode, Tables, load_tables
 
 DEEPEST = 150
 """Most levels of nodes within nodes: later passes are recursive."""

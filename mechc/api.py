@@ -25,7 +25,7 @@ from .settings import Given, UsageMistake, settings_in_si, unknown_name
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
     from .runtime.problem import Problem
-    from .runtime.stepping import Stepper
+    from .runtime.studies.stepwise import Stepper
     from .simulation import Request, Sweep
     from .solution import Solution
 

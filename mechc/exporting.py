@@ -176,7 +176,7 @@ def defaults_of(problem: Problem) -> Defaults:
 def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
     """Return the C files by name: the model, the kernel, and a main program that prints CSV."""
     from .compiler.targets.c import emit_c
-    from .runtime.native import kernel_sources
+    from .runtime.native.kernel import kernel_sources
 
     name = file_stem(program.name)
     model = f"{name}_model.c" if f"{name}.c" in (kernel := kernel_sources()) else f"{name}.c"

@@ -16,17 +16,17 @@ from .lang.units import UnitError, parse_unit
 from .runtime.case import SimulationOptions, find_experiment
 from .runtime.inputs import Table, read_tables
 from .runtime.outcome import AT_SINGULAR_POSITIONS, Failure, Outcome, SimulationError
-from .runtime.simulate import Plan, plan_run
-from .runtime.simulate import simulate as run
-from .runtime.simulate import simulate_sweep as run_sweep
-from .runtime.solution import Solution as Run
+from .runtime.results.solution import Solution as Run
+from .runtime.studies.simulate import Plan, plan_run
+from .runtime.studies.simulate import simulate as run
+from .runtime.studies.simulate import simulate_sweep as run_sweep
 from .settings import UsageMistake, read_value_of, unknown_name
 from .solution import Solution
 
 if TYPE_CHECKING:
     from .api import Model, Target
     from .runtime.problem import Problem
-    from .runtime.stepping import Stepper
+    from .runtime.studies.stepwise import Stepper
 
 
 FEW_STEPS = 20_000
@@ -80,7 +80,7 @@ def simulate_settled(model: Model, request: Request) -> tuple[Model, Solution]:
 
 def start(model: Model, request: Request) -> Stepper:
     """Begin a run that the caller takes on, piece by piece."""
-    from .runtime.stepping import Stepper
+    from .runtime.studies.stepwise import Stepper
 
     method = request.method or model.method(request.experiment)
     problem = model.problem(request.target, method=method, reproducible=request.reproducible)

@@ -12,8 +12,8 @@ import numpy as np
 from msgspec import Struct
 
 from .display import Display, choose, factor
-from .runtime.results import Display as Unit
-from .runtime.solution import Solution as Run
+from .runtime.results.quantities import Display as Unit
+from .runtime.results.solution import Solution as Run
 
 if TYPE_CHECKING:
     from .runtime.problem import Array, Problem
@@ -30,7 +30,7 @@ class TrueError(Struct, frozen=True):
 
 
 class Solution(Run):
-    """A mapping from names to arrays over ``time``; see ``mechc.runtime.solution`` for what it holds.
+    """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
     ``problem`` describes the quantities; ``compiled`` says whether it ran as C.
     """

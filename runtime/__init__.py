@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from .build import BuildError, CompilerMissing
 from .case import SimulationOptions
+from .native.build import BuildError, CompilerMissing
 from .outcome import Outcome, SimulationError
 from .problem import Problem
-from .results import Results
-from .simulate import Sweep, simulate, simulate_sweep
-from .solution import Solution
+from .results.quantities import Results
+from .results.solution import Solution
+from .studies.simulate import Sweep, simulate, simulate_sweep
 
 __all__ = [
     "BuildError",

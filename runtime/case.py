@@ -7,19 +7,21 @@ experiment may depend on parameters that the experiment sets; they are evaluated
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from .functions import Functions
-from .initial import Assembled, assemble
 from .inputs import Table, constant
 from .outcome import SimulationError
 from .problem import Array, Experiment, Problem, Quantity, Setting
+from .start.initial import Assembled, assemble
 from .suggest import suggest
-from .trajectory import Progress
+
+Progress = Callable[[float], None]
+"""Called between slices of a run with the fraction that is done."""
 
 DEFAULT_TOLERANCE = 1e-8
 LOWEST_TOLERANCE = 1e-14

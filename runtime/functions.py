@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from . import native
+from .native import kernel as native
 from .problem import Array, ModelFunction, Problem
 
 

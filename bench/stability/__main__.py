@@ -12,8 +12,8 @@ import time
 from collections import Counter
 
 from mechc.measurement.watchdog import Watchdog
-from mechc.runtime.native import load_kernel
-from mechc.runtime.reference import best_precision
+from mechc.runtime.native.kernel import load_kernel
+from mechc.runtime.reference.high_precision import best_precision
 
 from .case import Row
 from .faults import FAULTS

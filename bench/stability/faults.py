@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from mechc.runtime.reference import best_precision
+from mechc.runtime.reference.high_precision import best_precision
 
 
 def _module(name: str) -> Any:
@@ -25,9 +25,13 @@ def _put(owner: Any, name: str, instead: Any) -> None:
     setattr(owner, name, instead)
 
 
-accuracy, case, inputs = _module("runtime.accuracy"), _module("runtime.case"), _module("runtime.inputs")
-kernel_run, native = _module("runtime.kernel_run"), _module("runtime.native")
-simulate, solver = _module("runtime.simulate"), _module("runtime.solver")
+accuracy, case, inputs = (
+    _module("runtime.results.accuracy"),
+    _module("runtime.case"),
+    _module("runtime.inputs"),
+)
+kernel_run, native = _module("runtime.integrate.kernel_run"), _module("runtime.native.kernel")
+simulate, solver = _module("runtime.studies.simulate"), _module("runtime.integrate.solver")
 
 
 class Fault(Struct, frozen=True):
@@ -82,7 +86,7 @@ def _start_moved() -> None:
 
 def _not_assembled() -> None:
     make, error = case.assemble, _module("runtime.outcome").SimulationError
-    Assembled = _module("runtime.initial").Assembled
+    Assembled = _module("runtime.start.initial").Assembled
 
     def as_wanted(problem: Any, functions: Any, t: float, wanted: Any, *rest: Any) -> Any:
         try:
@@ -118,7 +122,7 @@ def _checks_ignored() -> None:
 
 
 def _masses_unchecked() -> None:
-    accelerations = _module("compiler.equations.accelerations")
+    accelerations = _module("compiler.equations.solve.accelerations")
     _put(accelerations, "massless", lambda *_: ZeroDivisionError("a pivot is zero"))
 
 

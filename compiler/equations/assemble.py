@@ -8,22 +8,22 @@ from mechc.lang.diagnostics import Reporter
 
 from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
-from ..graph.path import ZeroPivot
+from ..graph.elimination.path_elimination import ZeroPivot
 from ..graph.rewrite import substitute
-from ..mechanics.symbols import Scalar
+from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
-from .accelerations import massless
-from .assembly import assembly
-from .constraints import Projection
-from .dead_symbols import without_dead_symbols
-from .defaults import default_formulas
-from .entries import Layout, layout_of
-from .experiments import experiment_plans
-from .hybrid import add_events
+from .hybrid.functions import add_events
 from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
-from .outputs import OutputList, list_outputs
-from .solve import Solved, check_rates, solve_system
+from .reported.assembly import assembly
+from .reported.entries import Layout, layout_of
+from .reported.experiments import experiment_plans
+from .reported.outputs import OutputList, list_outputs
+from .rows.constraints import Projection
+from .rows.defaults import default_formulas
+from .solve.accelerations import massless
+from .solve.dead_symbols import without_dead_symbols
+from .solve.solved import Solved, check_rates, solve_system
 
 
 def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Equations:

@@ -13,9 +13,9 @@ from msgspec import Struct
 from ..graph import Node
 from ..graph.operations import LOOKUP
 from ..mechanics.system import MechanicalSystem
-from .entries import Layout
 from .model import COMPLIANCE, SINGULAR, Choice, Function, HybridPlan
-from .solve import Solved
+from .reported.entries import Layout
+from .solve.solved import Solved
 
 FACTS = {
     "space": "three dimensions",

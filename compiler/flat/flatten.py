@@ -15,25 +15,25 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.suggest import closest
 
 from . import model, types
-from .classes import Class, Classes
-from .cycles import check_cycles
-from .experiments import experiments
-from .expressions import elaborate
-from .files import search_path
-from .instance import Instance, VariableMember
-from .instantiate import make_instance
-from .lints import lint
+from .checks.cycles import check_cycles
+from .checks.oversights import lint
+from .checks.unused import warn_of_unused
+from .expressions.elaborate import elaborate
+from .instances.declared_types import declared_type
+from .instances.instantiate import make_instance
+from .instances.overrides import Given, check_known, exact
 from .model import FlatModel, Role
-from .namespace import Library, Namespace
-from .overrides import Given, check_known, exact
-from .record import Record
-from .relations import hold_released_drives
-from .scope import Flattening, Poisoned, Scope
-from .space import look_ahead
-from .statements import run
-from .unused import warn_of_unused
-from .values import declared_type
-from .variables import variable
+from .names.classes import Class, Classes
+from .names.files import search_path
+from .names.instance import Instance, VariableMember
+from .names.namespace import Library, Namespace
+from .names.scope import Flattening, Poisoned, Scope
+from .names.space import look_ahead
+from .statements.elaborate import run
+from .statements.experiments import experiments
+from .statements.record import Record
+from .statements.relations import hold_released_drives
+from .statements.variables import variable
 
 _DEEPEST = 20_000
 """Frames of Python: expressions are at most 150 deep, and a definition may need others that come later."""

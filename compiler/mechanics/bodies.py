@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from ..graph import Node
 from ..graph.vector import Matrix, Vector, add, scale, subtract
-from .frames import Frame
-from .pose import Rotate, Step, Translate
+from .kinematics.frames import Frame
+from .kinematics.pose import Rotate, Step, Translate
 from .system import MechanicalSystem, PointMass
 
 

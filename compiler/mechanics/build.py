@@ -16,26 +16,26 @@ from ..flat.model import (
 )
 from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
-from .beforehand import check_known_beforehand
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .drives import drive_rows
 from .events import branch_rows
 from .forces import damping, efforts
-from .frames import Frame, displaced, pose_between
-from .idle import warn_of_idle
 from .initial import initial_values
-from .lower import Lowering
-from .planar import Planar
-from .pose import Pose, inverse
-from .rates import TotalDerivative
-from .spatial import Spatial
-from .symbols import Scalar, Symbols, declare
+from .kinematics.frames import Frame, displaced, pose_between
+from .kinematics.planar import Planar
+from .kinematics.pose import Pose, inverse
+from .kinematics.rates import TotalDerivative
+from .kinematics.spatial import Spatial
+from .kinematics.topology import Topology, TreeEdge, classify
+from .kinematics.virtual import VirtualDisplacement, displace, reactions_asked
+from .meaning.lower import Lowering
+from .meaning.symbols import Scalar, Symbols, declare
+from .meaning.values import Value, filled
+from .no_effect import warn_of_idle
+from .parameter_values import check_known_beforehand
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
-from .topology import Topology, TreeEdge, classify
 from .unsupported import refuse
-from .values import Value, filled
-from .virtual import VirtualDisplacement, displace, reactions_asked
 
 
 def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> MechanicalSystem:

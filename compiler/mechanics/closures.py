@@ -10,12 +10,12 @@ from mechc.lang.diagnostics import Details, Reporter
 from ..flat.model import Constraint, Expression, FlatModel, Joint, Name
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp
-from .frames import Frame
-from .lower import Lowering
-from .symbols import Symbols, base_unit
+from .kinematics.frames import Frame
+from .kinematics.topology import Topology
+from .kinematics.virtual import VirtualDisplacement, displace
+from .meaning.lower import Lowering
+from .meaning.symbols import Symbols, base_unit
 from .system import ConstraintRows
-from .topology import Topology
-from .virtual import VirtualDisplacement, displace
 
 
 def _differences(lowering: Lowering, left: Expression, right: Expression) -> tuple[Node, ...]:

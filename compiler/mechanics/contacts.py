@@ -12,9 +12,9 @@ from mechc.lang.units import preferred_unit
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
 from .forces import rate_of
-from .lower import Lowering
+from .meaning.lower import Lowering
+from .meaning.symbols import Symbols, base_unit
 from .modes import Mode, Regularized
-from .symbols import Symbols, base_unit
 from .system import ConstraintRows
 
 REGULARIZED = "regularized"

@@ -6,12 +6,12 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Derivative, Drive, Expression, FlatModel
 from ..graph import Node
-from .frames import displaced
-from .lower import Lowering
-from .quaternions import quaternion_of
-from .symbols import Coordinate, Symbols
+from .kinematics.frames import displaced
+from .meaning.lower import Lowering
+from .meaning.quaternions import quaternion_of
+from .meaning.symbols import Coordinate, Symbols
+from .meaning.values import Placement, elements
 from .system import DriveRow
-from .values import Placement, elements
 
 
 def drive_rows(

@@ -12,9 +12,9 @@ from ..flat.model import FlatModel
 from ..graph import Graph, Node
 from ..graph import operations as ops
 from .forces import virtual_power
-from .lower import Lowering
+from .meaning.lower import Lowering
+from .meaning.symbols import Symbols
 from .modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
-from .symbols import Symbols
 from .system import ConstraintRows
 
 

@@ -7,11 +7,11 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
-from .frames import Frame
-from .lower import Lowering
-from .symbols import Symbols
+from .kinematics.frames import Frame
+from .meaning.lower import Lowering
+from .meaning.symbols import Symbols
+from .meaning.values import elements
 from .system import Effort
-from .values import elements
 
 Pairs = list[tuple[Node, Node]]
 

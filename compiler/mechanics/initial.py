@@ -14,11 +14,11 @@ from ..flat.model import FlatModel, Kind, Role, StartValue, Variable
 from ..flat.subscripts import element_name, subscripts
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
-from .lower import Lowering
-from .quaternions import rotation_quaternion
-from .symbols import Symbols, base_unit, rate_name, unit_text
+from .meaning.lower import Lowering
+from .meaning.quaternions import rotation_quaternion
+from .meaning.symbols import Symbols, base_unit, rate_name, unit_text
+from .meaning.values import elements
 from .system import InitialRow, InitialValue
-from .values import elements
 
 
 class InitialValues(TypedDict):

@@ -13,13 +13,13 @@ from msgspec import Struct
 from ..flat.model import Definition, FlatModel, Origin, Query, StartValue
 from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector
-from .frames import Frame, Kinematics, Point
-from .lower import Lowering
+from .kinematics.frames import Frame, Kinematics, Point
+from .kinematics.rates import TotalDerivative
+from .kinematics.topology import Topology
+from .kinematics.virtual import VirtualDisplacement
+from .meaning.lower import Lowering
+from .meaning.symbols import Scalar, Symbols
 from .modes import BranchRow, Mode
-from .rates import TotalDerivative
-from .symbols import Scalar, Symbols
-from .topology import Topology
-from .virtual import VirtualDisplacement
 
 
 class PointMass(Struct, frozen=True):

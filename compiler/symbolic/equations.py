@@ -8,10 +8,10 @@ from math import pi
 import sympy as sp
 from msgspec import Struct
 
-from ..equations.constraints import rows_of
-from ..equations.energies import energies
-from ..equations.residual import residual
-from ..equations.solve import prescribed_motion
+from ..equations.rows.constraints import rows_of
+from ..equations.rows.residual import residual
+from ..equations.solve.energies import energies
+from ..equations.solve.solved import prescribed_motion
 from ..graph import Node
 from ..graph.rewrite import substitute
 from ..mechanics.modes import Mode

@@ -43,8 +43,8 @@ def command(file: str, **given: Any) -> None:
     """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
     from ..api import load
     from ..measurement.benchmark import benchmark
-    from ..runtime.reference import ReferenceFailed
-    from ..runtime.work_precision import TOLERANCES
+    from ..runtime.reference.high_precision import ReferenceFailed
+    from ..runtime.reference.work_precision import TOLERANCES
     from ..settings import UsageMistake, read_value
 
     try:

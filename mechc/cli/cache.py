@@ -19,7 +19,7 @@ def command() -> None:
 @command.command(cls=Command)
 def show() -> None:
     """Print the folder, and how much it holds."""
-    from ..runtime.cache import cache_content
+    from ..runtime.native.cache import cache_content
 
     content = cache_content()
     click.echo(f"{content.folder}\n{content.entries} entries, {size_text(content.size)}")
@@ -28,7 +28,7 @@ def show() -> None:
 @command.command(cls=Command)
 def clear() -> None:
     """Remove all compiled code that is kept, and no other file; the next runs compile again."""
-    from ..runtime.cache import clear_cache
+    from ..runtime.native.cache import clear_cache
 
     content = clear_cache()
     click.echo(f"removed {content.entries} entries, {size_text(content.size)}, from {content.folder}")

@@ -77,7 +77,7 @@ def _package(name: str, missing: str, help: str) -> Finding:
 
 def _compiler() -> Finding:
     """Find the C compiler and try it."""
-    from ..runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+    from ..runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
 
     try:
         compiler = find_compiler()
@@ -98,8 +98,8 @@ def _compiler() -> Finding:
 
 
 def _cache() -> Finding:
-    from ..runtime.cache import SUBFOLDER, cache_content, made, users_cache
-    from ..runtime.trust import folder_doubt
+    from ..runtime.native.cache import SUBFOLDER, cache_content, made, users_cache
+    from ..runtime.native.trust import folder_doubt
     from .cache import size_text
 
     chosen = os.environ.get("MECHC_CACHE")

@@ -44,7 +44,7 @@ def command(
     from ..measurement.savings import savings
     from ..presentation.explanation import explanation, summary
     from ..presentation.style import style_for
-    from ..runtime.build import find_compiler
+    from ..runtime.native.build import find_compiler
 
     loaded = load(what, model=model, set=settings).for_experiment(None)
     measured = target is not None or find_compiler() is not None

@@ -82,9 +82,9 @@ def show_runtime_error(error: BaseException) -> bool:
     """Write an exception of the runtime that tells of the user's model or machine; say whether it was one."""
     from ..presentation.run_failure import render_error
     from ..presentation.style import style_for
-    from ..runtime.build import BuildError, CompilerMissing
-    from ..runtime.files import ResultsFileError
+    from ..runtime.native.build import BuildError, CompilerMissing
     from ..runtime.outcome import SimulationError
+    from ..runtime.results.files import ResultsFileError
 
     match error:
         case SimulationError():

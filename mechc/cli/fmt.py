@@ -49,7 +49,7 @@ def formatted(name: str) -> tuple[str, str]:
     """Return the text of a file (``-``: standard input) as it is and in the canonical layout, with the line ends it has."""
     from ..lang.diagnostics import Reporter
     from ..lang.parser import parse
-    from ..lang.printer import format_file
+    from ..lang.printing.printer import format_file
     from ..lang.read import read_source
     from ..lang.source import SourceFile
 

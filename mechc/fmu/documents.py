@@ -55,7 +55,7 @@ def native_run(
 
     Raises CompileError (E0906) if it fails, SimulationError.
     """
-    from ..runtime.build import find_compiler
+    from ..runtime.native.build import find_compiler
     from ..simulation import Request, simulate_settled
 
     request = Request(

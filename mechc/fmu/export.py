@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 from ..lang.diagnostics import CompileError, Reporter
-from ..runtime.build import CompilerMissing
+from ..runtime.native.build import CompilerMissing
 from ..settings import UsageMistake
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     from ..compiler.targets.fmu.export import Made, make_package, start_of, write_program
     from ..compiler.targets.fmu.identity import checked_identifier
     from ..compiler.targets.fmu.platforms import chosen_platforms
-    from ..runtime.build import find_compiler
+    from ..runtime.native.build import find_compiler
     from .documents import documents, native_run, placed
 
     checked_identifier(model.name)

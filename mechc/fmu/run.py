@@ -15,11 +15,11 @@ from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
 from ..display import Display
 from ..lang.units import UnitError, parse_unit
-from ..runtime.accuracy import Accuracy
+from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome
 from ..runtime.problem import Array, Problem, Quantity
-from ..runtime.solution import Solution as Run
-from ..runtime.trajectory import Statistics
+from ..runtime.results.accuracy import Accuracy
+from ..runtime.results.solution import Solution as Run
 from ..settings import UsageMistake, read_value_of, unknown_name
 from ..solution import Solution
 

@@ -11,15 +11,16 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
-from ..runtime.evaluate import evaluate_rows
 from ..runtime.functions import load_functions
-from ..runtime.kernel_run import run_kernel
-from ..runtime.methods import check_name
-from ..runtime.native import kernel_methods, load_kernel
+from ..runtime.integrate.kernel_run import run_kernel
+from ..runtime.integrate.methods import check_name
+from ..runtime.integrate.nominal_run import nominal_of
+from ..runtime.integrate.scipy_compiled import METHODS
+from ..runtime.integrate.scipy_methods import PREFIX
+from ..runtime.integrate.solver_options import SolverOptions
+from ..runtime.native.kernel import kernel_methods, load_kernel
 from ..runtime.outcome import SimulationError
-from ..runtime.peers import METHODS
-from ..runtime.pilot import nominal_of
-from ..runtime.reference import (
+from ..runtime.reference.high_precision import (
     FAST_PRECISION,
     Reference,
     ReferenceFailed,
@@ -28,10 +29,9 @@ from ..runtime.reference import (
     has_precision,
     reference,
 )
-from ..runtime.reference_cache import kept_reference
-from ..runtime.scipy_methods import PREFIX
-from ..runtime.solver_options import SolverOptions
-from ..runtime.work_precision import LONGEST, TOLERANCES, Point, Task, measure
+from ..runtime.reference.reference_cache import kept_reference
+from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Point, Task, measure
+from ..runtime.results.evaluate import evaluate_rows
 from .truth import compile_for_reference
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ..compiler.equations.needs import EVERYTHING
 from ..runtime.case import SimulationOptions, prepare
 from ..runtime.functions import load_functions
-from ..runtime.object_code import code_bytes
+from ..runtime.native.object_code import code_bytes
 from ..runtime.outcome import SimulationError
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def default_case(problem: Problem) -> Case | None:
 
 def _by_kernel(case: Case, step: float) -> float:
     """Steps of the classical Runge-Kutta method: the same ones in every build."""
-    from ..runtime.kernel_run import run_kernel
-    from ..runtime.solver_options import SolverOptions
+    from ..runtime.integrate.kernel_run import run_kernel
+    from ..runtime.integrate.solver_options import SolverOptions
 
     short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
     options = SolverOptions("rk4", case.tolerance, np.ones(case.problem.ny), step, max_steps=STEPS)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..compiler.graph.evaluate import Tape, multiprecision
-from ..runtime.extrapolation import NoConvergence, extrapolate
-from ..runtime.reference import Reference, ReferenceFailed
+from ..runtime.reference.extrapolation import NoConvergence, extrapolate
+from ..runtime.reference.high_precision import Reference, ReferenceFailed
 
 if TYPE_CHECKING:
     from ..api import Model

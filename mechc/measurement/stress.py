@@ -18,9 +18,9 @@ from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
 from ..api import Model, load
-from ..runtime.native import load_kernel
+from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
-from ..runtime.reference import ReferenceFailed
+from ..runtime.reference.high_precision import ReferenceFailed
 from ..settings import Given, UsageMistake
 from ..simulation import Request, plan, simulate
 from .extremes import Extreme, extremes
@@ -28,7 +28,7 @@ from .truth import ROUNDING, compile_for_reference, true_errors
 from .watchdog import Crashed, Hung, Watchdog
 
 if TYPE_CHECKING:
-    from ..runtime.solution import Solution
+    from ..runtime.results.solution import Solution
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""

@@ -10,16 +10,22 @@ from msgspec import Struct
 from ..compiler.pipeline import program_for
 from ..compiler.problem import header
 from ..compiler.targets.c import emit_c
-from ..runtime.build import build_shared
-from ..runtime.reference import Reference, ReferenceFailed, best_precision, reference, reference_flags
-from ..runtime.simulate import Plan
+from ..runtime.native.build import build_shared
+from ..runtime.reference.high_precision import (
+    Reference,
+    ReferenceFailed,
+    best_precision,
+    reference,
+    reference_flags,
+)
+from ..runtime.studies.simulate import Plan
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from ..api import Model
     from ..runtime.problem import Array
-    from ..runtime.solution import Solution
+    from ..runtime.results.solution import Solution
 
 CLEAR = 1.0
 """Share of the error of a run up to which the reference may be in doubt: that is the error of the looser one of its

@@ -10,8 +10,8 @@ from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..runtime.accuracy import Accuracy, Drift
     from ..runtime.problem import Quantity
+    from ..runtime.results.accuracy import Accuracy, Drift
     from ..simulation import Sweep
     from ..solution import Solution
 

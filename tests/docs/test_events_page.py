@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import mechc
-from mechc.runtime.native import EVENT_KINDS
+from mechc.runtime.native.kernel import EVENT_KINDS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "events.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ import pytest
 from mechc.api import loads
 from mechc.compiler.pipeline import compile_source
 from mechc.lang.builtins import BUILTINS, Category
-from mechc.lang.keywords import DEFINITIONS, STATEMENTS
+from mechc.lang.grammar.keywords import DEFINITIONS, STATEMENTS
 from mechc.lang.source import SourceFile
 
 ROOT = Path(__file__).resolve().parents[2]

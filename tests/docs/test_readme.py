@@ -71,6 +71,12 @@ def test_files_that_are_named_exist(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     named = re.findall(r"`((?:[a-z_]+/)+[\w.*-]*)`", text)
     assert named
-    homes = [ROOT, *(ROOT / folder for folder in ("lang", "compiler", "runtime", "mechc"))]
+    folders = [ROOT / folder for folder in ("lang", "compiler", "runtime", "mechc")]
+    homes = [
+        ROOT,
+        *folders,
+        ROOT / "runtime" / "kernel",
+        *(package.parent for top in folders for package in top.rglob("__init__.py")),
+    ]
     found = {name for name in named for home in homes if list(home.glob(name.rstrip("/")))}
     assert [name for name in named if name not in found and "CODE" not in name] == []

@@ -9,9 +9,9 @@ import pytest
 from syntax import parse_text, sample_files
 
 from mechc.lang.diagnostics import CompileError
-from mechc.lang.keywords import KEYWORDS
-from mechc.lang.lexer import MOST_ERRORS
-from mechc.lang.printer import format_file
+from mechc.lang.grammar.keywords import KEYWORDS
+from mechc.lang.grammar.lexer import MOST_ERRORS
+from mechc.lang.printing.printer import format_file
 from mechc.presentation.render import render
 
 _PIECES = (

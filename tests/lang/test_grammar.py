@@ -9,12 +9,12 @@ from lark import Lark
 from lark.exceptions import GrammarError
 from syntax import sample_files
 
-from mechc.lang.build_ast import ACTIONS
+from mechc.lang.build.rules import ACTIONS
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.keywords import KEYWORDS, RESERVED
-from mechc.lang.lexer import tokenise
+from mechc.lang.grammar.keywords import KEYWORDS, RESERVED
+from mechc.lang.grammar.lexer import tokenise
+from mechc.lang.grammar.tables import END, Mode, build_tables, grammar_text, load_tables
 from mechc.lang.source import SourceFile
-from mechc.lang.tables import END, Mode, build_tables, grammar_text, load_tables
 from mechc.lang.units import UNIT_NAMES, unit_end
 
 

@@ -10,7 +10,7 @@ from syntax import errors_of, parse_expression, parse_text, sample_files
 
 from mechc.lang import ast
 from mechc.lang.parser import DEEPEST
-from mechc.lang.print_expressions import print_expression
+from mechc.lang.printing.expressions import print_expression
 from mechc.lang.source import SourceFile, Span
 
 

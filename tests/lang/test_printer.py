@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from syntax import SAMPLES, parse_expression, parse_text, sample_files
 
 from mechc.lang import ast
-from mechc.lang.layout import WIDTH
-from mechc.lang.printer import format_file, print_expression
+from mechc.lang.printing.layout import WIDTH
+from mechc.lang.printing.printer import format_file, print_expression
 from mechc.lang.source import SourceFile, Span
 
 

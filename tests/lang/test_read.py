@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 from msgspec import msgpack
 
-from mechc.lang import tables
 from mechc.lang.diagnostics import CompileError
+from mechc.lang.grammar import tables
 from mechc.lang.read import LARGEST, decode, read_source
 
 

@@ -10,8 +10,8 @@ import pytest
 from syntax import errors_of, parse_text
 
 from mechc.lang.diagnostics import CompileError
-from mechc.lang.lexer import MOST_ERRORS
-from mechc.lang.tables import load_tables
+from mechc.lang.grammar.lexer import MOST_ERRORS
+from mechc.lang.grammar.tables import load_tables
 from mechc.presentation.render import render
 
 # (statement in a model, code, what the error points at)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from mechc.lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
-from mechc.lang.keywords import KEYWORDS
+from mechc.lang.grammar.keywords import KEYWORDS
 from mechc.lang.suggest import closest, edit_distance
 from mechc.lang.units import NAMED_TYPES
 

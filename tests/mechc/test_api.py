@@ -175,7 +175,7 @@ def test_compile_to_python_and_c(model: mechc.Model, tmp_path: Path) -> None:
 
 
 def test_the_c_files_build_and_run(model: mechc.Model, tmp_path: Path) -> None:
-    from mechc.runtime.build import find_compiler
+    from mechc.runtime.native.build import find_compiler
 
     compiler = find_compiler()
     if compiler is None:

@@ -231,7 +231,7 @@ def test_doctor_tells_of_a_cache_that_cannot_be_written(
 ) -> None:
     monkeypatch.setenv("MECHC_CACHE", "")
     (tmp_path / "home").write_text("no folder")
-    monkeypatch.setattr("mechc.runtime.cache.users_cache", lambda: tmp_path / "home" / "mechc")
+    monkeypatch.setattr("mechc.runtime.native.cache.users_cache", lambda: tmp_path / "home" / "mechc")
     code, out, err = call(capsys, "doctor")
     assert code == 1
     assert f"!!  cache         {tmp_path / 'home' / 'mechc'}: " in out

@@ -20,12 +20,12 @@ from mechc.measurement.savings import LARGEST, SQUARE, savings
 from mechc.presentation.explanation import explanation
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.kernel_run import run_kernel
-from mechc.runtime.object_code import code_bytes
+from mechc.runtime.integrate.kernel_run import run_kernel
+from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.trajectory import Trajectory
+from mechc.runtime.native.object_code import code_bytes
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array
-from mechc.runtime.solver_options import SolverOptions
-from mechc.runtime.trajectory import Trajectory
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.mech"))
 EPSILON = float(np.finfo(float).eps)

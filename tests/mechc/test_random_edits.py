@@ -15,8 +15,8 @@ from random_edits import edited
 
 from mechc.compiler.pipeline import compile_source
 from mechc.lang.diagnostics import CompileError, Severity
+from mechc.lang.grammar.tables import load_tables
 from mechc.lang.source import SourceFile
-from mechc.lang.tables import load_tables
 from mechc.presentation.render import MOST_SHOWN, render
 
 ROOT = Path(__file__).resolve().parents[2]

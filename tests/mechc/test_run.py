@@ -19,7 +19,7 @@ import pytest
 import mechc
 from mechc.cli.main import run
 from mechc.presentation.progress import Progress
-from mechc.runtime.files import read_results
+from mechc.runtime.results.files import read_results
 
 OSCILLATOR = """\
 model Oscillator "mass on a spring"

@@ -17,7 +17,7 @@ from msgspec import Struct, field
 
 import mechc
 from mechc.measurement.benchmark import reference_at
-from mechc.runtime.reference import best_precision
+from mechc.runtime.reference.high_precision import best_precision
 
 DATA = Path(__file__).parent / "data"
 EXACT = 1e-26

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from random_hybrid import FAMILIES, HybridModel
 
 import mechc
-from mechc.runtime.happenings import Event
+from mechc.runtime.integrate.events import Event
 from mechc.runtime.outcome import Outcome
 from mechc.solution import Solution
 

@@ -39,6 +39,11 @@ def package_of(folder: Path) -> str:
     return dotted if dotted.startswith("mechc") else f"mechc.{dotted}"
 
 
+def folder_of(package: str) -> Path:
+    parts = package.split(".")
+    return ROOT.joinpath(*(parts[1:] if len(parts) > 1 and parts[1] in LINKS else parts))
+
+
 def test_packages_are_the_folders_with_an_init() -> None:
     folders = {package_of(p.parent) for p in python_files(*SOURCES) if p.name == "__init__.py"}
     packages = project()["packages"]
@@ -93,8 +98,9 @@ def test_types_of_the_flat_model_are_made_in_one_place() -> None:
 def test_package_data_covers_every_other_file() -> None:
     data = project()["package-data"]
     assert isinstance(data, dict)
-    homes = {"mechc": ROOT / "mechc", **{f"mechc.{name}": ROOT / name for name in LINKS}}
-    packed = {path for package, globs in data.items() for glob in globs for path in homes[package].glob(glob)}
+    packed = {
+        path for package, globs in data.items() for glob in globs for path in folder_of(package).glob(glob)
+    }
     other = {
         path
         for folder in SOURCES

@@ -22,11 +22,11 @@ from written_problems import (
 )
 
 import mechc
-from mechc.runtime.accuracy import companion_tolerance
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.nominal import nominal_values
 from mechc.runtime.problem import Array, Problem, Quantity
-from mechc.runtime.simulate import simulate
+from mechc.runtime.results.accuracy import companion_tolerance
+from mechc.runtime.studies.simulate import simulate
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11, 2e-13])

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from mechc.runtime import build
-from mechc.runtime.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
-from mechc.runtime.cache import (
+from mechc.runtime.native import build
+from mechc.runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+from mechc.runtime.native.cache import (
     SUBFOLDER,
     CacheUnusable,
     cache_content,
@@ -116,7 +116,7 @@ def test_compiler_that_fails(folder: Path) -> None:
 
 def test_two_processes_build_one_model_at_once(folder: Path) -> None:
     script = (
-        "from mechc.runtime.build import build_shared, model_flags\n"
+        "from mechc.runtime.native.build import build_shared, model_flags\n"
         "text = ''.join(f'double g{i}(double x) {{ return x * {i}; }}\\n' for i in range(500))\n"
         "text += '__attribute__((visibility(\"default\"))) int f(void) { return (int)g7(1); }\\n'\n"
         "print(build_shared({'a.c': text}, model_flags()))"
@@ -242,7 +242,7 @@ def test_a_users_cache_that_cannot_be_written_is_told_and_done_without(
 ) -> None:
     (tmp_path / "home").write_text("no folder")
     monkeypatch.delenv("MECHC_CACHE")
-    monkeypatch.setattr("mechc.runtime.cache.users_cache", lambda: tmp_path / "home" / "mechc")
+    monkeypatch.setattr("mechc.runtime.native.cache.users_cache", lambda: tmp_path / "home" / "mechc")
     with pytest.warns(RuntimeWarning, match="MECHC_CACHE chooses another folder"):
         folder = cache_folder()
     assert folder.is_dir() and cache_folder() == folder, "one folder as long as the process lasts"

@@ -14,9 +14,9 @@ from pathlib import Path
 import pytest
 
 import mechc
-from mechc.runtime import cache, entries, holding, trust
-from mechc.runtime.build import BuildError, build_shared, find_compiler, model_flags
-from mechc.runtime.cache import cache_folder, clear_cache, prune_cache
+from mechc.runtime.native import cache, entries, holding, trust
+from mechc.runtime.native.build import BuildError, build_shared, find_compiler, model_flags
+from mechc.runtime.native.cache import cache_folder, clear_cache, prune_cache
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="modes and owners are those of POSIX")
 
@@ -226,8 +226,8 @@ def test_clearing_and_pruning_leave_what_others_work_with(tmp_path: Path) -> Non
     """A process that builds and one that is about to load; then both are gone, and so is what they had."""
     script = (
         "import sys\n"
-        "from mechc.runtime.build import build_shared, model_flags\n"
-        "from mechc.runtime.entries import build_folder\n"
+        "from mechc.runtime.native.build import build_shared, model_flags\n"
+        "from mechc.runtime.native.entries import build_folder\n"
         f"build_shared({SOURCE!r}, model_flags())\n"
         "with build_folder() as folder:\n"
         "    (folder / 'a.c').write_text('int x;')\n"
@@ -252,7 +252,7 @@ def test_clearing_and_pruning_leave_what_others_work_with(tmp_path: Path) -> Non
 def test_clearing_beside_running_builds_disturbs_none(tmp_path: Path) -> None:
     script = (
         "import ctypes, sys\n"
-        "from mechc.runtime.build import build_shared, model_flags\n"
+        "from mechc.runtime.native.build import build_shared, model_flags\n"
         "for k in range(6):\n"
         f"    files = {{'a.c': '{VISIBLE} int f(void) {{ return %d; }}' % k, 'b.c': 'int g(void) {{ return %d; }}' % k}}\n"
         "    assert ctypes.CDLL(str(build_shared(files, model_flags()))).f() == k\n"
@@ -274,7 +274,7 @@ def test_a_build_that_ends_early_leaves_nothing_but_the_sources_of_a_failure(
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patch:
-        patch.setattr("mechc.runtime.build._compile", full)
+        patch.setattr("mechc.runtime.native.build._compile", full)
         with pytest.raises(OSError, match="No space left"):
             build_shared(SOURCE, model_flags())
     assert list(cache_folder().iterdir()) == []
@@ -293,7 +293,7 @@ def test_a_reference_that_cannot_be_kept_is_not_lost(monkeypatch: pytest.MonkeyP
         def full(file: Path, stem: str, suffix: str) -> Path:
             raise OSError(28, "No space left on device")
 
-        patch.setattr("mechc.runtime.reference_cache.keep_entry", full)
+        patch.setattr("mechc.runtime.reference.reference_cache.keep_entry", full)
         with pytest.warns(RuntimeWarning, match="the reference is not kept"):
             assert benchmark(model, methods=("dop853",), tolerances=()).reference.doubt.max() < 1e-15
     benchmark(model, methods=("dop853",), tolerances=())

@@ -12,7 +12,7 @@ from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Experiment, ModelFunction, Problem, Setting
-from mechc.runtime.simulate import simulate, simulate_sweep
+from mechc.runtime.studies.simulate import simulate, simulate_sweep
 
 L, G = Setting("p", 0), Setting("p", 1)
 THETA = Setting("y", 0)

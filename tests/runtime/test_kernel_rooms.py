@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from mechc.compiler.targets.fmu.licences import header_folder
-from mechc.runtime.build import find_compiler
-from mechc.runtime.native import AROUND, KERNEL, KERNEL_ROOMS
+from mechc.runtime.native.build import find_compiler
+from mechc.runtime.native.kernel import AROUND, KERNEL, KERNEL_ROOMS
 
 Uses = Mapping[str, frozenset[str]]
 """By file (its header and its code are one): what it refers to in others."""

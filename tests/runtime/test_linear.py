@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mechc.runtime.build import build_shared, find_compiler, kernel_flags
-from mechc.runtime.native import kernel_sources
+from mechc.runtime.native.build import build_shared, find_compiler, kernel_flags
+from mechc.runtime.native.kernel import kernel_sources
 
 Pattern = NDArray[np.int32]
 

@@ -23,12 +23,12 @@ from written_problems import (
 
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.native import Status, kernel_sources, load_kernel
+from mechc.runtime.integrate.scipy_methods import _System
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.integrate.trajectory import DenseOutput
+from mechc.runtime.native.kernel import Status, kernel_sources, load_kernel
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.scipy_methods import _System
-from mechc.runtime.simulate import simulate
-from mechc.runtime.solver import Solver
-from mechc.runtime.trajectory import DenseOutput
+from mechc.runtime.studies.simulate import simulate
 
 
 def test_rows_of_the_tableau_of_dop853_sum_up() -> None:

@@ -19,7 +19,7 @@ from kernel_models import (
     VAN_DER_POL,
 )
 
-from mechc.runtime.native import Status, kernel_sources
+from mechc.runtime.native.kernel import Status, kernel_sources
 
 CART_START = (0.1, 0.5, 0.0, 0.3)
 ROD_ENDS = (Fraction(6, 10), Fraction(-8, 10))

@@ -8,9 +8,9 @@ import pytest
 import mechc
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate.scipy_compiled import METHODS, run_peer
+from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.peers import METHODS, run_peer
-from mechc.runtime.solver_options import SolverOptions
 
 BALL = """
 model Ball

@@ -13,11 +13,11 @@ from written_problems import compiled_kepler, compiled_pendulum, kepler, kepler_
 
 import mechc
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.files import ResultsFileError, read_results
 from mechc.runtime.problem import Array
-from mechc.runtime.results import Results
-from mechc.runtime.simulate import simulate
-from mechc.runtime.solution import Solution
+from mechc.runtime.results.files import ResultsFileError, read_results
+from mechc.runtime.results.quantities import Results
+from mechc.runtime.results.solution import Solution
+from mechc.runtime.studies.simulate import simulate
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +86,7 @@ def test_dense_output_of_a_long_run() -> None:
 
 
 def test_polynomials_are_dropped_beyond_their_bound_of_memory(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("mechc.runtime.kernel_run.DENSE_LIMIT", 300_000)
+    monkeypatch.setattr("mechc.runtime.integrate.kernel_run.DENSE_LIMIT", 300_000)
     short = simulate(compiled_kepler(), SimulationOptions(stop=60, points=10))
     assert short.interpolation == "dense output"
     long = simulate(compiled_kepler(), SimulationOptions(stop=600, tolerance=1e-11, points=6000))

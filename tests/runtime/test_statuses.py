@@ -10,8 +10,8 @@ import pytest
 from hand_made import pendulum_problem
 from msgspec.structs import replace
 
-from mechc.runtime.kernel_failure import kernel_failure
-from mechc.runtime.native import ReportStruct, Status
+from mechc.runtime.integrate.kernel_failure import kernel_failure
+from mechc.runtime.native.kernel import ReportStruct, Status
 from mechc.runtime.problem import Assertion, Branch, Hybrid, SwitchedRow
 
 KERNEL = Path(__file__).resolve().parents[2] / "runtime" / "kernel"

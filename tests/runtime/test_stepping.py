@@ -13,9 +13,9 @@ import mechc
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import make_table
-from mechc.runtime.native import Status, load_kernel
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native.kernel import Status, load_kernel
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.solver import Solver
 
 STOP = 20.0
 

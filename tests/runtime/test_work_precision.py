@@ -15,10 +15,10 @@ import mechc.measurement.benchmark as benchmark_module
 from mechc.cli.main import mechc as program
 from mechc.measurement.benchmark import benchmark
 from mechc.measurement.benchmark_report import report
-from mechc.runtime import reference_cache
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.reference import (
+from mechc.runtime.reference import reference_cache
+from mechc.runtime.reference.high_precision import (
     LADDERS,
     Reference,
     ReferenceFailed,
@@ -26,7 +26,7 @@ from mechc.runtime.reference import (
     has_precision,
     reference,
 )
-from mechc.runtime.work_precision import Point, fastest, time_to_reach
+from mechc.runtime.reference.work_precision import Point, fastest, time_to_reach
 
 OSCILLATOR = """
 model Oscillator

@@ -12,7 +12,7 @@ from gallery import ROOT
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.parser import parse
-from mechc.lang.printer import format_file
+from mechc.lang.printing.printer import format_file
 from mechc.lang.read import read_source
 
 FILES = sorted((ROOT / "stdlib").glob("*.mech"))

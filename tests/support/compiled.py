@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from mechc.compiler.equations.defaults import default_values
+from mechc.compiler.equations.rows.defaults import default_values
 from mechc.compiler.graph import Node
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.pipeline import Compilation, compile_source

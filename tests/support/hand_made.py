@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from mechc.display import Display
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array, Assertion, Experiment, Origin, Problem, Quantity, Setting
-from mechc.runtime.simulate import simulate
+from mechc.runtime.studies.simulate import simulate
 from mechc.solution import Solution
 
 LINE = "  coordinate theta = 60 deg;"

@@ -12,8 +12,8 @@ import pytest
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from mechc.runtime.build import build_shared, find_compiler, kernel_flags, model_flags
-from mechc.runtime.native import kernel_sources
+from mechc.runtime.native.build import build_shared, find_compiler, kernel_flags, model_flags
+from mechc.runtime.native.kernel import kernel_sources
 
 Numbers = NDArray[np.float64]
 

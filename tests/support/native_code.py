@@ -18,8 +18,8 @@ from mechc.compiler.equations.model import Equations
 from mechc.compiler.program import Program, lower, verify
 from mechc.compiler.targets.c import STRUCT_FUNCTIONS, emit_c
 from mechc.compiler.targets.python import load_python
-from mechc.runtime.build import model_flags
-from mechc.runtime.native import ModelStruct
+from mechc.runtime.native.build import model_flags
+from mechc.runtime.native.kernel import ModelStruct
 
 KERNEL = Path(mechc.runtime.__file__).parent / "kernel"
 STRICT = ("-std=c11", "-Wall", "-Wextra", "-Wpedantic", "-Werror")

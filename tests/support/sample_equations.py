@@ -18,7 +18,7 @@ from mechc.compiler.equations.model import (
     Slot,
 )
 from mechc.compiler.graph import Graph, Node, monotone_table
-from mechc.compiler.graph.eliminate import solve
+from mechc.compiler.graph.elimination.eliminate import solve
 
 TIME = Entry("t", "time", "s")
 

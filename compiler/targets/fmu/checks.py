@@ -12,11 +12,11 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import CompileError, Reporter
-from mechc.runtime import native
-from mechc.runtime.accuracy import companion_tolerance
-from mechc.runtime.native import Status
+from mechc.runtime.integrate.solver import FIRST_EVENTS, Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.kernel import Status
 from mechc.runtime.problem import Array
-from mechc.runtime.solver import FIRST_EVENTS, Solver
+from mechc.runtime.results.accuracy import companion_tolerance
 
 from . import driver
 from .agreement import SAFETY, Agreement, agreement, distance

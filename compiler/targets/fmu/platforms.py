@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.suggest import closest
-from mechc.runtime.build import LIBRARY_SUFFIX, Compiler, build_shared, kernel_flags
+from mechc.runtime.native.build import LIBRARY_SUFFIX, Compiler, build_shared, kernel_flags
 
 HOST = "host"
 ALL = "all"

@@ -61,7 +61,7 @@ def sources(
     ``code``: the C text of the program. ``parts``: what is kept though the model does not need it
     (equations/needs.py); all of them: the whole kernel. ``sizes``: number of elements by value reference, if there are arrays.
     """
-    from mechc.runtime.native import kernel_sources
+    from mechc.runtime.native.kernel import kernel_sources
 
     kernel, glue = kernel_sources(), kernel_sources(("fmi",))
     visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from compiled import compiled
 
-from mechc.compiler.equations.defaults import default_values
+from mechc.compiler.equations.rows.defaults import default_values
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.program.hoist import hoistable
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from flat_models import codes, definition, flat, rate, said, start, value, variable
 
-from mechc.compiler.flat.files import load
 from mechc.compiler.flat.flatten import flatten
+from mechc.compiler.flat.names.files import load
 from mechc.lang.diagnostics import CompileError, Reporter
 
 

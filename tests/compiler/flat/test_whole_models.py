@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 from flat_models import flat
 
-from mechc.compiler.flat.files import load
 from mechc.compiler.flat.flatten import flatten
+from mechc.compiler.flat.names.files import load
 from mechc.compiler.flat.show import show
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.lang.parser import parse

@@ -11,7 +11,7 @@ import pytest
 from mechanisms import Mechanism, chain_parents, planar_tree, spatial_tree
 
 from mechc.compiler.graph import Graph, Node
-from mechc.compiler.graph.eliminate import solve
+from mechc.compiler.graph.elimination.eliminate import solve
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
 
 CHAINS: dict[str, Callable[[Graph, int], Mechanism]] = {

@@ -21,7 +21,7 @@ from mechanisms import (
 )
 
 from mechc.compiler.graph import Graph, Node
-from mechc.compiler.graph.eliminate import (
+from mechc.compiler.graph.elimination.eliminate import (
     COMPARED_HALF_WAY,
     VARIANTS,
     Choice,
@@ -30,8 +30,8 @@ from mechc.compiler.graph.eliminate import (
     solve,
     solve_dense,
 )
+from mechc.compiler.graph.elimination.linear import NotAffine, bias, linear_system, mass_matrix
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
-from mechc.compiler.graph.linear import NotAffine, bias, linear_system, mass_matrix
 from mechc.compiler.graph.rewrite import substitute
 
 TREES: dict[str, Callable[[Graph], Mechanism]] = {

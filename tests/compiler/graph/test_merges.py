@@ -14,7 +14,7 @@ from mechanisms import (
 )
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.eliminate import Choice, Variant, solve
+from mechc.compiler.graph.elimination.eliminate import Choice, Variant, solve
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.rewrite import transfer
 

@@ -16,7 +16,7 @@ from mechanisms import (
 )
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.eliminate import solve
+from mechc.compiler.graph.elimination.eliminate import solve
 
 from .test_eliminate import closed_states
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from mechc.compiler.flat.operators import FUNCTIONS as OPERATORS
-from mechc.compiler.mechanics.functions import FUNCTIONS
+from mechc.compiler.flat.expressions.operators import FUNCTIONS as OPERATORS
+from mechc.compiler.mechanics.meaning.functions import FUNCTIONS
 from mechc.lang.builtins import BUILTINS, Category
 
 VALUES = (Category.ELEMENTARY, Category.VECTOR, Category.POSE)

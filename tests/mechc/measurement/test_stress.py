@@ -12,7 +12,7 @@ from msgspec.structs import replace
 from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker
-from mechc.runtime.accuracy import ErrorEstimate
+from mechc.runtime.results.accuracy import ErrorEstimate
 from mechc.simulation import Request, plan
 
 PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
@@ -51,7 +51,7 @@ def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None
     assert massless.kind == "refused" and "inertia" in massless.reason
     long = judge(Extreme("length", "very long", {}, {"stop": 1e9}))
     assert long.kind in ("long", "refused")
-    simulate = import_module("mechc.runtime.simulate")
+    simulate = import_module("mechc.runtime.studies.simulate")
     make = simulate.compare
 
     def understated(*given: object) -> object:

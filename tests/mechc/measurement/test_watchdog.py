@@ -13,7 +13,7 @@ import pytest
 
 import mechc
 from mechc.measurement.watchdog import Crashed, Hung, Watchdog
-from mechc.runtime.build import BuildError
+from mechc.runtime.native.build import BuildError
 
 
 def maker(base: int) -> Callable[[str], int]:

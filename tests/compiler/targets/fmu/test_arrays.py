@@ -17,7 +17,7 @@ from mechc.compiler.targets.fmu.arrays import element_names
 from mechc.compiler.targets.fmu.inspect import inspect
 from mechc.compiler.targets.fmu.rules import check_description
 from mechc.fmu.export import FmuOptions, export_fmu
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 

@@ -9,7 +9,7 @@ import fmpy
 import pytest
 from fmu_models import EXAMPLES, REPRESENTATIVE, packed
 
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 CHOSEN = (
     "rotation",

@@ -15,7 +15,7 @@ from mechc.cli.main import run as main
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
 from mechc.compiler.targets.fmu.rules import check_description
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 Plant = Callable[[Element, int], None]
 

@@ -17,11 +17,11 @@ from msgspec.structs import replace
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import native_points
 from mechc.compiler.targets.fmu.rules import check_file
-from mechc.runtime import native
-from mechc.runtime.build import find_compiler
 from mechc.runtime.inputs import constant
-from mechc.runtime.native import Status
-from mechc.runtime.solver import Solver
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.build import find_compiler
+from mechc.runtime.native.kernel import Status
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 

@@ -21,7 +21,7 @@ from mechc.compiler.targets.fmu.checks import check_package, native_points
 from mechc.compiler.targets.fmu.export import Made, Package
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmu.export import FmuOptions, export_fmu
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 

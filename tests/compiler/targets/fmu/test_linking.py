@@ -10,7 +10,7 @@ import fmpy
 import pytest
 from fmu_models import packed
 
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(
     find_compiler() is None or shutil.which("nm") is None or shutil.which("cc") is None,

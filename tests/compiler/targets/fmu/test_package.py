@@ -33,7 +33,7 @@ from mechc.fmu.account import account
 from mechc.fmu.documents import native_run, reference
 from mechc.fmu.export import FmuOptions, export_fmu, fmu_packages
 from mechc.lang.diagnostics import CompileError
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 
@@ -453,7 +453,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(os, "replace", refuse)
-    monkeypatch.setattr("mechc.runtime.build.os.replace", refuse)
+    monkeypatch.setattr("mechc.runtime.native.build.os.replace", refuse)
     with pytest.raises(CompileError, match=r"E0901.*No space left on device"):
         export_fmu(loads(ARM), tmp_path / "m.fmu", FmuOptions(sources_only=True))
     assert list(tmp_path.iterdir()) == []

@@ -20,7 +20,7 @@ from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.platforms import PLATFORMS, chosen_platforms, universal, without_time
 from mechc.lang.diagnostics import CompileError
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 needs_zig = pytest.mark.skipif(importlib.util.find_spec("ziglang") is None, reason="needs ziglang")

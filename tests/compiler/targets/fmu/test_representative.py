@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from mechc.compiler.targets.fmu import driver
 from mechc.compiler.targets.fmu.checks import by_another, native_error, native_points
 from mechc.compiler.targets.fmu.rules import check_file
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = [
     pytest.mark.slow,

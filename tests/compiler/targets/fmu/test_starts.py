@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import mechc
 from mechc.compiler.targets.fmu import driver
-from mechc.runtime.build import find_compiler
+from mechc.runtime.native.build import find_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
 

@@ -1,0 +1,1 @@
+"""What switches: relations as switches, indicators, actions of events, jumps of energies, the plan for the kernel."""

@@ -1,0 +1,247 @@
+"""The functions of what switches, and the plan that tells the kernel about them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Node
+from ...graph.differentiate import jvp, vjp
+from ...mechanics.system import MechanicalSystem
+from ..model import Entry, Function, HybridPlan, Slot, SwitchText
+from ..needs import NEVER
+from ..reported.entries import Layout, booked_by_events
+from ..rows.constraints import Row
+from ..rows.modes import frictions
+from ..solve.impulses import velocity_jumps
+from ..solve.solved import Solved
+from .actions import branch_results, check_positions
+from .energy_jumps import Step, energy_steps, step_values
+from .indicators import RowValues, indicator, row_values
+from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
+from .switches import Switch, Switches, find_switches, relations_of_time
+
+STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
+UNSWITCHED = (*STARTS, "inputs", "assertions")
+"""Functions in which relations are evaluated as they stand."""
+
+
+class Hybrid(Struct, frozen=True):
+    """Layout, functions and plan of a model with events."""
+
+    layout: Layout
+    functions: tuple[Function, ...]
+    plan: HybridPlan
+    jumps: bool
+    """Events change velocities otherwise than by forces of constraints, so no momentum need be constant."""
+
+
+def add_events(
+    system: MechanicalSystem,
+    solved: Solved,
+    layout: Layout,
+    functions: Sequence[Function],
+    outputs: Sequence[Entry],
+    reporter: Reporter,
+    parts: Collection[str] = (),
+) -> Hybrid | None:
+    """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
+    graph = system.graph
+    check_positions(system, solved, reporter)
+    rows = tuple(row for row in solved.switched if row.constraint.mode and row.constraint.mode.smooth is None)
+    rhs = next(f for f in functions if f.name == "rhs")
+    conditions = solved.resolve([branch.condition for branch in system.branches])
+    normals = {row.constraint.name: row.multiplier for row in solved.switched}
+    values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
+    fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
+    modes = _mode_symbols(system)
+    energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
+    held = solved.resolve([row.rate for row in solved.rows])
+    formulas = (
+        *(*rhs.outputs, *conditions, *energies, *held),
+        *(n for eight in values.values() for n in eight),
+    )
+    bends = relations_of_time(system, held)
+    switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
+    if not (system.branches or rows or switches.located or switches.timed):
+        if "events" not in parts:
+            return None
+        never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
+        switches = replace(switches, located=(never,))
+    steps = energy_steps(system, solved, switches, reporter)
+    z = _z_symbols(system, switches, modes, steps)
+    layout = _with_z(system, layout, z)
+    place = {n: slot.index for n, slot in layout.slots.items() if slot.array == "z"}
+    changed = [
+        f if f.name in UNSWITCHED else replace(f, outputs=switches.apply(system, f.outputs))
+        for f in functions
+    ]
+    changed = [f for f in changed if f.name != "discretes"]
+    start = next((f.outputs for f in functions if f.name == "discretes"), ())
+    changed.append(
+        Function("discretes", "initial discrete variables", (*start, *_starts(system, z, len(start))))
+    )
+    made = [
+        *_functions(system, solved, _Switching(switches, rows, values, steps, conditions)),
+        *_branch_functions(system, solved, layout, z),
+    ]
+    names = [entry.name for entry in layout.states]
+    plan = HybridPlan(
+        switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
+        times=tuple(SwitchText(place[s.symbol], s.text, s.after) for s in switches.timed),
+        clocks=tuple((place[c.pulse], place[c.count]) for c in system.lowering.clocks.values()),
+        initial=-1 if system.lowering.initial is None else place[system.lowering.initial],
+        branches=branch_plans(system),
+        rows=row_plans(rows, steps, place),
+        simultaneous=impacts_are_simultaneous(system, reporter),
+        dissipated=_index(names, "energy.dissipated"),
+        supplied=_index(names, "energy.supplied"),
+        total=_index([entry.name for entry in outputs], "energy.total"),
+    )
+    jumps = bool(steps) or "energy.supplied" in booked_by_events(system)
+    return Hybrid(layout, (*changed, *made), plan, jumps)
+
+
+def _index(names: Sequence[str], name: str) -> int:
+    return names.index(name) if name in names else -1
+
+
+# ---------------------------------------------------------------- numbers in z
+
+
+def _mode_symbols(system: MechanicalSystem) -> list[Node]:
+    found: list[Node] = []
+    for rows in system.constraints:
+        mode = rows.mode
+        if mode is not None and mode.smooth is None:
+            found += [n for n in (mode.flag, mode.sign, mode.enabled) if n is not None]
+            found += mode.impulses
+    clocks = system.lowering.clocks.values()
+    found += [n for clock in clocks for n in (clock.pulse, clock.count)]
+    if system.lowering.initial is not None:
+        found.append(system.lowering.initial)
+    return found
+
+
+def _z_symbols(
+    system: MechanicalSystem, switches: Switches, modes: Sequence[Node], steps: Sequence[Step]
+) -> list[Node]:
+    return [
+        *(s.node for s in system.symbols.discretes),
+        *(s.symbol for s in switches.located),
+        *(s.symbol for s in switches.timed),
+        *modes,
+        *(s.impulse for s in steps),
+    ]
+
+
+def _with_z(system: MechanicalSystem, layout: Layout, z: Sequence[Node]) -> Layout:
+    own = len(layout.discretes)
+    entries = (*layout.discretes, *(Entry(system.graph.name(n), "mode", "") for n in z[own:]))
+    return replace(
+        layout, slots={**layout.slots, **{n: Slot("z", k) for k, n in enumerate(z)}}, discretes=entries
+    )
+
+
+def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Node]:
+    """Return the initial values behind the user's: constraints hold, everything is enabled, the rest is off."""
+    graph = system.graph
+    on = set()
+    for rows in system.constraints:
+        if rows.mode is not None:
+            on |= {rows.mode.flag} if rows.mode.kind == "constraint" else set()
+            on |= {rows.mode.enabled} if rows.mode.enabled is not None else set()
+    return [graph.one if n in on else graph.zero for n in z[known:]]
+
+
+# ---------------------------------------------------------------- functions
+
+
+class _Switching(Struct, frozen=True):
+    """What switches: relations, rows with their ``values``, steps of the potential, ``conditions`` of branches."""
+
+    switches: Switches
+    rows: Sequence[Row]
+    values: RowValues
+    steps: Sequence[Step]
+    conditions: Sequence[Node]
+
+
+def _functions(system: MechanicalSystem, solved: Solved, switching: _Switching) -> list[Function]:
+    """Return the functions that the search for events calls; those without results are left out."""
+    graph, switches, rows, steps = system.graph, switching.switches, switching.rows, switching.steps
+    functions: list[Function] = []
+
+    def add(name: str, doc: str, nodes: Sequence[Node]) -> None:
+        if nodes:
+            functions.append(Function(name, doc, switches.apply(system, nodes)))
+
+    surfaces = frictions(rows)
+    tests = [indicator(system, row, surfaces[row.multiplier], switching.values) for row in rows]
+    idle = [graph.one] * len(steps)
+    add(
+        "indicators",
+        "indicators of events",
+        [*(s.indicator for s in switches.located), *(t for t, _ in tests), *idle],
+    )
+    add(
+        "indicator_rates",
+        "time derivatives of the indicators, 0 where unknown",
+        [*(s.rate for s in switches.located), *(r for _, r in tests), *(graph.zero for _ in steps)],
+    )
+    ticks = [
+        graph.add(clock.start, graph.mul(clock.count, clock.period))
+        for clock in system.lowering.clocks.values()
+    ]
+    add(
+        "crossing_times",
+        "times of events that are known before",
+        [*(s.crossing for s in switches.timed), *solved.resolve(ticks)],
+    )
+    add("conditions", "1 where the condition of a branch holds", switching.conditions)
+    jumps = step_values(system, solved, steps)
+    add(
+        "row_values",
+        "gap, rate, drift, second derivative, force, limit, coefficients of each row",
+        [*(n for eight in switching.values.values() for n in eight), *jumps],
+    )
+    if rows or steps:
+        add(
+            "respond",
+            "jumps of the velocities and of the rates of rows by unit impulses",
+            _respond(system, solved, rows, steps),
+        )
+    return functions
+
+
+def _branch_functions(
+    system: MechanicalSystem, solved: Solved, layout: Layout, z: Sequence[Node]
+) -> list[Function]:
+    """Return what each branch does."""
+    y = [n for n, slot in sorted(layout.slots.items(), key=lambda item: item[1].index) if slot.array == "y"]
+    return [
+        Function(
+            f"act_{number + 1}",
+            f"when {one_line(branch.text)}",
+            branch_results(system, solved, branch, y, z),
+        )
+        for number, branch in enumerate(system.branches)
+    ]
+
+
+def _respond(
+    system: MechanicalSystem, solved: Solved, rows: Sequence[Row], steps: Sequence[Step]
+) -> tuple[Node, ...]:
+    """Return the jumps of v, then of the rate of each row, by the impulses in z."""
+    graph = system.graph
+    velocities = [system.v[i].node for i in solved.free]
+    rates = [*(row.rate for row in rows), *(s.rate for s in steps)]
+    places = [*(impulse_of(row) for row in rows), *(s.impulse for s in steps)]
+    impulses = vjp(graph, list(zip(rates, places, strict=True)), velocities)
+    jumps = velocity_jumps(system, solved, impulses)
+    changes = jvp(graph, rates, dict(zip(velocities, jumps, strict=True)))
+    return solved.resolve([*jumps, *changes])

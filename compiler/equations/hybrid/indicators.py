@@ -1,0 +1,106 @@
+"""Rows that can be switched, as the search for events sees them: eight values each, and what must stay positive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ...graph import Node
+from ...graph.differentiate import jvp
+from ...mechanics.system import MechanicalSystem
+from ..rows.constraints import Row
+from ..rows.modes import limits
+from ..solve.solved import Solved
+
+TURN = 0.5
+"""A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
+
+RowValues = Mapping[Node, tuple[Node, ...]]
+"""The eight values of each row, by its multiplier."""
+
+
+def row_values(
+    system: MechanicalSystem, solved: Solved, row: Row, normals: Mapping[str, Node]
+) -> tuple[Node, ...]:
+    """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None
+    zero = graph.zero
+    velocities = {system.v[i].node: system.v[i].node for i in solved.free}
+    (along,) = jvp(graph, [row.rate], velocities)
+    drift = graph.sub(row.rate, along)
+    gap = row.position if row.position is not None else zero
+    limit = coefficient = extra = zero
+    if mode.kind == "friction":
+        _, limit = limits(system, mode, normals, {})
+        if mode.contact:
+            assert mode.kinetic is not None and mode.static is not None
+            coefficient, extra = mode.static, mode.kinetic
+    elif mode.kind == "contact":
+        assert mode.restitution is not None and mode.rest is not None
+        coefficient, extra = mode.restitution, mode.rest
+    return solved.resolve([gap, row.rate, drift, row.second, row.multiplier, limit, coefficient, extra])
+
+
+def indicator(
+    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
+) -> tuple[Node, Node]:
+    """Return what stays positive in the present mode of a row, and its rate where it is known.
+
+    ``surface``: the rows of the friction that the row belongs to; ``values`` by the multiplier of each row.
+    """
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None
+    gap, rate, _, second, force, limit, _, _ = values[row.multiplier]
+    zero = graph.zero
+    match mode.kind:
+        case "contact":
+            found = graph.select(mode.flag, force, gap), graph.select(mode.flag, zero, rate)
+        case "friction" if len(surface) == 2:
+            return _on_surface(system, row, surface, values)
+        case "friction":
+            assert mode.sign is not None
+            margin = graph.sub(limit, graph.abs(force))
+            found = (
+                graph.select(mode.flag, margin, graph.mul(mode.sign, rate)),
+                graph.select(mode.flag, zero, graph.mul(mode.sign, second)),
+            )
+        case _:
+            return graph.one, zero
+    if mode.enabled is not None:
+        return graph.select(mode.enabled, found[0], graph.one), graph.select(mode.enabled, found[1], zero)
+    return found
+
+
+def _on_surface(
+    system: MechanicalSystem, row: Row, surface: Sequence[Row], values: RowValues
+) -> tuple[Node, Node]:
+    """Return the indicator of friction on a surface with its first row.
+
+    It is about s.z/|z| - |s|/2, which falls below zero where the slip s has turned away from z, and s.z/|z| where s
+    is less than z, so that a slip that keeps its direction ends at s = 0.
+    """
+    graph, zero = system.graph, system.graph.zero
+    if row is not surface[0]:
+        return graph.one, zero
+    begun = along = change = force = square = growth = sticks = limit = zero
+    for r in surface:
+        mode = r.constraint.mode
+        assert mode is not None and mode.sign is not None
+        _, rate, _, second, part, limit, _, _ = values[r.multiplier]
+        begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
+        along = graph.add(along, graph.mul(mode.sign, rate))
+        change = graph.add(change, graph.mul(mode.sign, second))
+        square = graph.add(square, graph.mul(rate, rate))
+        growth = graph.add(growth, graph.mul(rate, second))
+        force = graph.add(force, graph.mul(part, part))
+        sticks = graph.add(sticks, mode.flag)
+    slides, stuck = graph.less(zero, begun), graph.less(zero, sticks)
+    size, speed = graph.sqrt(begun), graph.sqrt(graph.add(square, begun))
+    turn = graph.constant(TURN)
+    left = graph.sub(graph.div(along, size), graph.mul(turn, graph.sub(speed, size)))
+    rate = graph.sub(graph.div(change, size), graph.mul(turn, graph.div(growth, speed)))
+    margin = graph.sub(limit, graph.sqrt(force))
+    return (
+        graph.select(stuck, margin, graph.select(slides, left, zero)),
+        graph.select(stuck, zero, graph.select(slides, rate, zero)),
+    )

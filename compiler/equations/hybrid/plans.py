@@ -1,0 +1,90 @@
+"""What the kernel is told of branches and rows, as plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Node
+from ...mechanics.modes import CheckAction, EndAction
+from ...mechanics.system import MechanicalSystem
+from ..model import AssertionText, BranchPlan, RowPlan
+from ..rows.constraints import Row
+from .energy_jumps import Step
+
+
+def one_line(text: str) -> str:
+    """Return a condition as written, without line breaks."""
+    return " ".join(text.split())
+
+
+def impulse_of(row: Row) -> Node:
+    """Return the symbol of the impulse along a row."""
+    assert row.constraint.mode is not None
+    return row.constraint.mode.impulses[row.component]
+
+
+def branch_plans(system: MechanicalSystem) -> tuple[BranchPlan, ...]:
+    """Return what the kernel knows of each branch; ``act_1``, ``act_2`` ... are their functions."""
+    return tuple(
+        BranchPlan(
+            branch.event,
+            f"act_{k + 1}",
+            one_line(branch.text),
+            tuple(
+                AssertionText(a.message, a.origin.span) for a in branch.actions if isinstance(a, CheckAction)
+            ),
+            next((a.message for a in branch.actions if isinstance(a, EndAction)), None),
+            branch.origin.span,
+        )
+        for k, branch in enumerate(system.branches)
+    )
+
+
+def row_plans(rows: Sequence[Row], steps: Sequence[Step], place: Mapping[Node, int]) -> tuple[RowPlan, ...]:
+    """Return what the kernel knows of rows and steps; ``place``: the index of each symbol in z."""
+    names = [row.constraint.name for row in rows]
+    plans: list[RowPlan] = []
+    for row in rows:
+        mode = row.constraint.mode
+        assert mode is not None
+        name = mode.contact if mode.kind == "friction" and mode.contact else row.constraint.name
+        plans.append(
+            RowPlan(
+                mode.kind,
+                name,
+                names.index(mode.contact) if mode.contact else -1,
+                place[mode.flag],
+                -1 if mode.sign is None else place[mode.sign],
+                place[impulse_of(row)],
+                -1 if mode.enabled is None else place[mode.enabled],
+                row.constraint.origin.span,
+            )
+        )
+    plans += [RowPlan("step", "potential", s.switch, -1, -1, place[s.impulse], -1) for s in steps]
+    return tuple(plans)
+
+
+def impacts_are_simultaneous(system: MechanicalSystem, reporter: Reporter) -> bool:
+    """Tell whether a contact asks for simultaneous impacts, which all contacts then have; report what cannot be."""
+    laws: set[str] = set()
+    for contact in system.model.contacts:
+        option = contact.options.get("impacts")
+        law = getattr(option, "value", "sequential") if option is not None else "sequential"
+        if law not in ("sequential", "simultaneous"):
+            reporter.error(
+                "E0717",
+                f'impacts are "sequential" or "simultaneous", not "{law}"',
+                contact.origin.span,
+            )
+        laws.add(str(law))
+    if "simultaneous" in laws and any(c.friction is not None for c in system.model.contacts):
+        reporter.error(
+            "E0718",
+            "simultaneous impacts with friction are not supported",
+            next(c.origin.span for c in system.model.contacts if c.friction is not None),
+            caption="this contact has friction",
+            help='write impacts = "sequential"',
+        )
+    return "simultaneous" in laws

@@ -1,0 +1,171 @@
+"""Relations of moving quantities as switches: frozen between events, with an indicator each.
+
+A relation a < b of a formula that depends on the state, inputs or time becomes a number s in z, 1 where it holds, and
+the indicator g = a - b; s changes only at events. Where g is affine in time alone, the event is at a known time. A
+relation of parameters and discrete variables alone stays as it is: these change at events only, and so do numbers that
+merely jump. Whole parts of moving quantities are switches of the same kind (stairs.py).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from msgspec import Struct
+
+from ...graph import Graph, Node
+from ...graph import operations as ops
+from ...graph.differentiate import jvp, vjp
+from ...graph.rewrite import substitute
+from ...mechanics.system import MechanicalSystem
+from ..rows.signs import Side
+from .whole_parts import evenness, frozen, stair
+
+JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.SIGN, ops.SELECT})
+"""Operations that a derivative does not see jump."""
+
+
+class Switch(Struct, frozen=True):
+    """``indicator``: g, and ``rate`` dg/dt or zero where it is not known; ``text`` says what is compared.
+
+    ``written``: g in the coordinates and rates that the user wrote, of which total derivatives are known.
+    """
+
+    symbol: Node
+    indicator: Node
+    rate: Node
+    written: Node
+    text: str
+
+
+class TimeSwitch(Struct, frozen=True):
+    """Becomes ``after`` at the time ``crossing``."""
+
+    symbol: Node
+    crossing: Node
+    after: int
+    text: str
+
+
+class Switches(Struct, frozen=True):
+    """``replace`` takes the place of relations in formulas."""
+
+    located: tuple[Switch, ...]
+    timed: tuple[TimeSwitch, ...]
+    replace: Mapping[Node, Node]
+
+    def apply(self, system: MechanicalSystem, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        return tuple(substitute(system.graph, nodes, self.replace))
+
+
+def find_switches(
+    system: MechanicalSystem,
+    resolve: Mapping[Node, Node],
+    formulas: Iterable[Node],
+    further: Iterable[Node],
+    fixed: frozenset[Node],
+    sides: Sequence[Side],
+) -> Switches:
+    """Return the switches of all relations that ``formulas`` contain, and of all ``sides`` of forces.
+
+    ``resolve`` turns what the user wrote into formulas of array entries; ``further`` are relations that the user did
+    not write; ``fixed`` are the symbols that change at events only.
+    """
+    graph = system.graph
+    relations = [*system.lowering.relations, *further]
+    if not relations and not sides:
+        return Switches((), (), {})
+    images = substitute(graph, relations, resolve)
+    reached = set(graph.reach(list(formulas)))
+    time = system.symbols.time
+    unknown = {*system.queries, *system.a, *system.unknown_rates, *(s.node for s in system.symbols.inputs)}
+    located: list[Switch] = []
+    timed: list[TimeSwitch] = []
+    made: dict[tuple[Node, Node], Node] = {}
+    replace: dict[Node, Node] = {}
+
+    def locate(symbol: Node, g: Node, written: Node, text: str) -> None:
+        known = unknown.isdisjoint(graph.support(written))
+        rate = system.rate(written) if known else graph.zero
+        (rate,) = substitute(graph, [rate], resolve)
+        if set(graph.support(rate)) & set(system.unknown_rates):
+            rate = graph.zero
+        located.append(Switch(symbol, g, rate, written, text))
+
+    for relation, image in zip(relations, images, strict=True):
+        if image not in reached or image in replace:
+            continue
+        support = set(graph.support(image))
+        if support <= fixed:
+            continue
+        x, pairs = stair(graph, image), _compared(system, image)
+        if x is not None:
+            if not _moves(graph, x, support - fixed):
+                continue
+            symbol = made.get((x, x))
+            if symbol is None:
+                symbol = made[x, x] = graph.symbol(f"switch({len(made) + 1})")
+                written_x = stair(graph, relation) or x
+                locate(symbol, evenness(graph, x), evenness(graph, written_x), f"whole part {len(made)}")
+            replace[image] = frozen(graph, image, x, symbol)
+            continue
+        if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
+            continue
+        (a, b, negated), (left, right, _) = pairs, _compared(system, relation) or pairs
+        symbol = made.get((a, b))
+        if symbol is None:
+            symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
+            g, text = graph.sub(a, b), f"comparison {len(made)}"
+            crossing = _crossing(system, g, support - fixed <= {time})
+            if crossing is not None:
+                timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
+            else:
+                locate(symbol, g, graph.sub(left, right), text)
+        if graph.op(image) == ops.SIGN:
+            replace[image] = graph.select(symbol, graph.minus_one, graph.one)
+        else:
+            replace[image] = graph.logical_not(symbol) if negated else symbol
+    differences = substitute(graph, [side.difference for side in sides], resolve)
+    for k, (side, difference) in enumerate(zip(sides, differences, strict=True)):
+        text = f"side of force {k + 1}"
+        located.append(Switch(side.symbol, difference, graph.zero, side.difference, text))
+    return Switches(tuple(located), tuple(timed), replace)
+
+
+def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[Node]:
+    """Return what the rates of constraints ask of time alone, as where max(0, f(time)) bends: they jump there."""
+    graph, known = system.graph, {system.symbols.time, *(s.node for s in system.symbols.parameters)}
+    asked = [n for n in graph.reach(rates) if _compared(system, n) is not None]
+    return [n for n in asked if known.issuperset(graph.support(n))]
+
+
+def _moves(graph: Graph, x: Node, symbols: Collection[Node]) -> bool:
+    """Tell whether x changes between events."""
+    return not all(map(graph.is_zero, vjp(graph, [(x, graph.one)], list(symbols))))
+
+
+def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, bool] | None:
+    """Return (a, b, negated) so that the relation is a < b, or its negation."""
+    graph = system.graph
+    match graph.op(relation):
+        case ops.LESS:
+            a, b = graph.args(relation)
+            return a, b, False
+        case ops.LESS_EQUAL:
+            a, b = graph.args(relation)
+            return b, a, True
+        case ops.SIGN:
+            return graph.args(relation)[0], graph.zero, False
+        case _:
+            return None
+
+
+def _crossing(system: MechanicalSystem, g: Node, of_time: bool) -> tuple[Node, int] | None:
+    """Return the time at which g = slope (t - T) vanishes and the value of g < 0 from then on."""
+    graph, time = system.graph, system.symbols.time
+    if not of_time or any(graph.op(n) in JUMPING and time in graph.support(n) for n in graph.reach([g])):
+        return None
+    (slope,) = jvp(graph, [g], {time: graph.one})
+    if not graph.is_constant(slope) or graph.is_zero(slope):
+        return None
+    (start,) = substitute(graph, [g], {time: graph.zero})
+    return graph.neg(graph.div(start, slope)), int(graph.value(slope) < 0)

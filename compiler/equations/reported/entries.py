@@ -1,0 +1,163 @@
+"""Names, units and places at run time of every number of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from msgspec import Struct
+
+from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
+
+from ...flat.model import Kind
+from ...graph import Node
+from ...mechanics.meaning.symbols import Scalar
+from ...mechanics.modes import ImpulseAction, SetAction
+from ...mechanics.system import MechanicalSystem
+from ..model import Entry, Slot
+from ..solve.energies import Energies, supplied_at_instants
+
+_TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
+
+
+class Layout(Struct, frozen=True):
+    """``q_indices``, ``v_indices``: coordinates and velocities that are in y (driven ones are not); ``accounts``:
+    energy accounts appended to x. ``slots`` gives the place of every symbol."""
+
+    nq: int
+    nv: int
+    nx: int
+    q_indices: tuple[int, ...]
+    v_indices: tuple[int, ...]
+    accounts: tuple[str, ...]
+    account_symbols: Mapping[str, Node]
+    slots: Mapping[Node, Slot]
+    time: Entry
+    states: tuple[Entry, ...]
+    parameters: tuple[Entry, ...]
+    inputs: tuple[Entry, ...]
+    discretes: tuple[Entry, ...]
+    energy: str
+    length: str
+    dimensionless: bool
+    constrained: bool
+
+    def entry(self, scalar: Scalar, kind: str, *, rate: bool = False) -> Entry:
+        """Return the description of one number of a variable."""
+        return _entry(scalar, kind, self.dimensionless, rate=rate)
+
+
+def booked_by_events(system: MechanicalSystem) -> frozenset[str]:
+    """Return the accounts that impacts and actions need, whatever the powers are."""
+    jumps = any(
+        isinstance(action, ImpulseAction) or (isinstance(action, SetAction) and action.moves)
+        for branch in system.branches
+        for action in branch.actions
+    )
+    switched = any(rows.mode is not None for rows in system.constraints)
+    names = {"energy.dissipated"} if jumps or switched else set()
+    return frozenset(names | ({"energy.supplied"} if jumps else set()))
+
+
+def layout_of(
+    system: MechanicalSystem,
+    driven: Mapping[Node, Node],
+    energies: Energies,
+    parts: Collection[str] = (),
+) -> Layout:
+    """Return where every symbol of a model lives at run time. ``parts``: see needs.py."""
+    graph, symbols = system.graph, system.symbols
+    pure = system.model.dimensionless
+    q_indices = tuple(k for k, s in enumerate(system.q) if s.node not in driven)
+    v_indices = tuple(i for i, s in enumerate(system.v) if s.node not in driven)
+    powers = {"energy.supplied": energies.supplied, "energy.dissipated": energies.dissipated}
+    booked = frozenset(powers) if "accounts" in parts else booked_by_events(system)
+    if not energies.reason and supplied_at_instants(system, energies.total):
+        booked |= {"energy.supplied"}
+    accounts = tuple(name for name, power in powers.items() if name in booked or not graph.is_zero(power))
+    if not (q_indices or v_indices or symbols.states or accounts):
+        accounts = ("energy.supplied",)  # everything is prescribed: the run still needs a state
+    account_symbols = {name: graph.symbol(f"?{name}") for name in accounts}
+    joule = "" if pure else "J"
+    states = (
+        *(_entry(system.q[k], "coordinate", pure) for k in q_indices),
+        *(_entry(system.v[i], "rate", pure, rate=True) for i in v_indices),
+        *(_entry(s, "state", pure) for s in symbols.states),
+        *(Entry(name, "account", joule) for name in accounts),
+    )
+    nodes = (
+        *(system.q[k].node for k in q_indices),
+        *(system.v[i].node for i in v_indices),
+        *(s.node for s in symbols.states),
+        *account_symbols.values(),
+    )
+    slots = {symbols.time: Slot("t", 0)}
+    slots |= {n: Slot("y", k) for k, n in enumerate(nodes)}
+    for array, scalars in (("u", symbols.inputs), ("z", symbols.discretes), ("p", symbols.parameters)):
+        slots |= {s.node: Slot(array, k) for k, s in enumerate(scalars)}
+    return Layout(
+        nq=len(q_indices),
+        nv=len(v_indices),
+        nx=len(symbols.states) + len(accounts),
+        q_indices=q_indices,
+        v_indices=v_indices,
+        accounts=accounts,
+        account_symbols=account_symbols,
+        slots=slots,
+        time=Entry(system.model.independent or "time", "time", "" if pure else "s"),
+        states=states,
+        parameters=tuple(_entry(s, "parameter", pure) for s in symbols.parameters),
+        inputs=tuple(_entry(s, "input", pure) for s in symbols.inputs),
+        discretes=tuple(_entry(s, "discrete", pure) for s in symbols.discretes),
+        energy=joule,
+        length="" if pure else "m",
+        dimensionless=pure,
+        constrained=bool(system.constraints),
+    )
+
+
+def unit_of(dimension: Dimension, angle: bool = False, written: str = "") -> str:
+    """Return the SI unit of a dimension as text: empty for a pure number, ``rad`` for an angle.
+
+    ``written``: the unit that the user chose; it is kept where it is one of SI, as N.m for a torque.
+    """
+    if dimension == DIMENSIONLESS:
+        return "rad" if angle else ""
+    if written and parse_unit(written).factor == 1:
+        return written
+    return preferred_unit(dimension, angle)
+
+
+def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Entry:
+    variable = scalar.variable
+    attributes = variable.attributes
+    rotation = variable.type.kind is Kind.ROTATION
+    dimension = variable.type.dimension
+    angle = variable.type.angle or (rotation and rate)
+    if rate and not pure:
+        dimension = dimension / parse_unit("s").dimension
+        unit = f"{unit_of(DIMENSIONLESS, angle) or '1'}/s" if variable.type.dimension == DIMENSIONLESS else ""
+    else:
+        unit = ""
+    unit = unit or unit_of(dimension, angle, "" if rate else attributes.display)
+    return Entry(
+        scalar.name,
+        kind,
+        unit,
+        "" if rate else attributes.display,
+        None if rate else attributes.nominal,
+        None if rate else attributes.minimum,
+        None if rate else attributes.maximum,
+        variable.doc,
+        variable.origin.span,
+        attributes.options.get("interpolation", "linear"),
+        _TYPES.get(variable.type.kind, "real"),
+    )
+
+
+def momentum_unit(scalar: Scalar, layout: Layout) -> str:
+    """Return the unit of the momentum of a velocity: J divided by the unit of the rate."""
+    if layout.dimensionless:
+        return ""
+    second = parse_unit("s").dimension
+    dimension = parse_unit("J").dimension * second / scalar.variable.type.dimension
+    return unit_of(dimension, angle=False)

@@ -1,0 +1,104 @@
+"""Experiments: their options and settings as one function each, evaluated before a run."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ...flat.model import Experiment, Kind, Literal, Role, Setting, StartValue
+from ...graph import Node
+from ...graph.evaluate import evaluate
+from ...mechanics.meaning.quaternions import rotation_quaternion
+from ...mechanics.meaning.symbols import Scalar
+from ...mechanics.system import MechanicalSystem
+from ..model import ExperimentPlan, Function, SettingTarget
+from .entries import Layout
+
+
+def experiment_plans(
+    system: MechanicalSystem, layout: Layout, reporter: Reporter
+) -> tuple[tuple[ExperimentPlan, ...], tuple[Function, ...]]:
+    """Return a plan and a function for each experiment of the model."""
+    plans, functions = [], []
+    for number, experiment in enumerate(system.model.experiments):
+        plan, function = _plan(system, layout, experiment, number, reporter)
+        plans.append(plan)
+        functions.append(function)
+    return tuple(plans), tuple(functions)
+
+
+def _plan(
+    system: MechanicalSystem, layout: Layout, experiment: Experiment, number: int, reporter: Reporter
+) -> tuple[ExperimentPlan, Function]:
+    lowering = system.lowering
+    words = {
+        name: str(e.value)
+        for name, e in experiment.options.items()
+        if isinstance(e, Literal) and isinstance(e.value, str)
+    }
+    numeric = {name: e for name, e in experiment.options.items() if name not in words}
+    outputs: list[Node] = [lowering.scalar(e) for e in numeric.values()]
+    targets: list[SettingTarget] = []
+    for setting in experiment.settings:
+        places = _targets(system, layout, setting, reporter)
+        values = _values(system, setting)
+        values = values * len(places) if len(values) == 1 else values
+        for place, value in zip(places, values, strict=True):
+            targets.append(SettingTarget(place[0], place[1], setting.guess))
+            outputs.append(value)
+    sweeps = []
+    for sweep in experiment.sweeps:
+        if sweep.structural:
+            continue
+        swept = _find(system, layout, sweep.target, (), rate=False)
+        if not swept:
+            reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
+            continue
+        constants = tuple(evaluate(system.graph, [lowering.scalar(v) for v in sweep.values], {}))
+        sweeps.append((SettingTarget(*swept[0], False), constants))
+    name = f"experiment_{number}"
+    plan = ExperimentPlan(
+        experiment.name, experiment.doc, name, tuple(numeric), words, tuple(targets), tuple(sweeps)
+    )
+    title = f"experiment '{experiment.name}'" if experiment.name else "the default experiment"
+    return plan, Function(name, f"options and settings of {title}", tuple(outputs))
+
+
+def _values(system: MechanicalSystem, setting: Setting) -> tuple[Node, ...]:
+    rotations = {c.variable.name for c in system.symbols.coordinates if c.is_rotation}
+    if setting.target in rotations and not setting.rate:
+        start = StartValue(setting.value, setting.guess, setting.origin)
+        return rotation_quaternion(system.graph, system.lowering, start)
+    return system.lowering.numbers(setting.value)
+
+
+def _targets(
+    system: MechanicalSystem, layout: Layout, setting: Setting, reporter: Reporter
+) -> list[tuple[str, int]]:
+    found = _find(system, layout, setting.target, setting.indices, rate=setting.rate)
+    if not found:
+        reporter.error(
+            "E0822",
+            f"'{setting.target}' has no initial value to set",
+            setting.origin.span,
+            caption="its motion is prescribed, or its joint closes a loop",
+        )
+    return found
+
+
+def _find(
+    system: MechanicalSystem, layout: Layout, name: str, indices: tuple[int, ...], *, rate: bool
+) -> list[tuple[str, int]]:
+    """Return (array, index) of every number that a name and leading indices stand for."""
+    symbols = system.symbols
+    scalars: list[Scalar] = [*symbols.parameters, *symbols.inputs, *symbols.discretes, *symbols.states]
+    scalars += system.v if rate else system.q
+    result = []
+    for s in scalars:
+        rotation = s.variable.type.kind is Kind.ROTATION
+        matches = rotation or s.indices[: len(indices)] == indices
+        if s.variable.name == name and matches and s.node in layout.slots:
+            if rate and s.variable.role is not Role.COORDINATE:
+                continue
+            slot = layout.slots[s.node]
+            result.append((slot.array, slot.index))
+    return result

@@ -1,0 +1,128 @@
+"""Everything that is reported beside the state: declared outputs, energies, momenta."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from msgspec import Struct
+
+from ...flat.model import Definition, Kind
+from ...graph import Node
+from ...mechanics.system import MechanicalSystem
+from ..model import Entry
+from ..solve.solved import Solved
+from .entries import Layout, momentum_unit, unit_of
+from .momenta import conserved_momenta
+
+
+class OutputList(Struct, frozen=True):
+    """``entries`` describe ``nodes``; ``conserved`` and ``energy_balance`` are indices into both (-1: absent)."""
+
+    entries: tuple[Entry, ...]
+    nodes: tuple[Node, ...]
+    conserved: tuple[int, ...]
+    energy_balance: tuple[int, ...]
+
+
+def list_outputs(
+    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str] = ()
+) -> OutputList:
+    """Return the outputs of a model, prescribed coordinates first. ``parts``: see needs.py."""
+    rows = _rows(system, solved, layout)
+    if "reactions" in parts:
+        rows += _multipliers(system, solved)
+    if "positions" in parts:
+        rows += _positions(system, layout)
+    names = {entry.name: k for k, (entry, _) in enumerate(rows)}
+    balance = ("energy.total", "energy.dissipated", "energy.supplied")
+    return OutputList(
+        tuple(entry for entry, _ in rows),
+        tuple(n for _, n in rows),
+        tuple(k for k, (entry, _) in enumerate(rows) if entry.kind == "momentum"),
+        () if solved.energies.reason else tuple(names.get(name, -1) for name in balance),
+    )
+
+
+def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tuple[Entry, Node]]:
+    rows: list[tuple[Entry, Node]] = []
+    for drive in system.drives:
+        rows += [(layout.entry(system.q[k], "coordinate"), system.q[k].node) for k in drive.q]
+        rows += [(layout.entry(system.v[i], "rate", rate=True), system.v[i].node) for i in drive.v]
+    for row in system.outputs:
+        rows.append((_declared(row.definition, row.name, layout), row.node))
+    energy = solved.energies
+    joule = layout.energy
+    rows += [
+        (Entry("energy.kinetic", "energy", joule), energy.kinetic),
+        (Entry("energy.potential", "energy", joule), energy.potential),
+        (Entry("energy.total", "energy", joule), energy.total),
+    ]
+    for name in layout.accounts:
+        rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
+    rows += _creeps(system, layout)
+    described = {entry.name: entry for entry in (*layout.states, *(entry for entry, _ in rows))}
+    for exact in system.exacts:
+        unit = described[exact.name].unit
+        display = described[exact.name].display
+        span = exact.origin.span
+        rows.append((Entry(f"exact({exact.name})", "exact", unit, display, span=span), exact.node))
+    for i in energy.cyclic:
+        scalar, momentum = system.v[i], energy.momenta[i]
+        assert momentum is not None, "cyclic velocities are free"
+        entry = Entry(f"momentum({scalar.of})", "momentum", momentum_unit(scalar, layout))
+        rows.append((entry, momentum))
+    cyclic = {entry.name for entry, _ in rows}
+    known = [n for entry, n in rows if entry.kind == "momentum"]
+    for name, unit, node in conserved_momenta(system, solved, layout.dimensionless):
+        if name not in cyclic and not any(system.graph.equal_up_to_sign(node, n) for n in known):
+            rows.append((Entry(name, "momentum", unit), node))
+    return rows
+
+
+def _declared(definition: Definition, name: str, layout: Layout) -> Entry:
+    """Return the description of one number of an output."""
+    type, attributes = definition.type, definition.attributes
+    unit = unit_of(type.dimension, type.angle, attributes.display)
+    return Entry(
+        name,
+        "output",
+        layout.length if type.kind is Kind.POINT else unit,
+        attributes.display,
+        attributes.nominal,
+        attributes.minimum,
+        attributes.maximum,
+        definition.doc,
+        definition.origin.span,
+    )
+
+
+def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+    """Return the speeds of regularized frictions where they ought to stick; those of contacts while these are closed."""
+    closed = {rows.name: rows.mode.flag for rows in system.constraints if rows.mode is not None}
+    found: list[tuple[Entry, Node]] = []
+    for rows in system.constraints:
+        mode = rows.mode
+        if mode is None or mode.smooth is None or mode.smooth.creep is None:
+            continue
+        creep, name = mode.smooth.creep, mode.contact or rows.name
+        if mode.contact:
+            creep = system.graph.mul(closed[mode.contact], creep)
+        unit = "" if layout.dimensionless else mode.smooth.unit
+        found.append((Entry(f"creep({name})", "creep", unit), creep))
+    return found
+
+
+def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:
+    """Return the force of every constraint, whether anything asks for it or not."""
+    rows = [row for row in solved.all_rows if row.multiplier in solved.replace]
+    return [(Entry(f"multiplier({row.title})", "output", ""), row.multiplier) for row in rows]
+
+
+def _positions(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:
+    """Return the place of every mass in the world."""
+    found: list[tuple[Entry, Node]] = []
+    for number, mass in enumerate(system.masses, start=1):
+        position = system.kinematics.position(mass.point)
+        names = [f"mass({number})[{k}]" for k in range(1, len(position) + 1)]
+        found += [(Entry(name, "output", layout.length), n) for name, n in zip(names, position, strict=True)]
+    return found

@@ -1,0 +1,206 @@
+"""Masses and moments of inertia that no body has, found with the default values of the parameters.
+
+Parts may have negative masses, as holes have; what moves as one must not. With J about the mass centre, the second
+moments of a body are S = 1/2 tr(J) 1 - J, and no distribution of mass has a negative one: this is the triangle
+inequality of the principal moments, and holds for every part of the matrix.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+from msgspec import Struct
+
+from mechc.lang.diagnostics import Reporter
+
+from ...flat.model import Origin
+from ...graph import Graph, Node
+from ...graph.evaluate import evaluate
+from ...mechanics.bodies import carrier
+from ...mechanics.kinematics.frames import Frame
+from ...mechanics.kinematics.pose import Translate, rotation_of
+from ...mechanics.system import MechanicalSystem, PointMass, RotaryInertia
+from .defaults import default_values
+
+ROUNDING = 1e-9
+"""Relative; moments of thin rods and disks are at the limit."""
+
+Numbers = tuple[float, ...]
+Table = list[list[float]]
+
+
+class _Body(Struct, frozen=True):
+    """What moves as one: point masses with their ``sizes`` [kg], parts with their ``tensors`` [kg.m^2]."""
+
+    masses: tuple[PointMass, ...]
+    sizes: tuple[float, ...]
+    parts: tuple[RotaryInertia, ...]
+    tensors: tuple[Table, ...]
+
+
+def check_rigid_bodies(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report negative masses and impossible inertias of everything that moves as one."""
+    if not system.masses and not system.inertias:
+        return
+    values = default_values(system)
+    nodes = {m.mass for m in system.masses}
+    nodes |= {x for part in system.inertias for row in part.inertia for x in row}
+    known = values | dict(zip(nodes, evaluate(system.graph, list(nodes), values), strict=True))
+    bodies: dict[int, tuple[list[PointMass], list[RotaryInertia]]] = {}
+    for mass in system.masses:
+        fixed = all(system.graph.is_zero(system.rate(x)) for x in mass.point.offset)
+        owner = carrier(system, mass.point.frame) if fixed else mass
+        bodies.setdefault(id(owner), ([], []))[0].append(mass)
+    for part in system.inertias:
+        bodies.setdefault(id(carrier(system, part.frame)), ([], []))[1].append(part)
+    for masses, parts in bodies.values():
+        sizes = tuple(known[m.mass] for m in masses)
+        tensors = tuple([[known[x] for x in row] for row in part.inertia] for part in parts)
+        _check(system, _Body(tuple(masses), sizes, tuple(parts), tensors), known, reporter)
+
+
+def _check(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], reporter: Reporter) -> None:
+    sizes = body.sizes
+    for part, tensor in zip(body.parts, body.tensors, strict=True):
+        if not _symmetric(tensor):
+            reporter.error(
+                "E0531",
+                "an inertia matrix is symmetric",
+                part.origin.shown,
+                caption="this one is not",
+                help="write J[i,j] = J[j,i] = -(integral of x[i]*x[j] over the mass)",
+            )
+            return
+    if all(m >= 0 for m in sizes) and all(_positive(_second_moments(tensor)) for tensor in body.tensors):
+        return  # so is every sum of them
+    total = math.fsum(sizes)
+    if total < -ROUNDING * max(map(abs, sizes), default=0.0):
+        unit = "" if system.model.dimensionless else " kg"
+        _, lightest = min(zip(sizes, body.masses, strict=True), key=lambda pair: pair[0])
+        _impossible(
+            reporter, "mass", f"the sum of all that moves with it is {total:.6g}{unit}", lightest.origin
+        )
+    elif body.parts:
+        _check_moments(_about_centre(system, body, values, total), body.parts[0].origin, reporter)
+
+
+def _check_moments(tensor: Table, origin: Origin, reporter: Reporter) -> None:
+    if not all(math.isfinite(x) for row in tensor for x in row):
+        return
+    if not _positive(tensor):
+        which = "its moment of inertia is" if len(tensor) == 1 else "one of its moments of inertia is"
+        _impossible(reporter, "moment of inertia", f"about its mass centre {which}", origin)
+    elif not _positive(_second_moments(tensor)):
+        moments = ", ".join(f"{tensor[i][i]:.6g}" for i in range(3))
+        reporter.note(
+            "N0533",
+            "no body has these moments of inertia",
+            origin.shown,
+            caption=f"about the mass centre of all that moves with it, about its axes: {moments}",
+            help="each principal moment is at most the sum of the other two; of a thin disk it is the sum",
+        )
+
+
+def _impossible(reporter: Reporter, what: str, caption: str, origin: Origin) -> None:
+    reporter.error(
+        "E0530",
+        f"negative {what}",
+        origin.shown,
+        caption=caption,
+        help="a hole takes its negative mass and inertia from the body that it is rigidly connected to",
+    )
+
+
+def _about_centre(system: MechanicalSystem, body: _Body, values: Mapping[Node, float], total: float) -> Table:
+    """Return the inertia of a body about its mass centre: 1x1 in the plane, 3x3 in space."""
+    planar = system.kinematics.size == 2
+    count = 1 if planar else 3
+    result = [[0.0] * count for _ in range(count)]
+    for part, tensor in zip(body.parts, body.tensors, strict=True):
+        turned = tensor
+        if not planar:
+            axes, _ = _place(system, part.frame, values)
+            half = [[_dot(row, column) for column in zip(*tensor, strict=True)] for row in axes]
+            turned = [[_dot(row, other) for other in axes] for row in half]
+        result = [[a + b for a, b in zip(r, s, strict=True)] for r, s in zip(result, turned, strict=True)]
+    places = []
+    for mass in body.masses:
+        axes, origin = _place(system, mass.point.frame, values)
+        offset = _in_space(evaluate(system.graph, list(mass.point.offset), values))
+        places.append(tuple(o + _dot(row, offset) for o, row in zip(origin, axes, strict=True)))
+    centre = tuple(
+        math.fsum(m * p[i] for m, p in zip(body.sizes, places, strict=True)) / total if total else 0.0
+        for i in range(3)
+    )
+    for m, place in zip(body.sizes, places, strict=True):
+        arm = tuple(p - c for p, c in zip(place, centre, strict=True))
+        square = _dot(arm, arm)
+        for i in range(count):
+            for j in range(count):
+                result[i][j] += m * ((square if i == j else 0.0) - (0.0 if planar else arm[i] * arm[j]))
+    return result
+
+
+def _place(system: MechanicalSystem, frame: Frame, values: Mapping[Node, float]) -> tuple[Table, Numbers]:
+    """Return the axes (rows: of the carrier; columns: of the frame) and the origin of a frame on its carrier."""
+    graph, top = system.graph, carrier(system, frame)
+    axes, origin = [[float(i == j) for j in range(3)] for i in range(3)], (0.0, 0.0, 0.0)
+    at = frame
+    while at is not top:
+        assert at.step is not None and at.parent is not None
+        if isinstance(at.step, Translate):
+            offset = _in_space(evaluate(graph, list(at.step.offset), values))
+            origin = (origin[0] + offset[0], origin[1] + offset[1], origin[2] + offset[2])
+        else:
+            turn = _numbers(graph, rotation_of(graph, at.step), values)
+            axes = [[_dot(row, column) for column in zip(*axes, strict=True)] for row in turn]
+            x, y, z = (_dot(row, origin) for row in turn)
+            origin = (x, y, z)
+        at = at.parent
+    return axes, origin
+
+
+def _numbers(graph: Graph, matrix: Sequence[Sequence[Node]], values: Mapping[Node, float]) -> Table:
+    return [evaluate(graph, list(row), values) for row in matrix]
+
+
+def _in_space(vector: Sequence[float]) -> Numbers:
+    return (*vector, 0.0)[:3]
+
+
+def _dot(a: Sequence[float], b: Sequence[float]) -> float:
+    return sum(x * y for x, y in zip(a, b, strict=True))
+
+
+def _symmetric(tensor: Table) -> bool:
+    size = max(abs(x) for row in tensor for x in row)
+    pairs = combinations(range(len(tensor)), 2)
+    return not any(abs(tensor[i][j] - tensor[j][i]) > ROUNDING * size for i, j in pairs)
+
+
+def _second_moments(tensor: Table) -> Table:
+    """Return S of J; in the plane, where nothing relates the only moment to others, J itself."""
+    if len(tensor) == 1:
+        return tensor
+    half = sum(tensor[i][i] for i in range(3)) / 2
+    return [[(half if i == j else 0.0) - tensor[i][j] for j in range(3)] for i in range(3)]
+
+
+def _positive(tensor: Table) -> bool:
+    """Tell whether a symmetric matrix is positive semidefinite: none of its principal minors is negative."""
+    size = max(abs(x) for row in tensor for x in row)
+    for order in range(1, len(tensor) + 1):
+        for rows in combinations(range(len(tensor)), order):
+            if _determinant([[tensor[i][j] for j in rows] for i in rows]) < -ROUNDING * size**order:
+                return False
+    return True
+
+
+def _determinant(matrix: Table) -> float:
+    if len(matrix) == 1:
+        return matrix[0][0]
+    signs = (1, -1, 1)
+    smaller = ([row[:j] + row[j + 1 :] for row in matrix[1:]] for j in range(len(matrix)))
+    return sum(s * x * _determinant(rest) for s, x, rest in zip(signs, matrix[0], smaller, strict=False))

@@ -1,0 +1,140 @@
+"""Rows that can be switched: which equation determines the multiplier in each mode.
+
+A contact or constraint obeys f (K a + gamma) + (1 - f) lam = 0 with the flag f in {0, 1}; a friction
+f (K a + gamma) + (1 - f) (lam + sigma F) = 0 with the direction of slip sigma and the limit F, which may contain
+multipliers and reactions. After elimination the pivot is f S + 1 - f with S > 0, so that one straight-line program
+serves every mode.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec.structs import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Node
+from ...graph.differentiate import jacobian
+from ...graph.rewrite import substitute
+from ...mechanics.modes import Mode
+from ...mechanics.system import MechanicalSystem
+from .constraints import Row
+from .signs import Side, take_sides
+
+
+def with_modes(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    multipliers: Sequence[Node],
+    answers: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
+    """Return the rows with the equation of their modes, and on which sides of zero their laws ask forces to be.
+
+    ``multipliers`` are those of all rows of the model; ``answers`` replaces questions about forces.
+    """
+    graph = system.graph
+    normals = {row.constraint.name: row.multiplier for row in rows}
+    surfaces = frictions(rows)
+    result = []
+    sides: dict[Node, Side] = {}
+    for row in rows:
+        mode = row.constraint.mode
+        assert mode is not None
+        off = graph.sub(graph.one, mode.flag)
+        law = row.multiplier
+        if mode.kind == "friction":
+            kinetic, _ = limits(system, mode, normals, answers)
+            kinetic = take_sides(graph, kinetic, (*system.a, *multipliers), sides)
+            law = graph.add(law, graph.mul(_side(system, row, surfaces[row.multiplier]), kinetic))
+            _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
+        equation = (
+            law
+            if mode.smooth is not None
+            else graph.add(graph.mul(mode.flag, row.second), graph.mul(off, law))
+        )
+        result.append(replace(row, equation=equation))
+    return tuple(result), tuple(sides.values())
+
+
+def frictions(rows: Sequence[Row]) -> dict[Node, list[Row]]:
+    """Return, by the multiplier of each row, the rows of the friction it belongs to: two where it acts on a surface."""
+    by_contact: dict[str, list[Row]] = {}
+    for row in rows:
+        if row.constraint.mode is not None and row.constraint.mode.contact:
+            by_contact.setdefault(row.constraint.mode.contact, []).append(row)
+    return {
+        row.multiplier: by_contact.get(row.constraint.mode.contact, [row]) if row.constraint.mode else [row]
+        for row in rows
+    }
+
+
+def _side(system: MechanicalSystem, row: Row, surface: Sequence[Row]) -> Node:
+    """Return the part of the limit that acts against a slip in the direction of a row.
+
+    On a surface it is (s + z)/|s + z| as long as the slip s goes on at all along z, which comes from the kernel: a
+    direction that the slip had a little before, with the size of no speed at all, so that a slip that begins has a
+    direction. Behind s = 0 it stays z/|z|, so that a step that passes the end of a slip sees a law as smooth as that
+    of one component. It is 0 where nothing slides.
+    """
+    graph, mode = system.graph, row.constraint.mode
+    assert mode is not None and mode.sign is not None
+    if mode.smooth is not None:
+        return mode.smooth.side
+    if len(surface) == 1:
+        return mode.sign
+    along = graph.zero
+    directions = []
+    for r in surface:
+        assert r.constraint.mode is not None and r.constraint.mode.sign is not None
+        along = graph.add(along, graph.mul(r.constraint.mode.sign, r.rate))
+        directions.append((r.rate, r.constraint.mode.sign))
+    ahead = graph.less(graph.zero, along)
+    square = begun = graph.zero
+    for rate, sign in directions:
+        slip = graph.add(graph.select(ahead, rate, graph.zero), sign)
+        square = graph.add(square, graph.mul(slip, slip))
+        begun = graph.add(begun, graph.mul(sign, sign))
+    part = graph.add(graph.select(ahead, row.rate, graph.zero), mode.sign)
+    return graph.select(graph.less(graph.zero, begun), graph.div(part, graph.sqrt(square)), graph.zero)
+
+
+def limits(
+    system: MechanicalSystem, mode: Mode, normals: Mapping[str, Node], answers: Mapping[Node, Node]
+) -> tuple[Node, Node]:
+    """Return the largest forces while sliding and while sticking."""
+    graph = system.graph
+    assert mode.kinetic is not None and mode.static is not None
+    kinetic, static = substitute(graph, [mode.kinetic, mode.static], answers)
+    if mode.contact:
+        normal = normals[mode.contact]
+        kinetic, static = graph.mul(kinetic, normal), graph.mul(static, normal)
+    return kinetic, static
+
+
+def _check_affine(
+    system: MechanicalSystem, row: Row, kinetic: Node, unknowns: Sequence[Node], reporter: Reporter
+) -> None:
+    graph = system.graph
+    (derivatives,) = jacobian(graph, [kinetic], unknowns)
+    if set(unknowns).intersection(graph.support(*derivatives.values())):
+        raise reporter.fail(
+            "E0714",
+            f"the limit of friction '{row.title}' is not affine in the forces it depends on",
+            row.constraint.origin.span,
+            caption="components of reactions may be added, multiplied by coefficients and put into 'abs', "
+            "but not into 'norm' or a square",
+            help="where one component is much the largest, use its 'abs'",
+        )
+
+
+def friction_loss(system: MechanicalSystem, rows: Sequence[Row]) -> Node:
+    """Return the power that friction turns into heat: -lam s."""
+    graph = system.graph
+    total = graph.zero
+    for row in rows:
+        mode = row.constraint.mode
+        if mode is not None and mode.kind == "friction":
+            total = graph.sub(total, graph.mul(row.multiplier, row.rate))
+    return total

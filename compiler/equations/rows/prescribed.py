@@ -1,0 +1,112 @@
+"""Whether prescribed motions are smooth enough: positions must not jump, nor the rates of drives.
+
+A drive takes its coordinate out of the equations, so nothing would tell the others of the impulse that a jump of its
+rate is. Where formulas may jump they compare times, or take whole parts of them; each of these is followed through
+time, for the default values of the parameters, and where it changes the formula is looked at on both sides.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, pairwise
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Graph, Node
+from ...graph import operations as ops
+from ...graph.evaluate import Tape
+from ...graph.rewrite import substitute
+from ...mechanics.system import MechanicalSystem
+from .constraints import Row
+from .defaults import default_values
+
+JUMPING = frozenset({ops.LESS, ops.LESS_EQUAL, ops.EQUAL, ops.SIGN, ops.FLOOR, ops.MODULO})
+
+HORIZONS = (0.1, 1.0, 10.0, 100.0)
+"""Times up to which is looked."""
+
+STEPS = 397
+"""To each of them: a prime, so that no period is met at the same places again and again."""
+
+SMALL = 1e-6
+"""Share of the largest value below which a jump is taken for a rounded coefficient."""
+
+
+def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
+    """Report drives whose position or rate jumps."""
+    defaults: dict[Node, float] = {}
+    for row in system.drives:
+        places = list(row.values)
+        if len(places) > len(row.v):  # a quaternion and its negative are one rotation
+            places = [system.graph.mul(a, b) for a in places for b in places]
+        count = len(places)
+        formulas = substitute(system.graph, [*places, *row.rates], driven)
+        for k, formula in enumerate(formulas):
+            if not _levels(system.graph, formula, system.symbols.time):
+                continue
+            defaults = defaults or default_values(system)
+            at = next(_jumps(system, formula, defaults), None)
+            if at is None:
+                continue
+            name = row.names[0] if len(row.names) == 1 else row.names[0].partition("[")[0]
+            unit = "" if system.model.dimensionless else " s"
+            reporter.error(
+                "E0532",
+                f"the {'position' if k < count else 'rate'} that is prescribed for '{name}' jumps",
+                row.origin.span,
+                caption=f"at time = {at:.4g}{unit}",
+                help=f"let it change within a time; or write 'constraint {name} = ..' if it is a coordinate: "
+                "there a rate that jumps is an impulse",
+            )
+            break
+
+
+def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter) -> None:
+    """Report constraints that ask for another position from one instant to the next."""
+    graph, time = system.graph, system.symbols.time
+    told: set[str] = set()
+    for row in rows:
+        if row.position is None or row.constraint.name in told or not _levels(graph, row.position, time):
+            continue
+        at = next(_jumps(system, row.position, default_values(system)), None)
+        if at is None:
+            continue
+        told.add(row.constraint.name)
+        unit = "" if system.model.dimensionless else " s"
+        reporter.error(
+            "E0532",
+            f"the position that '{row.constraint.name}' asks for jumps",
+            row.constraint.origin.span,
+            caption=f"at time = {at:.4g}{unit}",
+            help="let it change within a time",
+        )
+
+
+def _levels(graph: Graph, formula: Node, time: Node) -> list[Node]:
+    """Return what tells by whole numbers on which piece of a formula a time is."""
+    found = [n for n in graph.reach([formula]) if graph.op(n) in JUMPING and time in graph.support(n)]
+    return [graph.floor(graph.div(*graph.args(n))) if graph.op(n) == ops.MODULO else n for n in found]
+
+
+def _jumps(system: MechanicalSystem, formula: Node, defaults: Mapping[Node, float]) -> Iterator[float]:
+    graph, time = system.graph, system.symbols.time
+    levels = _levels(graph, formula, time)
+    tape = Tape(graph, [formula, *levels], defaults)
+
+    def look(t: float) -> tuple[float, list[float]]:
+        values = tape({**defaults, time: t})
+        return values[formula], [values[n] for n in levels]
+
+    runs = [[(t, *look(t)) for t in (end * k / STEPS for k in range(STEPS + 1))] for end in HORIZONS]
+    size = max((abs(x) for seen in runs for _, x, _ in seen if math.isfinite(x)), default=0.0)
+    for (before, _, here), (after, _, there) in chain.from_iterable(map(pairwise, runs)):
+        if here == there:
+            continue
+        while before < (middle := (before + after) / 2) < after:
+            if look(middle)[1] == here:
+                before = middle
+            else:
+                after = middle
+        if abs(look(after)[0] - look(before)[0]) > SMALL * size:
+            yield after

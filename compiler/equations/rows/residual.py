@@ -1,0 +1,116 @@
+"""The residual r(q, v, a): central form for bodies, Lagrange's operator for energies written as formulas.
+
+Bodies (Lagrange-d'Alembert): r = sum (dv_b/dv)^T m (a_b - g) + (dw_b/dv)^T (J w'_b + w_b x J w_b); one reverse
+sweep with the inertia forces as seeds, so the terms that cancel between d/dt dT/dv and dT/dq are never built.
+Formulas: r = d/dt dL/dv - N^T dL/dq + w x dL/dw (the last for rotations; Boltzmann-Hamel). Forces enter by
+virtual power, constraints by -(dc'/dv)^T lam.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...graph import Graph, Node
+from ...graph.differentiate import vjp
+from ...graph.vector import add, cross, matvec
+from ...mechanics.system import ConstraintRows, MechanicalSystem
+
+Seeds = list[tuple[Node, Node]]
+
+
+def inertia_seeds(system: MechanicalSystem) -> Seeds:
+    """Return (velocity, inertia force) of every body, weight included."""
+    graph, kinematics = system.graph, system.kinematics
+    seeds: Seeds = []
+    for mass in system.masses:
+        acceleration = kinematics.acceleration(mass.point, mass.field)
+        force = (graph.mul(mass.mass, a) for a in acceleration)
+        seeds += zip(kinematics.velocity(mass.point), force, strict=True)
+    for body in system.inertias:
+        spin = kinematics.angular_velocity(body.frame)
+        moment = matvec(graph, body.inertia, kinematics.angular_acceleration(body.frame))
+        if kinematics.size == 3:
+            moment = add(graph, moment, cross(graph, spin, matvec(graph, body.inertia, spin)))
+        seeds += zip(spin, moment, strict=True)
+    return seeds
+
+
+def effort_seeds(system: MechanicalSystem) -> Seeds:
+    """Return (rate, -effort) of every force and torque."""
+    return [(rate, system.graph.neg(effort)) for e in system.efforts for rate, effort in e.pairs]
+
+
+def constraint_rates(system: MechanicalSystem, rows: ConstraintRows) -> tuple[Node, ...]:
+    """Return K v + b of each row: the rate of a position constraint, a velocity constraint as it is."""
+    if rows.level == "velocity":
+        return rows.residuals
+    return tuple(system.rate(c) for c in rows.residuals)
+
+
+def projected(system: MechanicalSystem, gradient: Sequence[Node]) -> list[Node]:
+    """Return N^T g for a gradient with respect to q."""
+    velocities = [s.node for s in system.v]
+    return vjp(system.graph, list(zip(system.qdot, gradient, strict=True)), velocities)
+
+
+def lagrange(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
+    """Return d/dt dL/dv - N^T dL/dq - d2/dt2 dL/da, with w x dL/dw for rotations, for L given as a formula.
+
+    L must be linear in a; the third derivatives then cancel.
+    """
+    graph = system.graph
+    if graph.is_constant(lagrangian):
+        return [graph.zero] * len(system.v)
+    velocities = [s.node for s in system.v]
+    momenta = vjp(graph, [(lagrangian, graph.one)], velocities)
+    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
+    result = [graph.sub(system.rate(p), g) for p, g in zip(momenta, projected(system, gradient), strict=True)]
+    for i, second in enumerate(highest(system, lagrangian)):
+        result[i] = graph.sub(result[i], system.rate(system.rate(second)))
+    for _, first in system.rotations:
+        block = slice(first, first + 3)
+        gyroscopic = cross(graph, velocities[block], momenta[block])
+        result[block] = add(graph, result[block], gyroscopic)
+    return result
+
+
+def highest(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
+    """Return dL/da: zero but for Lagrangians with second derivatives."""
+    return vjp(system.graph, [(lagrangian, system.graph.one)], system.a)
+
+
+def conservative(system: MechanicalSystem) -> list[Node]:
+    """Return N^T dV/dq of the potential that the user wrote (weights of bodies are in the inertia seeds)."""
+    graph = system.graph
+    if graph.is_constant(system.potential):
+        return [graph.zero] * len(system.v)
+    gradient = vjp(graph, [(system.potential, graph.one)], [s.node for s in system.q])
+    return projected(system, gradient)
+
+
+def seeds_of(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> Seeds:
+    """Return the seeds of bodies, forces and constraints together."""
+    seeds = inertia_seeds(system) + effort_seeds(system)
+    for rows, symbols in zip(system.constraints, multipliers, strict=True):
+        rates = constraint_rates(system, rows)
+        seeds += [(rate, system.graph.neg(lam)) for rate, lam in zip(rates, symbols, strict=True)]
+    return seeds
+
+
+def residual(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> list[Node]:
+    """Return r - K^T lam, one node for each velocity, affine in a and lam.
+
+    ``multipliers``: one sequence of symbols for each entry of ``system.constraints``.
+    """
+    graph: Graph = system.graph
+    velocities = [s.node for s in system.v]
+    result = vjp(graph, seeds_of(system, multipliers), velocities)
+    parts = [
+        lagrange(system, graph.add(system.kinetic, system.lagrangian)),
+        conservative(system),
+    ]
+    if not graph.is_constant(system.dissipation):
+        parts.append(vjp(graph, [(system.dissipation, graph.one)], velocities))
+    for part in parts:
+        result = [graph.add(x, y) for x, y in zip(result, part, strict=True)]
+    return result

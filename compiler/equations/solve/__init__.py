@@ -1,0 +1,1 @@
+"""Rows solved: accelerations, multipliers, energies, and the answers to questions about named elements."""

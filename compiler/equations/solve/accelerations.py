@@ -1,0 +1,110 @@
+"""Accelerations and multipliers from the residual, by elimination along the structure of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from msgspec import Struct
+
+from mechc.lang.diagnostics import Reporter
+
+from ...flat.model import Kind
+from ...graph import Node
+from ...graph.differentiate import jacobian
+from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
+from ...mechanics.system import MechanicalSystem
+from ..rows.constraints import Row, settle
+
+LARGEST_WHOLE = 16
+"""Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
+
+
+class Accelerations(Struct, frozen=True):
+    """``a`` for each free velocity, ``multipliers`` for each kept constraint row; ``pivots`` must not vanish."""
+
+    a: tuple[Node, ...]
+    multipliers: tuple[Node, ...]
+    elimination: Elimination
+
+
+def accelerations(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    supports: Sequence[Collection[int]],
+    reporter: Reporter,
+    *,
+    whole: bool = False,
+) -> Accelerations:
+    """Solve r - K^T lam = 0 with K a + gamma = 0, or with what the modes of a row say instead.
+
+    ``supports``: for each of the first rows the free velocities on which it depends at consistent states. Its
+    multiplier is eliminated right after them, so that the cost of many loops grows with their number and not with
+    its square. The other rows are switched: where they are off, the multiplier is in its own row with a factor that
+    vanishes in other modes, so it comes last. ``whole`` factorises the matrix without looking at the structure.
+    """
+    unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
+    equations = [residual[i] for i in free] + [row.equation for row in rows]
+    after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
+    after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
+    try:
+        variants = () if whole and len(unknowns) <= LARGEST_WHOLE else VARIANTS
+        found = solve(system.graph, equations, unknowns, after=after, variants=variants)
+    except ZeroPivot as singular:
+        raise massless(system, residual, free, rows, singular, reporter) from None
+    count = len(free)
+    solutions = settle(system.graph, rows, found.solutions)
+    return Accelerations(solutions[:count], solutions[count:], found)
+
+
+def _coupled(
+    system: MechanicalSystem, residual: Sequence[Node], free: Sequence[int], unknown: int
+) -> list[str]:
+    """Return the coordinates that share inertia with one that has no pivot; nothing if it has no inertia at all."""
+    (row,) = jacobian(system.graph, [residual[unknown]], [system.a[i] for i in free])
+    if unknown not in row:
+        return []
+    coupled = [system.v[free[j]] for j in row]
+    return list(
+        dict.fromkeys(s.variable.name if s.variable.type.kind is Kind.ROTATION else s.of for s in coupled)
+    )
+
+
+def massless(
+    system: MechanicalSystem,
+    residual: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    singular: ZeroPivot,
+    reporter: Reporter,
+) -> Exception:
+    """Report which accelerations, or which reaction of the ``rows``, cannot be found."""
+    if singular.unknown < len(free):
+        scalar = system.v[free[singular.unknown]]
+        coupled = _coupled(system, [residual[i] for i in free], free, singular.unknown)
+        if coupled:
+            names = " and ".join(f"'{name}'" for name in coupled)
+            return reporter.fail(
+                "E0520",
+                f"some motion of {names} together moves no mass",
+                scalar.variable.origin.shown,
+                caption="the accelerations of these coordinates are undetermined",
+                help="the mass matrix is singular: give a mass to what moves then, or use fewer coordinates",
+            )
+        return reporter.fail(
+            "E0520",
+            f"nothing with mass moves with '{scalar.variable.name}'",
+            scalar.variable.origin.shown,
+            caption="the acceleration of this coordinate is undetermined",
+            help="give a mass or an inertia to what it moves, or remove the coordinate; points and thin rods on the axis "
+            "of a hinge have none about it",
+        )
+    row = rows[singular.unknown - len(free)]
+    return reporter.fail(
+        "E0520",
+        f"constraint '{row.title}' has no reaction that could be found",
+        row.constraint.origin.shown,
+        caption="nothing with mass moves with it, or the others imply it",
+        help="give a mass or an inertia to what it moves, or remove the constraint",
+    )

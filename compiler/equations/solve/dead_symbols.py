@@ -1,0 +1,36 @@
+"""Symbols that stand in a formula without changing its value.
+
+Interning by value may represent a formula by an older node of equal value in which a symbol that has been eliminated
+meanwhile still stands, though it cancels. Such functions are built anew in a fresh graph, where nothing older is,
+with the symbol put at zero.
+"""
+
+from __future__ import annotations
+
+from itertools import islice
+
+from msgspec.structs import replace
+
+from ...graph import Graph
+from ...graph.rewrite import transfer
+from ..model import Equations, Function
+
+
+def without_dead_symbols(equations: Equations) -> Equations:
+    """Return equations whose functions contain no symbols but those that have a place at run time."""
+    source = equations.graph
+    outputs = [n for f in equations.functions for n in f.outputs]
+    outputs += [rule.value for rule in equations.parameter_rules]
+    dead = [n for n in source.support(*outputs) if n not in equations.layout]
+    if not dead:
+        return equations
+    target = Graph(by_value=source.by_value)
+    for table in source.tables:
+        target.add_table(table)
+    found = iter(transfer(source, outputs, target, dict.fromkeys(dead, target.zero)))
+    functions = tuple(
+        Function(f.name, f.doc, tuple(islice(found, len(f.outputs)))) for f in equations.functions
+    )
+    rules = tuple(replace(rule, value=next(found)) for rule in equations.parameter_rules)
+    layout = {target.symbol(source.name(n)): slot for n, slot in equations.layout.items()}
+    return replace(equations, graph=target, layout=layout, functions=functions, parameter_rules=rules)

@@ -1,0 +1,210 @@
+"""Energies, momenta and their balance.
+
+h = sum v dL/dv - L obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b. What explicit time, inputs, drives, moving
+constraints and forces that depend on no velocity bring in is *supplied*, the rest is *dissipated*.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec import Struct
+
+from ...flat.model import Impulse, Reinit
+from ...graph import Node
+from ...graph.differentiate import jvp, vjp
+from ...graph.operations import FLOOR, LESS, LESS_EQUAL, MODULO, SELECT, SIGN
+from ...graph.rewrite import substitute
+from ...graph.vector import matvec
+from ...mechanics.modes import SetAction
+from ...mechanics.system import MechanicalSystem
+from ..rows.residual import constraint_rates, highest, projected
+
+JUMPING = frozenset({LESS, LESS_EQUAL, SIGN, FLOOR, MODULO})
+
+
+class Energies(Struct, frozen=True):
+    """``kinetic`` T, ``potential`` V of all bodies and formulas, ``total`` h, ``momenta`` dL/dv (None where driven).
+
+    ``supplied`` and ``dissipated`` are powers [W]; None where the balance cannot be formed (``reason``).
+    ``forces``: dL/dq + Q for each v, without constraints. ``cyclic``: indices of velocities whose momentum is
+    constant along every motion.
+    """
+
+    kinetic: Node
+    potential: Node
+    total: Node
+    momenta: tuple[Node | None, ...]
+    supplied: Node
+    dissipated: Node
+    reason: str
+    forces: tuple[Node, ...]
+    cyclic: tuple[int, ...]
+
+
+def energies(
+    system: MechanicalSystem,
+    driven: Mapping[Node, Node],
+    free: Sequence[int],
+    constraint_power: Node,
+    friction_loss: Node,
+) -> Energies:
+    """Return the energies of a system.
+
+    ``driven`` replaces prescribed coordinates, their rates and accelerations by functions of time; ``free`` are the
+    indices of velocities that are unknowns; ``constraint_power`` is -lam.b, ``friction_loss`` what friction of
+    constraints turns into heat.
+    """
+    graph = system.graph
+    kinetic, potential = _kinetic(system), _potential(system)
+    lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
+    kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
+    velocities = [system.v[i].node for i in free]
+    plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
+    gradient = highest(system, lagrangian)
+    seconds = [gradient[i] for i in free]
+    momenta = [
+        graph.sub(p, system.rate(second))
+        for p, second in zip(vjp(graph, [(lagrangian, graph.one)], velocities), seconds, strict=True)
+    ]
+    total = graph.sub(graph.dot(momenta, velocities), lagrangian)
+    total = graph.add(total, graph.dot(seconds, [system.a[i] for i in free]))
+    if graph.equal_up_to_sign(total, plain_total):
+        total = plain_total
+    supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    dissipated = graph.add(dissipated, friction_loss)
+    forces, cyclic = _forces(system, lagrangian, free)
+    all_momenta = dict(zip(free, momenta, strict=True))
+    return Energies(
+        kinetic,
+        potential,
+        total,
+        tuple(all_momenta.get(i) for i in range(len(system.v))),
+        supplied,
+        dissipated,
+        reason,
+        forces,
+        cyclic,
+    )
+
+
+def _kinetic(system: MechanicalSystem) -> Node:
+    graph, kinematics = system.graph, system.kinematics
+    terms = []
+    for mass in system.masses:
+        velocity = kinematics.velocity(mass.point)
+        terms.append(graph.mul(mass.mass, graph.dot(velocity, velocity)))
+    for body in system.inertias:
+        spin = kinematics.angular_velocity(body.frame)
+        terms.append(graph.dot(spin, matvec(graph, body.inertia, spin)))
+    return graph.add(graph.mul(graph.half, graph.sum(terms)), system.kinetic)
+
+
+def _potential(system: MechanicalSystem) -> Node:
+    graph, kinematics = system.graph, system.kinematics
+    terms = [
+        graph.mul(mass.mass, kinematics.potential(mass.point, mass.field))
+        for mass in system.masses
+        if mass.field is not None
+    ]
+    return graph.sub(system.potential, graph.sum(terms))
+
+
+def _powers(
+    system: MechanicalSystem,
+    lagrangian: Node,
+    driven: Mapping[Node, Node],
+    velocities: Sequence[Node],
+    constraint_power: Node,
+) -> tuple[Node, Node, str]:
+    """Return the supplied and the dissipated power, and why there is no balance if there is none."""
+    graph = system.graph
+    inputs = {s.node: s for s in system.symbols.inputs}
+    for n in graph.support(lagrangian):
+        if n in inputs:
+            reason = f"the energy depends on the input '{inputs[n].name}', whose rate is unknown"
+            return graph.zero, graph.zero, reason
+    explicit = {system.symbols.time: graph.one, **system.xdot}
+    (drift,) = jvp(graph, [lagrangian], explicit)
+    supplied = graph.sub(constraint_power, drift)
+    for mass in system.masses:
+        flow = system.rate(mass.mass)
+        if not graph.is_zero(flow):
+            velocity = system.kinematics.velocity(mass.point)
+            supplied = graph.add(supplied, graph.mul(flow, graph.dot(velocity, velocity)))
+    for body in system.inertias:
+        spin = system.kinematics.angular_velocity(body.frame)
+        flows = tuple(tuple(system.rate(x) for x in row) for row in body.inertia)
+        supplied = graph.add(supplied, graph.dot(spin, matvec(graph, flows, spin)))
+    along = {v: v for v in velocities}
+    dissipated = graph.zero
+    if not graph.is_constant(system.dissipation):
+        resistance = substitute(graph, [system.dissipation], driven)
+        (work,) = substitute(graph, jvp(graph, resistance, along), driven)
+        dissipated = graph.add(dissipated, work)
+    for effort in system.efforts:
+        rates = substitute(graph, [rate for rate, _ in effort.pairs], driven)
+        values = substitute(graph, [value for _, value in effort.pairs], driven)
+        power = graph.dot(jvp(graph, rates, along), values)
+        if effort.supplied:
+            supplied = graph.add(supplied, power)
+        else:
+            dissipated = graph.sub(dissipated, power)
+    return supplied, dissipated, ""
+
+
+def _forces(
+    system: MechanicalSystem, lagrangian: Node, free: Sequence[int]
+) -> tuple[tuple[Node, ...], tuple[int, ...]]:
+    """Return dL/dq + Q for each velocity, and the velocities whose momentum is constant.
+
+    Constant: no force, no constraint, and dL/dq = 0 in the field; a rotation has no momentum of its own kind.
+    """
+    graph = system.graph
+    velocities = [s.node for s in system.v]
+    gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
+    conservative = projected(system, gradient)
+    loads = vjp(graph, [pair for e in system.efforts for pair in e.pairs], velocities)
+    friction = vjp(graph, [(system.dissipation, graph.one)], velocities)
+    rates = [c for rows in system.constraints for c in constraint_rates(system, rows)]
+    # a multiplier of its own for each row, so that rows cannot cancel each other
+    seeds = [(c, graph.symbol(f"#row {k}")) for k, c in enumerate(rates)]
+    constrained = vjp(graph, seeds, velocities)
+    turning = {first + k for _, first in system.rotations for k in range(3)}
+    parts = list(zip(conservative, loads, friction, constrained, strict=True))
+    forces = tuple(graph.sub(graph.add(c, load), f) for c, load, f, _ in parts)
+    jumping = jumps(system, lagrangian)
+    cyclic = (
+        i for i in free if i not in turning and i not in jumping and all(graph.is_zero(x) for x in parts[i])
+    )
+    return forces, tuple(cyclic)
+
+
+def supplied_at_instants(system: MechanicalSystem, total: Node) -> bool:
+    """Tell whether the energy of a state may jump: by its law at a time or a speed, or by a number that events set."""
+    graph = system.graph
+    actions = [a for branch in system.branches for a in branch.actions]
+    assigned = {target for a in actions if isinstance(a, SetAction) for target in a.targets}
+    reached = graph.reach([total])
+    if assigned.intersection(reached):
+        return True
+    elsewhere = {system.symbols.time, *(s.node for s in (*system.v, *system.symbols.states))}
+    jumping = [n for n in reached if graph.op(n) in JUMPING]
+    return bool(jumping) and not elsewhere.isdisjoint(graph.support(*jumping))
+
+
+def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:
+    """Return the velocities whose momenta may change at single instants.
+
+    At a step of the potential its gradient is zero on both sides, and yet there is an impulse; ``reinit`` and
+    ``impulse`` change velocities as they please.
+    """
+    graph = system.graph
+    actions = (a for event in system.model.events for branch in event.branches for a in branch.actions)
+    if any(isinstance(a, Reinit | Impulse) for a in actions):
+        return frozenset(range(len(system.v)))
+    conditions = [graph.args(n)[0] for n in graph.reach([lagrangian]) if graph.op(n) == SELECT]
+    touched = set(graph.support(*conditions)) if conditions else set()
+    moved = [rate if s.node in touched else graph.zero for s, rate in zip(system.q, system.qdot, strict=True)]
+    support = set(graph.support(*moved))
+    return frozenset(i for i, s in enumerate(system.v) if s.node in support)

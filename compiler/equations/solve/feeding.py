@@ -1,0 +1,44 @@
+"""Warnings of damping that feeds energy in, found with the default values of the parameters."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph.evaluate import evaluate
+from ...mechanics.system import MechanicalSystem
+from ..rows.defaults import default_values
+
+
+def warn_of_feeding(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Warn of dampings and dissipations that are negative whatever the state.
+
+    What changes its sign with the state or the time, as in a van der Pol oscillator, is meant so.
+    """
+    graph, model, lowering = system.graph, system.model, system.lowering
+    velocities = [s.node for s in system.v]
+    fixed = {s.node for s in system.symbols.parameters}
+    stated = [("damping", lowering.numbers(d.value), d.origin) for d in model.dampings]
+    stated += [
+        ("dissipation", lowering.numbers(e.value), e.origin)
+        for e in model.energies
+        if e.kind == "dissipation"
+    ]
+    stated = [
+        (w, nodes, o) for w, nodes, o in stated if fixed.union(velocities).issuperset(graph.support(*nodes))
+    ]
+    if not stated:
+        return
+    default = default_values(system)
+    # a form that is not definite changes its sign with the direction
+    directions = [{v: float(v is one) for v in velocities} for one in velocities]
+    directions += [dict.fromkeys(velocities, 1.0)]
+    for what, nodes, origin in stated:
+        sizes = [x for d in directions for x in evaluate(graph, list(nodes), default | d)]
+        if min(sizes) < 0 and max(sizes) <= 0:
+            reporter.warning(
+                "W0532",
+                f"this {what} is negative: it feeds energy in, without end",
+                origin.shown,
+                help="'damping c on q' is the force -c*der(q), 'dissipation R' the force -dR/d(der(q)); both brake "
+                "where they are positive",
+            )

@@ -1,0 +1,157 @@
+"""Answers to questions about named elements: momenta, energies, multipliers, reactions, powers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec import Struct
+
+from mechc.lang.diagnostics import Reporter
+
+from ...flat.model import Query
+from ...flat.subscripts import element_name, subscripts
+from ...graph import Node
+from ...mechanics.bodies import inertia_tensor, mass_centre
+from ...mechanics.forces import damping_power
+from ...mechanics.system import MechanicalSystem
+from .energies import Energies
+
+
+class Replies(Struct, frozen=True):
+    """What elimination knows about named elements.
+
+    ``multipliers`` by constraint; ``dropped``: multipliers of rows that are left out; ``drive_reactions`` by
+    coordinate; ``joint_reactions``: (force, moment) on the ``to`` side, world components, by joint.
+    """
+
+    multipliers: Mapping[str, tuple[Node, ...]]
+    dropped: frozenset[Node]
+    drive_reactions: Mapping[str, Node]
+    joint_reactions: Mapping[str, tuple[tuple[Node, ...], tuple[Node, ...]]]
+
+
+def force_answers(system: MechanicalSystem, replies: Replies) -> dict[Node, Node]:
+    """Return the answers to questions about forces, in multipliers and accelerations, by the symbols for them."""
+    result: dict[Node, Node] = {}
+    for query, symbols in _asked(system):
+        found = _force(replies, query)
+        if found is not None:
+            result |= zip(symbols, found, strict=True)
+    return result
+
+
+def answers(
+    system: MechanicalSystem, energies: Energies, replies: Replies, reporter: Reporter
+) -> dict[Node, Node]:
+    """Return the node for each symbol that stands for an answer; report questions without one."""
+    result: dict[Node, Node] = {}
+    for query, symbols in _asked(system):
+        found = _answer(system, energies, replies, query)
+        if found is None:
+            reporter.error(
+                "E0522",
+                f"'{query.function}({query.target})' has no answer in this model",
+                query.span,
+                caption=_reason(query),
+            )
+            found = [system.graph.zero] * len(symbols)
+        elif query.function == "multiplier" and not replies.dropped.isdisjoint(found):
+            reporter.error(
+                "E0525",
+                f"'multiplier({query.target})' is not unique",
+                query.span,
+                caption="this constraint repeats others, so its force cannot be told from theirs",
+                help="remove the constraint, or ask for the reaction of one that is kept",
+            )
+        result |= zip(symbols, found, strict=True)
+    return result
+
+
+def _asked(system: MechanicalSystem) -> list[tuple[Query, list[Node]]]:
+    """Return each question with the symbols that stand for the numbers of its answer."""
+    groups: dict[int, tuple[Query, list[Node]]] = {}
+    for symbol, query in system.queries.items():
+        groups.setdefault(id(query), (query, []))[1].append(symbol)
+    return list(groups.values())
+
+
+def _answer(
+    system: MechanicalSystem, energies: Energies, replies: Replies, query: Query
+) -> Sequence[Node] | None:
+    """Return the numbers of an answer in row-major order; None where there is none."""
+    match query.function:
+        case "energy":
+            return [energies.total]
+        case "kinetic_energy":
+            return [energies.kinetic]
+        case "potential_energy":
+            return [energies.potential]
+        case "momentum":
+            return _momentum(system, energies, query.target)
+        case "power":
+            return _power(system, replies, query.target)
+        case "closed":
+            modes = (rows.mode for rows in system.constraints if rows.name == query.target)
+            return next(([system.graph.one if mode is None else mode.flag] for mode in modes), None)
+        case "mass_centre":
+            return mass_centre(system, system.lowering.frame(query.arguments[0]) if query.arguments else None)
+        case "inertia_tensor":
+            rows = inertia_tensor(system, system.lowering.frame(query.arguments[0]))
+            return None if rows is None else [entry for row in rows for entry in row]
+        case _:
+            return _force(replies, query)
+
+
+def _force(replies: Replies, query: Query) -> Sequence[Node] | None:
+    """Answer a question about a force; None for any other."""
+    match query.function:
+        case "multiplier":
+            return replies.multipliers.get(query.target)
+        case "moment" if query.target in replies.joint_reactions:
+            return replies.joint_reactions[query.target][1]
+        case "reaction" if query.target in replies.joint_reactions:
+            return replies.joint_reactions[query.target][0]
+        case "reaction":
+            names = [element_name(query.target, i) for i in subscripts(query.type.shape)]
+            if all(n in replies.drive_reactions for n in names):
+                return [replies.drive_reactions[n] for n in names]
+            return replies.multipliers.get(query.target)  # of a drive that is released
+        case _:
+            return None
+
+
+def _momentum(system: MechanicalSystem, energies: Energies, target: str) -> Sequence[Node] | None:
+    rates = zip(system.v, energies.momenta, strict=True)
+    found = [p for rate, p in rates if rate.variable.name == target]
+    known = [p for p in found if p is not None]
+    return known if found and len(known) == len(found) else None
+
+
+def _power(system: MechanicalSystem, replies: Replies, target: str) -> Sequence[Node] | None:
+    graph = system.graph
+    for effort in system.efforts:
+        if effort.name == target:
+            return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
+    for item in system.model.dampings:
+        if item.name == target:
+            return [damping_power(system.lowering, item, system.symbols)]
+    for rows in system.constraints:
+        if rows.name == target and rows.mode is not None and rows.mode.kind == "friction":
+            return [graph.mul(replies.multipliers[rows.name][0], rows.residuals[0])]
+    return None
+
+
+def _reason(query: Query) -> str:
+    match query.function:
+        case "momentum":
+            return "no free coordinate of this name"
+        case "power":
+            return "no force, torque, damping or friction of this name"
+        case "multiplier":
+            return "no constraint of this name"
+        case "reaction":
+            return "neither a driven coordinate nor a joint whose reaction is available"
+        case "mass_centre" | "inertia_tensor":
+            return "no mass moves with this frame"
+        case _:
+            return "not available for this element"

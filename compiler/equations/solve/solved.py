@@ -1,0 +1,294 @@
+"""From the Lagrangian record to explicit formulas: accelerations, multipliers, projections, energies, answers."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace as replace_fields
+
+from mechc.lang.diagnostics import Label, Reporter
+
+from ...flat.model import Role
+from ...graph import Graph, Node
+from ...graph.differentiate import jvp, vjp
+from ...graph.evaluate import evaluate
+from ...graph.rewrite import substitute
+from ...mechanics.system import MechanicalSystem
+from ..model import COMPLIANCE
+from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
+from ..rows.defaults import default_values
+from ..rows.inertia_checks import check_rigid_bodies
+from ..rows.modes import friction_loss, with_modes
+from ..rows.prescribed import check_held, check_prescribed
+from ..rows.residual import residual, seeds_of
+from ..rows.signs import Side
+from .accelerations import accelerations
+from .energies import Energies, energies
+from .feeding import warn_of_feeding
+from .queries import Replies, answers, force_answers
+
+START_TOLERANCE = 1e-9
+"""Relative; initial values of driven coordinates may be given twice if they agree."""
+
+
+class Solved(Struct, frozen=True):
+    """Everything after elimination. ``replace`` turns each symbol that is no array entry into its formula.
+
+    ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
+    ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
+    ``sides``: comparisons of forces in their laws; ``residual``: r - K^T lam; ``pivots`` must not vanish.
+    """
+
+    driven: Mapping[Node, Node]
+    free: tuple[int, ...]
+    rows: tuple[Row, ...]
+    all_rows: tuple[Row, ...]
+    switched: tuple[Row, ...]
+    sides: tuple[Side, ...]
+    residual: tuple[Node, ...]
+    projection: Projection | None
+    energies: Energies
+    pivots: tuple[Node, ...]
+    method: str
+    operations: int
+    graph: Graph
+    replace: Mapping[Node, Node]
+
+    def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """Return formulas of numbers that have a place at run time."""
+        return tuple(substitute(self.graph, nodes, self.replace))
+
+
+def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Solved:
+    """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py."""
+    graph = system.graph
+    driven, prescribed = prescribed_motion(system)
+    check_prescribed(system, driven, reporter)
+    _check_starts(system, driven, reporter)
+    check_rigid_bodies(system, reporter)
+    warn_of_feeding(system, reporter)
+    free = tuple(i for i in range(len(system.v)) if i not in prescribed)
+    multipliers = [
+        tuple(graph.symbol(f"#multiplier {n}.{k}") for k in range(len(rows.residuals)))
+        for n, rows in enumerate(system.constraints)
+    ]
+    raw = residual(system, multipliers)
+    still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
+    state_rates = {system.rate(x): f for x, f in system.xdot.items()}
+    before = {**state_rates, **driven, **still}
+    check_rates(system, raw, reporter)
+    every_row = without_empty(
+        rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
+    )
+    check_held(system, every_row, reporter)
+    reporter.stop_on_errors()
+    all_rows = tuple(row for row in every_row if row.constraint.mode is None)
+    replies = _replies(system, raw, multipliers)
+    switched, sides = _switched(system, every_row, multipliers, replies, before, reporter)
+    rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
+    kept = {row.multiplier for row in rows}
+    absent = {row.multiplier: graph.zero for row in all_rows if row.multiplier not in kept}
+    r = substitute(graph, raw, before | absent)
+    if rows:
+        from ..rows.singular import soften  # as rank.py, with numpy
+
+        rows = soften(system, r, rows, free, values, always=COMPLIANCE in parts)
+    if any(row.position is None for row in rows):
+        from ..rows.integrable import note_integrable
+
+        note_integrable(system, rows, values, reporter)
+    laws = substitute(graph, [row.equation for row in switched], absent)
+    switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
+    solved_rows = (*rows, *switched)
+    whole = "structure" in parts
+    found = accelerations(system, r, free, solved_rows, supports, reporter, whole=whole)
+    solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
+    solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
+    replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
+    replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
+    power = _constraint_power(system, solved_rows, [system.v[i].node for i in free])
+    energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
+    answered = answers(system, energy, replace_fields(replies, dropped=frozenset(absent)), reporter)
+    replace |= zip(answered, substitute(graph, list(answered.values()), replace), strict=True)
+    return Solved(
+        driven=driven,
+        free=free,
+        rows=rows,
+        all_rows=all_rows,
+        switched=switched,
+        sides=sides,
+        residual=tuple(r),
+        projection=projection(system, r, free, rows, supports) if rows else None,
+        energies=energy,
+        pivots=found.elimination.pivots,
+        method=found.elimination.variant,
+        operations=found.elimination.operations,
+        graph=graph,
+        replace=replace,
+    )
+
+
+# ---------------------------------------------------------------- drives
+
+
+def prescribed_motion(system: MechanicalSystem) -> tuple[dict[Node, Node], frozenset[int]]:
+    """Return what replaces each driven coordinate, its rate and acceleration, and their indices in v."""
+    graph = system.graph
+    replace: dict[Node, Node] = {}
+    for row in system.drives:
+        replace |= {system.q[k].node: value for k, value in zip(row.q, row.values, strict=True)}
+        for i, rate in zip(row.v, row.rates, strict=True):
+            replace[system.v[i].node] = rate
+            replace[system.a[i]] = system.rate(rate)
+    for _ in range(len(system.drives)):  # drives may be given by other drives
+        if not any(set(graph.support(n)) & replace.keys() for n in replace.values()):
+            break
+        replace = dict(zip(replace, substitute(graph, list(replace.values()), replace), strict=True))
+    return replace, frozenset(i for row in system.drives for i in row.v)
+
+
+def _check_starts(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
+    """Report driven coordinates that are declared to start elsewhere than their drive says."""
+    if not any(row.q for row in system.drives):
+        return
+    values = default_values(system)
+    for row in system.drives:
+        for k in row.q:
+            start = system.start_q[k]
+            if not start.known or start.start is None:
+                continue
+            (prescribed,) = evaluate(system.graph, [driven[system.q[k].node]], values)
+            (stated,) = evaluate(system.graph, [start.value], values)
+            if abs(prescribed - stated) > START_TOLERANCE * max(1.0, abs(stated)):
+                name = system.q[k].name
+                reporter.error(
+                    "E0508",
+                    f"'{name}' starts at {stated:.6g} by its declaration and at {prescribed:.6g} by its drive",
+                    start.start.origin.span,
+                    caption="the initial value of a prescribed motion is not free",
+                    labels=(Label(row.origin.span, "driven here"),),
+                    help="leave its value out where the component is declared"
+                    if "." in name
+                    else f"declare it without a value, as in 'coordinate Length {name};'",
+                )
+
+
+def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Reporter) -> None:
+    """Report inputs and accelerations whose rates the formulas need; a rate that cancels is not needed."""
+    graph = system.graph
+    for n in graph.support(*nodes):
+        scalar = system.unknown_rates.get(n)
+        if scalar is None or all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
+            continue
+        if scalar.variable.role is Role.INPUT:
+            reporter.error(
+                "E0523",
+                f"the equations need the rate of the input '{scalar.name}', which is unknown",
+                scalar.variable.origin.shown,
+                caption="declared here",
+                help="let a 'state' follow the input and use the state instead",
+            )
+        else:
+            reporter.error(
+                "E0527",
+                f"derivatives of '{scalar.variable.name}' above the second are not available",
+                scalar.variable.origin.shown,
+                caption="something in the model asks for one",
+            )
+    reporter.stop_on_errors()
+
+
+# ---------------------------------------------------------------- constraints
+
+
+def _independent(
+    system: MechanicalSystem,
+    rows: tuple[Row, ...],
+    free: Sequence[int],
+    fixed: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[tuple[Row, ...], list[frozenset[int]], dict[Node, float]]:
+    """Return the independent rows, those of positions first, and name the others.
+
+    With them come the free velocities on which each depends, and numbers for everything at the start.
+    """
+    if not rows:
+        return rows, [], {}
+    from ..rows.rank import rank  # numpy is imported for models with constraints only
+
+    values = default_values(system)
+    if fixed:
+        numbers = evaluate(system.graph, list(fixed.values()), values)
+        values |= dict(zip(fixed, numbers, strict=True))
+    found = rank(system, rows, free, values)
+    kept = sorted(found.independent, key=lambda i: rows[i].position is None)
+    dropped: dict[str, list[Row]] = {}
+    for i in sorted(set(range(len(rows))).difference(kept, found.unfulfilled)):
+        dropped.setdefault(rows[i].constraint.name, []).append(rows[i])
+    for group in dropped.values():
+        report_superfluous(group, reporter)
+    return tuple(rows[i] for i in kept), [found.supports[i] for i in kept], values
+
+
+def _switched(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    multipliers: Sequence[Sequence[Node]],
+    replies: Replies,
+    before: Mapping[Node, Node],
+    reporter: Reporter,
+) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
+    """Return those of the rows that have modes with the laws of these, and the sides of forces that they ask for."""
+    plain = [row for row in rows if row.constraint.mode is not None]
+    if not plain:
+        return (), ()
+    known = force_answers(system, replies)
+    forces = dict(zip(known, substitute(system.graph, list(known.values()), before), strict=True))
+    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, reporter)
+
+
+def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequence[Sequence[Node]]) -> Replies:
+    """Return what is known of forces by name, while no row is left out."""
+    named: dict[str, tuple[Node, ...]] = {}
+    for constraint, symbols in zip(system.constraints, multipliers, strict=True):
+        named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
+    drives = {name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)}
+    return Replies(named, frozenset(), drives, _joint_reactions(system, multipliers))
+
+
+def _constraint_power(system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node]) -> Node:
+    """Return -lam.b: the power of moving constraints, with b the part of their rate that is free of v."""
+    graph = system.graph
+    rates = [row.rate for row in rows]
+    along = jvp(graph, rates, {v: v for v in velocities})
+    power = graph.zero
+    for row, part in zip(rows, along, strict=True):
+        power = graph.sub(power, graph.mul(row.multiplier, graph.sub(row.rate, part)))
+    return power
+
+
+def _joint_reactions(
+    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]
+) -> dict[str, tuple[tuple[Node, ...], tuple[Node, ...]]]:
+    """Return (force, moment) on the ``to`` side of each joint that was asked for, in world components.
+
+    The residual along the virtual rates of a tree joint is the force that moves what it carries; for a closure it is
+    minus the force of its own multipliers.
+    """
+    graph, kinematics = system.graph, system.kinematics
+    closing = {joint.name for joint in system.topology.closures}
+    result = {}
+    seeds = seeds_of(system, multipliers) if system.virtual else []
+    for name, moved in system.virtual.items():
+        rates = (*moved.force_rates, *moved.moment_rates)
+        efforts = vjp(graph, seeds, rates)
+        if name in closing:
+            efforts = [graph.neg(e) for e in efforts]
+        size = kinematics.size
+        force = kinematics.to_world(moved.frame, tuple(efforts[:size]))
+        moment = tuple(efforts[size:])
+        if size == 3:
+            moment = kinematics.to_world(moved.frame, moment)
+        result[name] = (tuple(force), tuple(moment))
+    return result

@@ -1,0 +1,53 @@
+"""Definitions and parameters that are defined by themselves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mechc.lang.diagnostics import Reporter
+
+from ..model import Definition, Expression, Role, Variable
+from ..operands import free_names
+
+
+def check_cycles(
+    variables: tuple[Variable, ...], definitions: tuple[Definition, ...], reporter: Reporter
+) -> None:
+    """Report each chain of names that leads back to its beginning."""
+    elements: dict[str, Variable | Definition] = {d.name: d for d in definitions}
+    elements.update({v.name: v for v in variables if v.role is Role.PARAMETER})
+    values: dict[str, Expression] = {n: e.value for n, e in elements.items() if e.value is not None}
+    done: set[str] = set()
+    for name in values:
+        chain = _chain(name, values, done)
+        if chain:
+            reporter.error(
+                "E0207",
+                f"'{chain[0]}' is defined by itself",
+                elements[chain[0]].origin.span,
+                caption=" -> ".join([*chain, chain[0]]),
+            )
+
+
+def _chain(start: str, values: Mapping[str, Expression], done: set[str]) -> list[str]:
+    """Return the names of a cycle reached from ``start``; empty if there is none."""
+    if start in done:
+        return []
+    path: list[str] = [start]
+    open_names = {start}
+    stack = [iter(free_names(values[start]))]
+    while stack:
+        following = next((n for n in stack[-1] if n in values and n not in done), None)
+        if following is None:
+            stack.pop()
+            name = path.pop()
+            open_names.discard(name)
+            done.add(name)
+        elif following in open_names:
+            done.update(open_names)
+            return path[path.index(following) :]
+        else:
+            path.append(following)
+            open_names.add(following)
+            stack.append(iter(free_names(values[following])))
+    return []

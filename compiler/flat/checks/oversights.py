@@ -1,0 +1,67 @@
+"""Warnings about texts that are right and probably not meant."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from mechc.lang import ast
+from mechc.lang.units import Dimension, parse_unit
+
+from ..names.instance import Instance, VariableMember
+from ..names.scope import Flattening
+from ..names.space import nodes
+from ..values.angles import warn_of_degrees
+
+_ANGULAR = ("omega", "w", "spin", "Omega", "w0", "omega0")
+
+
+def lint(instance: Instance) -> None:
+    """Warn of Hz used as an angular velocity, of degrees without unit, of units that are also names of like quantities."""
+    flattening = instance.flattening
+    variables = {
+        name: member.type.dimension
+        for name, member in instance.members.items()
+        if len(name) <= 3 and isinstance(member, VariableMember) and member.type is not None
+    }
+    declarations = {
+        name: member.declaration
+        for name, member in instance.members.items()
+        if isinstance(member, VariableMember) and isinstance(member.declaration, ast.Declaration)
+    }
+    for stated in instance.cls.statements:
+        if stated.model is not instance.cls.model:
+            continue
+        _angular_frequency(stated.statement, flattening)
+        if not flattening.dimensionless:
+            warn_of_degrees(stated.statement, declarations, flattening.reporter)
+        if variables:
+            _unit_names(stated.statement, variables, flattening)
+
+
+def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None:
+    if not isinstance(statement, ast.Parameter) or not isinstance(statement.value, ast.Quantity):
+        return
+    angular = statement.type == "AngularVelocity" or (not statement.type and statement.name in _ANGULAR)
+    if angular and statement.value.unit.endswith("Hz"):
+        flattening.reporter.warning(
+            "W0301",
+            f"'{statement.name}' looks like an angular velocity, and 1 Hz is 1/s, not 2 pi rad/s",
+            statement.value.span,
+            help=f"write '2*pi*{statement.value.text}' or 'rev/s' for turns per second",
+        )
+
+
+def _unit_names(statement: ast.Statement, variables: Mapping[str, Dimension], flattening: Flattening) -> None:
+    """Warn where dividing by the variable instead would give the same dimension, so that no check could tell."""
+    for node in nodes(statement):
+        if not isinstance(node, ast.Quantity):
+            continue
+        last = node.unit.rpartition("/")[2]
+        if "/" in node.unit and last in variables and parse_unit(last).dimension == variables[last]:
+            flattening.reporter.warning(
+                "W0302",
+                f"'{last}' is a unit here, and also a name of the model",
+                node.span,
+                caption=f"this is the quantity {node.text} {node.unit}",
+                help=f"write '{node.text} {node.unit.rpartition('/')[0]} / {last}' to divide by the variable",
+            )

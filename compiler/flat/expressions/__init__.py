@@ -1,0 +1,1 @@
+"""Elaboration of expressions: operators, functions, references and questions, with types and units."""

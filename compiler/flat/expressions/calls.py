@@ -1,0 +1,306 @@
+"""Calls: built-in functions by their rules, functions of the model inlined."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.builtins import BUILTINS, Builtin, Category
+from mechc.lang.diagnostics import Label
+from mechc.lang.suggest import closest
+
+from .. import types
+from ..instances.declared_types import declared_type, fit
+from ..instances.instantiate import extents
+from ..model import Expression, Kind, Literal, Name, Quadrature
+from ..names.namespace import Found
+from ..names.scope import Poisoned, Scope
+from ..operands import written_size
+from ..values.evaluate import iterate
+from .functions import RULES, combined
+from .kinematics import KINEMATIC_RULES
+from .queries import QUERY_RULES
+from .signature import Call
+
+_ELSEWHERE = {
+    "ln": "log",
+    "arcsin": "asin",
+    "arccos": "acos",
+    "arctan": "atan",
+    "arctan2": "atan2",
+    "fabs": "abs",
+    "sgn": "sign",
+    "diff": "der",
+    "ddt": "der",
+    "cumsum": "sum",
+    "prod": "product",
+    "heaviside": "if",
+    "saturate": "clamp",
+    "limit": "clamp",
+    "len": "norm",
+    "length": "norm",
+    "where": "if",
+}
+"""What functions of other languages are called here."""
+_LARGEST = 20_000
+"""Most operations of a call after it is written out."""
+
+_ALL_RULES = {**RULES, **KINEMATIC_RULES}
+
+
+def call(scope: Scope, node: ast.Call) -> Expression:
+    """Return the value of a call."""
+    name = node.function.name
+    builtin = BUILTINS.get(name)
+    if builtin is None:
+        return _own_function(scope, node, name)
+    if scope.namespace.exported(name) is not None:  # reported where it is defined
+        raise Poisoned
+    if any(part.indices for part in node.function.parts):
+        raise scope.fail("E0209", f"there is no array of functions '{name}'", node.function.span)
+    if node.arguments and isinstance(node.arguments[0], ast.Aggregate):
+        return _aggregate(scope, node, builtin, node.arguments[0])
+    _check_count(scope, node, builtin)
+    if name == "integral":
+        return _running_integral(scope, node)
+    if builtin.category is Category.QUERY:
+        return QUERY_RULES[name](Call(scope, node, name, []))
+    arguments = [scope.elaborate(a) for a in node.arguments]
+    return _ALL_RULES[name](Call(scope, node, name, arguments))
+
+
+def _check_count(scope: Scope, node: ast.Call, builtin: Builtin) -> None:
+    count = len(node.arguments)
+    for keyword in node.keywords:
+        if keyword.name not in builtin.keywords:
+            known = f"it takes {', '.join(builtin.keywords)}" if builtin.keywords else "it takes none"
+            raise scope.fail(
+                "E0309", f"'{builtin.name}' has no argument '{keyword.name}'", keyword.span, help=known
+            )
+    if count < builtin.least or (builtin.most is not None and count > builtin.most):
+        raise scope.fail(
+            "E0309",
+            f"'{builtin.name}' takes {builtin.arity}, not {count}",
+            node.span,
+            help=builtin.doc,
+        )
+
+
+# ---------------------------------------------------------------- sums and integrals
+
+
+def _aggregate(scope: Scope, node: ast.Call, builtin: Builtin, aggregate: ast.Aggregate) -> Expression:
+    """Return ``sum(e for i in r)`` written out, or an integral over a real range."""
+    if not builtin.generators:
+        raise scope.fail("E0309", f"'{builtin.name}' takes no 'for'", aggregate.span)
+    if builtin.name == "integral":
+        return _quadrature(scope, node, aggregate)
+    scopes = [scope]
+    for generator in aggregate.generators:
+        scopes = [inner for outer in scopes for inner in iterate(outer, generator.name, generator.range)]
+    items = [inner.elaborate(aggregate.element) for inner in scopes]
+    if not items:
+        return _empty(scope, node, builtin.name)
+    for item in items:
+        if item.type.kind not in types.NUMERIC:
+            raise scope.fail(
+                "E0308",
+                f"'{builtin.name}' works on numbers, not on {types.describe(item.type)}",
+                aggregate.element.span,
+            )
+    if builtin.name in ("sum", "product"):
+        _check_alike(scope, builtin.name, items, aggregate)
+        return combined(items, "add" if builtin.name == "sum" else "multiply", node.span)
+    return RULES[builtin.name](Call(scope, _unrolled(node, aggregate, len(items)), builtin.name, items))
+
+
+def _unrolled(node: ast.Call, aggregate: ast.Aggregate, count: int) -> ast.Call:
+    return ast.Call(function=node.function, arguments=(aggregate.element,) * count, span=node.span)
+
+
+def _empty(scope: Scope, node: ast.Call, name: str) -> Expression:
+    """Return the value of a sum or product of nothing."""
+    if name in ("sum", "product"):
+        return Literal(type=types.NUMBER, span=node.span, value=Fraction(name == "product"))
+    raise scope.fail("E0305", f"'{name}' of no values", node.span)
+
+
+def _check_alike(scope: Scope, name: str, items: list[Expression], aggregate: ast.Aggregate) -> None:
+    first = next((i for i in items if not types.is_zero(i)), items[0])
+    for item in items:
+        same = name == "product" or item.type.dimension == first.type.dimension or types.is_zero(item)
+        if not same or item.type.shape != first.type.shape or (name == "product" and item.type.shape):
+            raise scope.fail(
+                "E0302",
+                f"the terms of '{name}' differ: one is {types.describe(first.type)}, another is {types.describe(item.type)}",
+                aggregate.element.span,
+            )
+
+
+def _quadrature(scope: Scope, node: ast.Call, aggregate: ast.Aggregate) -> Expression:
+    if len(aggregate.generators) != 1:
+        raise scope.fail("E0309", "an integral has one variable", aggregate.span)
+    generator = aggregate.generators[0]
+    if not isinstance(generator.range, ast.Range) or generator.range.step is not None:
+        raise scope.fail(
+            "E0309",
+            "an integral runs over a range 'a:b'",
+            generator.range.span,
+            help="write 'integral(e for s in a:b)'",
+        )
+    bounds = ast.Call(
+        function=node.function,
+        arguments=(generator.range.start, generator.range.stop),
+        span=generator.range.span,
+    )
+    limits = Call(scope, bounds, "integral", [scope.elaborate(a) for a in bounds.arguments])
+    limits.scalar(0), limits.scalar(1)
+    type = limits.same(0, 1)
+    if types.is_zero(limits.arguments[0]) and types.is_zero(limits.arguments[1]):
+        type = types.NUMBER
+    type = types.real(type.dimension, angle=type.angle)
+    scope.flattening.quadratures += 1
+    name = f"{generator.name}#{scope.flattening.quadratures}"
+    variable = Name(type=type, span=generator.span, name=name)
+    body = scope.with_local({generator.name: variable}).elaborate(aggregate.element)
+    if body.type.kind not in types.NUMERIC or body.type.shape:
+        raise scope.fail(
+            "E0305",
+            "the integrand must be one number",
+            aggregate.element.span,
+            caption=types.describe(body.type),
+        )
+    result = types.real(body.type.dimension * type.dimension)
+    lower, upper = limits.arguments
+    return Quadrature(type=result, span=node.span, variable=name, lower=lower, upper=upper, body=body)
+
+
+def _running_integral(scope: Scope, node: ast.Call) -> Expression:
+    """Return the integral from the start: a hidden state."""
+    body = scope.elaborate(node.arguments[0])
+    if body.type.kind not in types.NUMERIC or body.type.shape:
+        raise scope.fail(
+            "E0305",
+            "the integrand must be one number",
+            node.arguments[0].span,
+            caption=f"this is {types.describe(body.type)}",
+        )
+    flattening = scope.flattening
+    name = f"integral[{len(flattening.integrals) + 1}]"
+    type = types.real(body.type.dimension * flattening.time_type.dimension)
+    flattening.integrals.append((name, body, type, scope.origin(node.span)))
+    return Name(type=type, span=node.span, name=name)
+
+
+# ---------------------------------------------------------------- functions of the model
+
+
+def _own_function(scope: Scope, node: ast.Call, name: str) -> Expression:
+    found = scope.namespace.look_up(name, node.function.span)
+    if found is None or not isinstance(found.definition, ast.Function):
+        raise _no_function(scope, node, name, found)
+    function = found.definition
+    if any(called == name for called, _ in scope.calls):
+        raise scope.fail(
+            "E0210",
+            f"function '{name}' calls itself",
+            node.span,
+            labels=(Label(function.name_span, "defined here"),),
+            help="functions are written out where they are called, so they cannot be recursive",
+        )
+    if node.keywords or len(node.arguments) != len(function.arguments):
+        wanted = len(function.arguments)
+        raise scope.fail(
+            "E0309",
+            f"'{name}' takes {wanted} argument{'s' if wanted != 1 else ''}, not {len(node.arguments)}"
+            if not node.keywords
+            else f"the arguments of '{name}' have no names in a call",
+            node.span,
+            labels=(Label(function.name_span, "defined here"),),
+        )
+    own = Scope(scope.flattening, None, found.namespace)
+    local: dict[str, Expression] = {}
+    for formal, given in zip(function.arguments, node.arguments, strict=True):
+        local[formal.name] = _bound(scope, own, formal, given)
+    inner = Scope(
+        scope.flattening,
+        None,
+        found.namespace,
+        local,
+        (*scope.calls, (name, node.span)),
+        scope.in_event,
+    )
+    result = _result(inner, function, inner.elaborate(function.value))
+    if written_size(result) > _LARGEST:
+        raise scope.fail(
+            "E0419",
+            f"written out, '{name}' has more than {_LARGEST} operations here",
+            node.span,
+            help="name its arguments by 'let', so that each is written once",
+        )
+    return result
+
+
+def _bound(scope: Scope, own: Scope, formal: ast.Argument, given: ast.Expression) -> Expression:
+    """Return an argument, checked against the type that the function declares."""
+    value = scope.elaborate(given)
+    if not formal.type:
+        if formal.dimensions and value.type.shape != extents(own, formal.dimensions):
+            raise scope.fail(
+                "E0305",
+                f"'{formal.name}' has the shape {types.shape_text(extents(own, formal.dimensions))}",
+                given.span,
+                caption=f"this is {types.describe(value.type)}",
+                labels=(Label(formal.span, "declared here"),),
+            )
+        return value
+    type = types.with_shape(declared_type(own, formal.type, formal.span), extents(own, formal.dimensions))
+    if value.type.shape and not type.shape and type.kind is Kind.REAL:
+        raise scope.fail(
+            "E0305",
+            f"'{formal.name}' is one value, this is {types.describe(value.type)}",
+            given.span,
+            labels=(Label(formal.span, "declared here"),),
+        )
+    return fit(scope, value, type, given.span, name=formal.name, declared=formal.span)
+
+
+def _result(scope: Scope, function: ast.Function, value: Expression) -> Expression:
+    if not function.result:
+        return value
+    type = types.with_shape(
+        declared_type(scope, function.result, function.name_span), extents(scope, function.result_dimensions)
+    )
+    return fit(scope, value, type, function.value.span, name=function.name, declared=function.name_span)
+
+
+def _no_function(scope: Scope, node: ast.Call, name: str, found: Found | None) -> Poisoned:
+    if found is None and scope.namespace.broken:
+        return Poisoned()
+    declared = scope.instance is not None and name in scope.instance.members
+    if declared or found is not None:
+        noun = "declared, but it is no function" if declared else "no function"
+        return scope.fail(
+            "E0209",
+            f"'{name}' is {noun}",
+            node.function.span,
+            help=f"write '{name}*(...)' for a product" if declared else "",
+        )
+    return scope.fail(
+        "E0209", f"unknown function '{name}'", node.function.span, help=_meant(name, scope.namespace.names())
+    )
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """Say how a function of another language is written here, or name the nearest one there is."""
+    last = name.rpartition(".")[2].casefold()  # np.sin, Math.sin
+    if last in ("pow", "power"):
+        return "a power is written 'x^y'"
+    here = _ELSEWHERE.get(last, last if name != last else "")
+    if here == "if":
+        return "a choice is written 'if c then a else b'"
+    if here in BUILTINS or here == "der":
+        return f"write '{here}(..)'"
+    near = closest(name, [*BUILTINS, *known])
+    return f"did you mean '{near}'?" if near else ""

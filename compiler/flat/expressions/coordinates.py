@@ -1,0 +1,118 @@
+"""Expressions that are coordinates, states or their rates; and whether an expression contains rates at all."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from mechc.lang import ast
+
+from .. import types
+from ..instances.members import definition_value, type_of
+from ..model import Apply, Derivative, Element, Expression, Name, Role, Type
+from ..names.instance import DefinitionMember, LabelMember, Progress, VariableMember
+from ..names.scope import Flattening, Poisoned, Scope
+from ..operands import children
+from .operators import meet
+
+
+class Target(Struct, frozen=True):
+    """A variable, or an element of it, or its rate (``rate`` the order of the derivative).
+
+    ``type`` is that of the element, without the derivative; ``whole`` that of the variable.
+    """
+
+    name: str
+    indices: tuple[int, ...]
+    role: Role
+    rate: int
+    type: Type
+    whole: Type
+    member: VariableMember
+
+
+def target_of(scope: Scope, expression: Expression) -> Target | None:
+    """Return the variable that an expression is, or None where it is something else."""
+    rate = 0
+    indices: tuple[int, ...] = ()
+    while True:
+        match expression:
+            case Derivative(operand=operand, order=order):
+                rate += order
+                expression = operand
+            case Element(base=base, indices=inner):
+                indices = (*inner, *indices)
+                expression = base
+            case Name(name=name):
+                member = scope.flattening.variables.get(name)
+                if member is None or member.structural or (member.role is Role.INPUT and member.modifiers):
+                    return None
+                whole = type_of(member)
+                return Target(name, indices, member.role, rate, _element(whole, indices), whole, member)
+            case _:
+                return None
+
+
+def _element(type: Type, indices: tuple[int, ...]) -> Type:
+    return types.element_of(type, len(indices)) if indices else type
+
+
+_RATES = ("vel", "vel_at", "angvel")
+
+
+def has_rates(flattening: Flattening, expression: Expression) -> bool:
+    """Tell whether an expression depends on velocities, through definitions too."""
+    seen: set[str | int] = set()
+    pending = [expression]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Derivative) or (isinstance(at, Apply) and at.function in _RATES):
+            return True
+        if isinstance(at, Name):
+            if at.name not in seen:
+                seen.add(at.name)
+                pending.extend(definition_of(flattening, at.name))
+        elif id(at) not in seen:
+            seen.add(id(at))
+            pending.extend(children(at))
+    return False
+
+
+def definition_of(flattening: Flattening, name: str) -> list[Expression]:
+    """Return the value that a ``let``, ``output`` or connected input stands for, if the name is one."""
+    member = flattening.definitions.get(name)
+    if isinstance(member, DefinitionMember) and member.progress in (Progress.DONE, Progress.NEW):
+        return [definition_value(member)]
+    variable = flattening.variables.get(name)
+    return [variable.bound] if variable is not None and variable.bound is not None else []
+
+
+def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
+    """Return the type of left - right of a constraint, or of a gap, and whether it is about velocities."""
+    statement, scope = label.statement, label.scope
+    if label.progress is Progress.OPEN:
+        label.progress = Progress.WRONG
+        raise scope.fail(
+            "E0207",
+            f"'{label.name}' depends on its own multiplier",
+            statement.span,
+            help="the multiplier of a constraint follows from it",
+        )
+    if label.progress is Progress.WRONG:
+        raise Poisoned
+    label.progress = Progress.OPEN
+    try:
+        if isinstance(statement, ast.Contact):
+            gap = scope.elaborate(statement.gap)
+            result = gap.type, False
+        else:
+            assert isinstance(statement, ast.Constraint)
+            left, right = scope.elaborate(statement.left), scope.elaborate(statement.right)
+            type = meet(scope, statement, left, right, "the sides of the constraint")
+            shape = left.type.shape or right.type.shape
+            rates = has_rates(scope.flattening, left) or has_rates(scope.flattening, right)
+            result = types.with_shape(types.numeric(type), shape), rates
+    except Poisoned:
+        label.progress = Progress.WRONG
+        raise
+    label.progress = Progress.DONE
+    return result

@@ -1,0 +1,321 @@
+"""Type rules of the mathematical functions: one function of the table ``RULES`` for each signature."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from mechc.lang.source import Span
+
+from .. import types
+from ..model import Apply, Expression, Kind, Literal, Type
+from ..values.evaluate import constant, elements, to_expression, whole_number
+from .signature import Call
+
+Rule = Callable[[Call], Expression]
+
+
+def _angle_to_number(call: Call) -> Expression:
+    call.number(0, "an angle or a number")
+    return call.apply(types.NUMBER)
+
+
+def _number_to_angle(call: Call) -> Expression:
+    call.number(0)
+    return call.apply(types.ANGLE)
+
+
+def _number_to_number(call: Call) -> Expression:
+    call.number(0)
+    return call.apply(types.NUMBER)
+
+
+def _number_to_whole(call: Call) -> Expression:
+    call.number(0)
+    value = constant(call.arguments[0])
+    if isinstance(value, Fraction):
+        folded = constant(call.apply(types.INTEGER))
+        assert isinstance(folded, Fraction)
+        return Literal(type=types.INTEGER, span=call.node.span, value=folded)
+    return call.apply(types.INTEGER)
+
+
+def _atan2(call: Call) -> Expression:
+    call.scalar(0), call.scalar(1)
+    call.same(0, 1)
+    return call.apply(types.ANGLE)
+
+
+def _sqrt(call: Call) -> Expression:
+    type = call.scalar(0)
+    return call.apply(types.real(type.dimension ** Fraction(1, 2)))
+
+
+def _abs(call: Call) -> Expression:
+    return _folded(call, call.scalar(0))
+
+
+def _sign(call: Call) -> Expression:
+    call.scalar(0)
+    return _folded(call, types.NUMBER)
+
+
+def _mod(call: Call) -> Expression:
+    a, b = call.scalar(0), call.scalar(1)
+    type = call.same(0, 1)
+    return _folded(call, types.INTEGER if a.kind is b.kind is Kind.INTEGER else type)
+
+
+def _div(call: Call) -> Expression:
+    call.scalar(0), call.scalar(1)
+    call.same(0, 1)
+    return _folded(call, types.INTEGER)
+
+
+def _folded(call: Call, type: Type) -> Expression:
+    """Return a function of literals as a literal where its value is exact."""
+    result = call.apply(type)
+    if all(isinstance(a, Literal) for a in call.arguments):
+        value = constant(result)
+        if isinstance(value, Fraction):
+            return Literal(type=type, span=call.node.span, value=value)
+    return result
+
+
+def _alike(call: Call) -> Expression:
+    """``clamp`` and ``deadzone``: single values of one dimension."""
+    for k in range(len(call.arguments)):
+        call.scalar(k)
+        type = call.same(0, k)
+    return call.apply(type)
+
+
+def _extreme(call: Call) -> Expression:
+    """``min`` and ``max`` of several values or of one array."""
+    if len(call.arguments) == 1:
+        call.arguments = entries(call, 0)
+        if len(call.arguments) == 1:
+            return call.arguments[0]
+        return Apply(
+            type=types.numeric(call.arguments[0].type),
+            span=call.node.span,
+            function=call.name,
+            arguments=tuple(call.arguments),
+        )
+    for k in range(len(call.arguments)):
+        call.scalar(k)
+    type = call.same(0, 0)
+    for k in range(1, len(call.arguments)):
+        common = call.same(0, k)
+        if types.is_zero(call.arguments[0]):
+            type = common
+    whole = all(a.type.kind is Kind.INTEGER for a in call.arguments)
+    return _folded(call, types.INTEGER if whole else type)
+
+
+def entries(call: Call, index: int) -> list[Expression]:
+    """Return the single numbers of an array argument in row-major order."""
+    argument = call.arguments[index]
+    if argument.type.kind not in types.NUMERIC or not argument.type.shape:
+        raise call.wrong(index, "an array or several values", "E0305")
+    items = [argument]
+    while items and items[0].type.shape:
+        items = [e for item in items for e in elements(item)]
+    if not items:
+        raise call.scope.fail("E0305", f"'{call.name}' of an array without elements", call.node.span)
+    return items
+
+
+def _sum(call: Call) -> Expression:
+    return combined(entries(call, 0), "add", call.node.span)
+
+
+def _product(call: Call) -> Expression:
+    return combined(entries(call, 0), "multiply", call.node.span)
+
+
+def combined(items: list[Expression], operator: str, span: Span) -> Expression:
+    """Return the sum or product of values as a balanced tree, so that long ones are not deep."""
+    while len(items) > 1:
+        pairs = []
+        for a, b in zip(items[::2], items[1::2], strict=False):
+            if operator == "add":
+                type = types.numeric(b.type if types.is_zero(a) else a.type)
+            else:
+                shape = a.type.shape or b.type.shape
+                type = types.real(a.type.dimension * b.type.dimension, shape)
+            pairs.append(Apply(type=type, span=span, function=operator, arguments=(a, b)))
+        items = [*pairs, items[-1]] if len(items) % 2 else list(pairs)
+    return items[0]
+
+
+# ---------------------------------------------------------------- vectors and matrices
+
+
+def _dot(call: Call) -> Expression:
+    a = call.vector(0)
+    b = call.vector(1)
+    if a.shape != b.shape:
+        raise call.wrong(1, f"two vectors of one length, the first has {a.shape[0]} components", "E0305")
+    return call.apply(types.real(a.dimension * b.dimension))
+
+
+def _cross(call: Call) -> Expression:
+    a = call.vector(0, (2, 3))
+    b = call.vector(1, a.shape)
+    return call.apply(types.real(a.dimension * b.dimension, () if a.shape == (2,) else (3,)))
+
+
+def _norm(call: Call) -> Expression:
+    type = call.vector(0)
+    return call.apply(types.real(type.dimension, angle=type.angle))
+
+
+def _matrix(call: Call) -> Type:
+    type = call.arguments[0].type
+    if type.kind not in types.NUMERIC or len(type.shape) != 2:
+        raise call.wrong(0, "a matrix", "E0305")
+    return type
+
+
+def _transpose(call: Call) -> Expression:
+    type = _matrix(call)
+    return call.apply(types.with_shape(type, type.shape[::-1]))
+
+
+def _outer(call: Call) -> Expression:
+    a, b = call.vector(0), call.vector(1)
+    return call.apply(types.real(a.dimension * b.dimension, a.shape + b.shape))
+
+
+def _identity(call: Call) -> Expression:
+    size = whole_number(call.scope, call.nodes[0], "the size of a matrix")
+    if not 1 <= size <= 1000:
+        raise call.scope.fail("E0422", f"a matrix cannot have {size} rows", call.nodes[0].span)
+    argument = Literal(type=types.INTEGER, span=call.nodes[0].span, value=Fraction(size))
+    return call.apply(types.real(shape=(size, size)), argument)
+
+
+def _diag(call: Call) -> Expression:
+    type = call.vector(0)
+    size = type.shape[0]
+    return call.apply(types.real(type.dimension, (size, size)))
+
+
+def _linspace(call: Call) -> Expression:
+    call.scalar(0), call.scalar(1)
+    type = call.same(0, 1)
+    count = whole_number(call.scope, call.nodes[2], "the number of values")
+    if not 1 <= count <= 100_000:
+        raise call.scope.fail("E0422", f"'linspace' cannot give {count} values", call.nodes[2].span)
+    first, last = constant(call.arguments[0]), constant(call.arguments[1])
+    result = types.with_shape(type, (count,))
+    if isinstance(first, Fraction) and isinstance(last, Fraction):
+        step = (last - first) / max(count - 1, 1)
+        return to_expression(tuple(first + k * step for k in range(count)), result, call.node.span)
+    number = Literal(type=types.INTEGER, span=call.nodes[2].span, value=Fraction(count))
+    return call.apply(result, call.arguments[0], call.arguments[1], number)
+
+
+def _table(call: Call) -> Expression:
+    call.scalar(0)
+    points, values = call.vector(1), call.vector(2)
+    if points.dimension != call.arguments[0].type.dimension and not types.is_zero(call.arguments[0]):
+        call.same(0, 1)
+    if points.shape != values.shape:
+        raise call.wrong(2, f"as many values as points, which are {points.shape[0]}", "E0305")
+    return call.apply(types.real(values.dimension, angle=values.angle))
+
+
+# ---------------------------------------------------------------- poses and events
+
+
+def _trans(call: Call) -> Expression:
+    type = call.vector(0, (2, 3), "a vector of 2 or 3 lengths")
+    if type.dimension != call.dimension(types.LENGTH) and not types.is_zero(call.arguments[0]):
+        raise call.wrong(0, "a vector of lengths")
+    call.require_space(type.shape[0], f"a displacement of {type.shape[0]} components")
+    return call.apply(types.POSE)
+
+
+def _turn(size: int) -> Rule:
+    def rule(call: Call) -> Expression:
+        call.number(0, "an angle")
+        call.require_space(size)
+        return call.apply(types.POSE)
+
+    return rule
+
+
+def _axis_angle(call: Call) -> Expression:
+    call.vector(0, (3,))
+    call.number(1, "an axis and an angle")
+    call.require_space(3)
+    return call.apply(types.POSE)
+
+
+def _quat(call: Call) -> Expression:
+    call.require_space(3)
+    if len(call.arguments) == 1:
+        if not call.vector(0, (4,)).dimension.is_none:
+            raise call.wrong(0, "four numbers")
+        return call.apply(types.POSE, *elements(call.arguments[0]))
+    if len(call.arguments) != 4:
+        raise call.scope.fail("E0309", "'quat' takes a vector of 4 numbers, or 4 numbers", call.node.span)
+    for k in range(4):
+        call.number(k)
+    return call.apply(types.POSE)
+
+
+def _sample(call: Call) -> Expression:
+    """``sample(period)`` and ``sample(period, start)``: always (period, start) in the flat model."""
+    time = call.scope.flattening.time_type.dimension
+    for k in range(len(call.arguments)):
+        if call.scalar(k).dimension != time and not types.is_zero(call.arguments[k]):
+            raise call.wrong(k, "times")
+    if len(call.arguments) == 2:
+        return call.apply(types.BOOLEAN)
+    start = Literal(type=types.real(time), span=call.node.span, value=Fraction(0))
+    return call.apply(types.BOOLEAN, call.arguments[0], start)
+
+
+def _initial(call: Call) -> Expression:
+    return Apply(type=types.BOOLEAN, span=call.node.span, function="initial", arguments=())
+
+
+RULES: dict[str, Rule] = {
+    **dict.fromkeys(("sin", "cos", "tan"), _angle_to_number),
+    **dict.fromkeys(("asin", "acos", "atan"), _number_to_angle),
+    **dict.fromkeys(
+        ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh", "exp", "log", "log10"), _number_to_number
+    ),
+    **dict.fromkeys(("floor", "ceil"), _number_to_whole),
+    **dict.fromkeys(("clamp", "deadzone"), _alike),
+    **dict.fromkeys(("min", "max"), _extreme),
+    "atan2": _atan2,
+    "sqrt": _sqrt,
+    "abs": _abs,
+    "sign": _sign,
+    "mod": _mod,
+    "div": _div,
+    "sum": _sum,
+    "product": _product,
+    "dot": _dot,
+    "cross": _cross,
+    "norm": _norm,
+    "transpose": _transpose,
+    "outer": _outer,
+    "identity": _identity,
+    "diag": _diag,
+    "linspace": _linspace,
+    "table": _table,
+    "trans": _trans,
+    "rot": _turn(2),
+    "rotx": _turn(3),
+    "roty": _turn(3),
+    "rotz": _turn(3),
+    "axis_angle": _axis_angle,
+    "quat": _quat,
+    "sample": _sample,
+    "initial": _initial,
+}

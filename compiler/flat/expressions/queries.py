@@ -1,0 +1,260 @@
+"""Type rules of the questions about named elements: reactions, multipliers, momenta, energies."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from mechc.lang import ast
+from mechc.lang.suggest import closest
+from mechc.lang.units import Dimension
+
+from .. import types
+from ..model import Apply, Element, Expression, Kind, Query, Role, Type
+from ..names.instance import Instance, LabelMember
+from ..names.scope import Poisoned, Scope
+from .coordinates import Target, constraint_dimension, target_of
+from .kinematics import in_frame, position_argument
+from .references import find_instance, find_label
+from .signature import Call
+
+_CONSTRAINING = ("constraint", "contact")
+
+
+def _argument(call: Call) -> ast.Reference | None:
+    node = call.nodes[0]
+    return node if isinstance(node, ast.Reference) else None
+
+
+def _query(call: Call, type: Type, target: str, *arguments: Expression) -> Query:
+    return Query(type=type, span=call.node.span, function=call.name, target=target, arguments=arguments)
+
+
+def _energy(call: Call) -> Expression:
+    return _query(call, types.real(call.dimension(types.ENERGY)), "")
+
+
+def _not_named(call: Call, wanted: str, candidates: list[str]) -> Poisoned:
+    node = call.nodes[0]
+    near = closest(node.span.text, candidates)
+    some = f"there is {', '.join(candidates[:5])}" if candidates else ""
+    return call.scope.fail(
+        "E0212",
+        f"'{call.name}' asks about {wanted}, '{node.span.text}' is none",
+        node.span,
+        help=f"did you mean '{near}'?" if near else some,
+    )
+
+
+def _labels(scope: Scope, kinds: tuple[str, ...]) -> list[str]:
+    if scope.instance is None:
+        return []
+    names = {key[0]: None for key, label in scope.instance.labels.items() if label.kind in kinds}
+    return list(names)
+
+
+def _label(call: Call, kinds: tuple[str, ...], wanted: str) -> LabelMember:
+    node = _argument(call)
+    label = find_label(call.scope, node) if node is not None else None
+    if label is None or label.kind not in kinds:
+        joint = find_instance(call.scope, node) if node is not None else None
+        if joint is not None and joint.cls.places and call.name == "multiplier":
+            raise call.scope.fail(
+                "E0212",
+                f"'multiplier' asks about {wanted}, '{call.nodes[0].span.text}' is a joint",
+                call.nodes[0].span,
+                help=f"ask for 'reaction({joint.path})', its force, or 'moment({joint.path})'",
+            )
+        raise _not_named(call, wanted, _labels(call.scope, kinds))
+    return label
+
+
+def _per(call: Call, dimension: Dimension, per: Dimension) -> Dimension:
+    return types.NUMBER.dimension if call.scope.flattening.dimensionless else dimension / per
+
+
+def _multiplier(call: Call) -> Expression:
+    label = _label(call, _CONSTRAINING, "a named constraint or contact")
+    type, of_rates = constraint_dimension(label)
+    dimension = _per(call, types.POWER if of_rates else types.ENERGY, type.dimension)
+    return _query(call, types.real(dimension, type.shape), label.name)
+
+
+def _closed(call: Call) -> Expression:
+    label = _label(call, _CONSTRAINING, "a named constraint or contact")
+    return _query(call, types.BOOLEAN, label.name)
+
+
+def _power(call: Call) -> Expression:
+    type = types.real(call.dimension(types.POWER))
+    if len(call.nodes) == 1:
+        label = _label(call, ("force", "torque", "damping", "friction"), "a named force or torque")
+        return _query(call, type, label.name)
+    target = _coordinate(call, 1)
+    if target.type.shape or target.type.kind is Kind.ROTATION:
+        raise call.scope.fail(
+            "E0212",
+            f"'power(f, q)' asks about one coordinate, '{call.nodes[1].span.text}' has several numbers",
+            call.nodes[1].span,
+            help="give an index, or give the force a name: 'power(name)'",
+        )
+    force = call.scope.elaborate(call.nodes[0])
+    wanted = _per(call, types.ENERGY, target.type.dimension)
+    number = force.type.kind in types.NUMERIC and not force.type.shape
+    if not number or (force.type.dimension != wanted and not types.is_zero(force)):
+        given = types.describe(force.type)
+        raise call.scope.fail(
+            "E0322",
+            f"a force on '{call.nodes[1].span.text}' is {types.unit_words(wanted)}, this is {given}",
+            call.nodes[0].span,
+            caption=f"this is {given}",
+        )
+    rate = call.scope.elaborate(ast.Derivative(operand=call.nodes[1], order=1, span=call.nodes[1].span))
+    return Apply(type=type, span=call.node.span, function="multiply", arguments=(force, rate))
+
+
+def _coordinate(call: Call, index: int = 0) -> Target:
+    """Return the coordinate that an argument names."""
+    node = call.nodes[index]
+    expression = call.scope.elaborate(node)
+    target = target_of(call.scope, expression)
+    if target is None or target.role is not Role.COORDINATE or target.rate:
+        names = [] if call.scope.instance is None else _coordinates(call.scope.instance)
+        near = closest(node.span.text, names)
+        raise call.scope.fail(
+            "E0212",
+            f"'{call.name}' asks about a coordinate, '{node.span.text}' is none",
+            node.span,
+            help=f"did you mean '{near}'?"
+            if near
+            else f"the coordinates are {', '.join(names[:6])}"
+            if names
+            else "",
+        )
+    return target
+
+
+def _coordinates(instance: Instance) -> list[str]:
+    return [n for n, m in instance.members.items() if isinstance(m.declaration, ast.Coordinate)]
+
+
+def _momentum(call: Call) -> Expression:
+    target = _coordinate(call)
+    action = (
+        call.dimension(types.ACTION) if not call.scope.flattening.dimensionless else types.NUMBER.dimension
+    )
+    if target.type.kind is Kind.ROTATION:
+        return _query(call, types.real(action, (3,)), target.name)
+    return _of_elements(call, target, types.real(action / target.type.dimension, target.whole.shape))
+
+
+def _of_elements(call: Call, target: Target, type: Type) -> Expression:
+    """Return a question about a coordinate, or the element of it that was asked for."""
+    query = _query(call, type, target.name)
+    if not target.indices:
+        return query
+    element = types.element_of(type, len(target.indices))
+    return Element(type=element, span=call.node.span, base=query, indices=target.indices)
+
+
+def _reaction(call: Call) -> Expression:
+    node = _argument(call)
+    joint = find_instance(call.scope, node) if node is not None else None
+    if joint is not None:
+        _check_joint(call, joint)
+        return _in_axes(call, _query(call, _force_vector(call), joint.path))
+    target = _driven(call)
+    if target.type.kind is Kind.ROTATION:
+        return _query(call, types.real(call.dimension(types.ENERGY), (3,)), target.name)
+    dimension = _per(call, types.ENERGY, target.type.dimension)
+    return _of_elements(call, target, types.real(dimension, target.whole.shape))
+
+
+def _force_vector(call: Call) -> Type:
+    return types.real(call.dimension(types.FORCE), (call.space(),))
+
+
+def _driven(call: Call) -> Target:
+    node = call.nodes[0]
+    reference = _argument(call)
+    if reference is not None and find_label(call.scope, reference) is not None:
+        raise call.scope.fail(
+            "E0212",
+            f"'{node.span.text}' is no joint or coordinate",
+            node.span,
+            help=f"ask for 'multiplier({node.span.text})'",
+        )
+    return _coordinate(call)
+
+
+def _check_joint(call: Call, instance: Instance) -> None:
+    if not instance.cls.places:
+        raise call.scope.fail(
+            "E0212",
+            f"'{instance.path}' is no joint",
+            call.nodes[0].span,
+            caption=f"{instance.cls.name} places no frame",
+            help="ask for the reaction of the joint that carries it",
+        )
+
+
+def _in_axes(call: Call, vector: Expression) -> Expression:
+    """Apply ``in = F``."""
+    for keyword in call.node.keywords:
+        if keyword.name == "in":
+            frame = call.scope.elaborate(keyword.value)
+            if frame.type.kind is not Kind.FRAME or frame.type.shape:
+                raise call.scope.fail("E0332", "'in' takes a frame", keyword.value.span)
+            return in_frame(call, vector, frame) if vector.type.shape else vector
+    return vector
+
+
+def _moment(call: Call) -> Expression:
+    node = _argument(call)
+    joint = find_instance(call.scope, node) if node is not None else None
+    if joint is None:
+        raise _not_named(call, "a joint", [])
+    _check_joint(call, joint)
+    shape = () if call.space() == 2 else (3,)
+    return _in_axes(call, _query(call, types.real(call.dimension(types.ENERGY), shape), joint.path))
+
+
+def _elaborated(call: Call) -> None:
+    call.arguments = [call.scope.elaborate(node) for node in call.nodes]
+
+
+def _inertia_tensor(call: Call) -> Expression:
+    _elaborated(call)
+    frame = call.frame(0)
+    shape = () if call.space() == 2 else (3, 3)
+    return _query(call, types.real(call.dimension(types.INERTIA), shape), "", frame)
+
+
+def _mass_centre(call: Call) -> Expression:
+    _elaborated(call)
+    arguments = [position_argument(call, k) for k in range(len(call.arguments))]
+    return _query(call, types.real(call.dimension(types.LENGTH), (call.space(),)), "", *arguments)
+
+
+def _at(call: Call) -> Expression:
+    raise call.scope.fail(
+        "E0590",
+        "'at' belongs to variational models, which are not supported yet",
+        call.node.span,
+    )
+
+
+QUERY_RULES: dict[str, Callable[[Call], Expression]] = {
+    "energy": _energy,
+    "kinetic_energy": _energy,
+    "potential_energy": _energy,
+    "multiplier": _multiplier,
+    "closed": _closed,
+    "power": _power,
+    "momentum": _momentum,
+    "reaction": _reaction,
+    "moment": _moment,
+    "inertia_tensor": _inertia_tensor,
+    "mass_centre": _mass_centre,
+    "at": _at,
+}
+"""Rules that get their arguments unelaborated, because they name things."""

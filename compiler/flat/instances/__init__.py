@@ -1,0 +1,1 @@
+"""Making instances: components, modifications and the members that they end up with."""

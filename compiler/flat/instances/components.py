@@ -1,0 +1,192 @@
+"""Components: which class, which modifications, and one instance for each element of an array."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
+from mechc.lang.suggest import closest
+
+from ..names.classes import Class
+from ..names.instance import STATED, ComponentMember, Instance, Modifier, Pick, Progress, Source, rank_of
+from ..names.scope import Poisoned, Scope
+from ..subscripts import Index, element_name, subscript_text, subscripts
+from ..values.evaluate import truth, whole_number
+from .instantiate import element_scope, extents, make_instance, modifier_of
+
+DEEPEST = 60
+"""Most levels of components within components."""
+
+
+def instances_of(member: ComponentMember) -> dict[Index, Instance]:
+    """Return the instances of a component, making them at the first call."""
+    if member.progress is Progress.WRONG:
+        raise Poisoned
+    if member.progress is Progress.DONE:
+        return member.instances
+    declaration, scope = member.declaration, member.scope
+    assert isinstance(declaration, ast.Component)
+    if member.progress is Progress.OPEN:
+        raise scope.fail("E0207", f"'{declaration.name}' depends on itself", declaration.name_span)
+    member.progress = Progress.OPEN
+    try:
+        _instantiate(member, declaration, scope)
+    except Poisoned:
+        member.progress = Progress.WRONG
+        raise
+    member.progress = Progress.DONE
+    return member.instances
+
+
+def _instantiate(member: ComponentMember, declaration: ast.Component, scope: Scope) -> None:
+    if declaration.condition is not None and not truth(
+        scope, declaration.condition, "the condition of a component"
+    ):
+        return
+    cls = _class_of(declaration, scope)
+    member.extents = extents(scope, declaration.dimensions)
+    parent = scope.instance
+    assert parent is not None
+    named = any(d.name for d in declaration.dimensions)
+    shared = None if named else _modifiers(declaration, cls, scope)
+    for index in subscripts(member.extents):
+        own = shared
+        if own is None:
+            own = _modifiers(declaration, cls, element_scope(scope, declaration.dimensions, index))
+        given = [*own, *_handed_on(member, index)]
+        if member.extents:
+            given = [_picked(m, member.extents, index) for m in given]
+        path = element_name(member.name, index)
+        member.instances[index] = make_instance(scope.flattening, cls, path, parent, declaration, given)
+
+
+def _picked(modifier: Modifier, sizes: tuple[int, ...], index: Index) -> Modifier:
+    return replace(modifier, picks=(*modifier.picks, Pick(sizes, index)))
+
+
+def _handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
+    """Return the outer modifications that go into one element of a component."""
+    result = []
+    for modifier in member.modifiers:
+        first, rest = modifier.path[0], modifier.path[1:]
+        if not rest:
+            modifier.source.scope.report(
+                "E0402",
+                f"'{first.name}' is a component; only what is inside it can be modified",
+                modifier.span,
+                help=f"write '{first.name}.name = value'",
+            )
+            continue
+        if first.indices:
+            wanted = tuple(whole_number(modifier.source.scope, i, "an index") - 1 for i in first.indices)
+            if len(wanted) != len(member.extents) or any(
+                not 0 <= i < n for i, n in zip(wanted, member.extents, strict=False)
+            ):
+                modifier.source.scope.report(
+                    "E0314",
+                    f"'{first.name}' has no element {subscript_text(wanted)}",
+                    first.span,
+                    caption=f"it has {_extent_words(member.extents)}",
+                )
+                continue
+            if wanted != index:
+                continue
+        result.append(replace(modifier, path=rest))
+    return result
+
+
+def _extent_words(sizes: tuple[int, ...]) -> str:
+    return " x ".join(map(str, sizes)) + " elements" if sizes else "no elements: it is no array"
+
+
+def _class_of(declaration: ast.Component, scope: Scope) -> Class:
+    """Return the class of a component; refuse what cannot be instantiated here."""
+    span = declaration.span
+    found = scope.namespace.look_up(declaration.type, span)
+    if found is None or not isinstance(found.definition, ast.Model):
+        if scope.namespace.broken:
+            raise Poisoned
+        near = closest(declaration.type, scope.namespace.names())
+        raise scope.fail(
+            "E0203",
+            f"there is no model '{declaration.type}'",
+            span,
+            caption="unknown model" if found is None else f"'{declaration.type}' is no model",
+            help=f"did you mean '{near}'?" if near else "import it, for example 'import mech.planar.*;'",
+        )
+    model = found.definition
+    cls = scope.flattening.classes.of(model, found.namespace)
+    if model.partial:
+        raise scope.fail(
+            "E0407",
+            f"'{model.name}' is partial and cannot be a component",
+            span,
+            labels=(Label(model.name_span, "declared 'partial' here"),),
+            help="write a model that extends it",
+        )
+    if cls.broken:
+        raise Poisoned
+    if cls.dimensionless is not scope.flattening.dimensionless:
+        raise _dimensions_differ(scope, cls, span)
+    _check_depth(scope, cls, declaration)
+    return cls
+
+
+def _dimensions_differ(scope: Scope, cls: Class, span: Span) -> Poisoned:
+    if cls.dimensionless:
+        message = f"'{cls.name}' is dimensionless, the model around it is not"
+        help = "write 'dimensionless;' in the model as well, or give the component units"
+    else:
+        message = f"'{cls.name}' has units, the model around it is dimensionless"
+        help = "leave out 'dimensionless;', or write the component in pure numbers"
+    return scope.fail(
+        "E0320", message, span, labels=(Label(cls.model.name_span, f"{cls.name} is defined here"),), help=help
+    )
+
+
+def _check_depth(scope: Scope, cls: Class, declaration: ast.Component) -> None:
+    """Stop components that contain themselves without end."""
+    instance = scope.instance
+    if instance is None or instance.depth < DEEPEST:
+        return
+    chain = [declaration.name]
+    at: Instance | None = instance
+    while at is not None and len(chain) < 5:
+        chain.append(at.path.rpartition(".")[2] or at.model.name)
+        at = at.parent
+    raise scope.flattening.reporter.fail(  # nothing else would end, so all stops here
+        "E0406",
+        f"components are nested more than {DEEPEST} deep",
+        declaration.span,
+        caption=f"{cls.name} contains itself: ... " + " -> ".join(reversed(chain)),
+        help="end the recursion by a condition, as in 'Type name(depth = depth - 1) if depth > 0;'",
+    )
+
+
+def _modifiers(declaration: ast.Component, cls: Class, scope: Scope) -> list[Modifier]:
+    """Return what the parentheses of a component say; ``A -> B`` binds the first two interface frames."""
+    result: list[Modifier] = []
+    for node in declaration.modifications:
+        if node.kind != "->":
+            if (modifier := modifier_of(node, scope, STATED)) is not None:
+                result.append(modifier)
+            continue
+        interface = cls.interface
+        if len(interface) < 2:
+            scope.report(
+                "E0408",
+                f"'->' connects two frames, and {cls.name} has {len(interface) or 'none'} to be placed",
+                node.span,
+                labels=(Label(cls.model.name_span, f"{cls.name} is defined here"),),
+                help="'a -> b' gives the first two free frames of a joint or force element",
+            )
+            continue
+        for name, value in zip(interface[:2], (node.target, node.value), strict=True):
+            part = ast.Part(name=name, span=value.span)
+            source = Source(value, scope)
+            result.append(
+                Modifier((part,), "=", False, source, rank_of(scope, STATED), value.span, link=True)
+            )
+    return result

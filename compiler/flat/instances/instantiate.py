@@ -1,0 +1,305 @@
+"""Making instances: members from declarations, modifications handed on, loops and conditions unrolled."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import prod
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+from mechc.lang.suggest import closest
+
+from .. import types
+from ..model import Expression, Literal, Role
+from ..names.classes import Class, Stated
+from ..names.instance import (
+    EXTENDED,
+    AnyMember,
+    ComponentMember,
+    DefinitionMember,
+    Expanded,
+    Instance,
+    Labelled,
+    LabelMember,
+    Modifier,
+    PlaceMember,
+    Source,
+    VariableMember,
+    rank_of,
+)
+from ..names.scope import Flattening, Poisoned, Scope
+from ..subscripts import Index
+from ..values.evaluate import check_size, iterate, truth, whole_number
+
+MOST = 20_000
+"""Most components of a model."""
+
+_ROLES: dict[type[ast.Declaration], Role] = {
+    ast.Parameter: Role.PARAMETER,
+    ast.Coordinate: Role.COORDINATE,
+    ast.State: Role.STATE,
+    ast.Discrete: Role.DISCRETE,
+    ast.Input: Role.INPUT,
+}
+
+
+def make_instance(
+    flattening: Flattening,
+    cls: Class,
+    path: str,
+    parent: Instance | None,
+    declaration: ast.Component | None,
+    modifiers: list[Modifier],
+) -> Instance:
+    """Return a new instance with its unconditional members; its statements are unrolled when needed."""
+    depth = 0 if parent is None else parent.depth + 1
+    flattening.instances += 1
+    if flattening.instances > MOST:
+        raise flattening.reporter.fail(
+            "E0406",
+            f"the model has more than {MOST} components",
+            None if declaration is None else declaration.span,
+            caption="the last was made here",
+        )
+    instance = Instance(flattening, cls, path, parent, declaration, depth)
+    for inherited in cls.inherited:
+        scope = Scope(flattening, instance, inherited.namespace, level=inherited.level)
+        if (modifier := modifier_of(inherited.modification, scope, EXTENDED)) is not None:
+            modifiers.append(modifier)
+    for modifier in modifiers:
+        instance.modifiers.setdefault(modifier.path[0].name, []).append(modifier)
+    scopes = _Scopes(instance)
+    for name, stated in cls.declarations.items():
+        assert isinstance(stated.statement, ast.Declaration)
+        instance.members[name] = _member(instance, stated.statement, scopes.of(stated))
+    _check_names(instance)
+    return instance
+
+
+class _Scopes:
+    """The scopes of the statements of an instance: one for each level of inheritance and its names."""
+
+    def __init__(self, instance: Instance) -> None:
+        self._instance = instance
+        self._known: dict[tuple[int, int], Scope] = {}
+
+    def of(self, stated: Stated) -> Scope:
+        key = (id(stated.namespace), stated.level)
+        scope = self._known.get(key)
+        if scope is None:
+            instance = self._instance
+            scope = Scope(instance.flattening, instance, stated.namespace, level=stated.level)
+            self._known[key] = scope
+        return scope
+
+
+def _member(instance: Instance, declaration: ast.Declaration, scope: Scope) -> AnyMember:
+    name = declaration.name
+    full = instance.full_name(name)
+    modifiers = instance.modifiers.get(name, [])
+    match declaration:
+        case ast.Component():
+            return ComponentMember(declaration, scope, full, modifiers)
+        case ast.Frame() | ast.Point():
+            return PlaceMember(declaration, scope, full, modifiers)
+        case ast.Let() | ast.Output():
+            definition = DefinitionMember(declaration, scope, full, modifiers)
+            instance.flattening.definitions[full] = definition
+            return definition
+        case _:
+            structural = isinstance(declaration, ast.Parameter) and declaration.structural
+            role = _ROLES[type(declaration)]
+            variable = VariableMember(declaration, scope, full, modifiers, role=role, structural=structural)
+            instance.flattening.variables[full] = variable
+            return variable
+
+
+def _check_names(instance: Instance) -> None:
+    """Report modifications of names that the class does not have."""
+    cls = instance.cls
+    for name, modifiers in instance.modifiers.items():
+        if name in instance.members or name in cls.conditional or cls.broken:
+            continue
+        near = closest(name, [*instance.members, *cls.conditional])
+        for modifier in modifiers:
+            modifier.source.scope.report(
+                "E0401",
+                f"{cls.name} has no '{name}'",
+                modifier.span,
+                caption="nothing of this name can be modified",
+                labels=(Label(cls.model.name_span, f"{cls.name} is defined here"),),
+                help=f"did you mean '{near}'?" if near else _what_there_is(instance),
+            )
+
+
+def _what_there_is(instance: Instance) -> str:
+    names = [n for n, m in instance.members.items() if isinstance(m, VariableMember)]
+    return f"it has {', '.join(names[:8])}" if names else ""
+
+
+def modifier_of(node: ast.Modification, scope: Scope, stage: int) -> Modifier | None:
+    """Return what a modification says; links are handled apart."""
+    rate = isinstance(node.target, ast.Derivative)
+    reference = node.target.operand if isinstance(node.target, ast.Derivative) else node.target
+    if isinstance(node.target, ast.Derivative) and node.target.order != 1:
+        scope.report("E0403", "only the first derivative has an initial value here", node.target.span)
+        return None
+    if node.kind == "in":
+        scope.report("E0809", "'in' makes a sweep, which belongs to an experiment", node.span)
+        return None
+    if node.kind == "->":
+        scope.report("E0408", "'->' connects a component; there is none here", node.span)
+        return None
+    if not isinstance(reference, ast.Reference):
+        scope.report("E0401", "a modification begins with a name", node.target.span)
+        return None
+    source = Source(node.value, scope)
+    return Modifier(reference.parts, node.kind, rate, source, rank_of(scope, stage), node.target.span)
+
+
+# ---------------------------------------------------------------- looking up
+
+
+def member_of(instance: Instance, name: str) -> AnyMember | None:
+    """Return a member by name, deciding the structural conditions if it may stand under one."""
+    found = instance.members.get(name)
+    if found is None and name in instance.cls.conditional and not instance.expanding:
+        expand(instance)
+        found = instance.members.get(name)
+    return found
+
+
+# ---------------------------------------------------------------- statements
+
+
+def expand(instance: Instance) -> list[Expanded]:
+    """Return the statements of an instance with loops and structural conditions unrolled."""
+    if instance.expanded is not None:
+        return instance.expanded
+    instance.expanding = True
+    result: list[Expanded] = []
+    scopes = _Scopes(instance)
+    for stated in instance.cls.statements:
+        statement = stated.statement
+        if isinstance(statement, ast.Declaration):
+            if instance.cls.declarations[statement.name].statement is statement:
+                result.append(Expanded(statement, instance.members[statement.name].scope))
+            continue
+        _expand(instance, statement, scopes.of(stated), result)
+    instance.expanding = False
+    instance.expanded = result
+    _check_conditional(instance)
+    return result
+
+
+def _check_conditional(instance: Instance) -> None:
+    """Report modifications of names that a condition has left out."""
+    for name, modifiers in instance.modifiers.items():
+        declaration = instance.cls.conditional.get(name)
+        if declaration is None or name in instance.members:
+            continue
+        for modifier in modifiers:
+            modifier.source.scope.report(
+                "E0216",
+                f"{instance.cls.name} has '{name}' only under a condition that is false here",
+                modifier.span,
+                labels=(Label(declaration.name_span, "declared here"),),
+            )
+
+
+def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: list[Expanded]) -> None:
+    try:
+        match statement:
+            case ast.For(name=name, range=range, body=body):
+                statements = [item for item in body if not isinstance(item, ast.Declaration)]
+                for inner in iterate(scope, name, range):
+                    for item in statements:
+                        _expand(instance, item, inner, result)
+            case ast.If(branches=branches, otherwise=otherwise):
+                chosen = otherwise
+                for branch in branches:
+                    if truth(scope, branch.condition, "the condition of a structural 'if'"):
+                        chosen = branch.body
+                        break
+                for item in chosen:
+                    _expand(instance, item, scope, result)
+            case ast.Declaration():
+                _declare(instance, statement, scope)
+                result.append(Expanded(statement, scope))
+            case _:
+                if isinstance(statement, Labelled) and statement.label is not None:
+                    _register(instance, statement, statement.label, scope)
+                result.append(Expanded(statement, scope))
+    except Poisoned:
+        return
+
+
+def _declare(instance: Instance, declaration: ast.Declaration, scope: Scope) -> None:
+    first = instance.members.get(declaration.name)
+    if first is not None:
+        raise scope.fail(
+            "E0204",
+            f"'{declaration.name}' is declared twice",
+            declaration.name_span,
+            caption="again here",
+            labels=(Label(first.declaration.name_span, "first here"),),
+        )
+    instance.members[declaration.name] = _member(instance, declaration, scope)
+
+
+def _register(instance: Instance, statement: Labelled, label: ast.LabelName, scope: Scope) -> None:
+    index = tuple(whole_number(scope, i, "the index of a name") for i in label.indices)
+    text = f"{label.name}[{','.join(map(str, index))}]" if index else label.name
+    key = (label.name, index)
+    first = instance.labels.get(key)
+    declared = instance.members.get(label.name)
+    if first is not None or declared is not None:
+        other = first.statement.label if first is not None else None
+        span = other.span if other is not None else declared.declaration.name_span if declared else label.span
+        raise scope.fail(
+            "E0204",
+            f"'{text}' is declared twice",
+            label.span,
+            caption="again here",
+            labels=(Label(span, "first here"),),
+            help="in a loop, give the name the index, as in 'name[i]:'"
+            if first is not None and not index
+            else "",
+        )
+    kind = statement.kind if isinstance(statement, ast.Load) else type(statement).__name__.lower()
+    instance.labels[key] = LabelMember(kind, instance.full_name(text), statement, scope)
+
+
+# ---------------------------------------------------------------- arrays
+
+
+def extents(scope: Scope, dimensions: tuple[ast.Dimension, ...]) -> tuple[int, ...]:
+    """Return the sizes of array dimensions ``[n]``, ``[i in 1:n]``."""
+    sizes = []
+    for dimension in dimensions:
+        if isinstance(dimension.size, ast.Range):
+            node = dimension.size
+            first = whole_number(scope, node.start, "the start of a range")
+            if first != 1 or node.step is not None:
+                raise scope.fail(
+                    "E0422", "the elements of an array are counted from 1", node.span, help="write '1:n'"
+                )
+            size = whole_number(scope, node.stop, "the size of an array")
+        else:
+            size = whole_number(scope, dimension.size, "the size of an array")
+        if size < 0:
+            raise scope.fail("E0422", f"an array cannot have {size} elements", dimension.span)
+        sizes.append(size)
+    if dimensions:
+        check_size(scope, prod(sizes), dimensions[0].span)
+    return tuple(sizes)
+
+
+def element_scope(scope: Scope, dimensions: tuple[ast.Dimension, ...], index: Index) -> Scope:
+    """Return the scope of one element, in which the names of ``[i in 1:n]`` have their values."""
+    local: dict[str, Expression] = {
+        d.name: Literal(type=types.INTEGER, span=d.span, value=Fraction(i + 1))
+        for d, i in zip(dimensions, index, strict=True)
+        if d.name
+    }
+    return scope.with_local(local) if local else scope

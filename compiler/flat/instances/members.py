@@ -1,0 +1,344 @@
+"""What a declared name is: its type and value, found when first asked for."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from .. import types
+from ..model import Expression, Kind, Literal, Name, Role, Type
+from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
+from ..names.scope import Poisoned, Scope
+from ..subscripts import subscripts
+from ..values.evaluate import constant, not_structural, to_expression
+from ..values.indexing import stack
+from .declared_types import broadcast, declared_type, fit
+from .instantiate import element_scope, extents
+from .modifications import check_plain, modified_value, strongest
+from .overrides import overridden
+
+
+def begin(member: Member, what: str) -> bool:
+    """Start resolving a member; False if it is resolved. Reports one that needs itself."""
+    if member.progress is Progress.DONE:
+        return False
+    if member.progress is Progress.WRONG:
+        raise Poisoned
+    if member.progress is Progress.OPEN:
+        member.progress = Progress.WRONG
+        raise member.scope.fail(
+            "E0207",
+            f"'{member.declaration.name}' is defined by itself",
+            member.declaration.name_span,
+            caption=f"{what} depends on this name again",
+        )
+    member.progress = Progress.OPEN
+    return True
+
+
+# ---------------------------------------------------------------- variables
+
+
+def type_of(member: VariableMember) -> Type:
+    """Return the type of a variable, from its declaration or from its default."""
+    if member.progress is Progress.WRONG:
+        raise Poisoned
+    if member.type is not None:
+        return member.type
+    if begin(member, "its type"):
+        try:
+            _resolve_variable(member)
+        except Poisoned:
+            member.progress = Progress.WRONG
+            raise
+        member.progress = Progress.DONE
+    assert member.type is not None
+    return member.type
+
+
+def _resolve_variable(member: VariableMember) -> None:
+    declaration, scope = member.declaration, member.scope
+    if declaration.type:
+        member.type = _declared(declaration, scope)
+        _check_kind(member, member.type, declaration.name_span)
+    elif member.role in (Role.COORDINATE, Role.STATE) or _default(declaration) is not None:
+        member.type = _inferred(member)
+    else:
+        winner = strongest(member.modifiers)
+        if winner is None:
+            raise scope.fail(
+                "E0327",
+                f"'{declaration.name}' needs a type or a value",
+                declaration.name_span,
+                help=f"write for example 'Length {declaration.name}' or '{declaration.name} = 1 m'",
+            )
+        member.type = types.numeric(winner.source.value().type)
+    if member.structural:
+        member.constant = _structural_value(member)
+
+
+def _declared(declaration: ast.Declaration, scope: Scope) -> Type:
+    base = declared_type(scope, declaration.type, declaration.name_span)
+    shape = extents(scope, declaration.dimensions)
+    if base.kind is Kind.ROTATION and shape:
+        raise scope.fail(
+            "E0305", "an array of rotations is not possible", declaration.span, help="declare them one by one"
+        )
+    return types.with_shape(base, shape)
+
+
+def _default(declaration: ast.Declaration) -> ast.Expression | None:
+    """Return the expression of ``= e`` or ``~ e`` in a declaration."""
+    match declaration:
+        case ast.Coordinate(start=start) | ast.State(start=start):
+            return None if start is None else start.value
+        case ast.Parameter(value=value) | ast.Discrete(value=value) | ast.Input(value=value):
+            return value
+        case ast.Let(value=value) | ast.Output(value=value):
+            return value
+        case _:
+            return None
+
+
+def _inferred(member: VariableMember) -> Type:
+    declaration, scope = member.declaration, member.scope
+    default = _default(declaration)
+    if default is None:
+        raise scope.fail(
+            "E0327",
+            f"'{declaration.name}' needs a type or an initial value",
+            declaration.name_span,
+            help=f"write for example '{member.role.value} Length {declaration.name};'",
+        )
+    value = elementwise(declaration, scope, default)
+    type = value.type
+    if type.kind is Kind.POSE and member.role is Role.COORDINATE:
+        type = types.ROTATION
+    if not member.structural:
+        type = types.numeric(type)  # a whole number may become any number
+    if declaration.dimensions:
+        shape = extents(scope, declaration.dimensions)
+        if type.shape and type.shape != shape:
+            broadcast(
+                scope,
+                value,
+                types.with_shape(type, shape),
+                default.span,
+                declaration.name,
+                declaration.name_span,
+            )
+        type = types.with_shape(type, shape)
+    _check_kind(member, type, default.span)
+    return type
+
+
+_KINDS = {Role.COORDINATE: (Kind.REAL, Kind.ROTATION), Role.STATE: (Kind.REAL,)}
+_VALUES = (Kind.REAL, Kind.INTEGER, Kind.BOOLEAN, Kind.STRING)
+
+
+def _check_kind(member: VariableMember, type: Type, span: Span) -> None:
+    """Refuse coordinates that are whole numbers, parameters that are frames, and the like."""
+    if type.kind in _KINDS.get(member.role, _VALUES):
+        return
+    given = types.describe(type)
+    raise member.scope.fail(
+        "E0303",
+        f"{ROLE_WORDS[member.role]} cannot be {given}",
+        span,
+        caption=f"this is {given}",
+        help="a frame is declared by 'frame'" if type.kind in (Kind.FRAME, Kind.POSE) else "",
+    )
+
+
+def elementwise(declaration: ast.Declaration, scope: Scope, node: ast.Expression) -> Expression:
+    """Return the value of a declaration; with ``[i in 1:n]`` it is elaborated for each element."""
+    if not any(d.name for d in declaration.dimensions):
+        return scope.elaborate(node)
+    sizes = extents(scope, declaration.dimensions)
+    values = [
+        element_scope(scope, declaration.dimensions, index).elaborate(node) for index in subscripts(sizes)
+    ]
+    return nested(values, sizes, node.span, scope)
+
+
+def nested(values: list[Expression], sizes: tuple[int, ...], span: Span, scope: Scope) -> Expression:
+    """Return an array of shape ``sizes`` (and that of the values) from its elements in row-major order."""
+    if not values:
+        raise scope.fail("E0422", "an array without elements has no type", span, help="give it a type")
+    if not sizes:
+        return values[0]
+    first = next((v for v in values if not types.is_zero(v)), values[0])
+    unified: list[Expression] = [
+        fit(
+            scope,
+            v,
+            types.numeric(first.type) if first.type.kind is Kind.INTEGER else first.type,
+            v.span,
+            code="E0317",
+        )
+        for v in values
+    ]
+    return stack(unified, sizes, span)
+
+
+# ---------------------------------------------------------------- values of variables
+
+
+def parameter_value(member: VariableMember) -> Expression | None:
+    """Return the value of a parameter, discrete variable or input: the strongest modification, or its default."""
+    type = type_of(member)
+    for modifier in member.modifiers:
+        check_plain(member, modifier)
+    winner = strongest(member.modifiers)
+    if winner is not None:
+        return modified_value(member, winner, type)
+    default = _default(member.declaration)
+    if default is None:
+        return None
+    value = elementwise(member.declaration, member.scope, default)
+    return fit(
+        member.scope,
+        value,
+        type,
+        default.span,
+        name=member.declaration.name,
+        declared=member.declaration.name_span,
+    )
+
+
+def _structural_value(member: VariableMember) -> Expression:
+    """Return the value of a structural parameter as literals."""
+    assert member.type is not None
+    given = overridden(member)
+    if given is not None:
+        return given
+    member.progress = Progress.OPEN
+    value = _stated_value(member)
+    known = constant(value)
+    if known is None:
+        winner = strongest(member.modifiers)
+        scope = winner.source.scope if winner else member.scope
+        node = winner.source.node if winner else _default(member.declaration)
+        assert node is not None
+        raise not_structural(scope, node, value, f"the structural parameter '{member.declaration.name}'")
+    return to_expression(known, member.type, value.span)
+
+
+def _stated_value(member: VariableMember) -> Expression:
+    value = parameter_value(member)
+    if value is None:
+        declaration = member.declaration
+        raise member.scope.fail(
+            "E0411",
+            f"the structural parameter '{declaration.name}' has no value",
+            declaration.name_span,
+            help=f"write '{declaration.name} = ...'",
+        )
+    return value
+
+
+# ---------------------------------------------------------------- let and output
+
+
+def definition_value(member: DefinitionMember) -> Expression:
+    """Return the checked value of a ``let`` or ``output``."""
+    if begin(member, "its value"):
+        try:
+            member.value = _definition(member)
+            _check_output(member, member.value)
+        except Poisoned:
+            member.progress = Progress.WRONG
+            raise
+        member.progress = Progress.DONE
+    assert member.value is not None
+    return member.value
+
+
+def _definition(member: DefinitionMember) -> Expression:
+    declaration, scope = member.declaration, member.scope
+    assert isinstance(declaration, ast.Let | ast.Output)
+    if declaration.value is None:
+        raise scope.fail(
+            "E0411",
+            f"output '{declaration.name}' has no value",
+            declaration.name_span,
+            help=f"write 'output {declaration.name} = ...;'",
+        )
+    if declaration.type:
+        member.type = _declared(declaration, scope)
+    value = elementwise(declaration, scope, declaration.value)
+    if member.type is not None:
+        return fit(
+            scope,
+            value,
+            member.type,
+            declaration.value.span,
+            name=declaration.name,
+            declared=declaration.name_span,
+        )
+    if declaration.dimensions:
+        shape = extents(scope, declaration.dimensions)
+        if value.type.kind is not Kind.POINT or value.type.shape != shape:
+            target = types.with_shape(value.type, shape)
+            value = broadcast(
+                scope, value, target, declaration.value.span, declaration.name, declaration.name_span
+            )
+    return value
+
+
+def _check_output(member: DefinitionMember, value: Expression) -> None:
+    """Report an output that is no number, which no result could hold."""
+    kind, declaration = value.type.kind, member.declaration
+    if not isinstance(declaration, ast.Output) or kind in (*types.NUMERIC, Kind.BOOLEAN):
+        return
+    node = declaration.value
+    assert node is not None
+    own = isinstance(node, ast.Reference) and not value.type.shape
+    name, what = declaration.name, node.span.text if own else "F"
+    ways = {
+        Kind.FRAME: f"write 'output {name} = pos({what});' for the path of its origin, 'frame {name} = ...;' to give it a name",
+        Kind.ROTATION: f"write one number of it, as in 'output {name} = {what}[1];', or the place of a point that it turns",
+        Kind.POSE: "write the place of a point that it moves, as in 'world * pose * {1 m, 0 m}'",
+    }
+    raise member.scope.fail(
+        "E0335",
+        f"output '{name}' is {types.describe(value.type)}; an output is a number, a vector or a point",
+        node.span,
+        caption=f"this is {types.describe(value.type)}",
+        help=ways.get(kind, ""),
+    )
+
+
+def definition_type(member: DefinitionMember) -> Type:
+    """Return the type of a ``let`` or ``output``; a declared one needs no value.
+
+    What is declared as a rotation may be any pose: only one that names a coordinate has elements and rates.
+    """
+    if member.type is None and member.declaration.type and member.progress is not Progress.DONE:
+        if member.progress is Progress.WRONG:
+            raise Poisoned
+        member.type = _declared(member.declaration, member.scope)
+    if member.type is None or member.type.kind is Kind.ROTATION:
+        return definition_value(member).type
+    return member.type
+
+
+# ---------------------------------------------------------------- references to members
+
+
+def variable_reference(member: VariableMember, span: Span) -> Expression:
+    """Return a variable by name; a structural parameter by its value."""
+    type = type_of(member)
+    if member.constant is not None:
+        return member.constant
+    return Name(type=type, span=span, name=member.name)
+
+
+def definition_reference(member: DefinitionMember, span: Span) -> Expression:
+    """Return a ``let`` or ``output`` by name; a constant whole number or truth value by its value."""
+    type = definition_type(member)
+    if type.kind in (Kind.INTEGER, Kind.BOOLEAN) and not type.shape:
+        value = definition_value(member)
+        if isinstance(value, Literal):
+            return value
+    return Name(type=type, span=span, name=member.name)

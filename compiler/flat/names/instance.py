@@ -1,0 +1,192 @@
+"""Instances of classes and their members: what exists, before any of it is elaborated."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from msgspec import Struct, field
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from ..model import Expression, Origin, Role, Type
+from ..subscripts import Index
+from .classes import Class
+from .scope import Flattening, Poisoned, Scope
+
+
+class Source(Struct, eq=False):
+    """An expression of one scope that is elaborated when first needed, and then shared."""
+
+    node: ast.Expression
+    scope: Scope
+    _value: Expression | None = None
+    _wrong: bool = False
+
+    def value(self) -> Expression:
+        if self._wrong:
+            raise Poisoned
+        if self._value is None:
+            try:
+                self._value = self.scope.elaborate(self.node)
+            except Poisoned:
+                self._wrong = True
+                raise
+        return self._value
+
+
+Rank = tuple[int, int, int]
+"""Depth of the component in whose text a value stands, level of inheritance, both negative; stage."""
+
+DECLARED, STATED, EXTENDED = range(3)
+"""What of one text goes before what: declaration, ``initial`` and modifications of components, ``extends``."""
+
+
+def rank_of(scope: Scope, stage: int) -> Rank:
+    """Return the rank of a value given in a scope: that of the outermost text is the largest."""
+    depth = 0 if scope.instance is None else scope.instance.depth
+    return (-depth, -scope.level, stage)
+
+
+class Pick(Struct, frozen=True):
+    """One array of components that a modification has passed through, and the element it has reached."""
+
+    extents: tuple[int, ...]
+    index: Index
+
+
+class Modifier(Struct, frozen=True):
+    """A modification on its way to a member: ``path`` is what is left of its target.
+
+    ``rank`` orders competing ones, the largest wins: ``rank_of``.
+    """
+
+    path: tuple[ast.Part, ...]
+    kind: str
+    rate: bool
+    source: Source
+    rank: Rank
+    span: Span
+    picks: tuple[Pick, ...] = ()
+    link: bool = False
+
+
+ROLE_WORDS = {
+    Role.PARAMETER: "a parameter",
+    Role.COORDINATE: "a coordinate",
+    Role.STATE: "a state",
+    Role.DISCRETE: "a discrete variable",
+    Role.INPUT: "an input",
+}
+
+
+class Progress(Enum):
+    NEW = 0
+    OPEN = 1
+    DONE = 2
+    WRONG = 3
+
+
+class Member(Struct, eq=False):
+    """A declared name of an instance; ``name`` is its dotted name in the flat model."""
+
+    declaration: ast.Declaration
+    scope: Scope
+    name: str
+    modifiers: list[Modifier] = field(default_factory=list)
+    progress: Progress = Progress.NEW
+
+
+class VariableMember(Member, eq=False):
+    """A parameter, coordinate, state, discrete variable or input; ``constant`` if structural.
+
+    ``bound``: the expression an input is connected to.
+    """
+
+    role: Role = Role.PARAMETER
+    type: Type | None = None
+    structural: bool = False
+    constant: Expression | None = None
+    value: Expression | None = None
+    bound: Expression | None = None
+
+
+class DefinitionMember(Member, eq=False):
+    """A ``let`` or ``output``."""
+
+    type: Type | None = None
+    value: Expression | None = None
+
+
+class PlaceMember(Member, eq=False):
+    """A frame or point, or an array of them: ``values`` by index, None for a free frame.
+
+    ``welds``: values given to free frames from outside by name, which place them as joints would.
+    """
+
+    extents: tuple[int, ...] = ()
+    types: dict[Index, Type] = field(default_factory=dict)
+    values: dict[Index, Expression | None] = field(default_factory=dict)
+    opening: set[Index] = field(default_factory=set)
+    welds: dict[Index, tuple[Expression, Origin]] = field(default_factory=dict)
+
+
+class ComponentMember(Member, eq=False):
+    """A component; ``instances`` by index, none where its condition is false."""
+
+    extents: tuple[int, ...] = ()
+    instances: dict[Index, Instance] = field(default_factory=dict)
+
+
+AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
+
+
+Labelled = ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact
+"""Statements that may have a name."""
+
+
+class LabelMember(Struct, eq=False):
+    """A named statement: ``kind`` is force, torque, damping, friction, constraint or contact."""
+
+    kind: str
+    name: str
+    statement: Labelled
+    scope: Scope
+    progress: Progress = Progress.NEW
+
+
+class Expanded(Struct, eq=False):
+    """A statement of an instance after ``for`` and ``if``."""
+
+    statement: ast.Statement
+    scope: Scope
+
+
+class Instance(Struct, eq=False):
+    """One object of a class. ``members`` grows when structural conditions are decided (``expanded``)."""
+
+    flattening: Flattening
+    cls: Class
+    path: str
+    parent: Instance | None
+    declaration: ast.Component | None
+    depth: int
+    members: dict[str, AnyMember] = field(default_factory=dict)
+    labels: dict[tuple[str, Index], LabelMember] = field(default_factory=dict)
+    modifiers: dict[str, list[Modifier]] = field(default_factory=dict)
+    expanded: list[Expanded] | None = None
+    expanding: bool = False
+    gravity: Expression | None = None
+    gravity_span: Span | None = None
+
+    @property
+    def made_at(self) -> Span | None:
+        """The place of the statement that makes this instance; None for the model itself."""
+        return None if self.declaration is None else self.declaration.span
+
+    @property
+    def model(self) -> ast.Model:
+        return self.cls.model
+
+    def full_name(self, name: str) -> str:
+        return f"{self.path}.{name}" if self.path else name

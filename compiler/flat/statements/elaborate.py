@@ -1,0 +1,236 @@
+"""Statements of an instance, one after another, into the record."""
+
+from __future__ import annotations
+
+from typing import assert_never
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+
+from .. import model
+from ..instances.components import instances_of
+from ..instances.frames import is_free, place_extents, place_value
+from ..instances.instantiate import expand
+from ..instances.members import definition_value, parameter_value, type_of
+from ..instances.modifications import cannot_modify
+from ..model import DefinitionRole, Expression, Role
+from ..names.instance import ComponentMember, DefinitionMember, Instance, PlaceMember, VariableMember
+from ..names.scope import Poisoned, Scope
+from ..subscripts import element_name, subscripts
+from ..types import FRAME
+from .energies import energy, gravities, inertia, mass
+from .events import when
+from .initial_values import initial
+from .loads import contact, damping, friction, load
+from .record import JointParts, Record
+from .relations import assertion, closure, constraint, drive, equation, exact, place
+from .variables import attributes, check_input, check_parameter
+
+
+def run(instance: Instance, record: Record) -> None:
+    """Record every statement of an instance and of the components inside it, in order."""
+    statements = expand(instance)
+    gravities(instance, statements)
+    parts = JointParts(instance)
+    for item in statements:
+        try:
+            _statement(item.statement, item.scope, record, parts)
+        except Poisoned:
+            continue
+    _joints(parts, record)
+
+
+def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: JointParts) -> None:
+    match statement:
+        case ast.Declaration():
+            _declaration(statement, scope, record)
+        case ast.Energy():
+            energy(scope, statement, record)
+        case ast.Mass():
+            mass(scope, statement, record)
+        case ast.Inertia():
+            inertia(scope, statement, record)
+        case ast.Load():
+            load(scope, statement, record)
+        case ast.Damping():
+            damping(scope, statement, record)
+        case ast.Friction():
+            friction(scope, statement, record)
+        case ast.Contact():
+            contact(scope, statement, record)
+        case ast.Constraint():
+            constraint(scope, statement, record)
+        case ast.Drive():
+            drive(scope, statement, record)
+        case ast.Place():
+            place(scope, statement, parts, record)
+        case ast.Closure():
+            closure(scope, statement, parts)
+        case ast.Initial():
+            initial(scope, statement, record)
+        case ast.Equation():
+            equation(scope, statement, record)
+        case ast.Exact():
+            exact(scope, statement, record)
+        case ast.When():
+            when(scope, statement, record)
+        case ast.Assert():
+            record.assertions.append(assertion(scope, statement))
+        case ast.Independent() if scope.path:
+            raise scope.fail(
+                "E0412", "only the model itself names its independent variable, no component", statement.span
+            )
+        case ast.Final() | ast.Stationary():
+            raise scope.fail("E0590", "variational models are not supported yet", statement.span)
+        case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Independent():
+            pass  # gravities(), flatten.py and experiments.py see to them
+        case ast.Extends() | ast.Import() | ast.Function() | ast.Type() | ast.Model():
+            pass  # classes.py and namespace.py see to them
+        case ast.If() | ast.For():
+            raise AssertionError("expand() unrolls these")
+        case ast.Reinit() | ast.Assign() | ast.Terminate() | ast.Impulse() | ast.Release() | ast.Engage():
+            raise AssertionError("actions stand inside 'when'")
+        case _:
+            raise AssertionError(type(statement))
+
+
+# ---------------------------------------------------------------- declarations
+
+
+def _declaration(declaration: ast.Declaration, scope: Scope, record: Record) -> None:
+    assert scope.instance is not None
+    member = scope.instance.members[declaration.name]
+    match member:
+        case VariableMember():
+            _variable(member, record)
+        case DefinitionMember():
+            _definition(member, record)
+        case PlaceMember():
+            for index in subscripts(place_extents(member)):
+                _frame_or_point(member, index, record)
+        case ComponentMember():
+            for instance in instances_of(member).values():
+                run(instance, record)
+        case _:
+            assert_never(member)
+
+
+def _variable(member: VariableMember, record: Record) -> None:
+    type_of(member)
+    if member.structural:
+        return
+    record.variables.append(member)
+    if member.role in (Role.COORDINATE, Role.STATE):
+        return
+    member.value = parameter_value(member)
+    if member.value is None:
+        return
+    if member.role is Role.PARAMETER:
+        check_parameter(member, member.value)
+    elif member.role is Role.INPUT and member.modifiers:
+        member.bound = member.value
+        record.variables.pop()
+        _define(member, DefinitionRole.LET, member.name, member.value, record)
+    elif member.role is Role.INPUT:
+        check_input(member, member.value)
+
+
+def _definition(member: DefinitionMember, record: Record) -> None:
+    for modifier in member.modifiers:
+        noun = "an abbreviation" if isinstance(member.declaration, ast.Let) else "an output"
+        cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
+    role = DefinitionRole.LET if isinstance(member.declaration, ast.Let) else DefinitionRole.OUTPUT
+    _define(member, role, member.name, definition_value(member), record)
+
+
+def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: Record) -> None:
+    frame = isinstance(member.declaration, ast.Frame)
+    role = DefinitionRole.FRAME if frame else DefinitionRole.POINT
+    name = element_name(member.name, index)
+    value = place_value(member, index)
+    _define(member, role, name, value, record)
+    if index in member.welds:
+        pose, origin = member.welds[index]
+        record.placed[name] = origin.span
+        record.joints.append(model.Joint(name, "", name, pose, (), (), False, origin))
+
+
+def _define(
+    member: VariableMember | DefinitionMember | PlaceMember,
+    role: DefinitionRole,
+    name: str,
+    value: Expression | None,
+    record: Record,
+) -> None:
+    declaration, scope = member.declaration, member.scope
+    if isinstance(member, VariableMember):
+        type = type_of(member)
+    elif value is None:
+        type = FRAME
+    else:
+        type = value.type
+    origin = scope.origin(declaration.span)
+    extra = attributes(scope, declaration, type)
+    record.definitions.append(model.Definition(name, role, type, value, origin, extra, declaration.doc))
+
+
+# ---------------------------------------------------------------- joints
+
+
+def _joints(parts: JointParts, record: Record) -> None:
+    """Make the joints of an instance from its ``place`` and ``closure`` statements."""
+    instance = parts.instance
+    declaration = instance.declaration
+    cut = declaration is not None and declaration.cut
+    if not parts.places:
+        if cut and declaration is not None and not instance.cls.places:
+            instance.flattening.report(
+                Scope(instance.flattening, instance.parent, instance.cls.namespace),
+                "E0413",
+                f"'{declaration.name}' cannot be cut: {instance.cls.name} is no joint",
+                declaration.span,
+                labels=(Label(instance.cls.model.name_span, f"{instance.cls.name} places no frame"),),
+            )
+        return
+    coordinates = tuple(
+        m.name
+        for m in instance.members.values()
+        if isinstance(m, VariableMember) and m.role is Role.COORDINATE
+    )
+    for k, (target, value, span) in enumerate(parts.places):
+        name = instance.path if instance.path and k == 0 else target
+        source = ""
+        if instance.path:
+            interface = [n for n in instance.cls.interface if instance.full_name(n) != target]
+            source = instance.full_name(interface[0]) if interface else ""
+            _check_connected(instance, target, source)
+        origin = Scope(instance.flattening, instance, instance.cls.namespace).origin(span)
+        record.joints.append(
+            model.Joint(
+                name,
+                source,
+                target,
+                value,
+                coordinates if k == 0 and instance.path else (),
+                tuple(parts.closures) if k == 0 else (),
+                cut,
+                origin,
+            )
+        )
+
+
+def _check_connected(instance: Instance, target: str, source: str) -> None:
+    """Report a joint whose sides are not connected to anything."""
+    for full in (source, target):
+        member = instance.members.get(full.rpartition(".")[2]) if full else None
+        if isinstance(member, PlaceMember) and is_free(member) and not member.modifiers:
+            scope = Scope(instance.flattening, instance.parent, instance.cls.namespace)
+            span = instance.made_at or instance.model.span
+            scope.report(
+                "E0414",
+                f"joint '{instance.path}' does not say what it connects",
+                span,
+                caption=f"its frame '{member.declaration.name}' is free",
+                help=f"write '{instance.cls.name} {instance.path.rpartition('.')[2]}(world -> body.a, ...)'",
+            )
+            return

@@ -1,0 +1,191 @@
+"""Statements about energies and inertia: kinetic, potential, lagrangian, dissipation, gravity, mass, inertia."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+from mechc.lang.source import Span
+from mechc.lang.units import Dimension
+
+from .. import model, types
+from ..expressions.unitless import parameters_without_unit
+from ..instances.declared_types import fits
+from ..instances.frames import frame_or_point
+from ..model import Expression, Kind, Type
+from ..names.instance import DefinitionMember, Expanded, Instance, VariableMember
+from ..names.scope import Poisoned, Scope
+from .record import Record
+
+_WANTED = {
+    "kinetic": "an energy",
+    "potential": "an energy",
+    "lagrangian": "an energy",
+    "dissipation": "a power",
+}
+
+
+def energy(scope: Scope, statement: ast.Energy, record: Record) -> None:
+    """Check that an energy is one (``dissipation``: a power) and record it."""
+    value = scope.elaborate(statement.value)
+    flattening = scope.flattening
+    if value.type.kind not in types.NUMERIC or value.type.shape:
+        raise scope.fail(
+            "E0305",
+            f"{statement.kind} must be one number",
+            statement.value.span,
+            caption=f"this is {types.describe(value.type)}",
+            help="write 'dot(v, v)' for the square of a vector" if value.type.shape else "",
+        )
+    free = flattening.dimensionless or flattening.time_type.dimension != types.TIME
+    wanted = types.POWER if statement.kind == "dissipation" else types.ENERGY
+    if not free and value.type.dimension != wanted and not types.is_zero(value):
+        raise _no_energy(scope, statement, value, wanted)
+    record.energies.append(model.Energy(statement.kind, value, scope.origin(statement.span), statement.doc))
+
+
+def _no_energy(scope: Scope, statement: ast.Energy, value: Expression, wanted: Dimension) -> Poisoned:
+    given = value.type.dimension
+    noun = _WANTED[statement.kind]
+    this = "a number" if given.is_none else given.pretty()
+    return scope.fail(
+        "E0301",
+        f"{statement.kind} must be {noun}",
+        statement.value.span,
+        caption=f"this is {this}, {noun} is {wanted.pretty()}",
+        labels=parameters_without_unit(scope, value),
+        help=_missing_factor(scope, given, wanted),
+    )
+
+
+def _missing_factor(scope: Scope, given: Dimension, wanted: Dimension) -> str:
+    """Say which factor is missing or too many, and what in scope has its dimension."""
+    factor, problem = wanted / given, "missing"
+    if all(e <= 0 for e in factor.exponents):
+        factor, problem = given / wanted, "too many"
+    text = f"one factor of [{factor}] is {problem}"
+    found = _candidates(scope, factor)
+    if not found:
+        return text
+    return f"{text}; {types.with_article(types.dimension_word(factor))} in scope: {', '.join(found)}"
+
+
+def _candidates(scope: Scope, dimension: Dimension) -> list[str]:
+    if scope.instance is None:
+        return []
+    found = []
+    for name, member in scope.instance.members.items():
+        if isinstance(member, VariableMember | DefinitionMember):
+            type = member.type
+            if type is not None and type.dimension == dimension and not type.shape and type.kind is Kind.REAL:
+                line = member.declaration.name_span.file.position(member.declaration.name_span.start)[0]
+                found.append(f"'{name}' (line {line})")
+    return found[:3]
+
+
+# ---------------------------------------------------------------- gravity, mass, inertia
+
+
+def gravities(instance: Instance, statements: list[Expanded]) -> None:
+    """Find the field of an instance before its masses ask for it; the most derived one counts."""
+    first: tuple[int, Span] | None = None
+    for item in statements:
+        if not isinstance(item.statement, ast.Gravity):
+            continue
+        scope, statement = item.scope, item.statement
+        if first is not None and first[0] == scope.level:
+            scope.report(
+                "E0418",
+                "gravity is stated twice",
+                statement.span,
+                caption="again here",
+                labels=(Label(first[1], "first here"),),
+            )
+            continue
+        if first is not None and first[0] < scope.level:
+            continue
+        first = (scope.level, statement.span)
+        try:
+            instance.gravity = _field(scope, statement)
+            instance.gravity_span = statement.span
+        except Poisoned:
+            continue
+
+
+def _field(scope: Scope, statement: ast.Gravity) -> Expression:
+    value = scope.elaborate(statement.value)
+    type = types.numeric(value.type)
+    span = statement.value.span
+    if type.kind is not Kind.REAL or len(type.shape) != 1 or type.shape[0] not in (2, 3):
+        raise scope.fail(
+            "E0323",
+            "gravity is a vector of 2 or 3 components",
+            span,
+            caption=f"this is {types.describe(value.type)}",
+            help="write for example '{0, -9.81 m/s^2}'",
+        )
+    wanted = types.real(_dimension(scope, types.ACCELERATION), type.shape)
+    if not fits(value, wanted):
+        raise scope.fail(
+            "E0323",
+            "gravity is an acceleration (m/s^2)",
+            span,
+            caption=f"this is {types.describe(value.type)}",
+            help=f"write '{span.text} m/s^2'" if type.dimension.is_none else "",
+        )
+    scope.flattening.space.require(type.shape[0], scope, span, f"a field of {type.shape[0]} components")
+    return value
+
+
+def _dimension(scope: Scope, dimension: Dimension) -> Dimension:
+    return types.NUMBER.dimension if scope.flattening.dimensionless else dimension
+
+
+def mass(scope: Scope, statement: ast.Mass, record: Record) -> None:
+    """Check a mass and record it with the field that reaches it: of its instance or the nearest one around it."""
+    value = scope.elaborate(statement.value)
+    _require(scope, value, types.real(_dimension(scope, types.MASS)), statement.value.span, "a mass (kg)")
+    at = frame_or_point(scope, statement.at, "a mass is")
+    source = scope.instance
+    while source is not None and source.gravity is None:
+        source = source.parent
+    field = None
+    if source is not None:
+        record.reached.add(id(source))
+        field = source.gravity
+    record.masses.append(model.Mass(value, at, field, scope.origin(statement.span)))
+
+
+def inertia(scope: Scope, statement: ast.Inertia, record: Record) -> None:
+    """Check a moment of inertia, or in space a matrix of 3 x 3, and record it."""
+    value = scope.elaborate(statement.value)
+    on = scope.elaborate(statement.on)
+    if on.type.kind is not Kind.FRAME or on.type.shape:
+        raise scope.fail(
+            "E0332",
+            "an inertia is on a frame",
+            statement.on.span,
+            caption=f"this is {types.describe(on.type)}",
+            help="a point has no axes; name the frame of the body",
+        )
+    space = scope.flattening.space.known(scope, statement.span)
+    shape = () if space == 2 else (3, 3)
+    span = statement.value.span
+    dimension = _dimension(scope, types.INERTIA)
+    _require(scope, value, types.real(dimension, shape), span, "a moment of inertia (kg.m^2)")
+    record.inertias.append(model.Inertia(value, on, scope.origin(statement.span)))
+
+
+def _require(scope: Scope, value: Expression, wanted: Type, span: Span, words: str) -> None:
+    if not fits(value, wanted):
+        raise scope.fail(
+            "E0323", f"this must be {words}", span, caption=f"this is {types.describe(value.type)}"
+        )
+    if value.type.shape != wanted.shape:
+        help = "in space write a matrix, for example 'diag({J1, J2, J3})'" if wanted.shape == (3, 3) else ""
+        raise scope.fail(
+            "E0305",
+            f"this must be {'a matrix of 3 x 3' if wanted.shape else 'one'} value{'s' if wanted.shape else ''}",
+            span,
+            caption=f"this is {types.describe(value.type)}",
+            help=help,
+        )

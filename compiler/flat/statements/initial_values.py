@@ -1,0 +1,178 @@
+"""Initial values: every statement about them, and which one wins."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+
+from .. import model, types
+from ..expressions.coordinates import Target, target_of
+from ..instances.declared_types import distributed, fit
+from ..instances.members import elementwise, type_of
+from ..instances.modifications import cannot_modify
+from ..model import Array, Expression, Kind, Role, StartValue, Type
+from ..names.instance import DECLARED, ROLE_WORDS, STATED, Modifier, VariableMember, rank_of
+from ..names.scope import Flattening, Poisoned, Scope
+from ..subscripts import Index, subscripts
+from ..values.evaluate import elements, pick, whole_number
+from .record import Record, StatedStart
+
+
+def initial(scope: Scope, statement: ast.Initial, record: Record) -> None:
+    """Record an ``initial`` statement: of a variable, its rate, or any other expression."""
+    left = scope.elaborate(statement.target)
+    value = scope.elaborate(statement.start.value)
+    _initial(scope, statement, left, value, record)
+
+
+def _initial(
+    scope: Scope, statement: ast.Initial, left: Expression, value: Expression, record: Record
+) -> None:
+    node, guess = statement.start.value, statement.start.guess
+    target = target_of(scope, left)
+    if target is None and isinstance(left, Array):
+        value = fit(scope, value, types.numeric(left.type), node.span, name=statement.target.span.text)
+        for part, part_value in zip(elements(left), elements(value), strict=True):
+            _initial(scope, statement, part, part_value, record)
+        return
+    if target is not None and (target.role in (Role.PARAMETER, Role.INPUT) or target.rate > 1):
+        raise _no_initial(scope, statement, target)
+    if target is not None and target.role in (Role.STATE, Role.DISCRETE) and target.rate:
+        raise _no_initial(scope, statement, target)
+    wanted = left.type if left.type.kind is not Kind.POINT else types.numeric(left.type)
+    if wanted.kind not in (*types.NUMERIC, Kind.ROTATION, Kind.BOOLEAN):
+        raise scope.fail(
+            "E0420",
+            "'initial' needs a quantity",
+            statement.target.span,
+            caption=f"this is {types.describe(wanted)}",
+        )
+    name = statement.target.span.text
+    declared = target.member.declaration.name_span if target else statement.target.span
+    value = fit(scope, value, wanted, node.span, name=name, declared=declared)
+    start = StartValue(value, guess, scope.origin(statement.span))
+    if target is None:
+        record.initials.append(model.InitialCondition(left, start, scope.origin(statement.span)))
+        return
+    rank = rank_of(scope, STATED)
+    stated = StatedStart(target.member, target.indices, target.rate == 1, start, rank, statement.span)
+    record.starts.setdefault(target.name, []).append(stated)
+
+
+def _no_initial(scope: Scope, statement: ast.Initial, target: Target) -> Poisoned:
+    span = statement.target.span
+    if target.rate > 1:
+        return scope.fail(
+            "E0590",
+            "initial values of second and higher derivatives are not supported yet",
+            span,
+            help="coordinates begin with a value and a rate; an acceleration follows from the forces",
+        )
+    noun = ROLE_WORDS[target.role]
+    what = f"the rate of {noun}" if target.rate else noun
+    return scope.fail(
+        "E0420",
+        f"'{span.text}' is {what} and has no initial value",
+        span,
+        labels=(Label(target.member.declaration.name_span, "declared here"),),
+    )
+
+
+# ---------------------------------------------------------------- which one wins
+
+
+def rate_type(flattening: Flattening, type: Type) -> Type:
+    """Return the type of the first derivative of a variable."""
+    time = flattening.time_type.dimension
+    if type.kind is Kind.ROTATION:
+        return types.real(types.NUMBER.dimension / time, (3,), angle=True)
+    return types.real(type.dimension / time, type.shape, type.angle)
+
+
+def stated_starts(member: VariableMember, record: Record) -> list[StatedStart]:
+    """Return every initial value stated for a coordinate or state: declaration, modifications, ``initial``."""
+    type = type_of(member)
+    found = []
+    start = getattr(member.declaration, "start", None)
+    if isinstance(start, ast.Start):
+        value = elementwise(member.declaration, member.scope, start.value)
+        name = member.declaration.name
+        value = fit(
+            member.scope, value, type, start.value.span, name=name, declared=member.declaration.name_span
+        )
+        origin = member.scope.origin(member.declaration.span)
+        rank = rank_of(member.scope, DECLARED)
+        found.append(StatedStart(member, (), False, StartValue(value, start.guess, origin), rank, start.span))
+    for modifier in member.modifiers:
+        try:
+            found.append(_modification(member, modifier, type))
+        except Poisoned:
+            continue
+    return found + record.starts.get(member.name, [])
+
+
+def _modification(member: VariableMember, modifier: Modifier, type: Type) -> StatedStart:
+    source, name = modifier.source, member.declaration.name
+    scope = source.scope
+    if len(modifier.path) > 1:
+        raise cannot_modify(member, modifier, f"is {ROLE_WORDS[member.role]} and has nothing inside")
+    if modifier.rate and member.role is not Role.COORDINATE:
+        raise scope.fail("E0403", f"'{name}' is a state; only its value can be given", modifier.span)
+    wanted = rate_type(scope.flattening, type) if modifier.rate else type
+    position: Index = ()
+    if modifier.path[0].indices:
+        position = tuple(whole_number(scope, i, "an index") - 1 for i in modifier.path[0].indices)
+        if len(position) > len(wanted.shape) or any(
+            not 0 <= i < n for i, n in zip(position, wanted.shape, strict=False)
+        ):
+            raise scope.fail("E0314", f"'{name}' has no such element", modifier.span)
+        wanted = types.element_of(wanted, len(position))
+    value = distributed(scope, source.value(), wanted.shape, modifier.picks, source.node.span)
+    declared = member.declaration.name_span
+    label = f"der({name})" if modifier.rate else name
+    value = fit(scope, value, wanted, source.node.span, name=label, declared=declared)
+    start = StartValue(value, modifier.kind == "~", scope.origin(source.node.span))
+    return StatedStart(member, position, modifier.rate, start, modifier.rank, modifier.span)
+
+
+Elements = dict[Index, StartValue]
+
+
+def winner(
+    candidates: list[StatedStart], *, rate: bool, shape: tuple[int, ...]
+) -> tuple[StartValue | None, Elements]:
+    """Return the start value of the whole and those of single elements that win over it."""
+    whole: StatedStart | None = None
+    for candidate in candidates:
+        if candidate.rate is rate and not candidate.indices:
+            whole = _stronger(whole, candidate)
+    single: dict[Index, StatedStart] = {}
+    for candidate in candidates:
+        if candidate.rate is not rate or not candidate.indices:
+            continue
+        if whole is not None and candidate.rank < whole.rank:
+            continue
+        for rest in subscripts(shape[len(candidate.indices) :]):
+            index = candidate.indices + rest
+            value = StartValue(
+                pick(candidate.start.value, rest), candidate.start.guess, candidate.start.origin
+            )
+            part = StatedStart(candidate.member, index, rate, value, candidate.rank, candidate.span)
+            single[index] = _stronger(single.get(index), part)
+    return (whole.start if whole else None), {i: b.start for i, b in single.items()}
+
+
+def _stronger(first: StatedStart | None, second: StatedStart) -> StatedStart:
+    if first is None or second.rank > first.rank:
+        return second
+    if second.rank == first.rank:
+        member = second.member
+        raise member.scope.fail(
+            "E0409",
+            f"'{member.name}' is given two initial values at the same level",
+            second.span,
+            caption="second",
+            labels=(Label(first.span, "first"),),
+            help="leave one of them out",
+        )
+    return first

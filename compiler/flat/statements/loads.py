@@ -1,0 +1,346 @@
+"""Statements about forces: force, torque, damping, friction, contact, impulse."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+from mechc.lang.suggest import closest
+from mechc.lang.units import Dimension
+
+from .. import model, types
+from ..expressions.coordinates import has_rates
+from ..instances.declared_types import fits
+from ..instances.frames import frame_or_point
+from ..model import Expression, Kind, Type
+from ..names.scope import Poisoned, Scope
+from ..values.evaluate import whole_number
+from .record import Record
+
+
+def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: Record) -> str:
+    """Return the dotted name of a statement, or a number where it has no label."""
+    if label is None:
+        return record.numbered(kind)
+    text = label.name
+    if label.indices:
+        index = [whole_number(scope, i, "the index of a name") for i in label.indices]
+        text += f"[{','.join(map(str, index))}]"
+    return f"{scope.path}.{text}" if scope.path else text
+
+
+def load(scope: Scope, statement: ast.Load, record: Record) -> None:
+    """Record a force or torque."""
+    name = label_name(scope, statement.label, statement.kind, record)
+    record.loads.append(make_load(scope, statement, statement.kind, name))
+
+
+def make_load(scope: Scope, statement: ast.Load | ast.Impulse, kind: str, name: str) -> model.Load:
+    """Return a checked force, torque or impulse."""
+    on = scope.elaborate(statement.on)
+    value = scope.elaborate(statement.value)
+    origin = scope.origin(statement.span)
+    if on.type.kind in (Kind.FRAME, Kind.POINT):
+        return _on_body(scope, statement, kind, name, value, on)
+    if on.type.kind not in types.NUMERIC or on.type.shape:
+        raise scope.fail(
+            "E0322",
+            f"{types.with_article(kind)} is on a coordinate, a frame or a point",
+            statement.on.span,
+            caption=f"this is {types.describe(on.type)}",
+            help="give an index" if on.type.shape and on.type.kind in types.NUMERIC else "",
+        )
+    for node, word in ((statement.at, "at"), (statement.frame, "in")):
+        if node is not None:
+            raise scope.fail(
+                "E0322",
+                f"'{word}' belongs to a vector {kind}; this one is on a single quantity",
+                node.span,
+                labels=(Label(statement.on.span, f"this is {types.describe(on.type)}"),),
+            )
+    _require_effort(scope, value, statement.value, on, statement.on, kind)
+    source = None if statement.source is None else _other_scalar(scope, statement.source, on, statement.on)
+    return model.Load(kind, name, value, on, None, source, None, origin)
+
+
+def _other_scalar(scope: Scope, node: ast.Expression, on: Expression, on_node: ast.Expression) -> Expression:
+    source = scope.elaborate(node)
+    if not fits(source, on.type) or source.type.shape:
+        raise scope.fail(
+            "E0322",
+            "both sides of a force must be of one kind",
+            node.span,
+            caption=f"this is {types.describe(source.type)}",
+            labels=(Label(on_node.span, f"this is {types.describe(on.type)}"),),
+        )
+    return source
+
+
+def _on_body(
+    scope: Scope, statement: ast.Load | ast.Impulse, kind: str, name: str, value: Expression, on: Expression
+) -> model.Load:
+    """Return a force on a frame or point, or a torque on a frame."""
+    on = frame_or_point(scope, statement.on, f"{types.with_article(kind)} is")
+    size = scope.flattening.space.known(scope, statement.span)
+    if kind == "torque":
+        if on.type.kind is not Kind.FRAME:
+            raise scope.fail("E0332", "a torque is on a frame, not on a point", statement.on.span)
+        shape: tuple[int, ...] = () if size == 2 else (3,)
+        dimension = types.ENERGY
+    else:
+        shape = (size,)
+        dimension = types.MOMENTUM if kind == "impulse" else types.FORCE
+    if scope.flattening.dimensionless:
+        dimension = types.NUMBER.dimension
+    _require_vector(scope, value, statement.value, types.real(dimension, shape), kind)
+    at = None if statement.at is None else _point(scope, statement.at, f"{types.with_article(kind)} acts")
+    source = None if statement.source is None else frame_or_point(scope, statement.source, "a reaction is")
+    frame = None
+    if statement.frame is not None:
+        frame = scope.elaborate(statement.frame)
+        if frame.type.kind is not Kind.FRAME or frame.type.shape:
+            raise scope.fail(
+                "E0332",
+                "'in' names the frame whose axes the components are in",
+                statement.frame.span,
+                caption=f"this is {types.describe(frame.type)}",
+            )
+    return model.Load(kind, name, value, on, at, source, frame, scope.origin(statement.span))
+
+
+def _point(scope: Scope, node: ast.Expression, what: str) -> Expression:
+    """Return a frame, a point, or world components as they are."""
+    value = scope.elaborate(node)
+    length = types.NUMBER.dimension if scope.flattening.dimensionless else types.LENGTH
+    if value.type.kind is Kind.REAL and len(value.type.shape) == 1 and value.type.dimension == length:
+        return value
+    return frame_or_point(scope, node, what)
+
+
+def _require_vector(scope: Scope, value: Expression, node: ast.Expression, wanted: Type, kind: str) -> None:
+    if not fits(value, wanted):
+        raise scope.fail(
+            "E0322",
+            f"{types.with_article(kind)} on a body is {_body_words(wanted)}",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+        )
+    if value.type.shape != wanted.shape and not (types.is_zero(value) and not value.type.shape):
+        space = "planar" if scope.flattening.space.size == 2 else "spatial"
+        raise scope.fail(
+            "E0305",
+            f"in a {space} model {types.with_article(kind)} on a body is {_body_words(wanted)}",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+        )
+
+
+# ---------------------------------------------------------------- generalised forces
+
+
+def effort_dimension(scope: Scope, on: Expression, *, impulse: bool = False) -> Dimension:
+    """Return the dimension of the generalised force on a quantity: power divided by its rate.
+
+    A quantity that contains velocities is itself a rate.
+    """
+    if scope.flattening.dimensionless:
+        return types.NUMBER.dimension
+    rates = has_rates(scope.flattening, on)
+    total = types.POWER if rates else types.ENERGY
+    if impulse:
+        total = total * types.TIME
+    return total / on.type.dimension
+
+
+def _body_words(wanted: Type) -> str:
+    """Return what a load on a body is; a torque has the dimension of an energy."""
+    if wanted.dimension != types.ENERGY:
+        return types.describe(wanted)
+    return f"a vector of {wanted.shape[0]} torques (N.m)" if wanted.shape else "one value in N.m"
+
+
+def _effort_words(on: Expression, dimension: Dimension) -> str:
+    torque = on.type.angle and dimension == types.ENERGY
+    return "a torque (N.m)" if torque else types.unit_words(dimension)
+
+
+def _require_effort(
+    scope: Scope,
+    value: Expression,
+    node: ast.Expression,
+    on: Expression,
+    on_node: ast.Expression,
+    kind: str,
+) -> None:
+    dimension = effort_dimension(scope, on, impulse=kind == "impulse")
+    if not fits(value, types.real(dimension)):
+        given = types.describe(value.type)
+        raise scope.fail(
+            "E0322",
+            f"{types.with_article(kind)} on {types.unit_words(on.type.dimension, on.type.angle)} "
+            f"is {_effort_words(on, dimension)}",
+            node.span,
+            caption=f"this is {given}",
+            labels=(Label(on_node.span, f"it acts on {types.unit_words(on.type.dimension, on.type.angle)}"),),
+        )
+    if value.type.shape:
+        raise scope.fail(
+            "E0305",
+            f"{types.with_article(kind)} on a single quantity is one value",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+        )
+
+
+def quantity(scope: Scope, node: ast.Expression, what: str) -> Expression:
+    """Return a single number that something acts on."""
+    on = scope.elaborate(node)
+    if on.type.kind not in types.NUMERIC or on.type.shape:
+        raise scope.fail(
+            "E0322",
+            f"{what} acts on a single quantity",
+            node.span,
+            caption=f"this is {types.describe(on.type)}",
+            help="give an index" if on.type.shape and on.type.kind in types.NUMERIC else "",
+        )
+    return on
+
+
+def damping(scope: Scope, statement: ast.Damping, record: Record) -> None:
+    """Check the dimension of a damping, which is power divided by the square of a rate, and record it."""
+    on = quantity(scope, statement.on, "damping")
+    value = scope.elaborate(statement.value)
+    flattening = scope.flattening
+    wanted = types.NUMBER.dimension
+    if not flattening.dimensionless:
+        rate = on.type.dimension if has_rates(flattening, on) else on.type.dimension / types.TIME
+        wanted = types.POWER / rate / rate
+    if not fits(value, types.real(wanted)) or value.type.shape:
+        raise scope.fail(
+            "E0322",
+            f"the damping of {types.unit_words(on.type.dimension, on.type.angle)} is in {wanted.pretty()}",
+            statement.value.span,
+            caption=f"this is {types.describe(value.type)}",
+            labels=(
+                Label(statement.on.span, f"it acts on {types.unit_words(on.type.dimension, on.type.angle)}"),
+            ),
+            help="'damping c on q' means the force -c*der(q)",
+        )
+    name = label_name(scope, statement.label, "damping", record)
+    record.dampings.append(model.Damping(name, value, on, scope.origin(statement.span)))
+
+
+# ---------------------------------------------------------------- friction and contact
+
+_FRICTION_OPTIONS = ("law", "v_stick")
+_CONTACT_OPTIONS = ("rest", "impacts", "law", "v_stick")
+_LAWS = ("stick", "regularized")
+
+
+def friction(scope: Scope, statement: ast.Friction, record: Record) -> None:
+    """Check the limits and options of a dry friction and record it."""
+    on = quantity(scope, statement.on, "friction")
+    kinetic = scope.elaborate(statement.kinetic)
+    _require_effort(scope, kinetic, statement.kinetic, on, statement.on, "friction force")
+    static = None
+    if statement.static is not None:
+        static = scope.elaborate(statement.static)
+        _require_effort(scope, static, statement.static, on, statement.on, "friction force")
+    speed = _slip_type(scope, on)
+    options = _options(scope, statement.options, _FRICTION_OPTIONS, speed, "friction")
+    name = label_name(scope, statement.label, "friction", record)
+    record.frictions.append(model.Friction(name, kinetic, static, on, options, scope.origin(statement.span)))
+
+
+def _slip_type(scope: Scope, on: Expression) -> Type:
+    if has_rates(scope.flattening, on):
+        return types.real(on.type.dimension)
+    return types.real(on.type.dimension / scope.flattening.time_type.dimension)
+
+
+def contact(scope: Scope, statement: ast.Contact, record: Record) -> None:
+    """Check gap, coefficients, slip and options of a contact and record it."""
+    gap = quantity(scope, statement.gap, "a contact")
+    restitution = _number(scope, statement.restitution, "a restitution")
+    coefficient = _number(scope, statement.friction, "a coefficient of friction")
+    static = _number(scope, statement.static, "a coefficient of friction")
+    along = None if statement.along is None else _slip(scope, statement.along)
+    speed = types.real(gap.type.dimension / scope.flattening.time_type.dimension)
+    options = _options(scope, statement.options, _CONTACT_OPTIONS, speed, "contact")
+    name = label_name(scope, statement.label, "contact", record)
+    origin = scope.origin(statement.span)
+    record.contacts.append(model.Contact(name, gap, restitution, coefficient, static, along, options, origin))
+
+
+def _number(scope: Scope, node: ast.Expression | None, what: str) -> Expression | None:
+    if node is None:
+        return None
+    value = scope.elaborate(node)
+    if not fits(value, types.NUMBER) or value.type.shape:
+        raise scope.fail(
+            "E0333", f"{what} is a number", node.span, caption=f"this is {types.describe(value.type)}"
+        )
+    return value
+
+
+def _slip(scope: Scope, node: ast.Expression) -> Expression:
+    value = scope.elaborate(node)
+    type = types.numeric(value.type)
+    if type.kind is not Kind.REAL or type.shape not in ((), (2,)):
+        raise scope.fail(
+            "E0333",
+            "a slip velocity is one number, or a vector of 2",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+        )
+    if type.dimension != types.VELOCITY and not scope.flattening.dimensionless:
+        raise scope.fail(
+            "E0333",
+            "a slip velocity is a velocity (m/s)",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+            help=f"write 'der({node.span.text})'" if type.dimension == types.LENGTH else "",
+        )
+    if not has_rates(scope.flattening, value):
+        raise scope.fail(
+            "E0333",
+            "a slip velocity depends on the velocities of the model",
+            node.span,
+            caption="friction along this would act on nothing",
+            help=f"write 'der({node.span.text})'" if scope.flattening.dimensionless else "",
+        )
+    return value
+
+
+def _options(
+    scope: Scope, nodes: tuple[ast.Option, ...], known: tuple[str, ...], speed: Type, what: str
+) -> dict[str, Expression]:
+    result: dict[str, Expression] = {}
+    for node in nodes:
+        if node.name not in known:
+            near = closest(node.name, known)
+            raise scope.fail(
+                "E0415",
+                f"{what} has no option '{node.name}'",
+                node.span,
+                help=f"did you mean '{near}'?" if near else f"the options are {', '.join(known)}",
+            )
+        value = scope.elaborate(node.value)
+        _check_option(scope, node, value, speed)
+        result[node.name] = value
+    return result
+
+
+def _check_option(scope: Scope, node: ast.Option, value: Expression, speed: Type) -> None:
+    given = types.describe(value.type)
+    if node.name == "law":
+        if isinstance(value, model.Literal) and value.value in _LAWS:
+            return
+        raise _bad_option(scope, node, '"stick" or "regularized"', given)
+    if node.name in ("v_stick", "rest") and (not fits(value, speed) or value.type.shape):
+        raise _bad_option(scope, node, types.describe(speed), given)
+
+
+def _bad_option(scope: Scope, node: ast.Option, wanted: str, given: str) -> Poisoned:
+    return scope.fail(
+        "E0333", f"the option '{node.name}' is {wanted}", node.value.span, caption=f"this is {given}"
+    )

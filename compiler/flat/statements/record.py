@@ -1,0 +1,65 @@
+"""The flat model while it is being collected."""
+
+from __future__ import annotations
+
+from msgspec import Struct, field
+
+from mechc.lang.source import Span
+
+from .. import model
+from ..names.instance import Instance, Rank, VariableMember
+from ..subscripts import Index
+
+
+class StatedStart(Struct, frozen=True):
+    """An initial value of one variable, or of one element or the rate of it, wherever it is stated.
+
+    ``rank`` as in ``Modifier``.
+    """
+
+    member: VariableMember
+    indices: Index
+    rate: bool
+    start: model.StartValue
+    rank: Rank
+    span: Span
+
+
+class Record(Struct):
+    """Everything in the order of its statements; ``variables`` get their values last (variables.py)."""
+
+    variables: list[VariableMember] = field(default_factory=list)
+    definitions: list[model.Definition] = field(default_factory=list)
+    energies: list[model.Energy] = field(default_factory=list)
+    masses: list[model.Mass] = field(default_factory=list)
+    inertias: list[model.Inertia] = field(default_factory=list)
+    loads: list[model.Load] = field(default_factory=list)
+    dampings: list[model.Damping] = field(default_factory=list)
+    frictions: list[model.Friction] = field(default_factory=list)
+    constraints: list[model.Constraint] = field(default_factory=list)
+    drives: list[model.Drive] = field(default_factory=list)
+    contacts: list[model.Contact] = field(default_factory=list)
+    joints: list[model.Joint] = field(default_factory=list)
+    initials: list[model.InitialCondition] = field(default_factory=list)
+    equations: list[model.StateEquation] = field(default_factory=list)
+    events: list[model.Event] = field(default_factory=list)
+    assertions: list[model.Assertion] = field(default_factory=list)
+    exacts: list[model.ExactSolution] = field(default_factory=list)
+    starts: dict[str, list[StatedStart]] = field(default_factory=dict)
+    hidden: list[model.Variable] = field(default_factory=list)
+    reached: set[int] = field(default_factory=set)
+    placed: dict[str, Span] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+
+    def numbered(self, kind: str) -> str:
+        """Return ``constraint[2]``, the name of a statement without a label."""
+        self.counts[kind] = self.counts.get(kind, 0) + 1
+        return f"{kind}[{self.counts[kind]}]"
+
+
+class JointParts(Struct):
+    """The ``place`` and ``closure`` statements of one instance."""
+
+    instance: Instance
+    places: list[tuple[str, model.Expression, Span]] = field(default_factory=list)
+    closures: list[model.ClosureEquation] = field(default_factory=list)

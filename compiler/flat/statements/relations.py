@@ -1,0 +1,264 @@
+"""Statements that relate quantities: constraint, drive, place, closure, equation, exact, assert."""
+
+from __future__ import annotations
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label
+
+from .. import model, types
+from ..expressions.coordinates import Target, target_of
+from ..expressions.operators import meet
+from ..instances.declared_types import broadcast, fit
+from ..instances.frames import is_free
+from ..model import Derivative, Expression, Kind, Role, Type
+from ..names.instance import PlaceMember
+from ..names.scope import Poisoned, Scope
+from ..names.space import nodes
+from .loads import label_name
+from .record import JointParts, Record
+
+
+def sides(scope: Scope, statement: ast.Constraint | ast.Closure, what: str) -> tuple[Expression, Expression]:
+    """Return the two sides of an equation, of one dimension and shape."""
+    left, right = scope.elaborate(statement.left), scope.elaborate(statement.right)
+    for node, value in ((statement.left, left), (statement.right, right)):
+        if value.type.kind not in types.NUMERIC:
+            help = "write 'pos(F)' for its position" if value.type.kind is Kind.FRAME else ""
+            raise scope.fail(
+                "E0308",
+                f"the sides of {what} are numbers",
+                node.span,
+                caption=f"this is {types.describe(value.type)}",
+                help=help,
+            )
+    type = meet(scope, statement, left, right, f"the sides of {what}")
+    left = _zero(left, type)
+    right = _zero(right, type)
+    if left.type.shape != right.type.shape:
+        if not right.type.shape or not left.type.shape:
+            return _matched(scope, left, right, statement)
+        raise scope.fail(
+            "E0305",
+            f"the sides of {what} have different shapes",
+            statement.right.span,
+            caption=f"this is {types.describe(right.type)}",
+            labels=(Label(statement.left.span, f"this is {types.describe(left.type)}"),),
+        )
+    return left, right
+
+
+def _zero(value: Expression, type: Type) -> Expression:
+    if types.is_zero(value) and not type.dimension.is_none:
+        return types.retyped_zero(value, type.dimension, type.angle)
+    return value
+
+
+def _matched(
+    scope: Scope, left: Expression, right: Expression, statement: ast.Constraint | ast.Closure
+) -> tuple[Expression, Expression]:
+    """Spread a scalar zero over the shape of the other side; any other scalar is a mistake."""
+    scalar, other = (right, left) if not right.type.shape else (left, right)
+    node = statement.right if scalar is right else statement.left
+    if not (isinstance(scalar, model.Literal) and scalar.value == 0):
+        raise scope.fail(
+            "E0305",
+            "a single value equals no vector",
+            node.span,
+            caption=f"this is {types.describe(scalar.type)}, the other side {types.describe(other.type)}",
+        )
+    wide = broadcast(scope, scalar, types.numeric(other.type), node.span, "", None)
+    return (left, wide) if scalar is right else (wide, right)
+
+
+def constraint(scope: Scope, statement: ast.Constraint, record: Record) -> None:
+    """Record a constraint."""
+    left, right = sides(scope, statement, "the constraint")
+    name = label_name(scope, statement.label, "constraint", record)
+    origin = scope.origin(statement.span)
+    record.constraints.append(model.Constraint(name, statement.kind, left, right, origin))
+
+
+def drive(scope: Scope, statement: ast.Drive, record: Record) -> None:
+    """Record a prescribed motion of a coordinate or its rate."""
+    left = scope.elaborate(statement.target)
+    target = target_of(scope, left)
+    if target is None or target.role is not Role.COORDINATE or target.rate > 1:
+        raise scope.fail(
+            "E0420",
+            "a drive prescribes a coordinate or its rate",
+            statement.target.span,
+            caption=f"'{statement.target.span.text}' is neither",
+            help="write 'drive q = f(time);' or 'drive der(q) = f(time);'",
+        )
+    value = scope.elaborate(statement.value)
+    value = fit(
+        scope,
+        value,
+        left.type,
+        statement.value.span,
+        name=statement.target.span.text,
+        declared=target.member.declaration.name_span,
+    )
+    record.drives.append(model.Drive(left, value, scope.origin(statement.span)))
+
+
+def hold_released_drives(record: Record) -> None:
+    """Make constraints of the drives that an event releases or engages: their coordinates move freely meanwhile."""
+    switched = frozenset[str]().union(*(event.switched for event in record.events))
+    kept = []
+    for item in record.drives:
+        target = item.target.operand if isinstance(item.target, model.Derivative) else item.target
+        if isinstance(target, model.Name) and target.name in switched and target.type.kind is Kind.REAL:
+            record.constraints.append(model.Constraint(target.name, "", item.target, item.value, item.origin))
+        else:
+            kept.append(item)
+    record.drives = kept
+
+
+def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Record) -> None:
+    """Record the pose that a joint gives to its free frame."""
+    target = statement.target
+    instance = scope.instance
+    assert instance is not None
+    member = instance.members.get(target.parts[0].name)
+    if (
+        len(target.parts) != 1
+        or not isinstance(member, PlaceMember)
+        or not is_free(member)
+        or member.declaration.dimensions
+    ):
+        raise scope.fail(
+            "E0412",
+            f"'{target.span.text}' is no free frame of this model",
+            target.span,
+            help=f"declare it without a value: 'frame {target.parts[0].name};'",
+        )
+    first = record.placed.get(member.name)
+    if first is not None:
+        raise scope.fail(
+            "E0412",
+            f"'{member.declaration.name}' is placed twice",
+            statement.span,
+            caption="again here",
+            labels=(Label(first, "first here"),),
+        )
+    record.placed[member.name] = statement.span
+    value = scope.elaborate(statement.value)
+    if value.type.kind is not Kind.FRAME or value.type.shape:
+        raise scope.fail(
+            "E0332",
+            "a frame is placed by a frame",
+            statement.value.span,
+            caption=f"this is {types.describe(value.type)}",
+            help="begin with a frame, as in 'from * rot(angle)'",
+        )
+    parts.places.append((member.name, value, statement.span))
+
+
+def closure(scope: Scope, statement: ast.Closure, parts: JointParts) -> None:
+    """Collect an equation that holds where the joint of this model closes a loop."""
+    instance = scope.instance
+    assert instance is not None
+    if not instance.cls.places:
+        raise scope.fail(
+            "E0412",
+            "'closure' belongs to a joint, and this model places no frame",
+            statement.span,
+            help="write 'constraint' for an equation that always holds",
+        )
+    left, right = sides(scope, statement, "the closure")
+    parts.closures.append(model.ClosureEquation(left, right, scope.origin(statement.span)))
+
+
+def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
+    """Record ``equation der(x) = e`` of a state."""
+    left = scope.elaborate(statement.left)
+    target = target_of(scope, left)
+    if (
+        not isinstance(left, Derivative)
+        or target is None
+        or target.role is not Role.STATE
+        or target.rate != 1
+    ):
+        raise _no_state(scope, statement, target)
+    value = scope.elaborate(statement.right)
+    value = fit(
+        scope,
+        value,
+        left.type,
+        statement.right.span,
+        name=statement.left.span.text,
+        declared=target.member.declaration.name_span,
+    )
+    record.equations.append(
+        model.StateEquation(target.name, target.indices, value, scope.origin(statement.span))
+    )
+
+
+def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> Poisoned:
+    left = statement.left
+    help = "declare it as 'state', or write 'constraint' for a relation between coordinates"
+    if target is not None and target.role is Role.COORDINATE:
+        help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
+    elif not isinstance(left, ast.Derivative) and any(isinstance(n, ast.Derivative) for n in nodes(left)):
+        help = "solve it for the rate: 'equation der(x) = ..;'"
+    name = left.operand.span.text if isinstance(left, ast.Derivative) else left.span.text
+    return scope.fail(
+        "E0421",
+        "an equation gives the rate of a state",
+        left.span,
+        caption=f"'{name}' is not declared as 'state'"
+        if isinstance(left, ast.Derivative)
+        else "this is not 'der(x)' of a state",
+        help=help,
+    )
+
+
+def exact(scope: Scope, statement: ast.Exact, record: Record) -> None:
+    """Record the closed solution of a coordinate, a state or an output."""
+    left = scope.elaborate(statement.left)
+    target = target_of(scope, left)
+    output = isinstance(_base(left), model.Name) and _is_output(scope, _base(left))
+    if not output and (target is None or target.role not in (Role.COORDINATE, Role.STATE)):
+        raise scope.fail(
+            "E0420",
+            "'exact' gives the solution of a coordinate, a state or an output",
+            statement.left.span,
+            help="declare an output for an expression: 'output y = ...;'",
+        )
+    value = scope.elaborate(statement.right)
+    name = statement.left.span.text
+    value = fit(
+        scope, value, types.numeric(left.type), statement.right.span, name=name, declared=statement.left.span
+    )
+    record.exacts.append(model.ExactSolution(left, value, scope.origin(statement.span)))
+
+
+def _base(expression: Expression) -> Expression:
+    return expression.base if isinstance(expression, model.Element) else expression
+
+
+def _is_output(scope: Scope, expression: Expression) -> bool:
+    assert isinstance(expression, model.Name)
+    member = scope.flattening.definitions.get(expression.name)
+    return member is not None and isinstance(member.declaration, ast.Output)
+
+
+def truth_value(scope: Scope, node: ast.Expression, what: str) -> Expression:
+    """Return a condition."""
+    value = scope.elaborate(node)
+    if value.type.kind is not Kind.BOOLEAN or value.type.shape:
+        raise scope.fail(
+            "E0318",
+            f"{what} must be true or false",
+            node.span,
+            caption=f"this is {types.describe(value.type)}",
+            help="compare it, as in 'x > 0 m'" if value.type.kind in types.NUMERIC else "",
+        )
+    return value
+
+
+def assertion(scope: Scope, statement: ast.Assert) -> model.Assertion:
+    """Return a checked assertion."""
+    condition = truth_value(scope, statement.condition, "the condition of 'assert'")
+    return model.Assertion(condition, statement.message, scope.origin(statement.span))

@@ -1,0 +1,131 @@
+"""Warnings about angles without unit: degrees that are forgotten are radians, silently."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import Label, Reporter
+from mechc.lang.source import Span
+
+from ..model import Apply, Array, Element, Expression, Literal, Name
+from ..names.scope import Flattening
+from ..names.space import nodes
+
+_OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
+_UNTYPED = ("", "Real")
+_TURN = 2 * math.pi
+"""Bare numbers above this are hardly radians, in a formula that takes any number."""
+_WRITTEN = re.compile(r"-?\s*[\d.]+([eE][-+]?\d+)?")
+"""A number as written; ``pi/6`` is one as well once it is evaluated, and means radians."""
+
+
+def warn_of_bare_angle(expression: Expression, flattening: Flattening, declared: Span | None) -> None:
+    """Warn where a number without unit is given for what is declared as an angle, also by a name that has it."""
+    labels = (Label(declared, "this is an angle"),) if declared is not None else ()
+    match expression:
+        case Array(elements=inner) | Apply(function="negate", arguments=inner):
+            for element in inner:
+                warn_of_bare_angle(element, flattening, declared)
+        case Literal(value=Fraction() as value) if value and _WRITTEN.fullmatch(expression.span.text):
+            _warn(expression.span, value, flattening.reporter, labels)
+        case Name(name=name) | Element(base=Name(name=name)):
+            for number in _bare_numbers(_stated(name, flattening)):
+                _warn(number.span, number.value, flattening.reporter, labels)
+        case _:
+            pass
+
+
+def _stated(name: str, flattening: Flattening) -> ast.Expression | None:
+    """Return what is written for a parameter or abbreviation of no declared dimension: in its declaration or outside."""
+    definition = flattening.definitions.get(name)
+    if definition is not None:
+        declaration = definition.declaration
+        return (
+            declaration.value if isinstance(declaration, ast.Let) and declaration.type in _UNTYPED else None
+        )
+    member = flattening.variables.get(name)
+    if (
+        member is None
+        or not isinstance(member.declaration, ast.Parameter)
+        or member.declaration.type not in _UNTYPED
+    ):
+        return None
+    if member.modifiers:
+        return max(member.modifiers, key=lambda m: m.rank).source.node
+    return member.declaration.value
+
+
+def _bare_numbers(node: ast.Expression | None) -> Iterator[ast.Number]:
+    match node:
+        case ast.Number(value=value) if value:
+            yield node
+        case ast.Unary(operand=inner) | ast.Parenthesis(inner=inner, unit=""):
+            yield from _bare_numbers(inner)
+        case ast.Vector(elements=elements, unit=""):
+            for element in elements:
+                yield from _bare_numbers(element)
+        case _:
+            pass
+
+
+def warn_of_degrees(
+    statement: ast.Statement, declarations: Mapping[str, ast.Declaration], reporter: Reporter
+) -> None:
+    """Warn of arguments of sines and rotations that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
+    for node in nodes(statement):
+        if not isinstance(node, ast.Call) or node.function.name not in _OF_ANGLES:
+            continue
+        for term in (t for argument in node.arguments for t in _terms(argument)):
+            match term:
+                case ast.Number(value=value) if value > _TURN:
+                    _warn(term.span, value, reporter, ())
+                case ast.Reference(parts=(ast.Part(name=name, indices=()),)) if name in declarations:
+                    given = _bare_start(declarations[name])
+                    if given is not None and given.value > _TURN:
+                        _warn(given.span, given.value, reporter, ())
+                case _:
+                    pass
+
+
+def _terms(expression: ast.Expression) -> Iterator[ast.Expression]:
+    """Yield what is added and subtracted in an expression."""
+    match expression:
+        case ast.Binary(operator="+" | "-", left=left, right=right):
+            yield from _terms(left)
+            yield from _terms(right)
+        case ast.Unary(operand=inner) | ast.Parenthesis(inner=inner, unit=""):
+            yield from _terms(inner)
+        case _:
+            yield expression
+
+
+def _bare_start(declaration: ast.Declaration) -> ast.Number | None:
+    """Return the number without unit that a parameter or coordinate of no declared dimension has, its sign aside."""
+    match declaration:
+        case ast.Parameter(type=type, value=value) if type in _UNTYPED:
+            pass
+        case ast.Coordinate(type=type, start=ast.Start(value=value)) if type in _UNTYPED:
+            pass
+        case _:
+            return None
+    if isinstance(value, ast.Unary):
+        value = value.operand
+    return value if isinstance(value, ast.Number) else None
+
+
+def _warn(span: Span, value: Fraction, reporter: Reporter, labels: tuple[Label, ...]) -> None:
+    if any(d.code == "W0303" and d.span == span for d in reporter.diagnostics):
+        return  # one number that several angles get
+    number = span.text
+    reporter.warning(
+        "W0303",
+        f"the angle {number} has no unit, so it is {number} rad",
+        span,
+        caption=f"this is {math.degrees(value):.5g} deg",
+        labels=labels,
+        help=f"write '{number} deg' or '{number} rad'",
+    )

@@ -1,0 +1,298 @@
+"""Values that are known while compiling: structural parameters, sizes, indices, conditions of structure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+
+from mechc.lang import ast
+from mechc.lang.source import Span
+
+from .. import types
+from ..model import (
+    Apply,
+    Array,
+    Element,
+    Expression,
+    Kind,
+    Literal,
+    Role,
+    Select,
+    Type,
+)
+from ..names.scope import Constant, Poisoned, Scope
+from ..operands import free_names
+
+LARGEST = 50_000
+"""Most elements of an array, and most turns of a loop."""
+
+_MOST_TURNS = 300_000
+"""Most turns of all loops and elements of all arrays of a model."""
+
+Value = Constant | tuple["Value", ...]
+
+_FLOATS: Mapping[str, Callable[..., float]] = {
+    name: getattr(math, name)
+    for name in (
+        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
+        *("asinh", "acosh", "atanh", "exp", "log", "log10"),
+    )
+}
+
+EXACT: Mapping[str, Callable[..., Constant]] = {
+    "add": lambda a, b: a + b,
+    "subtract": lambda a, b: a - b,
+    "multiply": lambda a, b: a * b,
+    "divide": lambda a, b: a / b,
+    "negate": lambda a: -a,
+    "less": lambda a, b: a < b,
+    "less_equal": lambda a, b: a <= b,
+    "greater": lambda a, b: a > b,
+    "greater_equal": lambda a, b: a >= b,
+    "equal": lambda a, b: a == b,
+    "not_equal": lambda a, b: a != b,
+    "and": lambda a, b: a and b,
+    "or": lambda a, b: a or b,
+    "not": lambda a: not a,
+    "abs": abs,
+    "sign": lambda a: Fraction((a > 0) - (a < 0)),
+    "floor": lambda a: Fraction(math.floor(a)),
+    "ceil": lambda a: Fraction(math.ceil(a)),
+    "mod": lambda a, b: a - math.floor(a / b) * b,
+    "div": lambda a, b: Fraction(math.trunc(a / b)),
+    "min": lambda *a: min(a),
+    "max": lambda *a: max(a),
+}
+"""Functions whose values are exact; those that divide may raise ZeroDivisionError."""
+
+
+def constant(expression: Expression) -> Value | None:
+    """Return the value of an expression of constants; None where it is none. Irrational values are rounded."""
+    match expression:
+        case Literal(value=value):
+            return value
+        case Array(elements=items):
+            return _complete([constant(e) for e in items])
+        case Element(base=base, indices=indices):
+            value_of_base = constant(base)
+            for i in indices:
+                if not isinstance(value_of_base, tuple):
+                    return None
+                value_of_base = value_of_base[i]
+            return value_of_base
+        case Select(condition=condition, then=then, otherwise=otherwise):
+            test = constant(condition)
+            return None if test is None else constant(then if test else otherwise)
+        case Apply(function=function, arguments=arguments):
+            return _apply(function, [constant(a) for a in arguments])
+        case _:
+            return None
+
+
+def _complete(values: list[Value | None]) -> tuple[Value, ...] | None:
+    """Return the values if all are known."""
+    known = tuple(v for v in values if v is not None)
+    return known if len(known) == len(values) else None
+
+
+def _apply(function: str, values: list[Value | None]) -> Value | None:
+    known = _complete(values)
+    if known is None:
+        return None
+    try:
+        if function == "norm":
+            return _root(sum((x**2 for x in _fractions(known[0])), Fraction(0)))
+        if any(isinstance(v, tuple) for v in known):
+            return _each(function, known)
+        if function in EXACT:
+            return EXACT[function](*known)
+        if function == "power":
+            base, exponent = _fractions(known)
+            return _power(base, exponent)
+        if function == "sqrt":
+            return _root(*_fractions(known))
+        if function in _FLOATS:
+            return Fraction(_FLOATS[function](*map(float, _fractions(known))))
+    except (ArithmeticError, ValueError):
+        return None
+    return None
+
+
+def _fractions(value: Value) -> list[Fraction]:
+    """Return the numbers of a vector."""
+    assert isinstance(value, tuple)
+    numbers = []
+    for x in value:
+        assert isinstance(x, Fraction), x
+        numbers.append(x)
+    return numbers
+
+
+def _each(function: str, values: tuple[Value, ...]) -> Value | None:
+    """Spread an operator over arrays, a scalar standing for all elements; products of arrays are not known."""
+    arrays = [v for v in values if isinstance(v, tuple)]
+    if function not in ("add", "subtract", "negate", "multiply", "divide"):
+        return None
+    if function == "multiply" and len(arrays) > 1:
+        return None
+    if function == "divide" and isinstance(values[1], tuple):
+        return None
+    return _complete(
+        [
+            _apply(function, [v[i] if isinstance(v, tuple) else v for v in values])
+            for i in range(len(arrays[0]))
+        ]
+    )
+
+
+def _power(base: Fraction, exponent: Fraction) -> Fraction | None:
+    if exponent.denominator == 1:
+        bits = max(base.numerator.bit_length(), base.denominator.bit_length())
+        if bits * abs(exponent.numerator) <= 4096:
+            return base**exponent.numerator
+    return Fraction(math.pow(base, exponent))
+
+
+def _root(value: Fraction) -> Fraction:
+    top, bottom = math.isqrt(value.numerator), math.isqrt(value.denominator)
+    if top * top == value.numerator and bottom * bottom == value.denominator:
+        return Fraction(top, bottom)
+    return Fraction(math.sqrt(value))
+
+
+def to_expression(value: Value, type: Type, span: Span) -> Expression:
+    """Return a value as literals of ``type``."""
+    if isinstance(value, tuple):
+        inner = types.element_of(type)
+        return Array(type=type, span=span, elements=tuple(to_expression(v, inner, span) for v in value))
+    return Literal(type=type, span=span, value=value)
+
+
+# ---------------------------------------------------------------- what statements ask for
+
+
+def whole_number(scope: Scope, node: ast.Expression, purpose: str) -> int:
+    """Return the whole number that an expression gives; reports anything else."""
+    expression = scope.elaborate(node)
+    value = constant(expression)
+    if value is None:
+        raise not_structural(scope, node, expression, purpose)
+    type = expression.type
+    if isinstance(value, Fraction) and value.denominator == 1 and type.dimension.is_none and not type.shape:
+        return value.numerator
+    raise scope.fail(
+        "E0326",
+        f"{purpose} must be a whole number",
+        node.span,
+        caption=f"this is {_shown(value, expression.type)}",
+    )
+
+
+def _shown(value: Value, type: Type) -> str:
+    if isinstance(value, Fraction) and type.dimension.is_none and not type.shape:
+        return f"{float(value):.10g}"
+    return types.describe(type)
+
+
+def truth(scope: Scope, node: ast.Expression, purpose: str) -> bool:
+    """Return the truth value that a structural condition gives; reports anything else."""
+    expression = scope.elaborate(node)
+    if expression.type.kind is not Kind.BOOLEAN or expression.type.shape:
+        raise scope.fail(
+            "E0318",
+            f"{purpose} must be true or false",
+            node.span,
+            caption=f"this is {types.describe(expression.type)}",
+        )
+    value = constant(expression)
+    if value is None:
+        raise not_structural(scope, node, expression, purpose)
+    return bool(value)
+
+
+def not_structural(scope: Scope, node: ast.Expression, expression: Expression, purpose: str) -> Poisoned:
+    """Report that a value is needed while compiling, but may change afterwards."""
+    name = next(iter(free_names(expression)), None)
+    member = scope.flattening.variables.get(name) if name else None
+    if member is not None and member.role is Role.PARAMETER:
+        help = f"declare '{name}' as 'structural parameter'"
+    else:
+        help = "only structural parameters, numbers and indices of loops are known"
+    return scope.fail(
+        "E0315",
+        f"{purpose} must be known when compiling",
+        node.span,
+        caption=f"'{name}' may change afterwards" if name else "this may change afterwards",
+        help=help,
+    )
+
+
+def range_values(scope: Scope, node: ast.Range) -> range:
+    """Return the whole numbers of ``a:b`` or ``a:step:b``."""
+    first = whole_number(scope, node.start, "the start of a range")
+    last = whole_number(scope, node.stop, "the end of a range")
+    step = 1 if node.step is None else whole_number(scope, node.step, "the step of a range")
+    if step == 0:
+        raise scope.fail("E0326", "the step of a range must not be zero", (node.step or node).span)
+    count = max(0, (last - first) // step + 1)  # ``len`` of a range has a limit of its own
+    check_size(scope, count, node.span)
+    return range(first, last + (1 if step > 0 else -1), step)
+
+
+def check_size(scope: Scope, size: int, span: Span) -> None:
+    """Count elements of an array or turns of a loop; report too many of them, here or in the whole model."""
+    if size > LARGEST:
+        raise scope.fail(
+            "E0419",
+            f"{size} elements are too many",
+            span,
+            help=f"at most {LARGEST} are possible",
+        )
+    scope.flattening.turns += size
+    if scope.flattening.turns > _MOST_TURNS:
+        raise scope.flattening.reporter.fail(
+            "E0419", f"the arrays and loops of the model have more than {_MOST_TURNS} elements", span
+        )
+
+
+def iterate(scope: Scope, name: str, node: ast.Expression) -> list[Scope]:
+    """Return one scope for each value of ``for name in node``."""
+    return [scope.with_local({name: item}) for item in values_of(scope, node)]
+
+
+def values_of(scope: Scope, node: ast.Expression) -> list[Expression]:
+    """Return the elements of a range, or of any expression with several values."""
+    if isinstance(node, ast.Range):
+        return [
+            Literal(type=types.INTEGER, span=node.span, value=Fraction(i)) for i in range_values(scope, node)
+        ]
+    expression = scope.elaborate(node)
+    if not expression.type.shape:
+        raise scope.fail(
+            "E0305",
+            "a loop runs over a range or an array",
+            node.span,
+            caption=f"this is {types.describe(expression.type)}",
+            help="write a range such as '1:n'",
+        )
+    return elements(expression)
+
+
+def elements(expression: Expression) -> list[Expression]:
+    """Return the elements of an array along its first dimension."""
+    return [pick(expression, (i,)) for i in range(expression.type.shape[0])]
+
+
+def pick(expression: Expression, indices: tuple[int, ...]) -> Expression:
+    """Return ``expression[indices]``, without a node where the elements are written out."""
+    while indices and isinstance(expression, Array):
+        expression, indices = expression.elements[indices[0]], indices[1:]
+    if not indices:
+        return expression
+    type = types.element_of(expression.type, len(indices))
+    if isinstance(expression, Element):
+        return Element(
+            type=type, span=expression.span, base=expression.base, indices=(*expression.indices, *indices)
+        )
+    return Element(type=type, span=expression.span, base=expression, indices=indices)

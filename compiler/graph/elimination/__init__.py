@@ -1,0 +1,1 @@
+"""Affine residuals solved for their unknowns by straight-line code."""

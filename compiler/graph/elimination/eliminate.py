@@ -1,0 +1,177 @@
+"""Solve affine residuals for their unknowns: try the variants, keep the one with the fewest operations."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+from msgspec import Struct
+
+from ..node import Graph, Node
+from .dense import eliminate_dense
+from .linear import LinearSystem, linear_system
+from .order import elimination_order
+from .path_elimination import Attempt, Choice, Solution, TooMuchWork, Variant, ZeroPivot
+
+__all__ = ["VARIANTS", "Choice", "Elimination", "Variant", "ZeroPivot", "solve", "solve_dense"]
+
+VARIANTS = (
+    Variant(Choice.LEAST_FILL, 6),
+    Variant(Choice.OLDEST, 5),
+    Variant(Choice.FEWEST_USERS, 6),
+    Variant(Choice.LEAST_FILL, 5),
+    Variant(Choice.OLDEST, 6),
+    Variant(Choice.FEWEST_USERS, 5),
+)
+"""No variant is best everywhere; each of them has linear cost for every tree tried."""
+
+ALWAYS_TRIED = 3
+"""Variants that are tried whatever they cost."""
+
+TRIAL_NODES = 40_000
+"""Nodes made by all variants together, after which no others are tried."""
+
+COMPARED_HALF_WAY = 80
+"""From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
+
+DENSE = "dense elimination"
+DENSE_LIMIT = 16
+"""Above this many unknowns the dense elimination never was the cheaper one."""
+
+
+class Elimination(Struct, frozen=True):
+    """``solutions`` in the order of the unknowns; ``pivots[k]`` is that of unknown ``order[k]``, in ``rows[k]``.
+
+    The solution holds wherever no pivot vanishes. Pivots of coordinates are positive, those of multipliers
+    negative, as long as the mass matrix is positive definite and the constraints are independent; where a row
+    is not the unknown's own, its matrix is indefinite or singular, and the pivot may vanish at some states.
+    ``variant`` says in words what was chosen; ``operations`` counts those of the solutions with all they
+    depend on.
+    """
+
+    solutions: tuple[Node, ...]
+    pivots: tuple[Node, ...]
+    order: tuple[int, ...]
+    rows: tuple[int, ...]
+    variant: str
+    operations: int
+
+
+def solve(
+    graph: Graph,
+    residuals: Sequence[Node],
+    unknowns: Sequence[Node],
+    *,
+    rows: Sequence[int] | None = None,
+    after: Mapping[int, Collection[int]] | None = None,
+    variants: Sequence[Variant] = VARIANTS,
+    dense: bool = True,
+) -> Elimination:
+    """Return the unknowns (symbols) that make all residuals zero.
+
+    ``rows[i]`` is the residual to pivot on for unknown i (default: i); where its pivot is zero another one is
+    taken. ``after[k]`` are the unknowns to eliminate before k; by default an unknown that does not occur in its own
+    row, such as a multiplier, follows all unknowns of that row. ``dense`` adds Gaussian elimination to the
+    ``variants`` for small systems; it is all that is tried where there are no variants.
+    Raises ZeroPivot, NotAffine (linear.py), and ValueError where sizes or ``after`` make no sense.
+    """
+    rows = _check(residuals, unknowns, rows)
+    system = linear_system(graph, residuals, unknowns)
+    order = elimination_order(system, rows, after)
+    count = len(unknowns) if len(unknowns) < COMPARED_HALF_WAY else len(unknowns) // 2
+    best: _Candidate | None = None
+    made = tried = 0
+    done: list[tuple[Variant, frozenset[int]]] = []
+    for variant in _variants(system, variants, dense):
+        if tried >= ALWAYS_TRIED and made > TRIAL_NODES:
+            break
+        if variant and any(_same(variant, other, widths) for other, widths in done):
+            continue
+        tried += 1
+        # what is much worse than the best one is not carried to its end
+        limit = float("inf") if best is None else 3.0 * best.work + 1000.0
+        fork = graph.fork()
+        try:
+            candidate = _try(fork, system, rows, order, variant, count, limit)
+        except TooMuchWork:
+            continue
+        finally:
+            made += len(fork) - len(graph)
+        if isinstance(candidate.found, Attempt):
+            done.append((candidate.found.variant, candidate.found.widths))
+        if best is None or candidate.operations < best.operations:
+            best = candidate
+    if best is None:
+        raise ValueError("no variant to try")
+    graph.adopt(best.graph)
+    if isinstance(best.found, Solution):
+        return _elimination(best.found, DENSE, best.operations)
+    found = best.found.solution()
+    return _elimination(found, best.found.variant.name, graph.count_operations(found.unknowns))
+
+
+class _Candidate(Struct, frozen=True):
+    """What one variant came to in ``graph``, with the operations and the products that it took so far."""
+
+    graph: Graph
+    found: Attempt | Solution
+    operations: int
+    work: int
+
+
+def _try(
+    fork: Graph,
+    system: LinearSystem,
+    rows: Sequence[int],
+    order: Sequence[int],
+    variant: Variant | None,
+    count: int,
+    limit: float,
+) -> _Candidate:
+    """Eliminate ``count`` unknowns in a fork; dense elimination goes to its end. Raises TooMuchWork."""
+    if variant is None:
+        found = eliminate_dense(fork, system, rows, order, limit)
+        return _Candidate(fork, found, fork.count_operations(found.unknowns), found.work)
+    attempt = Attempt(fork, system, rows, order, variant)
+    attempt.advance(count, limit=limit)
+    return _Candidate(fork, attempt, attempt.operations(), attempt.work)
+
+
+def solve_dense(
+    graph: Graph, residuals: Sequence[Node], unknowns: Sequence[Node], *, rows: Sequence[int] | None = None
+) -> Elimination:
+    """Solve by Gaussian elimination on the matrix. Raises ZeroPivot, NotAffine and ValueError like ``solve``."""
+    rows = _check(residuals, unknowns, rows)
+    system = linear_system(graph, residuals, unknowns)
+    order = elimination_order(system, rows, None)
+    found = eliminate_dense(graph, system, rows, order)
+    operations = graph.count_operations(found.unknowns)
+    return _elimination(found, DENSE, operations)
+
+
+def _same(variant: Variant, done: Variant, widths: frozenset[int]) -> bool:
+    """Tell whether a variant repeats one that met rows and columns of these widths: it sweeps the same ones."""
+    low, high = sorted((variant.frontier, done.frontier))
+    return variant.choice is done.choice and not any(low < width <= high for width in widths)
+
+
+def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
+    return Elimination(found.unknowns, found.pivots, found.order, found.rows, variant, operations)
+
+
+def _variants(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
+    """Return what to try; None stands for dense elimination."""
+    found: list[Variant | None] = list(variants)
+    if dense and (len(system.unknowns) <= DENSE_LIMIT or not found):
+        found.insert(1, None)
+    return found
+
+
+def _check(residuals: Sequence[Node], unknowns: Sequence[Node], rows: Sequence[int] | None) -> list[int]:
+    count = len(unknowns)
+    if len(residuals) != count:
+        raise ValueError(f"{len(residuals)} equations for {count} unknowns")
+    if rows is None:
+        return list(range(count))
+    if sorted(rows) != list(range(count)):
+        raise ValueError("every unknown needs a row of its own")
+    return list(rows)

@@ -1,0 +1,144 @@
+"""The kinematic graph: which joint places which frame, and which joints close loops.
+
+Free frames are nodes, joints are edges. The spanning tree grows from ``world`` in the order of declaration;
+joints marked ``cut`` and joints whose two sides are both placed are closures. Decided from names alone,
+before any formula exists, because the coordinates of a closure are no unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from msgspec import Struct
+
+from mechc.lang.diagnostics import Reporter
+
+from ...flat.model import Apply, Array, Definition, Element, Expression, FlatModel, Joint, Name
+
+WORLD = "world"
+
+
+class TreeEdge(Struct, frozen=True):
+    """``joint`` places the free frame ``root``; ``backwards``: from its ``to`` side to its ``from`` side."""
+
+    joint: Joint
+    root: str
+    backwards: bool
+
+
+class Topology(Struct, frozen=True):
+    """``tree`` in the order in which frames get placed; ``closures`` in the order of declaration."""
+
+    tree: tuple[TreeEdge, ...]
+    closures: tuple[Joint, ...]
+
+    @property
+    def dropped(self) -> frozenset[str]:
+        """Names of the coordinates that closures would have had."""
+        return frozenset(name for joint in self.closures for name in joint.coordinates)
+
+
+def root_of(expression: Expression, definitions: Mapping[str, Definition]) -> str | None:
+    """Return the free frame (or ``world``) that a frame expression hangs on."""
+    seen: set[str] = set()
+    while True:
+        match expression:
+            case Name(name=name):
+                if name == WORLD or name in seen or name not in definitions:
+                    return name if name == WORLD else None
+                seen.add(name)
+                value = definitions[name].value
+                if value is None:
+                    return name
+                expression = value
+            case Apply(function="multiply", arguments=arguments):
+                expression = arguments[0]
+            case Element(base=Name(name=name), indices=indices) if name in definitions:
+                value = definitions[name].value
+                for i in indices:
+                    if not isinstance(value, Array):
+                        return None
+                    value = value.elements[i]
+                if value is None:
+                    return None
+                expression = value
+            case Element(base=Array(elements=items), indices=(i, *_)):
+                expression = items[i]
+            case _:
+                return None
+
+
+def classify(model: FlatModel, reporter: Reporter) -> Topology:
+    """Return the spanning tree and the closures of a model; report bodies that nothing connects to ``world``."""
+    definitions = {d.name: d for d in model.definitions}
+    placed = {WORLD}
+    tree: list[TreeEdge] = []
+    closing: set[str] = {joint.name for joint in model.joints if joint.cut}
+    waiting = [j for j in model.joints if not j.cut]
+    ends = {j.name: _ends(j, definitions) for j in model.joints}
+    for joint in model.joints:
+        _check_not_to_itself(joint, *ends[joint.name], reporter)
+    while waiting:
+        left: list[Joint] = []
+        for joint in waiting:
+            source, target = ends[joint.name]
+            if source in placed and target in placed:
+                closing.add(joint.name)
+            elif source in placed and target is not None:
+                placed.add(target)
+                tree.append(TreeEdge(joint, target, backwards=False))
+            elif target in placed and source is not None:
+                placed.add(source)
+                tree.append(TreeEdge(joint, source, backwards=True))
+            else:
+                left.append(joint)
+        if len(left) == len(waiting):
+            break
+        waiting = left
+    _report_floating(model, definitions, placed, reporter)
+    return Topology(tuple(tree), tuple(j for j in model.joints if j.name in closing))
+
+
+def _ends(joint: Joint, definitions: Mapping[str, Definition]) -> tuple[str | None, str | None]:
+    def end(name: str) -> str | None:
+        if name == WORLD:
+            return WORLD
+        definition = definitions.get(name)
+        if definition is None:
+            return None
+        return name if definition.value is None else root_of(definition.value, definitions)
+
+    return (root_of(joint.value, definitions) if not joint.source else end(joint.source)), end(joint.target)
+
+
+def _check_not_to_itself(joint: Joint, source: str | None, target: str | None, reporter: Reporter) -> None:
+    if source == target and source not in (None, WORLD):
+        reporter.error(
+            "E0511",
+            f"joint '{joint.name}' connects a body to itself",
+            joint.origin.shown,
+            caption=f"both sides belong to '{source}'",
+            help="connect two different bodies, or a body and 'world'",
+        )
+
+
+def _report_floating(
+    model: FlatModel, definitions: Mapping[str, Definition], placed: set[str], reporter: Reporter
+) -> None:
+    used: dict[str, str] = {}
+    for mass in model.masses:
+        used.setdefault(root_of(mass.at, definitions) or "", "mass")
+    for inertia in model.inertias:
+        used.setdefault(root_of(inertia.on, definitions) or "", "inertia")
+    for name, what in used.items():
+        definition = definitions.get(name)
+        if definition is None or name in placed:
+            continue
+        owner = definition.origin.instance or name
+        reporter.error(
+            "E0512",
+            f"nothing connects '{owner}' to world",
+            definition.origin.shown,
+            caption=f"its {what} is on the frame '{name}', which no joint places",
+            help=f"add a joint that leads to it, as in 'Revolute pin(world -> {name});', or a Free joint",
+        )

@@ -1,0 +1,90 @@
+"""Virtual displacements at joints: how reactions are found.
+
+A joint whose reaction is asked for gets, on its ``to`` side, a displacement that is always zero but has a rate of
+its own. The row of the residual that belongs to this rate is the force (or moment) that the joint exerts there:
+inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a loop. One mechanism for both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator
+from functools import cache
+from typing import Any
+
+from msgspec import Struct
+
+from ...flat.model import FlatModel, Query
+from ...graph import Graph, Node
+from ...graph.vector import Vector
+from .frames import Frame, displaced
+from .pose import Rotate, Translate
+from .rates import TotalDerivative
+
+REACTIONS = ("reaction", "moment")
+
+
+class VirtualDisplacement(Struct, frozen=True):
+    """``frame``: the displaced ``to`` frame; ``force_rates``, ``moment_rates``: components in its own axes."""
+
+    frame: Frame
+    values: tuple[Node, ...]
+    force_rates: Vector
+    moment_rates: Vector
+
+
+def reactions_asked(model: FlatModel) -> frozenset[str]:
+    """Return the names of the joints whose reaction or moment the model uses."""
+    joints = {joint.name for joint in model.joints}
+    parts = (
+        model.definitions, model.loads, model.frictions, model.contacts, model.events, model.assertions,
+        model.equations,
+    )  # fmt: skip
+    return frozenset(q.target for q in _queries(parts) if q.function in REACTIONS and q.target in joints)
+
+
+def _queries(root: object) -> Iterator[Query]:
+    """Yield every query inside a tree of flat-model values."""
+    pending: list[Any] = [root]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, tuple):
+            pending += at
+            continue
+        if isinstance(at, Query):
+            yield at
+        for name in _branches(at.__class__):
+            pending.append(getattr(at, name))
+
+
+@cache
+def _branches(kind: Hashable) -> tuple[str, ...]:
+    """Return the fields of a type of the flat model in which a query may stand."""
+    if (
+        not isinstance(kind, type)
+        or not issubclass(kind, Struct)
+        or not kind.__module__.endswith("flat.model")
+    ):
+        return ()
+    return tuple(
+        name for name in kind.__struct_fields__ if name not in ("type", "span", "origin", "name", "doc")
+    )
+
+
+def displace(
+    graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str, *, opposite: bool = False
+) -> VirtualDisplacement:
+    """Return ``frame`` with a virtual displacement: a translation, then rotations about its axes.
+
+    ``opposite``: what hangs on the frame is the ``from`` side of the joint, on which minus the reaction acts.
+    """
+    count = 3 if size == 2 else 6
+    values = tuple(graph.symbol(f"#virtual {name} {k}") for k in range(count))
+    rates = tuple(graph.symbol(f"#virtual rate {name} {k}") for k in range(count))
+    for value, speed in zip(values, rates, strict=True):
+        rate.define(value, speed)
+        rate.define(speed, graph.zero)
+    axes = (2,) if size == 2 else (0, 1, 2)
+    steps = tuple(graph.neg(value) for value in values) if opposite else values
+    turns = tuple(Rotate(axis, angle) for axis, angle in zip(axes, steps[size:], strict=True))
+    moved = displaced(graph, frame, (Translate(steps[:size]), *turns))
+    return VirtualDisplacement(moved, (*values, *rates), rates[:size], rates[size:])

@@ -1,0 +1,1 @@
+"""What expressions of the flat model mean in nodes: symbols, values, functions."""

@@ -1,0 +1,278 @@
+"""What each operator and built-in function of the language means in nodes: one row a function."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from ...graph import Graph, Node
+from ...graph import vector as v3
+from ..kinematics.frames import Frame, Kinematics, Point
+from ..kinematics.planar import Planar
+from ..kinematics.pose import Rotate, Translate, Turn
+from .values import Placement, Value, each, elements, filled, multiply, node, vector
+
+Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
+"""(kinematics, total time derivative, arguments) -> value"""
+
+
+def _unary(name: str) -> Rule:
+    return lambda k, rate, a: getattr(k.graph, name)(node(a[0]))
+
+
+def _binary(name: str) -> Rule:
+    return lambda k, rate, a: getattr(k.graph, name)(node(a[0]), node(a[1]))
+
+
+def _each_binary(name: str) -> Rule:
+    return lambda k, rate, a: each(getattr(k.graph, name), _numbers(k, a[0]), _numbers(k, a[1]))
+
+
+def _numbers(kinematics: Kinematics, value: Value) -> Value:
+    """Return a point as its world components, anything else as it is."""
+    return kinematics.position(value) if isinstance(value, Point) else value
+
+
+def _point(kinematics: Kinematics, value: Value) -> Point:
+    """Return a frame as its origin, world components as a point of the world."""
+    if isinstance(value, Point):
+        return value
+    zero = kinematics.graph.constant(0)
+    if isinstance(value, Frame):
+        return Point(value, (zero,) * kinematics.size)
+    return Point(kinematics.world, vector(value))
+
+
+def _fold(name: str) -> Rule:
+    def rule(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+        items = [n for x in a for n in elements(x)]
+        result = items[0]
+        for item in items[1:]:
+            result = getattr(k.graph, name)(result, item)
+        return result
+
+    return rule
+
+
+def _norm(graph: Graph, a: Value) -> Node:
+    return v3.norm(graph, tuple(elements(a)))
+
+
+def _cross(graph: Graph, a: Value, b: Value) -> Value:
+    x, y = vector(a), vector(b)
+    return v3.cross_planar(graph, x, y) if len(x) == 2 else v3.cross(graph, x, y)
+
+
+def _power(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    base, exponent = node(a[0]), node(a[1])
+    if k.graph.is_constant(exponent):
+        return k.graph.power(base, k.graph.value(exponent))
+    return k.graph.pow(base, exponent)
+
+
+def _clamp(graph: Graph, x: Node, low: Node, high: Node) -> Node:
+    return graph.minimum(graph.maximum(x, low), high)
+
+
+def _deadzone(graph: Graph, x: Node, width: Node) -> Node:
+    return graph.sub(x, _clamp(graph, x, graph.neg(width), width))
+
+
+def _quotient(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    """Quotient of whole numbers, rounded towards zero."""
+    graph, x = k.graph, k.graph.div(node(a[0]), node(a[1]))
+    return graph.mul(graph.sign(x), graph.floor(graph.abs(x)))
+
+
+def _diag(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    items = list(elements(a[0]))
+    zero = k.graph.constant(0)
+    return filled((len(items), len(items)), lambda i: items[i[0]] if i[0] == i[1] else zero)
+
+
+def _identity(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    return v3.identity(k.graph, int(k.graph.value(node(a[0]))))
+
+
+def _linspace(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    graph, first, last = k.graph, node(a[0]), node(a[1])
+    n = int(graph.value(node(a[2])))
+    span = graph.sub(last, first)
+    return tuple(
+        graph.add(first, graph.mul(graph.constant(Fraction(i, n - 1)), span)) if n > 1 else first
+        for i in range(n)
+    )
+
+
+def _outer(graph: Graph, a: Value, b: Value) -> Value:
+    return tuple(tuple(graph.mul(x, y) for y in vector(b)) for x in vector(a))
+
+
+def _transpose(value: Value) -> Value:
+    assert isinstance(value, tuple)
+    return tuple(zip(*value, strict=True))
+
+
+# ---------------------------------------------------------------- poses
+
+
+def _trans(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    return Placement((Translate(vector(_numbers(k, a[0]))),))
+
+
+def _rotation(axis: int) -> Rule:
+    return lambda k, rate, a: Placement((Rotate(axis, node(a[0])),))
+
+
+def _axis_angle(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    """Rotation about a unit vector: elementary where the axis is a coordinate axis, else by Rodrigues' formula."""
+    graph, axis, angle = k.graph, vector(a[0]), node(a[1])
+    values = [graph.value(x) if graph.is_constant(x) else None for x in axis]
+    for i, value in enumerate(values):
+        if value in (1, -1) and all(values[j] == 0 for j in range(3) if j != i):
+            return Placement((Rotate(i, angle if value == 1 else graph.neg(angle)),))
+    size = _norm(graph, axis)
+    unit = tuple(graph.div(x, size) for x in axis)
+    matrix = v3.rotation_about(graph, unit, angle)
+    if any(not graph.is_zero(rate(x)) for x in unit):
+        return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate)),))
+    spin = rate(angle)
+    return Placement((Turn(matrix, tuple(graph.mul(x, spin) for x in unit)),))
+
+
+def _matrix_rate(
+    graph: Graph, matrix: tuple[tuple[Node, ...], ...], rate: Callable[[Node], Node]
+) -> tuple[Node, ...]:
+    """Return the angular velocity in new components of a matrix that depends on time: w = vee(R^T R')."""
+    rates = tuple(tuple(rate(x) for x in row) for row in matrix)
+
+    def entry(i: int, j: int) -> Node:
+        return graph.sum(graph.mul(matrix[k][i], rates[k][j]) for k in range(3))
+
+    return (entry(2, 1), entry(0, 2), entry(1, 0))
+
+
+def _quat(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    graph = k.graph
+    q = tuple(elements(a[0])) if len(a) == 1 else tuple(node(x) for x in a)
+    size = _norm(graph, q)
+    matrix = v3.quaternion_rotation(graph, tuple(graph.div(x, size) for x in q))
+    moving = any(not graph.is_zero(rate(x)) for x in q)
+    return Placement((Turn(matrix, _matrix_rate(graph, matrix, rate) if moving else None),))
+
+
+# ---------------------------------------------------------------- kinematics, in world components
+
+
+def _velocity(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    point = _point(k, a[0])
+    if len(a) == 1:
+        return k.from_natural(point.frame, k.velocity(point))
+    return tuple(rate(x) for x in vector(_local(k, rate, (a[1], a[0]))))
+
+
+def _spin(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    frame = a[0]
+    assert isinstance(frame, Frame)
+    natural = k.angular_velocity(frame)
+    if k.size == 2:
+        return natural[0]
+    world = k.spin_from_natural(frame, natural)
+    if len(a) == 1:
+        return world
+    assert isinstance(a[1], Frame)
+    return natural if a[1] is frame else k.to_frame(a[1], world)
+
+
+def _velocity_at(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    assert isinstance(a[0], Frame)
+    return k.velocity_at(a[0], _point(k, a[1]))
+
+
+def _heading(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    assert isinstance(a[0], Frame) and isinstance(k, Planar)
+    return k.angle(a[0])
+
+
+def _local(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    frame = a[0]
+    assert isinstance(frame, Frame)
+    origin = k.position(_point(k, frame))
+    return k.to_frame(frame, v3.subtract(k.graph, k.position(_point(k, a[1])), origin))
+
+
+def _components(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    assert isinstance(a[0], Frame)
+    return k.to_frame(a[0], vector(_numbers(k, a[1])))
+
+
+def _direction(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    assert isinstance(a[0], Frame)
+    return k.to_world(a[0], vector(_numbers(k, a[1])))
+
+
+def _position(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+    return k.position(_point(k, a[0]))
+
+
+FUNCTIONS: dict[str, Rule] = {
+    # operators
+    "add": _each_binary("add"),
+    "subtract": _each_binary("sub"),
+    "multiply": lambda k, rate, a: multiply(k, _numbers(k, a[0]), _numbers(k, a[1])),
+    "divide": lambda k, rate, a: each(k.graph.div, _numbers(k, a[0]), a[1]),
+    "negate": lambda k, rate, a: each(k.graph.neg, _numbers(k, a[0])),
+    "power": _power,
+    "less": _binary("less"),
+    "less_equal": _binary("less_equal"),
+    "greater": lambda k, rate, a: k.graph.less(node(a[1]), node(a[0])),
+    "greater_equal": lambda k, rate, a: k.graph.less_equal(node(a[1]), node(a[0])),
+    "equal": _binary("equal"),
+    "not_equal": lambda k, rate, a: k.graph.logical_not(k.graph.equal(node(a[0]), node(a[1]))),
+    "and": _fold("logical_and"),
+    "or": _fold("logical_or"),
+    "not": _unary("logical_not"),
+    # elementary
+    **{
+        name: _unary(name)
+        for name in (
+            *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
+            *("exp", "log", "sqrt", "abs", "sign", "floor"),
+        )
+    },
+    "log10": lambda k, rate, a: k.graph.div(k.graph.log(node(a[0])), k.graph.log(k.graph.constant(10))),
+    "ceil": lambda k, rate, a: k.graph.neg(k.graph.floor(k.graph.neg(node(a[0])))),
+    "atan2": _binary("atan2"),
+    "min": _fold("minimum"),
+    "max": _fold("maximum"),
+    "mod": lambda k, rate, a: k.graph.modulo(node(a[0]), node(a[1])),
+    "div": _quotient,
+    "clamp": lambda k, rate, a: _clamp(k.graph, node(a[0]), node(a[1]), node(a[2])),
+    "deadzone": lambda k, rate, a: _deadzone(k.graph, node(a[0]), node(a[1])),
+    # vectors
+    "dot": lambda k, rate, a: k.graph.dot(vector(_numbers(k, a[0])), vector(_numbers(k, a[1]))),
+    "cross": lambda k, rate, a: _cross(k.graph, _numbers(k, a[0]), _numbers(k, a[1])),
+    "norm": lambda k, rate, a: _norm(k.graph, _numbers(k, a[0])),
+    "diag": _diag,
+    "identity": _identity,
+    "linspace": _linspace,
+    "outer": lambda k, rate, a: _outer(k.graph, a[0], a[1]),
+    "transpose": lambda k, rate, a: _transpose(a[0]),
+    # poses
+    "trans": _trans,
+    "rot": _rotation(2),
+    "rotx": _rotation(0),
+    "roty": _rotation(1),
+    "rotz": _rotation(2),
+    "axis_angle": _axis_angle,
+    "quat": _quat,
+    # kinematics
+    "pos": _position,
+    "vel": _velocity,
+    "vel_at": _velocity_at,
+    "angvel": _spin,
+    "heading": _heading,
+    "local": _local,
+    "components": _components,
+    "direction": _direction,
+}

@@ -1,0 +1,344 @@
+"""Expressions of the flat model to values: nodes, tuples of nodes, poses, frames and points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from fractions import Fraction
+from itertools import pairwise
+from typing import assert_never
+
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import Span
+
+from ...flat.model import (
+    Apply,
+    Array,
+    Definition,
+    Derivative,
+    Element,
+    Expression,
+    Kind,
+    Literal,
+    Name,
+    Previous,
+    Quadrature,
+    Query,
+    Select,
+)
+from ...graph import DivisionByZero, Graph, Node
+from ...graph import operations as ops
+from ...graph.table import Table, monotone_table
+from ...graph.vector import quaternion_rotation
+from ..kinematics.frames import Frame, Kinematics, Point
+from ..kinematics.pose import Turn
+from ..kinematics.rates import TotalDerivative
+from ..modes import Clock
+from .functions import FUNCTIONS
+from .quadrature import panels
+from .symbols import Symbols
+from .values import Placement, Value, each, elements, node
+
+QueryRule = Callable[[Query], Value]
+
+RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
+"""Functions that jump where their arguments pass each other, so that a run stops there."""
+
+STAIRS = frozenset({"floor", "ceil", "round", "mod", "div"})
+"""Functions that jump with the whole part of a number; a run stops there, too."""
+
+
+class Lowering:
+    """Lowers expressions of one model. Definitions are lowered once, when first asked for.
+
+    ``place`` gives the frame of a free frame by name (topology.py); ``query`` answers questions about named
+    elements, usually by a symbol that a later stage replaces.
+    """
+
+    def __init__(
+        self,
+        graph: Graph,
+        symbols: Symbols,
+        definitions: Mapping[str, Definition],
+        rate: TotalDerivative,
+        kinematics: Kinematics,
+        place: Callable[[Definition], Frame],
+        query: QueryRule,
+        reporter: Reporter,
+    ) -> None:
+        self.graph = graph
+        self.rate = rate
+        self.kinematics = kinematics
+        self._symbols = symbols
+        self._definitions = definitions
+        self._place = place
+        self._query = query
+        self._reporter = reporter
+        self._values: dict[str, Value] = dict(symbols.values)
+        self._open: dict[str, None] = {}
+        self._previous: dict[Node, Node] = {}
+        self.relations: dict[Node, None] = {}
+        """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
+        self.clocks: dict[tuple[Node, Node], Clock] = {}
+        self.initial: Node | None = None
+        """The symbol of ``initial()``, if it is used."""
+        for coordinate in symbols.coordinates:
+            if coordinate.is_rotation:
+                q = tuple(s.node for s in coordinate.q)
+                spin = tuple(s.node for s in coordinate.v)
+                turn = Turn(quaternion_rotation(graph, q), spin)
+                self._values[coordinate.variable.name] = Placement((turn,))
+        self._values["world"] = kinematics.world
+        self._values["time"] = symbols.time
+
+    def value(self, expression: Expression) -> Value:
+        """Return the value of an expression."""
+        match expression:
+            case Literal(value=value):
+                return self._literal(value)
+            case Name(name=name):
+                return self.named(name, expression.span)
+            case Element(base=base, indices=indices):
+                result = self.value(base)
+                if isinstance(result, Placement) and isinstance(base, Name):
+                    # R[1] is the scalar part of the quaternion
+                    result = self._symbols.values[self._renamed(base.name)]
+                if isinstance(result, Point):
+                    result = self.kinematics.position(result)
+                for i in indices:
+                    assert isinstance(result, tuple)
+                    result = result[i]
+                return result
+            case Derivative(operand=operand, order=order):
+                self._check_rate(expression, operand)
+                return self._derivative(operand, order)
+            case Array(elements=items):
+                return tuple(self._numbers(self.value(x)) for x in items)
+            case Select(condition=condition, then=then, otherwise=otherwise):
+                test = node(self.value(condition))
+                return each(
+                    lambda a, b: self.graph.select(test, a, b),
+                    self._numbers(self.value(then)),
+                    self._numbers(self.value(otherwise)),
+                )
+            case Apply():
+                return self._applied(expression)
+            case Query():
+                return self._query(expression)
+            case Previous(operand=operand):
+                return each(self._pre, self.value(operand))
+            case Quadrature():
+                return self._quadrature(expression)
+            case _:
+                assert_never(expression)
+
+    def _applied(self, expression: Apply) -> Value:
+        """Return the value of a function; those that belong to the whole model come first."""
+        function, arguments = expression.function, expression.arguments
+        match function:
+            case "table":
+                return self._table(arguments)
+            case "sample":
+                return self._sample(*(self.scalar(x) for x in arguments))
+            case "initial":
+                if self.initial is None:
+                    self.initial = self.graph.symbol("initial()")
+                return self.initial
+        values = tuple(self.value(x) for x in arguments)
+        try:
+            result = FUNCTIONS[function](self.kinematics, self.rate, values)
+        except DivisionByZero:
+            raise self._reporter.fail(
+                "E0518",
+                "division by an expression that is always zero",
+                expression.span,
+                caption="the divisor is zero whatever the values",
+            ) from None
+        if function in RELATIONS:
+            self.relations[node(result)] = None
+        if function in STAIRS:
+            self.relations |= dict.fromkeys(self._whole_parts(node(result)))
+        return result
+
+    def _whole_parts(self, result: Node) -> list[Node]:
+        return [n for n in self.graph.reach([result]) if self.graph.op(n) in (ops.FLOOR, ops.MODULO)]
+
+    def _check_rate(self, expression: Expression, operand: Expression) -> None:
+        """Report the derivative of an answer about the motion, whose formula is found only afterwards."""
+        value = self.value(operand)
+        if isinstance(value, Placement):
+            return
+        for symbol in self.graph.support(*elements(self._numbers(value))):
+            if self.graph.name(symbol).startswith("?"):
+                asked = self.graph.name(symbol)[1:].partition("#")[0]
+                raise self._reporter.fail(
+                    "E0528",
+                    f"the derivative of '{asked}' is not supported",
+                    expression.span,
+                    caption="an answer about the motion cannot be differentiated",
+                    help="write the formula itself, in terms of coordinates and their rates",
+                )
+
+    def scalar(self, expression: Expression) -> Node:
+        """Return the value of a scalar expression."""
+        return node(self.value(expression))
+
+    def numbers(self, expression: Expression) -> tuple[Node, ...]:
+        """Return the entries of a numeric expression in row-major order; a point gives its position."""
+        return tuple(elements(self._numbers(self.value(expression))))
+
+    def frame(self, expression: Expression) -> Frame:
+        """Return the frame that an expression of kind FRAME denotes."""
+        value = self.value(expression)
+        assert isinstance(value, Frame), value
+        return value
+
+    def point(self, expression: Expression) -> Point:
+        """Return a frame's origin, a point, or world components as a point."""
+        value = self.value(expression)
+        match value:
+            case Point():
+                return value
+            case Frame():
+                return Point(value, (self.graph.constant(0),) * self.kinematics.size)
+            case _:
+                return Point(self.kinematics.world, tuple(elements(value)))
+
+    def assign(self, name: str, value: Value) -> None:
+        """State the value of a name: a placed frame, a coordinate computed by a closure."""
+        self._values[name] = value
+
+    @contextmanager
+    def trial(self, without: str = "") -> Iterator[None]:
+        """Forget all that is lowered inside; ``without`` lowers the names of this instance anew."""
+        saved = dict(self._values)
+        if without:
+            own = (name for name in self._definitions if name.startswith(f"{without}."))
+            for name in own:
+                self._values.pop(name, None)
+        yield
+        self._values = saved
+
+    def aliases(self, instance: str, target: str) -> list[str]:
+        """Return the names by which an instance calls a frame of another."""
+        return [
+            name
+            for name, d in self._definitions.items()
+            if name.startswith(f"{instance}.") and isinstance(d.value, Name) and d.value.name == target
+        ]
+
+    def named(self, name: str, span: Span | None = None) -> Value:
+        """Return the value of a variable or definition."""
+        if name in self._values:
+            return self._values[name]
+        if name not in self._definitions:
+            raise self._reporter.fail(
+                "E0517",
+                f"'{name}' is a coordinate of a joint that closes a loop, so it has no value here",
+                span,
+                help="use a coordinate of a joint of the tree, or give the joint model a 'closure' for it",
+            )
+        definition = self._definitions[name]
+        assert name not in self._open, f"{name} is defined by itself"  # the flat model has no cycles
+        self._open[name] = None
+        value = self._place(definition) if definition.value is None else self.value(definition.value)
+        del self._open[name]
+        self._values[name] = value
+        return value
+
+    def _renamed(self, name: str) -> str:
+        """Return the variable behind a name, through definitions that only give it another one."""
+        while name in self._definitions and isinstance(other := self._definitions[name].value, Name):
+            name = other.name
+        return name
+
+    # ------------------------------------------------------------ kinds of expressions
+
+    def _literal(self, value: Fraction | bool | str) -> Value:
+        if isinstance(value, str):
+            return value
+        if isinstance(value, bool):
+            return self.graph.one if value else self.graph.zero
+        return self.graph.constant(value)
+
+    def _numbers(self, value: Value) -> Value:
+        return self.kinematics.position(value) if isinstance(value, Point) else value
+
+    def _derivative(self, operand: Expression, order: int) -> Value:
+        result: Value
+        if operand.type.kind is Kind.ROTATION and isinstance(operand, Name):
+            result = self._symbols.rates[self._renamed(operand.name)]
+            order -= 1
+        else:
+            result = self._numbers(self.value(operand))
+        for _ in range(order):
+            result = each(self.rate, result)
+        return result
+
+    def _pre(self, operand: Node) -> Node:
+        """Return the symbol that stands for the value of a node before the event."""
+        symbol = self._previous.get(operand)
+        if symbol is None:
+            symbol = self._previous[operand] = self.graph.symbol(f"pre({len(self._previous)})")
+        return symbol
+
+    def _sample(self, period: Node, start: Node) -> Node:
+        """Return the pulse of a clock."""
+        key = (period, start)
+        if key not in self.clocks:
+            number = len(self.clocks) + 1
+            pulse, count = self.graph.symbol(f"tick({number})"), self.graph.symbol(f"ticks({number})")
+            self.clocks[key] = Clock(period, start, pulse, count)
+        return self.clocks[key].pulse
+
+    @property
+    def previous(self) -> Mapping[Node, Node]:
+        """Symbols for values before an event, by the node they are the earlier value of."""
+        return self._previous
+
+    def _table(self, arguments: tuple[Expression, ...]) -> Value:
+        points = self._constants(arguments[1])
+        values = self._constants(arguments[2])
+        if len(points) != len(values) or len(points) < 2:
+            raise self._reporter.fail(
+                "E0310",
+                f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
+                arguments[1].span,
+            )
+        if any(b <= a for a, b in pairwise(points)):
+            raise self._reporter.fail(
+                "E0311", "the points of a table must increase", arguments[1].span, caption="these do not"
+            )
+        table: Table = monotone_table(tuple(map(float, points)), tuple(map(float, values)))
+        return self.graph.lookup(self.graph.add_table(table), self.scalar(arguments[0]))
+
+    def _constants(self, expression: Expression) -> tuple[Fraction, ...]:
+        result = []
+        for item in self.numbers(expression):
+            if not self.graph.is_constant(item):
+                raise self._reporter.fail(
+                    "E0312",
+                    "the numbers of a table must be constants",
+                    expression.span,
+                    caption="this depends on something that can change",
+                    help="numbers, or a 'structural parameter'",
+                )
+            result.append(self.graph.value(item))
+        return tuple(result)
+
+    def _quadrature(self, expression: Quadrature) -> Value:
+        """Gauss-Legendre quadrature of the body on 4 panels of 12 points (exact to degree 23 on each)."""
+        graph = self.graph
+        lower, upper = self.scalar(expression.lower), self.scalar(expression.upper)
+        width = graph.sub(upper, lower)
+        result = graph.zero
+        saved = self._values.get(expression.variable)
+        for place, weight in panels():
+            self._values[expression.variable] = graph.add(lower, graph.mul(graph.constant(place), width))
+            body = node(self.value(expression.body))
+            result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), body))
+        if saved is None:
+            del self._values[expression.variable]
+        else:
+            self._values[expression.variable] = saved
+        return result

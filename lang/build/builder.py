@@ -1,0 +1,81 @@
+"""What the actions of the grammar share: the builder, texts, numbers and dotted names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from fractions import Fraction
+from typing import Any
+
+from msgspec import Struct
+
+from ..diagnostics import Reporter
+from ..grammar.lexer import Token
+from ..source import SourceFile, Span
+
+Children = list[Any]
+
+
+class Builder(Struct, frozen=True):
+    """What the actions share: the file, and where to report what the grammar cannot forbid."""
+
+    source: SourceFile
+    reporter: Reporter
+
+    def span(self, token: Token) -> Span:
+        return Span(self.source, token.start, token.end)
+
+
+Action = Callable[[Builder, Children, Span], Any]
+
+_ESCAPE = re.compile(r"\\(.)")
+_ESCAPES = {'"': '"', "\\": "\\", "n": "\n", "t": "\t"}
+_LARGEST_EXPONENT = 400
+_LONGEST_NUMBER = 400
+
+
+def text_of(b: Builder, token: Token | None) -> str:
+    """Return what a string stands for; an absent one is empty."""
+    if token is None:
+        return ""
+    body = token.text[1:-1]
+    if "\\" not in body:
+        return body
+
+    def replace(match: re.Match[str]) -> str:
+        if match[1] not in _ESCAPES:
+            start = token.start + 1 + match.start()
+            b.reporter.error(
+                "E0129",
+                f"'\\{match[1]}' means nothing in a text",
+                Span(b.source, start, start + 2),
+                help="a backslash itself is written '\\\\'; known are '\\n', '\\t', '\\\"' and '\\\\'",
+            )
+        return _ESCAPES.get(match[1], match[1])
+
+    return _ESCAPE.sub(replace, body)
+
+
+def value_of(b: Builder, text: str, span: Span) -> Fraction:
+    """Return the exact value of a number that a float can hold."""
+    exponent = re.search(r"[eE]([+-]?\d+)$", text)
+    if len(text) <= _LONGEST_NUMBER and not (exponent and abs(int(exponent[1])) > _LARGEST_EXPONENT):
+        value = Fraction(text)
+        if value < 2**1023:
+            return value
+    shown = text if len(text) <= 24 else text[:20] + "..."
+    b.reporter.error(
+        "E0109",
+        f"the number '{shown}' is out of range",
+        span,
+        help="numbers lie between 1e-400 and 8e307 and have at most 400 digits",
+    )
+    return Fraction(1)
+
+
+def dotted(names: list[Token]) -> str:
+    return ".".join(token.text for token in names)
+
+
+def items_of(value: list[Any] | None) -> tuple[Any, ...]:
+    return tuple(value) if value else ()

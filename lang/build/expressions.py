@@ -1,0 +1,185 @@
+"""Actions of the grammar that build expressions; see ``build_statements.py`` for what they get."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from .. import ast
+from .builder import Builder, Children, items_of, text_of, value_of
+from ..grammar.lexer import Token
+from ..source import Span
+
+
+def _subscripted(base: ast.Expression, indices: list[Any] | None, span: Span) -> ast.Expression:
+    return base if indices is None else ast.Subscript(base=base, indices=tuple(indices), span=span)
+
+
+def _up_to(span: Span, last: Token) -> Span:
+    return Span(span.file, span.start, last.end)
+
+
+def conditional(b: Builder, c: Children, span: Span) -> ast.Conditional:
+    first = ast.Branch(condition=c[1], value=c[3], span=c[1].span.to(c[3].span))
+    return ast.Conditional(branches=(first, *c[4]), otherwise=c[6], span=span)
+
+
+def elseif(b: Builder, c: Children, span: Span) -> ast.Branch:
+    return ast.Branch(condition=c[1], value=c[3], span=span)
+
+
+def binary(b: Builder, c: Children, span: Span) -> ast.Binary:
+    return ast.Binary(operator=c[1].text, left=c[0], right=c[2], span=span)
+
+
+def quotient(b: Builder, c: Children, span: Span) -> ast.Binary:
+    left, _, right = c
+    if isinstance(left, ast.Number) and isinstance(right, ast.Quantity):
+        number, unit = f"{left.text}/{right.text}", right.unit
+        exact = left.value / right.value if right.value else Fraction(0)
+        decimal = f"{float(exact):g}" if right.value else ""
+        simple = decimal and Fraction(decimal) == exact
+        help = f"write '{decimal} {unit}' or '({number}) {unit}'" if simple else f"write '({number}) {unit}'"
+        b.reporter.error(
+            "E0114",
+            f"'{left.text}/{right.text} {unit}' would divide {left.text} by {right.text} {unit}",
+            span,
+            caption="the unit belongs to the divisor alone",
+            help=f"{help}; if you mean the inverse: '{left.text}/({right.text} {unit})'",
+        )
+    return ast.Binary(operator="/", left=left, right=right, span=span)
+
+
+def power(b: Builder, c: Children, span: Span) -> ast.Binary:
+    base, sign, exponent = c
+    if isinstance(base, ast.Quantity) or (isinstance(base, ast.Parenthesis | ast.Vector) and base.unit):
+        b.reporter.error(
+            "E0128",
+            "a power behind a unit could belong to the number or to the unit",
+            b.span(sign),
+            help=f"write '({base.span.text})^{exponent.span.text}' for the power of the whole quantity",
+        )
+    return ast.Binary(operator="^", left=base, right=exponent, span=span)
+
+
+def unary(b: Builder, c: Children, span: Span) -> ast.Unary:
+    return ast.Unary(operator=c[0].text, operand=c[1], span=span)
+
+
+def number(b: Builder, c: Children, span: Span) -> ast.Number:
+    text = c[0].text
+    return ast.Number(value=value_of(b, text, span), text=text, span=span)
+
+
+def quantity(b: Builder, c: Children, span: Span) -> ast.Quantity:
+    text, unit = c[0].text.split()
+    return ast.Quantity(value=value_of(b, text, span), unit=unit, text=text, span=span)
+
+
+def string(b: Builder, c: Children, span: Span) -> ast.String:
+    return ast.String(value=text_of(b, c[0]), span=span)
+
+
+def true(b: Builder, c: Children, span: Span) -> ast.Boolean:
+    return ast.Boolean(value=True, span=span)
+
+
+def false(b: Builder, c: Children, span: Span) -> ast.Boolean:
+    return ast.Boolean(value=False, span=span)
+
+
+def time(b: Builder, c: Children, span: Span) -> ast.Time:
+    return ast.Time(span=span)
+
+
+def derivative(b: Builder, c: Children, span: Span) -> ast.Expression:
+    _, _, operand, order, closing, indices = c
+    base = ast.Derivative(operand=operand, order=order or 1, span=_up_to(span, closing))
+    return _subscripted(base, indices, span)
+
+
+def order(b: Builder, c: Children, span: Span) -> int:
+    text = c[1].text
+    if not text.isdigit() or not 1 <= int(text) <= 9:
+        message = "the order of a derivative is a whole number from 1 to 9"
+        b.reporter.error("E0110", message, b.span(c[1]), help="write 'der(x, 2)' for the second derivative")
+        return 1
+    return int(text)
+
+
+def previous(b: Builder, c: Children, span: Span) -> ast.Expression:
+    base = ast.Previous(operand=c[2], span=_up_to(span, c[3]))
+    return _subscripted(base, c[4], span)
+
+
+def vector(b: Builder, c: Children, span: Span) -> ast.Expression:
+    _, elements, closing, unit, indices = c
+    base = ast.Vector(
+        elements=tuple(elements), unit=unit.text if unit else "", span=_up_to(span, unit or closing)
+    )
+    return _subscripted(base, indices, span)
+
+
+def comprehension(b: Builder, c: Children, span: Span) -> ast.Expression:
+    _, element, generators, closing, unit, indices = c
+    base = ast.Comprehension(
+        element=element,
+        generators=tuple(generators),
+        unit=unit.text if unit else "",
+        span=_up_to(span, unit or closing),
+    )
+    return _subscripted(base, indices, span)
+
+
+def parenthesis(b: Builder, c: Children, span: Span) -> ast.Expression:
+    _, inner, closing, unit, indices = c
+    base = ast.Parenthesis(inner=inner, unit=unit.text if unit else "", span=_up_to(span, unit or closing))
+    return _subscripted(base, indices, span)
+
+
+def call(b: Builder, c: Children, span: Span) -> ast.Expression:
+    function, _, arguments, closing, indices = c
+    positional, named = [], []
+    for argument in arguments or ():
+        if isinstance(argument, ast.Keyword):
+            named.append(argument)
+            continue
+        if named:
+            message = "an argument without a name stands behind a named one"
+            b.reporter.error("E0110", message, argument.span, help="put the named arguments last")
+        positional.append(argument)
+    base = ast.Call(
+        function=function,
+        arguments=tuple(positional),
+        keywords=tuple(named),
+        span=_up_to(span, closing),
+    )
+    return _subscripted(base, indices, span)
+
+
+def keyword(b: Builder, c: Children, span: Span) -> ast.Keyword:
+    return ast.Keyword(name=c[0].text, value=c[2], span=span)
+
+
+def aggregate(b: Builder, c: Children, span: Span) -> ast.Aggregate:
+    return ast.Aggregate(element=c[0], generators=tuple(c[1]), span=span)
+
+
+def generator(b: Builder, c: Children, span: Span) -> ast.Generator:
+    return ast.Generator(name=c[1].text, range=c[3], span=span)
+
+
+def reference(b: Builder, c: Children, span: Span) -> ast.Reference:
+    return ast.Reference(parts=tuple(c[0]), span=span)
+
+
+def part(b: Builder, c: Children, span: Span) -> ast.Part:
+    return ast.Part(name=c[0].text, indices=items_of(c[1]), span=span)
+
+
+def unit_range(b: Builder, c: Children, span: Span) -> ast.Range:
+    return ast.Range(start=c[0], stop=c[2], span=span)
+
+
+def stepped_range(b: Builder, c: Children, span: Span) -> ast.Range:
+    return ast.Range(start=c[0], stop=c[4], step=c[2], span=span)

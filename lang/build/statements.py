@@ -1,0 +1,390 @@
+"""Actions of the grammar that build statements and definitions.
+
+An action gets the children of its rule in the order of ``mech.lark``, with None for a part in
+brackets that is left out; tokens are children too.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import ast
+from .builder import Builder, Children, dotted, items_of, text_of
+from ..diagnostics import Label
+from ..grammar.keywords import KEYWORDS
+from ..grammar.lexer import Token
+from ..source import Span
+from ..units import UnitError, parse_unit
+
+# ---------------------------------------------------------------- files
+
+
+def start(b: Builder, c: Children, span: Span) -> tuple[ast.Statement, ...]:
+    return tuple(c[0])
+
+
+def import_path(b: Builder, c: Children, span: Span) -> ast.Import:
+    return ast.Import(path=dotted(c[1]), doc=text_of(b, c[2]), span=span)
+
+
+def import_all(b: Builder, c: Children, span: Span) -> ast.Import:
+    return ast.Import(path=dotted(c[1]), names=("*",), doc=text_of(b, c[4]), span=span)
+
+
+def import_alias(b: Builder, c: Children, span: Span) -> ast.Import:
+    return ast.Import(path=dotted(c[3]), alias=c[1].text, doc=text_of(b, c[4]), span=span)
+
+
+def import_names(b: Builder, c: Children, span: Span) -> ast.Import:
+    names = tuple(token.text for token in c[4])
+    return ast.Import(path=dotted(c[1]), names=names, doc=text_of(b, c[6]), span=span)
+
+
+def model(b: Builder, c: Children, span: Span) -> ast.Model:
+    partial, _, name, doc, body, _, closing, _ = c
+    if closing.text != name.text:
+        b.reporter.error(
+            "E0116",
+            f"model '{name.text}' ends with the name '{closing.text}'",
+            b.span(closing),
+            caption=f"this should be '{name.text}'",
+            labels=(Label(b.span(name), "the model begins here"),),
+            help=f"write 'end {name.text};'",
+        )
+    return ast.Model(
+        name=name.text,
+        name_span=b.span(name),
+        body=tuple(body),
+        partial=partial is not None,
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def function(b: Builder, c: Children, span: Span) -> ast.Function:
+    _, name, _, formals, _, result, _, value, doc, _ = c
+    type, dimensions = result or ("", ())
+    return ast.Function(
+        name=name.text,
+        name_span=b.span(name),
+        arguments=items_of(formals),
+        value=value,
+        result=type,
+        result_dimensions=dimensions,
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def result(b: Builder, c: Children, span: Span) -> tuple[str, tuple[ast.Dimension, ...]]:
+    return dotted(c[1]), items_of(c[2])
+
+
+def formal(b: Builder, c: Children, span: Span) -> ast.Argument:
+    type, name, dimensions = c[0]
+    return ast.Argument(name=name.text, type=type, dimensions=dimensions, span=span)
+
+
+def type_definition(b: Builder, c: Children, span: Span) -> ast.Type:
+    unit = text_of(b, c[4])
+    try:
+        parse_unit(unit)
+    except UnitError as error:
+        help = f"did you mean '{error.suggestion}'?" if error.suggestion else ""
+        b.reporter.error("E0112", str(error), b.span(c[4]), help=help)
+    return ast.Type(name=c[1].text, name_span=b.span(c[1]), unit=unit, doc=text_of(b, c[5]), span=span)
+
+
+# ---------------------------------------------------------------- declarations
+
+
+def extends(b: Builder, c: Children, span: Span) -> ast.Extends:
+    return ast.Extends(base=dotted(c[1]), modifications=items_of(c[2]), doc=text_of(b, c[3]), span=span)
+
+
+def untyped(b: Builder, c: Children, span: Span) -> tuple[str, Token, tuple[ast.Dimension, ...]]:
+    return "", c[0], items_of(c[1])
+
+
+def typed(b: Builder, c: Children, span: Span) -> tuple[str, Token, tuple[ast.Dimension, ...]]:
+    return dotted(c[0]), c[1], items_of(c[2])
+
+
+def _declaration(b: Builder, typed: Any, attributes: Any, doc: Token | None, span: Span) -> dict[str, Any]:
+    type, name, dimensions = typed
+    return {
+        "type": type,
+        "name": name.text,
+        "name_span": b.span(name),
+        "dimensions": dimensions,
+        "attributes": items_of(attributes),
+        "doc": text_of(b, doc),
+        "span": span,
+    }
+
+
+def parameter(b: Builder, c: Children, span: Span) -> ast.Parameter:
+    common = _declaration(b, c[2], c[3], c[5], span)
+    return ast.Parameter(structural=c[0] is not None, value=c[4], **common)
+
+
+def coordinate(b: Builder, c: Children, span: Span) -> ast.Coordinate:
+    return ast.Coordinate(start=c[3], **_declaration(b, c[1], c[2], c[4], span))
+
+
+def state(b: Builder, c: Children, span: Span) -> ast.State:
+    return ast.State(start=c[3], **_declaration(b, c[1], c[2], c[4], span))
+
+
+def discrete(b: Builder, c: Children, span: Span) -> ast.Discrete:
+    return ast.Discrete(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
+
+
+def input(b: Builder, c: Children, span: Span) -> ast.Input:
+    return ast.Input(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
+
+
+def output(b: Builder, c: Children, span: Span) -> ast.Output:
+    return ast.Output(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
+
+
+def let(b: Builder, c: Children, span: Span) -> ast.Let:
+    return ast.Let(value=c[2], **_declaration(b, c[1], None, c[3], span))
+
+
+def frame(b: Builder, c: Children, span: Span) -> ast.Frame:
+    return ast.Frame(value=c[3], **_declaration(b, ("", c[1], items_of(c[2])), None, c[4], span))
+
+
+def point(b: Builder, c: Children, span: Span) -> ast.Point:
+    return ast.Point(value=c[3], **_declaration(b, ("", c[1], items_of(c[2])), None, c[4], span))
+
+
+def component(b: Builder, c: Children, span: Span) -> ast.Component:
+    cut, type, name, dimensions, modifications, condition, doc, _ = c
+    if len(type) == 1 and type[0].text in KEYWORDS:
+        b.reporter.error("E0110", f"'{type[0].text}' cannot begin a statement here", b.span(type[0]))
+    common = _declaration(b, (dotted(type), name, items_of(dimensions)), None, doc, span)
+    return ast.Component(
+        cut=cut is not None, modifications=items_of(modifications), condition=condition, **common
+    )
+
+
+def second(b: Builder, c: Children, span: Span) -> Any:
+    """Return the second of the children: what stands between brackets or behind a word."""
+    return c[1]
+
+
+def known_start(b: Builder, c: Children, span: Span) -> ast.Start:
+    return ast.Start(value=c[1], guess=False, span=span)
+
+
+def guessed_start(b: Builder, c: Children, span: Span) -> ast.Start:
+    return ast.Start(value=c[1], guess=True, span=span)
+
+
+def extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
+    return ast.Dimension(size=c[0], span=span)
+
+
+def indexed_extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
+    return ast.Dimension(size=c[2], name=c[0].text, span=span)
+
+
+def modify(b: Builder, c: Children, span: Span) -> ast.Modification:
+    target, operator, value = c
+    kind = "in" if operator.kind == "IN" else operator.text
+    if kind != "->" and not isinstance(
+        target.operand if isinstance(target, ast.Derivative) else target, ast.Reference
+    ):
+        b.reporter.error(
+            "E0127",
+            f"what stands before '{kind}' must be a name",
+            target.span,
+            help="write 'name = value' or 'der(name) = value'",
+        )
+    return ast.Modification(target=target, kind=kind, value=value, span=span)
+
+
+def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
+    """Refuse a modification without a sign."""
+    value = c[0]
+    help = "write 'name = value', 'name ~ guess' or 'a -> b'"
+    message = "a modification gives a value to a name"
+    if isinstance(value, ast.Call) and value.keywords and not value.arguments:
+        message = "a modification of a part inside is written with a dot"
+        inner = ", ".join(
+            f"{value.function.span.text}.{k.name} = {k.value.span.text}" for k in value.keywords
+        )
+        help = f"write '{inner}'"
+    elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
+        help = f"write 'name = {value.span.text}'"
+    b.reporter.error("E0127", message, span, help=help)
+    return ast.Modification(target=value, kind="=", value=value, span=span)
+
+
+# ---------------------------------------------------------------- mechanics
+
+
+def energy(b: Builder, c: Children, span: Span) -> ast.Energy:
+    return ast.Energy(kind=c[0].text, value=c[1], doc=text_of(b, c[2]), span=span)
+
+
+def gravity(b: Builder, c: Children, span: Span) -> ast.Gravity:
+    return ast.Gravity(value=c[1], doc=text_of(b, c[2]), span=span)
+
+
+def mass(b: Builder, c: Children, span: Span) -> ast.Mass:
+    return ast.Mass(value=c[1], at=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def inertia(b: Builder, c: Children, span: Span) -> ast.Inertia:
+    return ast.Inertia(value=c[1], on=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def force(b: Builder, c: Children, span: Span) -> ast.Load:
+    _, label, value, _, on, at, source, frame, doc, _ = c
+    return ast.Load(
+        kind="force",
+        label=label,
+        value=value,
+        on=on,
+        at=at,
+        source=source,
+        frame=frame,
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def torque(b: Builder, c: Children, span: Span) -> ast.Load:
+    _, label, value, _, on, source, frame, doc, _ = c
+    return ast.Load(
+        kind="torque",
+        label=label,
+        value=value,
+        on=on,
+        source=source,
+        frame=frame,
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def damping(b: Builder, c: Children, span: Span) -> ast.Damping:
+    return ast.Damping(label=c[1], value=c[2], on=c[4], doc=text_of(b, c[5]), span=span)
+
+
+def friction(b: Builder, c: Children, span: Span) -> ast.Friction:
+    _, label, kinetic, static, _, on, options, doc, _ = c
+    return ast.Friction(
+        label=label,
+        kinetic=kinetic,
+        static=static,
+        on=on,
+        options=tuple(options),
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:
+    return ast.Constraint(kind="", label=c[1], left=c[2], right=c[4], doc=text_of(b, c[5]), span=span)
+
+
+def asserted_constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:
+    return ast.Constraint(kind=c[0].text, label=c[2], left=c[3], right=c[5], doc=text_of(b, c[6]), span=span)
+
+
+def drive(b: Builder, c: Children, span: Span) -> ast.Drive:
+    return ast.Drive(target=c[1], value=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def contact(b: Builder, c: Children, span: Span) -> ast.Contact:
+    _, label, gap, restitution, slip, options, doc, _ = c
+    friction, static, along = slip or (None, None, None)
+    return ast.Contact(
+        label=label,
+        gap=gap,
+        restitution=restitution,
+        friction=friction,
+        static=static,
+        along=along,
+        options=tuple(options),
+        doc=text_of(b, doc),
+        span=span,
+    )
+
+
+def slip(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
+    return c[1], c[2], c[3]
+
+
+def option(b: Builder, c: Children, span: Span) -> ast.Option:
+    return ast.Option(name=c[1].text, value=c[3], span=span)
+
+
+def label(b: Builder, c: Children, span: Span) -> ast.LabelName:
+    return ast.LabelName(name=c[0].text, indices=items_of(c[1]), span=span)
+
+
+def place(b: Builder, c: Children, span: Span) -> ast.Place:
+    return ast.Place(target=c[1], value=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def closure(b: Builder, c: Children, span: Span) -> ast.Closure:
+    return ast.Closure(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def initial(b: Builder, c: Children, span: Span) -> ast.Initial:
+    return ast.Initial(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
+
+
+def final(b: Builder, c: Children, span: Span) -> ast.Final:
+    return ast.Final(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
+
+
+def equation(b: Builder, c: Children, span: Span) -> ast.Equation:
+    if b.source.position(c[0].end)[0] != b.source.position(c[1].span.start)[0]:
+        b.reporter.error(
+            "E0120",
+            "there is no equation section",
+            b.span(c[0]),
+            help="each statement has its keyword: 'equation der(x) = ..;', 'constraint a = b;', 'let a = ..;'",
+        )
+    return ast.Equation(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def exact(b: Builder, c: Children, span: Span) -> ast.Exact:
+    return ast.Exact(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
+
+
+def assertion(b: Builder, c: Children, span: Span) -> ast.Assert:
+    return ast.Assert(condition=c[1], message=text_of(b, c[3]), doc=text_of(b, c[4]), span=span)
+
+
+def experiment(b: Builder, c: Children, span: Span) -> ast.Experiment:
+    name = "" if c[1] is None else c[1].text
+    return ast.Experiment(name=name, settings=items_of(c[2]), doc=text_of(b, c[3]), span=span)
+
+
+def dimensionless(b: Builder, c: Children, span: Span) -> ast.Dimensionless:
+    return ast.Dimensionless(doc=text_of(b, c[1]), span=span)
+
+
+def independent(b: Builder, c: Children, span: Span) -> ast.Independent:
+    type, name, dimensions = c[1]
+    if dimensions:
+        b.reporter.error("E0110", "the independent variable is a single number", dimensions[0].span)
+    lower, upper = c[2] or (None, None)
+    return ast.Independent(
+        name=name.text, type=type, lower=lower, upper=upper, doc=text_of(b, c[3]), span=span
+    )
+
+
+def interval(b: Builder, c: Children, span: Span) -> tuple[Any, Any]:
+    return c[1], c[3]
+
+
+def stationary(b: Builder, c: Children, span: Span) -> ast.Stationary:
+    return ast.Stationary(value=c[1], doc=text_of(b, c[2]), span=span)

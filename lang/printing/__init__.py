@@ -1,0 +1,1 @@
+"""The syntax tree as text in the canonical layout."""

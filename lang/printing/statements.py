@@ -1,0 +1,190 @@
+"""Single statements to documents; blocks are put together in ``printer.py``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import assert_never
+
+from .. import ast
+from .expressions import document, indices, quote, reference
+from .layout import Bracket, Clauses, Doc, Row, flat
+
+Simple = (
+    ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
+    | ast.Output | ast.Let | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
+    | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Drive | ast.Contact
+    | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
+    | ast.Experiment | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
+    | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
+)  # fmt: skip
+"""Statements that end with their own semicolon and hold no others."""
+
+
+def statement_document(s: Simple) -> Doc:
+    """Return a statement without blocks, with its doc string and semicolon."""
+    parts = _clauses(s)
+    if s.doc:
+        parts.append(quote(s.doc))
+    return Clauses((*parts[:-1], Row((parts[-1], ";"))))
+
+
+def dimensions(values: Sequence[ast.Dimension]) -> str:
+    """Return ``[n, i in 1:3]``, or nothing."""
+    if not values:
+        return ""
+    items = (f"{d.name} in {flat(document(d.size))}" if d.name else flat(document(d.size)) for d in values)
+    return "[" + ", ".join(items) + "]"
+
+
+def _clauses(s: Simple) -> list[Doc]:
+    match s:
+        case ast.Import():
+            return [_import(s)]
+        case ast.Extends():
+            return [Row((f"extends {s.base}", _modifications(s.modifications)))]
+        case ast.Parameter():
+            return _declared("structural parameter" if s.structural else "parameter", s, s.value)
+        case ast.Coordinate():
+            return _started("coordinate", s, s.start)
+        case ast.State():
+            return _started("state", s, s.start)
+        case ast.Discrete():
+            return _declared("discrete", s, s.value)
+        case ast.Input():
+            return _declared("input", s, s.value)
+        case ast.Output():
+            return _declared("output", s, s.value)
+        case ast.Let():
+            return _declared("let", s, s.value)
+        case ast.Frame():
+            return _declared("frame", s, s.value)
+        case ast.Point():
+            return _declared("point", s, s.value)
+        case ast.Component():
+            head = f"{'cut ' if s.cut else ''}{s.type} {s.name}{dimensions(s.dimensions)}"
+            parts: list[Doc] = [Row((head, _modifications(s.modifications)))]
+            return parts + _clause("if", s.condition)
+        case ast.Energy() | ast.Gravity() | ast.Stationary():
+            word = s.kind if isinstance(s, ast.Energy) else type(s).__name__.casefold()
+            return _clause(word, s.value)
+        case ast.Mass():
+            return _clause("mass", s.value) + _clause("at", s.at)
+        case ast.Inertia():
+            return _clause("inertia", s.value) + _clause("on", s.on)
+        case ast.Load():
+            return _labelled(s.kind, s.label, s.value) + _receivers(s)
+        case ast.Impulse():
+            return _clause("impulse", s.value) + _receivers(s)
+        case ast.Damping():
+            return _labelled("damping", s.label, s.value) + _clause("on", s.on)
+        case ast.Friction():
+            clauses = _labelled("friction", s.label, s.kinetic) + _clause("static", s.static)
+            return _with_options(clauses + _clause("on", s.on), s.options)
+        case ast.Constraint():
+            word = f"{s.kind} constraint" if s.kind else "constraint"
+            return [*_labelled(word, s.label, s.left), *_clause("=", s.right)]
+        case ast.Contact():
+            clauses = _labelled("contact", s.label, s.gap) + _clause("restitution", s.restitution)
+            clauses += _clause("friction", s.friction) + _clause("static", s.static)
+            return _with_options(clauses + _clause("along", s.along), s.options)
+        case ast.Drive():
+            return _clause("drive", s.target) + _clause("=", s.value)
+        case ast.Place():
+            return _clause("place", s.target) + _clause("=", s.value)
+        case ast.Closure() | ast.Equation() | ast.Exact():
+            return _clause(type(s).__name__.casefold(), s.left) + _clause("=", s.right)
+        case ast.Initial() | ast.Final():
+            return _clause(type(s).__name__.casefold(), s.target) + _start(s.start)
+        case ast.Assert():
+            return [Row((*_pair("assert", s.condition), ",")), quote(s.message)]
+        case ast.Experiment():
+            name = f"experiment {s.name}" if s.name else "experiment"
+            return [Row((name, _modifications(s.settings) if s.settings else "()"))]
+        case ast.Dimensionless():
+            return ["dimensionless"]
+        case ast.Independent():
+            name = f"independent {s.type} {s.name}" if s.type else f"independent {s.name}"
+            return [name, *_clause("from", s.lower), *_clause("to", s.upper)]
+        case ast.Reinit():
+            return [Bracket("reinit(", (document(s.target), document(s.value)), ")")]
+        case ast.Assign():
+            return [reference(s.target), *_clause(":=", s.value)]
+        case ast.Terminate():
+            return [f"terminate({quote(s.message)})"]
+        case ast.Release() | ast.Engage():
+            return _clause(type(s).__name__.casefold(), s.target)
+        case ast.Function():
+            return _function(s)
+        case ast.Type():
+            return [f"type {s.name} = unit {quote(s.unit)}"]
+        case _:
+            assert_never(s)
+
+
+def _pair(word: str, value: ast.Expression) -> tuple[Doc, Doc]:
+    return f"{word} ", document(value)
+
+
+def _clause(word: str, value: ast.Expression | None) -> list[Doc]:
+    return [] if value is None else [Row(_pair(word, value))]
+
+
+def _labelled(word: str, label: ast.LabelName | None, value: ast.Expression) -> list[Doc]:
+    if label is None:
+        return _clause(word, value)
+    subscript = flat(indices(label.indices)) if label.indices else ""
+    return [Row((f"{word} {label.name}{subscript}: ", document(value)))]
+
+
+def _receivers(s: ast.Load | ast.Impulse) -> list[Doc]:
+    return _clause("on", s.on) + _clause("at", s.at) + _clause("from", s.source) + _clause("in", s.frame)
+
+
+def _with_options(clauses: list[Doc], options: Sequence[ast.Option]) -> list[Doc]:
+    """Put the commas of the options behind the clauses before them."""
+    for option in options:
+        clauses[-1] = Row((clauses[-1], ","))
+        clauses.append(Row((f"{option.name} = ", document(option.value))))
+    return clauses
+
+
+def _start(start: ast.Start | None) -> list[Doc]:
+    return [] if start is None else _clause("~" if start.guess else "=", start.value)
+
+
+def _head(word: str, s: ast.Declaration) -> Doc:
+    kind = f"{s.type} " if s.type else ""
+    attributes = _modifications(s.attributes)
+    return Row((f"{word} {kind}{s.name}{dimensions(s.dimensions)}", attributes))
+
+
+def _declared(word: str, s: ast.Declaration, value: ast.Expression | None) -> list[Doc]:
+    return [_head(word, s), *_clause("=", value)]
+
+
+def _started(word: str, s: ast.Declaration, start: ast.Start | None) -> list[Doc]:
+    return [_head(word, s), *_start(start)]
+
+
+def _modifications(values: Sequence[ast.Modification]) -> Doc:
+    if not values:
+        return ""
+    items = (Row((document(m.target), f" {m.kind} ", document(m.value))) for m in values)
+    return Bracket("(", tuple(items), ")")
+
+
+def _import(s: ast.Import) -> str:
+    if s.alias:
+        return f"import {s.alias} = {s.path}"
+    if s.names == ("*",):
+        return f"import {s.path}.*"
+    return f"import {s.path}" + (f".{{{', '.join(s.names)}}}" if s.names else "")
+
+
+def _function(s: ast.Function) -> list[Doc]:
+    arguments = tuple(
+        f"{a.type} {a.name}{dimensions(a.dimensions)}" if a.type else f"{a.name}{dimensions(a.dimensions)}"
+        for a in s.arguments
+    )
+    result = f" -> {s.result}{dimensions(s.result_dimensions)}" if s.result else ""
+    return [Bracket(f"function {s.name}(", arguments, ")", result), *_clause("=", s.value)]

@@ -1,0 +1,1 @@
+"""A case integrated: the methods, the kernel and SciPy, trajectories, events, and how a run fails."""

@@ -1,0 +1,157 @@
+"""A run by the C kernel, in slices between which progress is told and Ctrl-C is heard."""
+
+from __future__ import annotations
+
+import ctypes
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from ..case import Case
+from ..functions import Functions
+from ..native import kernel as native
+from ..native.kernel import Status
+from ..outcome import Failure, given_up, too_many_steps
+from ..problem import Array, Problem
+from .event_log import EventLog
+from .interruption import noted_interruptions
+from .kernel_failure import kernel_failure
+from .solver import Solver
+from .solver_options import SolverOptions
+from .trajectory import DenseOutput, Statistics, Trajectory, with_last_point
+
+SLICE_SECONDS = 0.05
+FIRST_SLICE = 256
+DENSE_LIMIT = 128_000_000
+"""Bytes above which the polynomials of a run are no longer kept."""
+FIRST_RECORD = 512
+
+
+def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
+    """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
+    problem, kernel = case.problem, native.load_kernel(options.reproducible)
+    with (
+        Solver(kernel, case, options.method, options.tolerance, options.atol, options.step or 0.0) as solver,
+        noted_interruptions() as interrupted,
+    ):
+        record = _Record(solver) if options.dense else None
+        log = EventLog(solver, problem) if problem.hybrid is not None else None
+        status = _advance(solver, case, options, record, log, interrupted)
+        report, y = solver.report()
+        t, rows = solver.grid_rows(report.n_grid)
+        count = t.size
+        if status != Status.REACHED:
+            t, rows = with_last_point(t, rows, report.t, y)
+        happened, ended = None, ""
+        if log is not None:
+            z = solver.grid_discretes(count)
+            z = z if count == t.size else np.vstack([z, solver.discretes()])
+            happened = log.finish(z[0] if count else solver.discretes(), z)
+            if status == Status.TERMINATED and problem.hybrid is not None:
+                ended = problem.hybrid.branches[report.failed_index].message or ""
+        return Trajectory(
+            t=t,
+            y=rows,
+            dense=record.polynomials() if record is not None else None,
+            statistics=_statistics(kernel, case.functions, report),
+            failure=_failure(problem, status, report, y, options),
+            interrupted=status in (Status.RUNNING, Status.RECORD_FULL, Status.EVENTS_FULL) and interrupted(),
+            happened=happened,
+            terminated=ended if status == Status.TERMINATED else None,
+        )
+
+
+def _advance(
+    solver: Solver,
+    case: Case,
+    options: SolverOptions,
+    record: _Record | None,
+    log: EventLog | None,
+    interrupted: Callable[[], bool],
+) -> Status:
+    """Go on in slices until there is an end, and give the status there. What is full is emptied on the way."""
+    status, size = Status.RUNNING, FIRST_SLICE
+    while not interrupted():
+        report, _ = solver.report()
+        left = size if options.max_steps is None else options.max_steps - report.steps
+        if left <= 0 or report.seconds > options.seconds:
+            break
+        begun = time.perf_counter()
+        status = solver.advance(case.stop, min(size, left))
+        taken = time.perf_counter() - begun
+        if status == Status.RECORD_FULL and record is not None:
+            record.renew()
+        elif status == Status.EVENTS_FULL and log is not None:
+            log.renew()
+        elif status != Status.RUNNING:
+            break
+        else:
+            size = max(1, min(4 * size, int(size * SLICE_SECONDS / max(taken, 1e-6))))
+        if options.progress is not None:
+            options.progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
+    return status
+
+
+class _Record:
+    """The polynomials of all steps, kept as long as they stay within ``DENSE_LIMIT``."""
+
+    def __init__(self, solver: Solver) -> None:
+        self._solver = solver
+        self._filled: list[Array] = []
+        self._size = 0
+        solver.start_record(FIRST_RECORD)
+
+    def renew(self) -> None:
+        """Put the full buffer aside and give the kernel a larger one; none beyond the limit."""
+        filled = self._solver.recorded(self._solver.report()[0].n_record)
+        self._filled.append(filled)
+        self._size += filled.nbytes
+        if self._size > DENSE_LIMIT:
+            self._filled.clear()
+        self._solver.start_record(2 * len(filled) if self._size <= DENSE_LIMIT else 0)
+
+    def polynomials(self) -> DenseOutput | None:
+        if self._size > DENSE_LIMIT:
+            return None
+        rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.report()[0].n_record)])
+        if not rows.size:
+            return None
+        coefficients = rows[:, 2:].reshape(-1, self._solver.n_dense, self._solver.ny)
+        return DenseOutput(rows[:, 0].copy(), rows[:, 1].copy(), coefficients)
+
+
+def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:
+    model = functions.struct
+    assert model is not None
+
+    def at(time: float) -> float | None:
+        return None if np.isnan(time) else time
+
+    return Statistics(
+        method=kernel.mech_method_name(report.method).decode(),
+        steps=report.steps,
+        rejected=report.rejected,
+        evaluations=report.evaluations,
+        run_time=report.seconds,
+        shortest_step=report.dt_min if report.steps else None,
+        longest_step=report.dt_max if report.steps else None,
+        stiff_time=at(report.stiff_time),
+        jacobians=report.jacobians,
+        factorisations=report.factorisations,
+        iterations=report.iterations,
+        switches=report.switches,
+        switch_time=at(report.switch_time),
+        drift_position=report.drift_position if model.n_position else None,
+        drift_velocity=report.drift_velocity if model.n_velocity else None,
+    )
+
+
+def _failure(
+    problem: Problem, status: Status, report: native.ReportStruct, y: Array, options: SolverOptions
+) -> Failure | None:
+    if status == Status.RUNNING and options.max_steps is not None and report.steps >= options.max_steps:
+        return too_many_steps(problem, options.max_steps, report.t, y)
+    if status == Status.RUNNING and report.seconds > options.seconds:
+        return given_up(problem, report.seconds, report.evaluations, report.t, y)
+    return kernel_failure(problem, status, report, y)

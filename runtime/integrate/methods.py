@@ -1,0 +1,124 @@
+"""Which methods there are for a problem, and which one is taken."""
+
+from __future__ import annotations
+
+import ctypes
+
+from msgspec import Struct
+
+from ..case import Case
+from ..functions import Functions
+from ..native import kernel as native
+from ..native.kernel import Status
+from ..outcome import SimulationError
+from ..suggest import suggest
+from .scipy_methods import METHODS, PREFIX
+
+NEEDS = {
+    Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
+    Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
+}
+"""What is said where none of the reasons in ``_obstacles`` is met."""
+
+
+class Method(Struct, frozen=True):
+    """``fixed_step``: the user gives the step, and the error falls as its power ``order``."""
+
+    name: str
+    in_kernel: bool
+    fixed_step: bool
+    order: int
+
+
+def choose_method(case: Case, reproducible: bool = False) -> Method:
+    """Find the method that a case asks for, and check that it fits. Raises ``SimulationError``.
+
+    ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
+    """
+    method = _find(case.functions, case.method, reproducible)
+    if method.fixed_step and case.step is None:
+        raise SimulationError(
+            f"'{method.name}' takes steps of one size",
+            help='give a step: step = 1 ms in the experiment, --step "1 ms" to the command, or step="1 ms" in Python',
+        )
+    if not method.fixed_step and case.step is not None:
+        raise SimulationError(
+            f"'{method.name}' chooses its steps itself, 'step' is for methods of fixed step; "
+            "the spacing of the output is 'every'"
+        )
+    return method
+
+
+def check_name(wanted: str) -> None:
+    """Raise SimulationError where no method for compiled models has this name."""
+    known = [*native.kernel_methods(native.load_kernel()), *(PREFIX + name for name in METHODS)]
+    if wanted not in known:
+        raise _unknown(wanted, known, "")
+
+
+def _find(functions: Functions, wanted: str, reproducible: bool) -> Method:
+    by_scipy = [PREFIX + name for name in METHODS]
+    if wanted in by_scipy:
+        return Method(wanted, False, False, 0)
+    if functions.struct is not None:
+        return _find_in_kernel(functions.struct, wanted, by_scipy, reproducible)
+    known = ["auto", "dop853", "rk4", *by_scipy]
+    match wanted:
+        case "auto" | "dop853":
+            return Method(PREFIX + "DOP853", False, False, 0)
+        case "rk4":
+            return Method("rk4", False, True, 4)
+        case _:
+            raise _unknown(wanted, known, " for a model that is not compiled")
+
+
+def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool) -> Method:
+    kernel = native.load_kernel(reproducible)
+    index = int(kernel.mech_method_index(wanted.encode()))
+    if index < 0:
+        raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
+    lacks = Status(kernel.mech_method_lacks(index, ctypes.addressof(model)))
+    if lacks != Status.RUNNING:
+        obstacles = _obstacles(model, lacks)
+        if not obstacles:
+            raise SimulationError(f"'{wanted}' {NEEDS[lacks]}")
+        raise SimulationError(
+            f"'{wanted}' cannot run this model: it has {' and '.join(obstacles)}",
+            help="'gauss4' takes steps of one size too, and has no such limits",
+        )
+    fixed_step = not kernel.mech_method_is_adaptive(index)
+    return Method(wanted, True, fixed_step, int(kernel.mech_method_order(index)))
+
+
+def _obstacles(model: native.ModelStruct, lacks: Status) -> list[str]:
+    """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
+    if lacks == Status.NEEDS_JACOBIAN:
+        return []
+    obstacles = []
+    if model.n_rotations:
+        obstacles.append("rotations, whose rates are no derivatives of coordinates")
+    elif model.nq != model.nv:
+        obstacles.append("a coordinate of which the rate alone is prescribed")
+    if model.nx > model.n_accounts:
+        obstacles.append("first-order states")
+    if lacks == Status.NEEDS_SEPARABLE and model.n_velocity:
+        obstacles.append("constraints, for which there are 'rattle', 'lobatto4' and 'lobatto6'")
+    elif model.n_velocity > model.n_position:
+        obstacles.append("constraints between velocities")
+    if (
+        lacks == Status.NEEDS_MOMENTA
+        and model.hybrid
+        and native.HybridStruct.from_address(model.hybrid).n_rows
+    ):
+        obstacles.append("contacts, dry friction or constraints that switch")
+    if lacks == Status.NEEDS_SEPARABLE and not obstacles:
+        obstacles.append("accelerations that depend on velocities")
+    return obstacles
+
+
+def _unknown(wanted: str, known: list[str], where: str) -> SimulationError:
+    names = ", ".join(known)
+    return SimulationError(
+        f"there is no method '{wanted}'{where} (there are {names}){suggest(wanted, known)}"
+    )

@@ -1,0 +1,59 @@
+"""Nominal values of a case: by the rules, and by a cheap first run where nothing in the model gives a state a size."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..case import Case, inputs_at
+from ..nominal import nominal_values
+from ..problem import Array
+from ..start.initial import unmoved
+from .kernel_run import run_kernel
+from .scipy_methods import PREFIX, run_scipy
+from .solver_options import SolverOptions
+
+TOLERANCE = 1e-6
+POINTS = 200
+MOST_STEPS = 5000
+"""A motion that takes more steps at this tolerance is judged by its beginning."""
+
+
+def nominal_of(case: Case) -> Array:
+    """Give the nominal value [ny] of each state in a case (nominal.py)."""
+    problem, functions = case.problem, case.functions
+    u = inputs_at(case, case.begin)
+    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
+    outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
+    energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
+    return nominal_values(
+        problem,
+        unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
+        rates,
+        case.p,
+        energies,
+        case.stop - case.begin,
+        lambda provisional: largest_values(case, provisional),
+    )
+
+
+def largest_values(case: Case, nominal: Array) -> Array:
+    """Give the largest size of each state [ny] in a run with provisional nominal values.
+
+    Its tolerance is loose, but not too loose: the provisional values may be far too large.
+
+    Of a run that fails, the part before. It multiplies and compares nothing of different units, so that a change of
+    units changes it by their factors alone.
+    """
+    grid = np.linspace(case.begin, case.stop, POINTS) if case.stop > case.begin else case.grid
+    pilot = replace(case, grid=grid, step=None)
+    run, method = (
+        (run_kernel, "dop853") if case.functions.struct is not None else (run_scipy, PREFIX + "DOP853")
+    )
+    done = run(pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
+    if done.interrupted:
+        raise KeyboardInterrupt
+    if not done.y.size:
+        return np.abs(case.y0)
+    sizes: Array = np.nanmax(np.abs(np.where(np.isfinite(done.y), done.y, np.nan)), axis=0)
+    return sizes

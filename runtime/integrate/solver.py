@@ -1,0 +1,168 @@
+"""One solver of the C kernel, as an object that owns the arrays which the kernel reads and writes."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping
+from types import TracebackType
+
+import numpy as np
+
+from ..case import Case
+from ..inputs import Table
+from ..native import kernel as native
+from ..native.kernel import Status
+from ..problem import Array
+
+FIRST_EVENTS = 256
+
+
+class Solver:
+    """One ``mech_solver``: owns the arrays that the kernel reads and writes. Use as a context."""
+
+    def __init__(
+        self,
+        kernel: ctypes.CDLL,
+        case: Case,
+        method: str,
+        tolerance: float,
+        atol: Array,
+        step: float = 0.0,
+    ) -> None:
+        struct = case.functions.struct
+        assert struct is not None
+        index = kernel.mech_method_index(method.encode())
+        assert index >= 0
+        self._kernel = kernel
+        self._case = case  # the library of its functions stays loaded
+        self.n_dense = int(kernel.mech_method_n_dense(index))
+        self.ny = case.y0.size
+        self._tables, self._table_data = table_structs(case.tables)
+        stops = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
+        self._arrays = {
+            "atol": np.ascontiguousarray(atol),
+            "y0": np.ascontiguousarray(case.y0),
+            "z": np.ascontiguousarray(case.z),
+            "p": np.ascontiguousarray(case.p),
+            "stops": stops[stops > case.begin],
+            "grid": np.ascontiguousarray(case.grid),
+            "grid_y": np.empty((case.grid.size, self.ny)),
+        }
+        self.nz = case.z.size
+        self._events: ctypes.Array[native.EventStruct] | None = None
+        self._instants = np.empty(0)
+        if struct.hybrid:
+            self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
+        self._record = np.empty(0)
+        options = native.OptionsStruct(
+            method=index,
+            n_tables=len(case.tables),
+            n_stops=self._arrays["stops"].size,
+            n_grid=case.grid.size,
+            t0=case.begin,
+            dt_max=case.max_step if case.max_step > 0 else 1.0,
+            dt=step,
+            rtol=tolerance,
+            tables=ctypes.addressof(self._tables),
+            **{name: array.ctypes.data for name, array in self._arrays.items()},
+        )
+        self._handle = kernel.mech_create(ctypes.addressof(struct), ctypes.byref(options))
+        if not self._handle:
+            raise MemoryError("the kernel could not allocate its solver")
+        if struct.hybrid:
+            self.start_events(FIRST_EVENTS)
+
+    def __enter__(self) -> Solver:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._kernel.mech_free(self._handle)
+        self._handle = None
+
+    def advance(self, stop: float, max_steps: int) -> Status:
+        """Take up to ``max_steps`` steps towards ``stop``."""
+        return Status(self._kernel.mech_advance(self._handle, stop, max_steps))
+
+    def report(self) -> tuple[native.ReportStruct, Array]:
+        """Where the run stands, and its state."""
+        report, y = native.ReportStruct(), np.empty(self.ny)
+        self._kernel.mech_read(self._handle, ctypes.byref(report), y.ctypes.data)
+        return report, y
+
+    def write(self, y: Array) -> None:
+        """Go on from another state."""
+        self._kernel.mech_write(self._handle, np.ascontiguousarray(y, dtype=np.float64).ctypes.data)
+
+    def set_constant(self, index: int, value: float) -> None:
+        """Give the table of one row for input ``index`` another value, from the present time on."""
+        (number,) = [k for k, table in enumerate(self._tables) if table.input == index and table.n == 1]
+        self._table_data[3 * number + 1][0] = value
+        self._kernel.mech_restart(self._handle)
+
+    def save(self) -> bytes:
+        """Give all that changes during a run."""
+        memory = ctypes.create_string_buffer(self._kernel.mech_save_size(self._handle))
+        self._kernel.mech_save(self._handle, memory)
+        return memory.raw
+
+    def load(self, memory: bytes) -> None:
+        """Go back to what ``save`` gave, bit for bit."""
+        assert len(memory) == self._kernel.mech_save_size(self._handle)
+        self._kernel.mech_load(self._handle, memory)
+
+    def grid_rows(self, count: int) -> tuple[Array, Array]:
+        return self._arrays["grid"][:count], self._arrays["grid_y"][:count]
+
+    def start_record(self, capacity: int) -> None:
+        """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
+        self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
+        self._kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
+
+    def start_events(self, capacity: int) -> None:
+        """Give the kernel room for ``capacity`` instants with four events each."""
+        self._events = (native.EventStruct * (4 * capacity + 256))()
+        self._instants = np.empty((capacity, 1 + 2 * (self.ny + self.nz)))
+        self._kernel.mech_set_events(
+            self._handle,
+            ctypes.addressof(self._events),
+            len(self._events),
+            self._instants.ctypes.data,
+            capacity,
+        )
+
+    def happened(self) -> tuple[list[native.EventStruct], Array]:
+        """Give the events and instants since ``start_events``."""
+        assert self._events is not None
+        report, _ = self.report()
+        return list(self._events[: report.n_events]), self._instants[: report.n_instants].copy()
+
+    def discretes(self) -> Array:
+        z = np.empty(self.nz)
+        self._kernel.mech_read_discretes(self._handle, z.ctypes.data)
+        return z
+
+    def grid_discretes(self, count: int) -> Array:
+        return self._arrays["grid_z"][:count]
+
+    def recorded(self, count: int) -> Array:
+        return self._record[:count]
+
+
+def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.TableStruct], list[Array]]:
+    """Give tables as the kernel reads them, and the arrays that must stay alive with them."""
+    data: list[Array] = []
+    structs = []
+    for index, table in tables.items():
+        arrays = [np.ascontiguousarray(a) for a in (table.times, table.values, table.slopes)]
+        data += arrays
+        structs.append(
+            native.TableStruct(
+                index,
+                native.INTERPOLATIONS[table.interpolation],
+                table.times.size,
+                *(array.ctypes.data for array in arrays),
+            )
+        )
+    return (native.TableStruct * len(structs))(*structs), data

@@ -1,0 +1,31 @@
+"""How a case is to be solved: what the kernel, SciPy's methods and the peers are all asked for."""
+
+from __future__ import annotations
+
+import math
+
+from msgspec import Struct
+
+from ..case import Progress
+from ..problem import Array
+
+
+class SolverOptions(Struct, frozen=True, eq=False):
+    """``nominal`` [ny]: sizes of the states; the absolute tolerance is ``tolerance`` times these. ``step`` is that of a
+    method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps. A run of more than
+    ``max_steps`` accepted steps or ``seconds`` is given up. ``reproducible``: by the kernel that gives the same bits on
+    every machine."""
+
+    method: str
+    tolerance: float
+    nominal: Array
+    step: float | None = None
+    dense: bool = False
+    max_steps: int | None = None
+    seconds: float = math.inf
+    reproducible: bool = False
+    progress: Progress | None = None
+
+    @property
+    def atol(self) -> Array:
+        return self.tolerance * self.nominal

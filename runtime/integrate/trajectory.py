@@ -1,0 +1,88 @@
+"""What a method gives back: states on the output grid, the dense output, statistics, and why it stopped."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import Struct
+
+from ..outcome import Failure
+from ..problem import Array
+from .events import EventRecord
+
+
+class Statistics(Struct, frozen=True):
+    """``run_time``: seconds inside the method. ``method``: the last one in use, where ``auto`` changed it, at
+    ``switch_time``. ``stiff_time``: where stiffness was first noticed. ``drift_position`` and
+    ``drift_velocity``: the largest correction by projection, over the nominal values. None where a
+    method does not tell or where there is nothing to tell."""
+
+    method: str
+    steps: int
+    rejected: int | None
+    evaluations: int
+    run_time: float
+    shortest_step: float | None = None
+    longest_step: float | None = None
+    stiff_time: float | None = None
+    jacobians: int = 0
+    factorisations: int = 0
+    iterations: int = 0
+    switches: int = 0
+    switch_time: float | None = None
+    drift_position: float | None = None
+    drift_velocity: float | None = None
+
+
+class DenseOutput(Struct, frozen=True, eq=False):
+    """The polynomials of all steps: ``begin`` and ``length`` [m], ``coefficients`` [m, n_dense, ny].
+
+    The basis is that of ``kernel/solver.h``, point 6.
+    """
+
+    begin: Array
+    length: Array
+    coefficients: Array
+
+    def __call__(self, t: Array) -> Array:
+        """Give y [n, ny] at the times t [n]; the first and last polynomial hold beyond the ends."""
+        step = np.clip(np.searchsorted(self.begin, t, side="right") - 1, 0, self.begin.size - 1)
+        s = ((t - self.begin[step]) / self.length[step])[:, None]
+        c = self.coefficients
+        y: Array = c[step, -1]
+        for k in range(c.shape[1] - 2, -1, -1):
+            y = c[step, k] + (1 - s if k % 2 else s) * y
+        return y
+
+
+class Trajectory(Struct, frozen=True, eq=False):
+    """``t`` [n], ``y`` [n, ny]: the rows of the grid that were reached, then the point where a run stopped
+    early. ``dense`` is None if it was not asked for, or would have exceeded its bound of memory."""
+
+    t: Array
+    y: Array
+    dense: Callable[[Array], Array] | None
+    statistics: Statistics
+    failure: Failure | None = None
+    interrupted: bool = False
+    happened: EventRecord | None = None
+    terminated: str | None = None
+    """The text of the branch that ended the run."""
+
+
+def with_last_point(t: Array, y: Array, t_last: float, y_last: Array) -> tuple[Array, Array]:
+    """Append the point where a run stopped, unless it is the last row already."""
+    if t.size and t[-1] >= t_last:
+        return t, y
+    return np.append(t, t_last), np.vstack([y, y_last])
+
+
+def with_unit_rotations(rotations: tuple[int, ...], y: Array) -> Array:
+    """Give ``y`` [ny] or [n, ny] with quaternions of unit length."""
+    if not rotations:
+        return y
+    y = y.copy()
+    for index in rotations:
+        y[..., index : index + 4] /= np.linalg.norm(y[..., index : index + 4], axis=-1, keepdims=True)
+    return y

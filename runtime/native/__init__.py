@@ -1,0 +1,1 @@
+"""Compiled code: the C compiler, the cache, and the kernel's functions and structs."""

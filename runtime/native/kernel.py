@@ -1,0 +1,304 @@
+"""The C kernel from Python: its structs (``kernel/solver.h``, ``kernel/model.h``) and its functions.
+
+The kernel is compiled once per installation and compiler; a model is a library of its own.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Sequence
+from ctypes import (
+    POINTER,
+    Structure,
+    c_char_p,
+    c_double,
+    c_int,
+    c_long,
+    c_longlong,
+    c_size_t,
+    c_ubyte,
+    c_void_p,
+)
+from enum import IntEnum
+from pathlib import Path
+
+from .build import build_shared, kernel_flags
+
+KERNEL = Path(__file__).parents[1] / "kernel"
+KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver")
+"""Folders of the kernel, from the lowest to the highest: none calls what stands in a later one."""
+AROUND = ("fmi", "reference")
+"""Further folders, of which each stands on all of the kernel and none on the other."""
+
+MODEL_VERSION = 3
+KERNEL_VERSION = 1
+
+EVENT_KINDS = (
+    "when",
+    "impact",
+    "rest",
+    "lift-off",
+    "slip",
+    "stick",
+    "crossing",
+    "reflection",
+    "release",
+    "engage",
+)
+
+INTERPOLATIONS = {"linear": 0, "step": 1, "spline": 2}
+
+
+class Status(IntEnum):
+    """How a call of ``mech_advance`` ended: enum mech_status of ``solver.h``, which says what each one means."""
+
+    RUNNING = 0
+    REACHED = 1
+    RECORD_FULL = 2
+    TERMINATED = 3
+    EVENTS_FULL = 4
+    AT_EVENT = 5
+    STEP_TOO_SMALL = -1
+    NOT_FINITE = -2
+    ASSERTION = -3
+    NOT_CONVERGED = -4
+    OFF_CONSTRAINTS = -5
+    NEEDS_JACOBIAN = -6
+    NEEDS_SEPARABLE = -7
+    NEEDS_MOMENTA = -8
+    EVENT_LOOP = -20
+    ZENO = -21
+    PENETRATION = -22
+    ENERGY_RAISED = -23
+    CHATTER = -24
+    BRANCH_ASSERTION = -25
+    APART = -26
+    NO_MODE = -27
+    NO_IMPACT = -28
+    OUT_OF_RANGE = -29
+    UNDEFINED_JUMP = -30
+    NO_PERIOD = -31
+
+
+MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
+PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, POINTER(c_ubyte))
+
+
+class ModelStruct(Structure):
+    """mech_model"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
+        *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
+        ("rotations", POINTER(c_int)),
+        ("n_jacobian", c_int),
+        ("jac_row", POINTER(c_int)),
+        ("jac_col", POINTER(c_int)),
+        ("parameters", c_void_p),
+        *(
+            (name, c_void_p)
+            for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
+        ),
+        *((name, c_int) for name in ("n_position", "n_velocity", "separable", "n_accounts")),
+        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace", "closeness")),
+        *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
+        ("hybrid", c_void_p),
+    )
+    version: int
+    nq: int
+    nv: int
+    nx: int
+    nu: int
+    nz: int
+    np: int
+    nh: int
+    n_outputs: int
+    n_assertions: int
+    n_rotations: int
+    n_jacobian: int
+    n_position: int
+    n_velocity: int
+    separable: int
+    n_accounts: int
+    hybrid: int | None
+
+
+class BranchStruct(Structure):
+    """mech_branch"""
+
+    _fields_ = (*((name, c_int) for name in ("event", "n_checks", "terminates")), ("act", c_void_p))
+    act: int | None
+
+
+class HybridStruct(Structure):
+    """mech_hybrid"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("n_switches", "n_times", "n_clocks", "n_branches", "n_rows")),
+        *((name, c_int) for name in ("initial", "simultaneous", "dissipated", "supplied", "total")),
+        *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
+        ("branches", POINTER(BranchStruct)),
+        ("rows", c_void_p),
+        *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
+        *((name, c_void_p) for name in ("conditions", "row_values", "respond")),
+    )
+    n_switches: int
+    n_times: int
+    n_clocks: int
+    n_branches: int
+    n_rows: int
+    indicators: int | None
+    conditions: int | None
+
+
+class TableStruct(Structure):
+    """mech_table"""
+
+    _fields_ = (
+        ("input", c_int),
+        ("interpolation", c_int),
+        ("n", c_int),
+        ("t", c_void_p),
+        ("value", c_void_p),
+        ("slope", c_void_p),
+    )
+
+
+class OptionsStruct(Structure):
+    """mech_options"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("method", "n_tables", "n_stops")),
+        *((name, c_long) for name in ("n_grid", "record_capacity")),
+        *((name, c_double) for name in ("t0", "dt_max", "dt", "rtol")),
+        *(
+            (name, c_void_p)
+            for name in ("atol", "y0", "z", "p", "tables", "stops", "grid", "grid_y", "record")
+        ),
+        *((name, c_void_p) for name in ("grid_z", "events", "instants")),
+        *((name, c_long) for name in ("event_capacity", "instant_capacity")),
+    )
+
+
+class ReportStruct(Structure):
+    """mech_report"""
+
+    _fields_ = (
+        *(
+            (name, c_double)
+            for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "switch_time")
+        ),
+        *((name, c_double) for name in ("drift_position", "drift_velocity", "seconds")),
+        *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
+        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
+        *((name, c_long) for name in ("n_grid", "n_record")),
+        *((name, c_int) for name in ("status", "failed_index", "method", "failed_part")),
+        *((name, c_long) for name in ("n_events", "n_instants")),
+    )
+    t: float
+    dt: float
+    dt_min: float
+    dt_max: float
+    stiff_time: float
+    failed_value: float
+    switch_time: float
+    drift_position: float
+    drift_velocity: float
+    seconds: float
+    steps: int
+    rejected: int
+    evaluations: int
+    jacobians: int
+    factorisations: int
+    iterations: int
+    switches: int
+    n_grid: int
+    n_record: int
+    status: int
+    failed_index: int
+    method: int
+    failed_part: int
+    n_events: int
+    n_instants: int
+
+
+class EventStruct(Structure):
+    """mech_event"""
+
+    _fields_ = (("t", c_double), ("value", c_double), ("kind", c_int), ("index", c_int), ("instant", c_long))
+    t: float
+    value: float
+    kind: int
+    index: int
+    instant: int
+
+
+_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+    "mech_kernel_version": (c_int, ()),
+    "mech_layout": (None, (POINTER(c_size_t),)),
+    "mech_method_count": (c_int, ()),
+    "mech_method_index": (c_int, (c_char_p,)),
+    "mech_method_name": (c_char_p, (c_int,)),
+    "mech_method_doc": (c_char_p, (c_int,)),
+    "mech_method_is_adaptive": (c_int, (c_int,)),
+    "mech_method_order": (c_int, (c_int,)),
+    "mech_method_n_dense": (c_int, (c_int,)),
+    "mech_method_lacks": (c_int, (c_int, c_void_p)),
+    "mech_create": (c_void_p, (c_void_p, POINTER(OptionsStruct))),
+    "mech_free": (None, (c_void_p,)),
+    "mech_advance": (c_int, (c_void_p, c_double, c_long)),
+    "mech_read": (None, (c_void_p, POINTER(ReportStruct), c_void_p)),
+    "mech_write": (None, (c_void_p, c_void_p)),
+    "mech_restart": (None, (c_void_p,)),
+    "mech_set_record": (None, (c_void_p, c_void_p, c_long)),
+    "mech_drift": (None, (c_void_p, c_void_p)),
+    "mech_set_events": (None, (c_void_p, c_void_p, c_long, c_void_p, c_long)),
+    "mech_read_discretes": (None, (c_void_p, c_void_p)),
+    "mech_save_size": (c_size_t, (c_void_p,)),
+    "mech_save": (None, (c_void_p, c_void_p)),
+    "mech_load": (None, (c_void_p, c_void_p)),
+    "mech_evaluate": (
+        None,
+        (c_void_p, c_void_p, c_int, c_void_p, c_int, c_long, *(c_void_p,) * 6),
+    ),
+    "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
+    "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
+}
+
+
+def kernel_sources(rooms: Sequence[str] = KERNEL_ROOMS) -> dict[str, str]:
+    """Give the text of every file of these rooms of the kernel by its name: names are unique, so that all can lie in
+    one folder."""
+    files = [file for room in rooms for file in (KERNEL / room).glob("*.[ch]")]
+    return {file.name: file.read_text(encoding="utf-8") for file in sorted(files, key=lambda file: file.name)}
+
+
+@functools.cache
+def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
+    """Load the kernel, compiled on first use. Raises ``BuildError`` and ``CompilerMissing``."""
+    library = ctypes.CDLL(str(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel")))
+    for name, (result, arguments) in _SIGNATURES.items():
+        function = getattr(library, name)
+        function.restype = result
+        function.argtypes = arguments
+    _check_layout(library)
+    return library
+
+
+def _check_layout(library: ctypes.CDLL) -> None:
+    """Make sure that kernel and structs agree: a difference would corrupt memory."""
+    structs = (ModelStruct, HybridStruct, BranchStruct, TableStruct, OptionsStruct, ReportStruct, EventStruct)
+    ours = [ctypes.sizeof(struct) for struct in structs]
+    sizes = (c_size_t * len(structs))()
+    library.mech_layout(sizes)
+    if library.mech_kernel_version() != KERNEL_VERSION or list(sizes) != ours:
+        raise RuntimeError(f"the kernel's structs have the sizes {list(sizes)}, not {ours}")
+
+
+def kernel_methods(library: ctypes.CDLL) -> dict[str, str]:
+    """Name and description of each method of the kernel."""
+    return {
+        library.mech_method_name(index).decode(): library.mech_method_doc(index).decode()
+        for index in range(library.mech_method_count())
+    }

@@ -1,0 +1,1 @@
+"""Solutions in higher precision, kept in the cache, and errors measured against them."""

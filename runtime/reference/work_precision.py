@@ -1,0 +1,211 @@
+"""Error against run time: methods over ladders of tolerances or steps, measured on a reference.
+
+Run time is that of the method alone: compiled, warm, the median of repeats, without companion run. The error is
+the largest one over the output times and all states, relative to nominal + |value|.
+"""
+
+from __future__ import annotations
+
+import math
+import statistics
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ..case import Case
+from ..integrate.kernel_run import run_kernel
+from ..integrate.methods import Method, choose_method
+from ..integrate.scipy_compiled import run_peer
+from ..integrate.scipy_methods import PREFIX
+from ..integrate.solver_options import SolverOptions
+from ..integrate.trajectory import Trajectory
+from ..outcome import SimulationError
+from ..problem import Array
+from .high_precision import Reference
+
+TOLERANCES = tuple(10.0**-k for k in range(3, 15))
+STEPS_OF_FIXED = tuple(round(20 * 2.0**k) for k in range(2, 11))
+"""Numbers of steps in the whole run, for methods of fixed step."""
+REPEATS = 9
+PATIENCE = 0.3
+"""Seconds for which a measurement is repeated."""
+ONCE = 1.0
+"""Seconds of a run above which it is made once: its time is that with output."""
+MOST_STEPS = 1_000_000
+"""Steps after which a run counts as failed."""
+GIVEN_UP = ("given up", "too many steps")
+LONGEST = 5.0
+"""Seconds after which a run is given up, and with it the rest of its ladder."""
+
+
+EXACT = 1e-17
+"""What an error of zero counts as, on logarithmic scales."""
+
+
+class Point(Struct, frozen=True):
+    """One run: ``setting`` is the tolerance or the step. ``error`` is None where the run failed: ``failure``."""
+
+    method: str
+    setting: float
+    error: float | None
+    error_at_end: float | None
+    seconds: float
+    spread: float
+    """Largest minus smallest time over the median."""
+    steps: int
+    evaluations: int
+    failure: str = ""
+    given_up: bool = False
+    """It took too many seconds or steps; tighter settings were left out."""
+
+
+class Task(Struct, frozen=True, eq=False):
+    """What methods are measured on. A run that takes more than ``longest`` seconds is given up."""
+
+    case: Case
+    nominal: Array
+    reference: Reference
+    longest: float = LONGEST
+
+
+def measure(
+    task: Task,
+    method: str,
+    tolerances: Sequence[float] = TOLERANCES,
+    *,
+    enough: float = 0.0,
+    progress: Callable[[], None] | None = None,
+) -> list[Point]:
+    """Measure one method over a ladder: tolerances, or steps where it takes fixed ones.
+
+    The ladder ends where a run is given up, and where an error is at most ``enough``. Raises ``SimulationError`` if the
+    method does not fit the model.
+    """
+    case = replace(task.case, method=method, step=None, grid=task.reference.t)
+    task = replace(task, case=case)
+    if method.startswith(PREFIX):
+        return _ladder(tolerances, lambda setting: _peer(task, method, setting), progress, enough)
+    try:
+        chosen = choose_method(case)
+        settings = list(tolerances)
+    except SimulationError:
+        chosen = choose_method(replace(case, step=1.0))
+        settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
+    return _ladder(settings, lambda setting: _point(task, chosen, setting), progress, enough)
+
+
+def _ladder(
+    settings: Sequence[float],
+    point: Callable[[float], Point],
+    progress: Callable[[], None] | None,
+    enough: float,
+) -> list[Point]:
+    points: list[Point] = []
+    for setting in settings:
+        made = point(setting)
+        points.append(made)
+        if progress is not None:
+            progress()
+        if made.given_up or (made.error is not None and made.error <= enough):
+            break
+    return points
+
+
+def _point(task: Task, method: Method, setting: float) -> Point:
+    options = SolverOptions(
+        method.name,
+        task.case.tolerance if method.fixed_step else setting,
+        task.nominal,
+        setting if method.fixed_step else None,
+        max_steps=MOST_STEPS,
+        seconds=task.longest,
+    )
+
+    def run(case: Case) -> Trajectory:
+        return run_kernel(case, options)
+
+    alone = replace(task.case, grid=task.case.grid[:1])
+    return _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
+
+
+def _peer(task: Task, method: str, setting: float) -> Point:
+    problem, reference = task.case.problem, task.reference
+    accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
+
+    def run(case: Case, seconds: float = math.inf) -> Trajectory:
+        options = SolverOptions(method, setting, task.nominal, seconds=seconds)
+        done = run_peer(case, options)
+        if problem.hybrid is not None and len(done.y) == len(reference.t):
+            # what impacts dissipate is booked by the kernel alone
+            done.y[:, accounts] = reference.high[:, accounts]
+        return done
+
+    alone = replace(task.case, grid=task.case.grid[:1])
+    # Looking at the clock costs time: only the run that is not timed does it.
+    return _repeated(method, setting, reference, lambda: run(alone), lambda: run(task.case, task.longest))
+
+
+def _repeated(
+    name: str,
+    setting: float,
+    reference: Reference,
+    timed: Callable[[], Trajectory],
+    run: Callable[[], Trajectory],
+) -> Point:
+    """Measure the error of a run, and repeat it without its grid for the median of its times."""
+    alone = done = run()
+    seconds: list[float] = []
+    if done.failure is not None or done.interrupted or done.statistics.run_time > ONCE:
+        seconds.append(done.statistics.run_time)
+    while not seconds or (len(seconds) < REPEATS and sum(seconds) < PATIENCE and alone is not done):
+        alone = timed()
+        seconds.append(alone.statistics.run_time)
+    taken = statistics.median(seconds)
+    spread = (max(seconds) - min(seconds)) / taken if taken > 0 else 0.0
+    made = alone.statistics
+    if done.interrupted:
+        raise KeyboardInterrupt
+    if done.failure is not None:
+        message, given_up = done.failure.message, done.failure.kind in GIVEN_UP
+        return Point(
+            name, setting, None, None, taken, spread, made.steps, made.evaluations, message, given_up
+        )
+    errors = reference.error(done.y)
+    if not np.isfinite(errors).all():
+        message = "the result is not finite"
+        return Point(name, setting, None, None, taken, spread, made.steps, made.evaluations, message)
+    return Point(
+        name,
+        setting,
+        float(errors.max()),
+        float(errors[-1]),
+        taken,
+        spread,
+        made.steps,
+        made.evaluations,
+    )
+
+
+def fastest(points: Sequence[Point], error: float) -> Point | None:
+    """The fastest run whose error is at most ``error``; None if there is none."""
+    reached = [p for p in points if p.error is not None and p.error <= error]
+    return min(reached, key=lambda p: p.seconds, default=None)
+
+
+def time_to_reach(points: Sequence[Point], error: float) -> float | None:
+    """Seconds of one method at which its error is ``error``: between two runs, on the line through their
+    logarithms; None where no run is as accurate. An error of zero counts as one below rounding."""
+    known = sorted((max(p.error, EXACT), p.seconds) for p in points if p.error is not None)
+    better = [k for k in known if k[0] <= error]
+    worse = [k for k in known if k[0] > error]
+    if not better:
+        return None
+    low = min(better, key=lambda k: (k[1], -k[0]))
+    cheaper = [k for k in worse if k[1] < low[1]]
+    if not cheaper:
+        return low[1]
+    high = max(cheaper, key=lambda k: k[1])
+    share = np.log(error / low[0]) / np.log(high[0] / low[0])
+    return float(np.exp(np.log(low[1]) + share * np.log(high[1] / low[1])))

@@ -1,0 +1,1 @@
+"""What a run gives: quantities over time, accuracy, energy accounts, files."""

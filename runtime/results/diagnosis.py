@@ -1,0 +1,110 @@
+"""Why a motion cannot go on: coordinates along which nothing has inertia, energies that are undefined."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..case import Case, inputs_at
+from ..outcome import Failure, state_at, time_text, value_text
+from ..problem import Array, Problem
+
+ZERO = 1e-13
+"""Share of the inertia of single coordinates below which that of their combination counts as zero."""
+VANISHING = 1e-8
+"""Share of the inertia at the start."""
+MOST = 200
+"""Velocities beyond which nothing is looked for: the time grows with the square."""
+
+
+def with_cause(case: Case, failure: Failure) -> Failure:
+    """Say in the message of a failure that the mass matrix is singular, where it is."""
+    if failure.kind not in ("not finite", "step too small", "modes", "impact"):
+        return failure
+    y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
+    names = without_inertia(case, failure.time, y)
+    if not names:
+        return failure
+    listed = ", ".join(f"'{name}'" for name in names)
+    return replace(
+        failure,
+        message=f"{failure.message}; nothing has inertia along {listed} there (the mass matrix is singular)",
+    )
+
+
+def without_inertia(case: Case, t: float, y: Array) -> list[str]:
+    """Name the coordinates along which the kinetic energy at (t, y) is zero, or vanishes beside that at the start."""
+    first = mass_matrix(case, case.begin, case.y0)
+    mass = mass_matrix(case, t, y)
+    if mass is None or first is None:
+        return []
+    problem = case.problem
+    rates = range(problem.nq, problem.nq + problem.nv)
+    own, before = np.diag(mass), np.abs(np.diag(first))
+    missing = ~(own > VANISHING * before)
+    kept = np.flatnonzero(~missing)
+    if kept.size:
+        scale = np.sqrt(own[kept])
+        values, vectors = np.linalg.eigh(mass[np.ix_(kept, kept)] / np.outer(scale, scale))
+        if values[0] < ZERO * kept.size:
+            missing[kept[np.abs(vectors[:, 0]) > 0.3]] = True
+    return [_coordinate(problem.states[i].name) for i, gone in zip(rates, missing, strict=True) if gone]
+
+
+def mass_matrix(case: Case, t: float, y: Array) -> Array | None:
+    """Return the second derivatives of the kinetic energy by the velocities: exact, as it is quadratic in them. None where
+    it is undefined, or has other terms than these."""
+    problem, functions = case.problem, case.functions
+    names = [quantity.name for quantity in problem.outputs]
+    if "energy.kinetic" not in names or functions.outputs is None or not 0 < problem.nv <= MOST:
+        return None
+    which, n = names.index("energy.kinetic"), problem.nv
+    u = inputs_at(case, t)
+    evaluate = functions.outputs
+
+    def kinetic(v: Array) -> float:
+        state = y.copy()
+        state[problem.nq : problem.nq + n] = v
+        return float(evaluate(t, state, u, case.z, case.p)[which])
+
+    unit = np.eye(n)
+    rest = kinetic(np.zeros(n))
+    mass = np.empty((n, n))
+    for i in range(n):
+        mass[i, i] = kinetic(unit[i]) + kinetic(-unit[i]) - 2 * rest
+        for j in range(i):
+            both = kinetic(unit[i] + unit[j]) + kinetic(-unit[i] - unit[j]) - 2 * rest
+            mass[i, j] = mass[j, i] = (both - mass[i, i] - mass[j, j]) / 2
+    return mass if np.isfinite(mass).all() else None
+
+
+def undefined_energy(problem: Problem, times: Array, states: Array, outputs: Array) -> Failure | None:
+    """Give a failure where an energy is undefined from some time to the end, though the accelerations are not.
+
+    Steps may cross a wall of the potential that is thinner than they are; what lies behind is no motion of the model.
+    ``states`` [n, ny] and ``outputs`` [n, n_outputs] at ``times`` [n].
+    """
+    for index, quantity in enumerate(problem.outputs):
+        values = outputs[:, index]
+        if quantity.kind != "energy" or not values.size or np.isfinite(values[-1]):
+            continue
+        defined = np.flatnonzero(np.isfinite(values))
+        first = int(defined[-1]) + 1 if defined.size else 0
+        if first == values.size - 1 and first > 0:
+            continue  # at the last point only: a singular place that the motion just reaches
+        at = time_text(problem, float(times[first]))
+        message = (
+            f"'{quantity.name}' is {value_text(float(values[first]))} from {at} on: "
+            "the motion has left the places where the model is defined"
+        )
+        state = state_at(problem, states[first])
+        return Failure("not finite", float(times[first]), quantity.name, message, quantity.origin, state)
+    return None
+
+
+def _coordinate(rate: str) -> str:
+    """Return the name of a coordinate from that of its rate."""
+    if not rate.startswith("der("):
+        return rate
+    base, _, component = rate.removeprefix("der(").partition(")")
+    return base + component if component else base

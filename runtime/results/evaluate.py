@@ -1,0 +1,72 @@
+"""Functions of a problem at many times and states."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Literal
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..case import Case, inputs_at
+from ..integrate.solver import table_structs
+from ..native import kernel as native
+from ..problem import Array
+
+
+def evaluate_rows(
+    case: Case,
+    name: Literal["rhs", "outputs"],
+    t: Array,
+    y: Array,
+    z: Array | None = None,
+) -> Array:
+    """Give [n, size]: the function ``name`` at the times t [n] and states y [n, ny], with z [n, nz] if it changes."""
+    problem, functions = case.problem, case.functions
+    size = problem.ny if name == "rhs" else len(problem.outputs)
+    function = functions.rhs if name == "rhs" else functions.outputs
+    rows = np.empty((t.size, size))
+    if function is None or t.size == 0:
+        return rows
+    if z is not None:
+        begins = np.flatnonzero(np.r_[True, (z[1:] != z[:-1]).any(axis=1)])
+        for i, j in zip(begins, (*begins[1:], t.size), strict=True):
+            part = replace(case, z=np.ascontiguousarray(z[i]))
+            rows[i:j] = evaluate_rows(part, name, t[i:j], y[i:j])
+        return rows
+    if functions.struct is not None:
+        t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
+        tables, _alive = table_structs(case.tables)
+        u = np.empty(len(problem.inputs))
+        native.load_kernel().mech_evaluate(
+            ctypes.addressof(functions.struct),
+            getattr(functions.struct, name),
+            size,
+            ctypes.addressof(tables),
+            len(tables),
+            t.size,
+            *(array.ctypes.data for array in (t, y, case.z, case.p, u, rows)),
+        )
+        return rows
+    for k in range(t.size):
+        u = inputs_at(case, float(t[k]))
+        rows[k] = function(float(t[k]), y[k], u, case.z, case.p)
+    return rows
+
+
+def input_rows(case: Case, t: Array) -> Array:
+    """Give the inputs [n, nu] at the times t [n]."""
+    nu = len(case.problem.inputs)
+    rows = np.empty((t.size, nu))
+    for k in range(t.size if nu else 0):
+        rows[k] = inputs_at(case, float(t[k]))
+    return rows
+
+
+def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
+    """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
+    outputs = evaluate_rows(case, "outputs", t, y, z)
+    inputs = input_rows(case, t)
+    own = sum(quantity.kind != "mode" for quantity in case.problem.discretes)
+    discretes = np.tile(case.z, (t.size, 1)) if z is None else z
+    return np.hstack([y, outputs, inputs, discretes[:, :own]])

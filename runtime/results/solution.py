@@ -1,0 +1,217 @@
+"""What a run gives: the motion over time, how it ended, and how accurate it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Self
+
+import numpy as np
+from msgspec import to_builtins
+
+from ..integrate.events import Event
+from ..integrate.trajectory import Statistics
+from ..outcome import Failure, Outcome
+from ..problem import Array, Problem, Quantity
+from .accuracy import Accuracy, Drift
+from .energy_accounts import energy_accounts
+from .files import json_number
+from .quantities import Results, Values
+
+ROUNDING = 1e-12
+"""Of the largest kinetic energy: what may be negative for rounding alone."""
+
+FED = 0.01
+"""Of the largest energy: what is worth a word when it is fed in where energy ought to be lost."""
+
+Columns = Callable[[Array], Array]
+"""times [n] -> rows [n, number of columns]"""
+
+
+class Solution(Results):
+    """A mapping from the names of states, outputs, inputs and discrete variables to arrays over ``time``.
+
+    Call it with a time, or an array of times, for everything at these times: states by the dense output of the
+    method (by cubic Hermite interpolation between output points if that was not kept, see
+    ``interpolation``), outputs by the functions of the model.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        time: Array,
+        columns: Array,
+        at: Columns,
+        *,
+        interpolation: str,
+        experiment: str,
+        parameters: Mapping[str, float],
+        outcome: Outcome,
+        message: str,
+        failure: Failure | None,
+        statistics: Statistics,
+        accuracy: Accuracy,
+        events: tuple[Event, ...] = (),
+        remarks: tuple[str, ...] = (),
+    ) -> None:
+        """``columns`` [n, k]: one for each of ``quantities(problem)``; ``at`` gives them at other times."""
+        listed = quantities(problem)
+        # An account is a state and an output by one name: the later column stands for both.
+        self.quantities = {quantity.name: quantity for quantity in listed}
+        self._column = {quantity.name: index for index, quantity in enumerate(listed)}
+        values = {name: columns[:, index] for name, index in self._column.items()}
+        units = {"time": problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
+        super().__init__(time, values, units)
+        self.model = problem.name
+        self.experiment = experiment
+        self.parameters = parameters
+        self.outcome = outcome
+        self.message = message
+        self.failure = failure
+        self.statistics = statistics
+        self.accuracy = accuracy
+        self.events = events
+        self.energy = energy_accounts(problem, time, values)
+        self.remarks = (
+            *remarks,
+            *_stillness(listed, time, values),
+            *_creeps(listed, values),
+            *_negative_inertia(self, values),
+            *_feeding(self, values),
+        )
+        self.interpolation = interpolation
+        self._at = at
+        self.report = self.summary()
+
+    def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
+        at = self._inside(time)
+        rows = self._at(np.atleast_1d(at).ravel())
+        return Values({name: rows[:, i].reshape(at.shape) for name, i in self._column.items()})
+
+    def __copy__(self) -> Self:
+        other = type(self).__new__(type(self))
+        vars(other).update(vars(self))
+        return other
+
+    def __reduce__(self) -> tuple[type[Results], tuple[object, ...]]:
+        """Pickle as what a file of results gives back: functions of the method do not reach other processes."""
+        return Results, (self.time, dict(self._values), self._units, self.report)
+
+    def add_remark(self, remark: str) -> None:
+        """Say something further about the run."""
+        self.remarks = (*self.remarks, remark)
+        self.report = self.summary()
+
+    def final(self) -> dict[str, float]:
+        """Give coordinates, rates, states and outputs at the last time."""
+        shown = ("input", "discrete")
+        return {name: float(self[name][-1]) for name, q in self.quantities.items() if q.kind not in shown}
+
+    def summary(self) -> dict[str, Any]:
+        """Give the report of the run as JSON knows it: not-a-number and infinity are null."""
+        return {
+            "model": self.model,
+            "experiment": self.experiment,
+            "outcome": self.outcome.value,
+            "message": self.message,
+            "remarks": list(self.remarks),
+            "time": float(self.time[-1]),
+            "final": {name: json_number(value) for name, value in self.final().items()},
+            "energy": to_builtins(self.energy) if self.energy else None,
+            "events": [_event_summary(e) for e in self.events],
+            "statistics": to_builtins(self.statistics),
+            "accuracy": _accuracy_summary(self.accuracy),
+        }
+
+
+def quantities(problem: Problem) -> tuple[Quantity, ...]:
+    """All quantities of a solution, in the order of its columns."""
+    discretes = (quantity for quantity in problem.discretes if quantity.kind != "mode")
+    return (*problem.states, *problem.outputs, *problem.inputs, *discretes)
+
+
+def _negative_inertia(solution: Results, values: Mapping[str, Array]) -> list[str]:
+    """Tell where kinetic energy is negative: bodies of negative mass move, but not as anything does."""
+    kinetic = values.get("energy.kinetic", np.empty(0))
+    lowest = float(np.min(kinetic, initial=0.0))
+    if not lowest < -ROUNDING * float(np.max(np.abs(kinetic), initial=0.0)):
+        return []
+    amount = f"{lowest:.3g} {solution.unit('energy.kinetic')}".rstrip()
+    return [
+        f"the kinetic energy falls to {amount}: a mass or an inertia is negative, if this is not meant so"
+    ]
+
+
+def _feeding(solution: Results, values: Mapping[str, Array]) -> list[str]:
+    """Tell where what ought to dissipate feeds energy in all the time."""
+    lost = values.get("energy.dissipated", np.empty(0))
+    scale = max(
+        (float(np.max(np.abs(values[n]), initial=0.0)) for n in values if n.startswith("energy.")),
+        default=0.0,
+    )
+    if len(lost) < 2 or not lost[-1] < lost[0] - FED * scale or np.any(np.diff(lost) > ROUNDING * scale):
+        return []
+    amount = f"{lost[0] - lost[-1]:.3g} {solution.unit('energy.dissipated')}".rstrip()
+    return [f"nothing dissipates: damping, or forces that depend on velocities, feed in {amount}"]
+
+
+def _stillness(listed: Sequence[Quantity], time: Array, values: Mapping[str, Array]) -> list[str]:
+    """Tell where nothing moves: often initial values were forgotten."""
+    moving = [values[quantity.name] for quantity in listed if quantity.kind in ("coordinate", "rate")]
+    if not moving or len(time) < 2 or any(np.any(column != column[0]) for column in moving):
+        return []
+    rates = (values[quantity.name] for quantity in listed if quantity.kind == "rate")
+    return (
+        [] if any(np.any(column) for column in rates) else ["nothing moves: it starts at rest in equilibrium"]
+    )
+
+
+def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str]:
+    """Tell how fast regularized frictions moved where they ought to stick."""
+    found = []
+    for quantity in listed:
+        fastest = float(np.max(values[quantity.name], initial=0.0)) if quantity.kind == "creep" else 0.0
+        if fastest > 0:
+            name, unit = quantity.name.removeprefix("creep(")[:-1], quantity.unit
+            found.append(f"'{name}' creeps where it ought to stick, at up to {fastest:.3g} {unit}".rstrip())
+    return found
+
+
+def _event_summary(event: Event) -> dict[str, Any]:
+    before, after = (
+        {name: json_number(x) for name, x in side.items()} for side in (event.before, event.after)
+    )
+    summary = {"time": event.time, "name": event.name, "kind": event.kind, "before": before, "after": after}
+    return summary | ({"speed": event.value} if event.kind == "impact" else {})
+
+
+def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:
+    error, energy = accuracy.error, accuracy.energy
+    return {
+        "estimated_error": json_number(error.largest) if error else None,
+        "estimated_error_at_end": json_number(error.at_end) if error else None,
+        "by_state": _numbers(error.by_state) if error else None,
+        "by_state_at_end": _numbers(error.by_state_at_end) if error else None,
+        "energy_drift": _drift_number(energy) if energy else None,
+        "energy_change": json_number(energy.absolute) if energy else None,
+        "conserved": {drift.name: _drift_summary(drift) for drift in accuracy.conserved},
+        "constraints": {
+            drift.level: {
+                "before_projection": None if drift.before is None else json_number(drift.before),
+                "after_projection": json_number(drift.after),
+            }
+            for drift in accuracy.constraints
+        },
+        "remark": accuracy.remark,
+    }
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: json_number(value) for name, value in values.items()}
+
+
+def _drift_number(drift: Drift) -> float | None:
+    return None if drift.relative is None else json_number(drift.relative)
+
+
+def _drift_summary(drift: Drift) -> dict[str, float | None]:
+    return {"absolute": json_number(drift.absolute), "relative": _drift_number(drift)}

@@ -1,0 +1,181 @@
+"""The nearest point that fulfils equations: damped Gauss-Newton along the directions that may move.
+
+Minimise |D (x - guess)|^2 + |e|^2 subject to c(x) = 0, with weights D and wishes e. Each step solves the linear
+problem by a singular value decomposition, so that equations that repeat others do no harm. Steps longer than half a
+characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved.
+
+J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ..problem import Array
+
+STEPS = 200
+LONGEST = 0.5
+RESTORATION = 50
+ROUNDING = 1e-16
+RANK = 1e-10
+"""Singular values below this share of the largest one count as zero."""
+CONVERGED = 1e-15
+FULFILLED = 1e-11
+"""Largest residual, as a share of a characteristic size, that counts as none."""
+
+
+class Local(Struct, frozen=True):
+    """Everything at one point: ``hard`` and ``soft`` residuals, their Jacobians, deviations from the guess [n]."""
+
+    hard: Array
+    hard_jacobian: Array
+    soft: Array
+    soft_jacobian: Array
+    deviation: Array
+
+
+class Nearest(Struct, frozen=True):
+    """``x``: the point reached; ``local``: everything there; ``scale`` of each hard row; ``fulfilled``: whether all
+    of them vanish; ``steps`` taken."""
+
+    x: Array
+    local: Local
+    scale: Array
+    fulfilled: bool
+    steps: int
+
+    @property
+    def violations(self) -> Array:
+        """Residuals of the hard rows as lengths in characteristic sizes."""
+        return np.abs(self.local.hard) / self.scale
+
+
+def nearest(
+    at: Callable[[Array], Local],
+    move: Callable[[Array, Array], Array],
+    start: Array,
+    free: NDArray[np.intp],
+    weights: Array,
+    *,
+    linear: bool = False,
+) -> Nearest:
+    """Find the point nearest to the guess. ``free``: indices of the directions that may move [m]; ``weights`` [n].
+
+    ``move(x, d)`` goes from x along d [n]. ``linear``: the equations are, and residuals have the size that they have at
+    the start, if that is more than 1: rates may be of any size.
+    """
+    x, here, taken = start, at(start), 0
+    scale = np.zeros(here.hard.size)
+    unit = 1.0
+    w = weights[free]
+    while taken < STEPS:
+        taken += 1
+        jacobian = here.hard_jacobian / weights
+        scale = np.maximum(scale, np.abs(jacobian).max(axis=1, initial=0.0))
+        rows = np.where(scale > 0, scale, 1.0)
+        if linear:
+            unit = max(unit, _worst(here, rows))
+        step, mu = _step(here, rows, free, w)
+        size = float(np.abs(step).max(initial=0.0))
+        if not np.isfinite(size) or size <= CONVERGED * unit:
+            break
+        step *= 1.0 if linear else min(1.0, LONGEST / size)
+        merit = _merit(here, rows, w, free, mu)
+        for _ in range(12):
+            d = np.zeros(weights.size)
+            d[free] = step / w
+            there = at(move(x, d))
+            value = _merit(there, rows, w, free, mu)
+            # close to rounding the merit function says nothing any more
+            if value < merit or (np.isfinite(value) and np.abs(step).max() < 1e-7 * unit):
+                break
+            step = step / 2
+        else:
+            break
+        settled = bool(np.abs(step).max() < 1e-12 * unit and value >= merit)
+        x, here = move(x, d), there
+        if settled:
+            break
+    rows = np.where(scale > 0, scale, 1.0)
+    x, here, further = _restored(at, move, x, here, rows, free, weights)
+    fulfilled = bool(_worst(here, rows) <= FULFILLED * unit)
+    return Nearest(x, here, rows, fulfilled, taken + further)
+
+
+def _restored(
+    at: Callable[[Array], Local],
+    move: Callable[[Array, Array], Array],
+    x: Array,
+    here: Local,
+    rows: Array,
+    free: NDArray[np.intp],
+    weights: Array,
+) -> tuple[Array, Local, int]:
+    """Go on by the shortest steps onto the equations alone, as far as rounding allows: the search for the nearest point
+    may come to rest beside them. Return the point, everything there, and the steps."""
+    w = weights[free]
+    for taken in range(RESTORATION):
+        worst = _worst(here, rows)
+        if not worst > ROUNDING:
+            return x, here, taken
+        step = _onto(here, rows, free, w)
+        size = float(np.abs(step).max(initial=0.0))
+        if not np.isfinite(size):
+            return x, here, taken
+        d = np.zeros(weights.size)
+        d[free] = step * min(1.0, LONGEST / max(size, LONGEST)) / w
+        there = at(move(x, d))
+        if not _worst(there, rows) < (worst if worst > FULFILLED else worst / 2):
+            return x, here, taken
+        x, here = move(x, d), there
+    return x, here, RESTORATION
+
+
+def _worst(here: Local, rows: Array) -> float:
+    return float((np.abs(here.hard) / rows).max(initial=0.0))
+
+
+def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[Array, float]:
+    """The step in scaled directions, and the weight of the equations in the merit function."""
+    c = here.hard / rows
+    matrix = here.hard_jacobian[:, free] / w / rows[:, None]
+    if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
+        return np.full(free.size, np.nan), 0.0
+    left, values, right = np.linalg.svd(matrix, full_matrices=True)
+    rank = _rank(values)
+    particular = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
+    wishes = np.vstack([np.eye(free.size), here.soft_jacobian[:, free] / w])
+    wanted = np.concatenate([w * here.deviation[free], here.soft])
+    null = right[rank:].T
+    along = np.zeros(null.shape[1])
+    if along.size:
+        along = np.linalg.lstsq(wishes @ null, -(wanted + wishes @ particular), rcond=None)[0]
+    step = particular + null @ along
+    pull = wishes.T @ (wanted + wishes @ step)
+    multipliers = left[:, :rank] @ ((right[:rank] @ pull) / values[:rank]) if rank else np.zeros(0)
+    return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers))
+
+
+def _rank(values: Array) -> int:
+    return int((values > RANK * max(values.max(initial=0.0), 1e-300)).sum())
+
+
+def _onto(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> Array:
+    """The shortest step in scaled directions that fulfils the linearised equations."""
+    c = here.hard / rows
+    matrix = here.hard_jacobian[:, free] / w / rows[:, None]
+    if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
+        return np.full(free.size, np.nan)
+    left, values, right = np.linalg.svd(matrix, full_matrices=False)
+    rank = _rank(values)
+    step: Array = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
+    return step
+
+
+def _merit(here: Local, rows: Array, w: Array, free: NDArray[np.intp], mu: float) -> float:
+    deviation = w * here.deviation[free]
+    return float((deviation @ deviation + here.soft @ here.soft) / 2 + mu * np.linalg.norm(here.hard / rows))

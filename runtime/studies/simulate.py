@@ -1,0 +1,299 @@
+"""The whole of a run: options in, ``Solution`` out."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ..case import Case, Progress, SimulationOptions, find_experiment, prepare
+from ..functions import load_functions
+from ..integrate.kernel_run import run_kernel
+from ..integrate.methods import Method, choose_method
+from ..integrate.nominal_run import nominal_of
+from ..integrate.scipy_methods import run_scipy
+from ..integrate.solver_options import SolverOptions
+from ..integrate.trajectory import Trajectory, with_unit_rotations
+from ..outcome import Failure, Outcome, SimulationError, time_text
+from ..problem import Array, Problem
+from ..results.accuracy import (
+    Accuracy,
+    ErrorEstimate,
+    companion_step,
+    companion_tolerance,
+    compare,
+    conserved_drifts,
+    energy_drift,
+    looser_companion,
+)
+from ..results.constraint_drift import constraint_drifts
+from ..results.diagnosis import undefined_energy, with_cause
+from ..results.evaluate import evaluate_rows, solution_columns
+from ..results.solution import Solution
+
+MAIN_SHARE = 0.36
+"""Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
+
+COMPANION_STEPS, FEW_STEPS = 10, 100_000
+"""A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
+before the second number it may meet a singular position, which is worth knowing."""
+
+
+class Sweep(Struct, frozen=True):
+    """Runs side by side: ``values[k]`` are the values by name with which ``solutions[k]`` was made."""
+
+    values: tuple[dict[str, float], ...]
+    solutions: tuple[Solution, ...]
+
+
+class Plan(Struct, frozen=True):
+    """A run that can begin."""
+
+    options: SimulationOptions
+    case: Case
+    method: Method
+    nominal: Array
+
+
+def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
+    """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
+
+    Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
+    needed and cannot be built.
+    """
+    options = options or SimulationOptions()
+    axes = _axes(problem, options)
+    if axes:
+        raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
+    return _solve(plan_run(problem, options))
+
+
+def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -> Sweep:
+    """Run every combination of the swept values of an experiment; one run if it sweeps nothing.
+
+    A value that the caller gives takes the place of its sweep.
+    """
+    options = options or SimulationOptions()
+    axes = _axes(problem, options)
+    values: list[dict[str, float]] = []
+    solutions: list[Solution] = []
+    count = int(np.prod([len(axis) for axis in axes.values()]))
+    for k, row in enumerate(itertools.product(*axes.values())):
+        point = dict(zip(axes, row, strict=True))
+        progress = _part(options.progress, k / count, (k + 1) / count)
+        one = replace(options, values={**options.values, **point}, progress=progress)
+        values.append(point)
+        solutions.append(_solve(plan_run(problem, one)))
+        if solutions[-1].outcome is Outcome.INTERRUPTED:
+            break
+    return Sweep(tuple(values), tuple(solutions))
+
+
+def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
+    """Names and values that the experiment sweeps and the caller does not set."""
+    experiment = find_experiment(problem, options.experiment)
+    arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
+    swept = experiment.sweeps if experiment else ()
+    axes = {arrays[s.array][s.index].name: values for s, values in swept}
+    return {name: values for name, values in axes.items() if name not in options.values}
+
+
+def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
+    """Make a run ready: its case, method and nominal values. Raises ``SimulationError``."""
+    functions = load_functions(problem)
+    case = prepare(problem, functions, options)
+    method = choose_method(case, options.reproducible)
+    if problem.hybrid is not None and not method.in_kernel:
+        raise SimulationError(
+            f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
+            "Only the compiled kernel locates these: take one of its methods, and a C compiler "
+            "(pip install ziglang brings one)"
+        )
+    nominal = nominal_of(case)
+    return Plan(options, case, method, nominal)
+
+
+def _solve(plan: Plan) -> Solution:
+    case, options = plan.case, plan.options
+    problem = case.problem
+    share = MAIN_SHARE if options.estimate_error else 1.0
+    main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
+    if main.failure is not None:
+        main = replace(main, failure=with_cause(case, main.failure))
+    outcome, message = _outcome(problem, main)
+    error, remark, missed = None, "no companion run was asked for", None
+    if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
+        error, remark, missed, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
+        if interrupted:
+            outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
+    elif options.estimate_error:
+        remark = "no companion run was made, as the run did not complete"
+    times, states, happened = main.t, main.y, main.happened
+    modes: Array | None = None
+    if happened is not None:
+        times, states, modes = happened.merged(main.t, main.y, problem.ny)
+    columns = solution_columns(case, times, states, modes)
+    outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
+    failure = main.failure
+    if outcome is Outcome.COMPLETED:
+        failure = undefined_energy(problem, times, states, outputs)
+        if failure is not None:
+            outcome, message = Outcome.FAILED, failure.message
+    interpolated = main.dense or _hermite(plan, times, states, modes)
+
+    def at(t: Array) -> Array:
+        y = with_unit_rotations(problem.rotations, interpolated(t))
+        z = None if happened is None else happened.discretes(t, problem.ny)
+        return solution_columns(case, t, y, z)
+
+    return Solution(
+        problem,
+        times,
+        columns,
+        at,
+        interpolation="dense output" if main.dense else "cubic Hermite between output points",
+        experiment=case.experiment,
+        parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
+        outcome=outcome,
+        message=message,
+        failure=failure,
+        statistics=main.statistics,
+        accuracy=Accuracy(
+            error,
+            energy_drift(problem, outputs),
+            conserved_drifts(problem, outputs),
+            remark,
+            constraint_drifts(case, plan.nominal, main),
+            missed,
+        ),
+        events=happened.events if happened is not None else (),
+        remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
+    )
+
+
+def _run(
+    plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
+) -> Trajectory:
+    run = run_kernel if plan.method.in_kernel else run_scipy
+    options = SolverOptions(
+        plan.method.name,
+        tolerance,
+        plan.nominal,
+        step,
+        dense,
+        plan.options.max_steps,
+        reproducible=plan.options.reproducible,
+        progress=progress,
+    )
+    return run(plan.case, options)
+
+
+def _estimate(
+    plan: Plan, main: Trajectory, progress: Progress | None
+) -> tuple[ErrorEstimate | None, str, Failure | None, bool]:
+    """Make the companion run; give the estimate, a remark, how it failed, and whether it was interrupted."""
+    most: int | None = None
+    if plan.method.fixed_step:
+        assert plan.case.step is not None
+        step, factor = companion_step(plan.case.step, plan.method.order)
+        tolerance, tightened = plan.case.tolerance, step
+    else:
+        tolerance, factor = companion_tolerance(plan.case.tolerance)
+        step, tightened = None, tolerance
+        most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
+    # half the longest step: where that bounds the steps of both runs, they would make the same error
+    case = replace(plan.case, max_step=plan.case.max_step / 2)
+    bounded = replace(plan, options=replace(plan.options, max_steps=most), case=case)
+    companion = _run(bounded, tolerance, step, False, progress)
+    if most is not None and companion.failure is not None and companion.statistics.steps >= most:
+        tolerance, factor = looser_companion(plan.case.tolerance)
+        tightened = tolerance
+        unbounded = replace(bounded, options=replace(plan.options, max_steps=None))
+        companion = _run(unbounded, tolerance, step, False, progress)
+    if companion.interrupted:
+        return None, "the companion run was interrupted", None, True
+    if companion.failure is not None:
+        return None, f"the companion run failed: {companion.failure.message}", companion.failure, False
+    if (companion.terminated is None) is not (main.terminated is None):
+        return None, f"the companion run {_ending(companion)}, the main run {_ending(main)}", None, False
+    ours, theirs = _paired(main, companion)
+    estimate = compare(
+        plan.case.problem, ours, theirs, plan.nominal, factor, main.statistics.steps, tightened
+    )
+    return estimate, "", None, False
+
+
+def _ending(run: Trajectory) -> str:
+    return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
+
+
+def _paired(main: Trajectory, companion: Trajectory) -> tuple[Array, Array]:
+    """Give the states of both runs at the output times that both have, and at their ends: a model may end one of them
+    just before an output time and the other just behind it."""
+    shared = min(main.t.size, companion.t.size) - 1
+    ours, theirs = (np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
+    return ours, theirs
+
+
+def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
+    at = time_text(problem, float(main.t[-1])) if main.t.size else "the start"
+    if main.failure is not None:
+        return Outcome.FAILED, main.failure.message
+    if main.interrupted:
+        return Outcome.INTERRUPTED, f"interrupted at {at}"
+    if main.terminated is not None:
+        return Outcome.TERMINATED, f"{main.terminated} at {at}"
+    return Outcome.COMPLETED, f"completed at {at}"
+
+
+def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
+    s = main.statistics
+    remarks = []
+    for k, table in case.tables.items():
+        first, last = float(table.times[0]), float(table.times[-1])
+        if first == last or (first <= case.begin and case.stop <= last):
+            continue
+        span = f"{time_text(problem, first)} to {last:g}"
+        name = problem.inputs[k].name
+        remarks.append(
+            f"the table of '{name}' goes from {span}: beyond its ends its first and last value hold"
+        )
+    if s.switch_time is not None:
+        at = time_text(problem, s.switch_time)
+        remarks.append(f"the method was changed {s.switches} times, the last time to {s.method} at {at}")
+    elif s.stiff_time is not None:
+        at = time_text(problem, s.stiff_time)
+        remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
+    return tuple(remarks)
+
+
+def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Progress of one part of the work, told as progress of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(begin + (end - begin) * fraction)
+
+
+def _hermite(plan: Plan, t: Array, y: Array, z: Array | None) -> Callable[[Array], Array]:
+    """Cubic interpolation between output points, from states and their derivatives.
+
+    ``t`` [n], ``y`` [n, ny] and ``z`` [n, nz]: with both sides of each event, so that nothing is interpolated across it.
+    """
+
+    def states(at: Array) -> Array:
+        if t.size < 2:
+            return np.repeat(y, at.size, axis=0)
+        dy = evaluate_rows(plan.case, "rhs", t, y, z)
+        i = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 1)
+        j = np.minimum(i + 1, t.size - 1)
+        h = (t[j] - t[i])[:, None]
+        s = (at - t[i])[:, None] / np.where(h > 0, h, 1.0)  # at the last point, itself
+        r, d = 1 - s, y[j] - y[i]
+        b = h * dy[i] - d
+        value: Array = y[i] + s * (d + r * (b + s * (d - h * dy[j] - b)))
+        return value
+
+    return states
