@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection
 
 from msgspec import Struct
@@ -115,7 +116,13 @@ def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]
 def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:
     """Return the force of every constraint, whether anything asks for it or not."""
     rows = [row for row in solved.all_rows if row.multiplier in solved.replace]
-    return [(Entry(f"multiplier({row.title})", "output", ""), row.multiplier) for row in rows]
+    count: Counter[str] = Counter()
+    found: list[tuple[Entry, Node]] = []
+    for row in rows:
+        count[row.title] += 1  # equations of one closure have its name
+        number = f", {count[row.title]}" if count[row.title] > 1 else ""
+        found.append((Entry(f"multiplier({row.title}{number})", "output", ""), row.multiplier))
+    return found
 
 
 def _positions(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]]:

@@ -95,3 +95,11 @@ def test_rates_of_world_components(base: str) -> None:
     before, here, after = np.array(moved(-h)), np.array(evaluate(graph, watched, values)), np.array(moved(h))
     assert evaluate(graph, rates, values) == pytest.approx((after - before) / (2 * h), abs=1e-5)
     assert evaluate(graph, seconds, values) == pytest.approx((after - 2 * here + before) / h**2, abs=1e-4)
+
+
+def test_all_reactions_have_names_of_their_own() -> None:
+    """A joint with several closure equations has as many multipliers."""
+    text = (MODELS.parents[2] / "examples" / "universal_joint_shaft.mech").read_text(encoding="utf-8")
+    names = [entry.name for entry in compiled(text, parts={"reactions"}).equations.outputs]
+    assert {"multiplier(bearing)", "multiplier(bearing, 2)"} <= set(names)
+    assert len(set(names)) == len(names)
