@@ -22,6 +22,7 @@ from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
 from .uncollected import uncollected
+from .verification import verified
 
 Structural = Mapping[str, Fraction | bool | str]
 
@@ -55,10 +56,12 @@ def compile_source(
     reporter = Reporter()
     with uncollected():
         tree = parse(source, reporter)
-        flat = flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
-        system = build(flat, reporter, by_value=by_value)
-        equations = assemble(system, reporter, parts)
-        program = lower(equations, hoist="constants" not in parts)
+        flat = verified(
+            flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
+        )
+        system = verified(build(flat, reporter, by_value=by_value))
+        equations = verified(assemble(system, reporter, parts))
+        program = verified(lower(equations, hoist="constants" not in parts))
     return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
 
 
@@ -77,5 +80,5 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
     wanted = compilation.parts.union(parts)
     if wanted == compilation.parts:
         return compilation.program
-    equations = assemble(compilation.system, Reporter(), wanted)
-    return lower(equations, hoist="constants" not in wanted)
+    equations = verified(assemble(compilation.system, Reporter(), wanted))
+    return verified(lower(equations, hoist="constants" not in wanted))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
+
+from mechc.compiler.verification import verifying
 
 Golden = Callable[[str, str], None]
 
@@ -42,6 +44,13 @@ def golden(request: pytest.FixtureRequest, update_golden: bool) -> Golden:
         assert text == path.read_text(encoding="utf-8")
 
     return compare
+
+
+@pytest.fixture(scope="session", autouse=True)
+def stages_verified() -> Iterator[None]:
+    """What every stage of the compiler makes keeps the rules of its stage, whatever a test is about."""
+    with verifying():
+        yield
 
 
 @pytest.fixture(autouse=True)

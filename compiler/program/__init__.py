@@ -4,6 +4,6 @@ from .chunk import chunk
 from .lower import lower
 from .model import Program, ProgramFunction
 from .show import show
-from .verify import Malformed, verify
+from .verify import verify
 
-__all__ = ["Malformed", "Program", "ProgramFunction", "chunk", "lower", "show", "verify"]
+__all__ = ["Program", "ProgramFunction", "chunk", "lower", "show", "verify"]

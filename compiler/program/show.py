@@ -36,10 +36,11 @@ def _function(program: Program, function: ProgramFunction) -> Iterator[str]:
         if k:
             yield "  ----"
         for i, statement in enumerate(body):
-            yield "  " + _statement(program, i, statement)
+            yield "  " + line(program, i, statement)
 
 
-def _statement(program: Program, i: int, statement: Statement) -> str:
+def line(program: Program, i: int, statement: Statement) -> str:
+    """Return one statement of a body as text."""
     match statement:
         case Load(array, index):
             entries = program.arrays.get(array, ())
@@ -48,7 +49,8 @@ def _statement(program: Program, i: int, statement: Statement) -> str:
         case Literal(number):
             return f"v{i} = {number}"
         case Operate(code, operands):
-            return f"v{i} = {OPERATIONS[code].name} " + " ".join(f"v{a}" for a in operands)
+            name = OPERATIONS[code].name if 0 <= code < len(OPERATIONS) else f"operation {code}"
+            return f"v{i} = {name} " + " ".join(f"v{a}" for a in operands)
         case Lookup(table, order, operand):
             return f"v{i} = table {table} order {order} at v{operand}"
         case Store(array, index, value, guarded):

@@ -3,13 +3,22 @@
 from __future__ import annotations
 
 from ..graph.operations import LOOKUP, OPERATIONS, SYMBOL
-from .model import Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, operands_of
+from ..malformed import Malformed, excerpt
+from .model import (
+    Body,
+    Literal,
+    Load,
+    Lookup,
+    Operate,
+    Program,
+    ProgramFunction,
+    Statement,
+    Store,
+    operands_of,
+)
+from .show import line
 
 READABLE = ("t", "y", "u", "z", "p")
-
-
-class Malformed(Exception):
-    """A program breaks its own rules: a mistake of the compiler, never of the user."""
 
 
 def verify(program: Program) -> None:
@@ -28,9 +37,11 @@ class _Check:
         self.function = function
         self.writes_p = function is program.parameters
         self.stored: set[tuple[str, int]] = set()
+        self.body: Body = ()
 
     def run(self) -> None:
         for body in self.function.bodies:
+            self.body = body
             for position, statement in enumerate(body):
                 for operand in operands_of(statement):
                     if not 0 <= operand < position or isinstance(body[operand], Store):
@@ -84,5 +95,14 @@ class _Check:
         self.stored.add((array, index))
 
     def fail(self, position: int | None, what: str) -> None:
-        where = "" if position is None else f", statement {position}"
-        raise Malformed(f"function {self.function.name}{where}: {what}")
+        """Say what is wrong with a statement of the present body, or with the function."""
+        where = f"program, function {self.function.name}"
+        if position is None:
+            raise Malformed(where, what)
+        around = excerpt(
+            len(self.body),
+            position,
+            lambda k: line(self.program, k, self.body[k]),
+            operands_of(self.body[position]),
+        )
+        raise Malformed(f"{where}, statement {position}", what, around)

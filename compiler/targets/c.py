@@ -13,6 +13,7 @@ from ..program import Program, ProgramFunction, chunk
 from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
 from ..uncollected import uncollected
+from ..verification import verified
 from .c_forms import DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -110,9 +111,9 @@ def emit_c(program: Program, chunk_size: int | None = None) -> str:
     evaluated by the compiler) it gives the same bits as the scalar Python text on the same C library.
     """
     if chunk_size is None:
-        program = chunk(program)
+        program = verified(chunk(program))
     elif chunk_size > 0:
-        program = chunk(program, chunk_size)
+        program = verified(chunk(program, chunk_size))
     with uncollected():
         return "\n".join(_File(program).lines()) + "\n"
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import Command, model_option, set_option
+from .options import Command, model_option, set_option, verify_option
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.argument("files", nargs=-1, required=True, metavar="FILE...")
 @model_option
 @set_option
+@verify_option
 @click.option("--json", "as_json", is_flag=True, help="Print the diagnostics as JSON, for editors.")
 @click.option(
     "--structure",

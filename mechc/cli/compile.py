@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .options import Command, keep_all_option, kept, model_argument, model_option, set_option
+from .options import Command, keep_all_option, kept, model_argument, model_option, set_option, verify_option
 
 
 @click.command(cls=Command, name="compile", short_help="Write a model as Python code, C code or an FMU.")
@@ -51,6 +51,7 @@ from .options import Command, keep_all_option, kept, model_argument, model_optio
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
 @keep_all_option
+@verify_option
 def command(
     file: str,
     model: str | None,

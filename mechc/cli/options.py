@@ -106,6 +106,24 @@ def keep_all_option(function: F) -> F:
     )(function)
 
 
+def _verify(ctx: click.Context, parameter: click.Parameter, wanted: bool) -> None:
+    if wanted:
+        from ..compiler.verification import verifying
+
+        ctx.with_resource(verifying())
+
+
+def verify_option(function: F) -> F:
+    """Verify the stages of every compilation until the command ends."""
+    return click.option(
+        "--verify",
+        is_flag=True,
+        expose_value=False,
+        callback=_verify,
+        help="Also verify what each stage of the compiler makes: a search for bugs of mechc.",
+    )(function)
+
+
 def kept(keep_all: bool, target: str) -> frozenset[str]:
     """Return the parts that ``--keep-all`` asks for: all that code of the target can hold."""
     if not keep_all:

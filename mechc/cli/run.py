@@ -20,6 +20,7 @@ from .options import (
     model_argument,
     model_option,
     set_option,
+    verify_option,
 )
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
     help="Run as compiled C or on Python; auto takes C where there is a compiler.",
 )
 @keep_all_option
+@verify_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
 @click.option(
     "--json", "as_json", is_flag=True, help="Print the report as one JSON object, and nothing else."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from .options import Command, model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, set_option, verify_option
 
 STAGES = ("ast", "flat", "system", "equations", "program")
 
@@ -14,6 +14,7 @@ STAGES = ("ast", "flat", "system", "equations", "program")
 @model_argument
 @model_option
 @set_option
+@verify_option
 def command(stage: str, file: str, model: str | None, settings: dict[str, str]) -> None:
     """Print MODEL.mech after a STAGE of the compiler.
 

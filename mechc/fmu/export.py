@@ -156,10 +156,11 @@ def equations_for(model: Model, method: str) -> Equations:
     """Return the equations with what the method needs of them, and all that the model was asked to keep."""
     from ..api import WITH_JACOBIAN, WITH_MOMENTA
     from ..compiler.equations.assemble import assemble
+    from ..compiler.verification import verified
 
     parts = {"jacobian"} if method in WITH_JACOBIAN else set()
     parts |= {"momenta"} if method in WITH_MOMENTA else set()
-    return assemble(model.compilation.system, Reporter(), model.compilation.parts | parts)
+    return verified(assemble(model.compilation.system, Reporter(), model.compilation.parts | parts))
 
 
 def _write_all(files: Sequence[tuple[Path, bytes]]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
 from mechc.lang.diagnostics import Reporter
 
@@ -14,19 +14,33 @@ def check_cycles(
     variables: tuple[Variable, ...], definitions: tuple[Definition, ...], reporter: Reporter
 ) -> None:
     """Report each chain of names that leads back to its beginning."""
-    elements: dict[str, Variable | Definition] = {d.name: d for d in definitions}
-    elements.update({v.name: v for v in variables if v.role is Role.PARAMETER})
+    elements = _defined(variables, definitions)
+    for chain in chains_to_themselves(variables, definitions):
+        reporter.error(
+            "E0207",
+            f"'{chain[0]}' is defined by itself",
+            elements[chain[0]].origin.span,
+            caption=" -> ".join([*chain, chain[0]]),
+        )
+
+
+def chains_to_themselves(
+    variables: tuple[Variable, ...], definitions: tuple[Definition, ...]
+) -> Iterator[list[str]]:
+    """Yield the names of each chain of parameters and definitions that leads back to its beginning."""
+    elements = _defined(variables, definitions)
     values: dict[str, Expression] = {n: e.value for n, e in elements.items() if e.value is not None}
     done: set[str] = set()
     for name in values:
-        chain = _chain(name, values, done)
-        if chain:
-            reporter.error(
-                "E0207",
-                f"'{chain[0]}' is defined by itself",
-                elements[chain[0]].origin.span,
-                caption=" -> ".join([*chain, chain[0]]),
-            )
+        if chain := _chain(name, values, done):
+            yield chain
+
+
+def _defined(
+    variables: tuple[Variable, ...], definitions: tuple[Definition, ...]
+) -> dict[str, Variable | Definition]:
+    elements: dict[str, Variable | Definition] = {d.name: d for d in definitions}
+    return elements | {v.name: v for v in variables if v.role is Role.PARAMETER}
 
 
 def _chain(start: str, values: Mapping[str, Expression], done: set[str]) -> list[str]:

@@ -292,6 +292,11 @@ class Lowering:
         return self.clocks[key].pulse
 
     @property
+    def known(self) -> Mapping[str, Value]:
+        """What names of variables and definitions have been lowered to."""
+        return self._values
+
+    @property
     def previous(self) -> Mapping[Node, Node]:
         """Symbols for values before an event, by the node they are the earlier value of."""
         return self._previous

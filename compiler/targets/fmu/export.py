@@ -20,6 +20,7 @@ from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
 from ...program.model import Program
+from ...verification import verified
 from ..c import emit_c
 from . import arrays, terminals, xml2, xml3
 from .identity import Identity, checked_identifier
@@ -88,8 +89,8 @@ class Written(Struct, frozen=True):
 
 def write_program(equations: Equations, start: Start) -> Written:
     """Extend the equations by derivatives and write them as C."""
-    extended = with_sensitivities(equations, settable_parameters(equations, start.given_parameters))
-    program = lower(extended)
+    extended = verified(with_sensitivities(equations, settable_parameters(equations, start.given_parameters)))
+    program = verified(lower(extended))
     return Written(program, emit_c(program), variable_table(extended, start))
 
 

@@ -13,7 +13,8 @@ from mechc.compiler.equations.model import Entry, Function
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.program import Malformed, Program, ProgramFunction, chunk, lower, show, verify
+from mechc.compiler.malformed import Malformed
+from mechc.compiler.program import Program, ProgramFunction, chunk, lower, show, verify
 from mechc.compiler.program.chunk import split
 from mechc.compiler.program.hoist import hoistable, rule_order
 from mechc.compiler.program.model import Load, Operate, Statement, Store

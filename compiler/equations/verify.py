@@ -1,0 +1,312 @@
+"""What holds for the equations of every model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ..graph import Node
+from ..graph import verify as graphs
+from ..graph.operations import LOOKUP, SYMBOL
+from ..malformed import Malformed, excerpt
+from .model import Entry, Equations, Function, HybridPlan, Slot
+
+KINDS = {
+    "t": ("time",),
+    "y": ("coordinate", "rate", "state", "account"),
+    "u": ("input",),
+    "z": ("discrete", "mode", "seed"),
+    "p": ("parameter",),
+    "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep"),
+}
+"""What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
+
+READS = {"initial": "puzt", "discretes": "p", "inputs": "pt"}
+"""Arrays that functions read which are called before a run; others read all."""
+
+
+def verify(equations: Equations) -> None:
+    """Raise Malformed where equations are not what model.py says.
+
+    Each function has the results that its name promises and reads symbols that have a place at run time, which are
+    those of the entries; plans refer to what is there; nothing is there that no fact asks for.
+    """
+    graphs.verify(equations.graph)
+    _Check(equations).run()
+
+
+class _Check:
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+        self.functions = {f.name: f for f in equations.functions}
+        self.arrays: dict[str, tuple[Entry, ...]] = {
+            "t": (equations.time,),
+            "y": equations.states,
+            "u": equations.inputs,
+            "z": equations.discretes,
+            "p": equations.parameters,
+            "out": equations.outputs,
+        }
+
+    def run(self) -> None:
+        self.entries()
+        self.layout()
+        self.sizes()
+        for function in self.equations.functions:
+            self.function(function)
+        self.rules()
+        self.plans()
+        if self.equations.hybrid is not None:
+            self.hybrid(self.equations.hybrid)
+        self.facts()
+
+    # ------------------------------------------------------------ what there is
+
+    def entries(self) -> None:
+        e = self.equations
+        for array, entries in self.arrays.items():
+            seen: set[str] = set()
+            order = [KINDS[array].index(x.kind) if x.kind in KINDS[array] else -1 for x in entries]
+            for k, entry in enumerate(entries):
+                if order[k] < 0:
+                    self.at_entry(array, k, f"a {entry.kind} has no place in {array}")
+                if array in ("y", "z") and k and order[k] < order[k - 1]:
+                    self.at_entry(array, k, f"a {entry.kind} stands behind a {entries[k - 1].kind}")
+                if entry.name in seen:
+                    self.at_entry(array, k, "another entry has this name")
+                seen.add(entry.name)
+        kinds = [x.kind for x in e.states]
+        counted = (
+            kinds.count("coordinate"),
+            kinds.count("rate"),
+            kinds.count("state") + kinds.count("account"),
+        )
+        if counted != (e.nq, e.nv, e.nx):
+            raise Malformed("equations", f"nq, nv, nx are {(e.nq, e.nv, e.nx)}, the states say {counted}")
+        for what, sizes in (("known", len(e.known)), ("start_spans", len(e.start_spans))):
+            if sizes != len(e.states):
+                raise Malformed("equations", f"{what} has {sizes} places for {len(e.states)} states")
+
+    def layout(self) -> None:
+        """Every number of the arrays has one symbol."""
+        graph, taken = self.equations.graph, dict[Slot, Node]()
+        for n, slot in self.equations.layout.items():
+            size = len(self.arrays.get(slot.array, ())) if slot.array != "out" else 0
+            where = f"equations, {slot.array}[{slot.index}]"
+            if not 0 <= n < len(graph) or graph.op(n) != SYMBOL:
+                raise Malformed(where, f"belongs to node {n}, which is no symbol")
+            if not 0 <= slot.index < size:
+                raise Malformed(
+                    where, f"is the place of '{graph.name(n)}', but {slot.array} has {size} numbers"
+                )
+            if slot in taken:
+                self.at_entry(
+                    slot.array, slot.index, f"belongs to '{graph.name(taken[slot])}' and '{graph.name(n)}'"
+                )
+            taken[slot] = n
+        for array in "tyuzp":
+            for k in range(len(self.arrays[array])):
+                if Slot(array, k) not in taken:
+                    self.at_entry(array, k, "has no symbol")
+
+    # ------------------------------------------------------------ functions
+
+    def promised(self) -> dict[str, int]:
+        """Return the number of results of each function that may be there; 0 where it must not."""
+        e = self.equations
+        ny, nu, nz, np_, n_out = (len(self.arrays[a]) for a in ("y", "u", "z", "p", "out"))
+        n_constraints = len(e.constraints)
+        n_position = sum(c.level == "position" for c in e.constraints)
+        promised = {
+            "rhs": ny,
+            "initial": ny,
+            "initial_of_others": len(e.dependent),
+            "outputs": n_out,
+            "inputs": nu,
+            "discretes": sum(x.kind != "seed" for x in e.discretes),
+            "closeness": 1,
+            "project_position": e.nv + n_position,
+            "project_velocity": e.nv + n_constraints,
+            "constraints": n_position + n_constraints,
+            "constraint_jacobian": n_constraints * e.nv,
+            "displace": e.nq,
+            "assertions": len(e.assertions),
+            "assembly": len(e.assembly),
+            "assembly_jacobian": len(e.assembly) * e.nv,
+            **dict.fromkeys(("momentum", "force"), e.nv),
+            "mass": e.nv**2,
+            "jacobian": len(e.jacobian_pattern),
+            "tangent": ny + n_out,
+            "adjoint": ny + nu + 1 + np_,
+            "start_tangent": ny,
+            "start_adjoint": nu + 1 + np_,
+        }
+        if (h := e.hybrid) is not None:
+            promised |= {
+                **dict.fromkeys(("indicators", "indicator_rates"), len(h.switches) + len(h.rows)),
+                "crossing_times": len(h.times) + len(h.clocks),
+                "conditions": len(h.branches),
+                "row_values": 8 * len(h.rows),
+                "respond": e.nv + len(h.rows),
+            }
+            promised |= {b.function: ny + nz + len(b.checks) for b in h.branches}
+        return promised | {x.function: len(x.options) + len(x.settings) for x in e.experiments}
+
+    def sizes(self) -> None:
+        if len(self.functions) != len(self.equations.functions):
+            raise Malformed(
+                "equations", "two functions have one name", [f.name for f in self.equations.functions]
+            )
+        promised = self.promised()
+        for name, function in self.functions.items():
+            if name not in promised:
+                raise Malformed(f"equations, function {name}", "nothing asks for it", sorted(promised))
+            if len(function.outputs) != promised[name]:
+                what = f"has {len(function.outputs)} results in the place of {promised[name]}"
+                raise Malformed(f"equations, function {name}", what, [function.doc])
+        needed = {"rhs", "initial", "outputs", *(x.function for x in self.equations.experiments)}
+        optional = (
+            "inputs",
+            "discretes",
+            "initial_of_others",
+            "assertions",
+            "assembly",
+            "conditions",
+            "crossing_times",
+        )
+        needed |= {name for name in optional if promised.get(name)}
+        needed |= (
+            {"project_position", "project_velocity", "displace"} if self.equations.constraints else set()
+        )
+        if missing := needed - self.functions.keys():
+            raise Malformed("equations", f"lack {', '.join(sorted(missing))}", sorted(self.functions))
+
+    def function(self, function: Function) -> None:
+        once = {x.function: "p" for x in self.equations.experiments}
+        self.reads(
+            f"function {function.name}", function.outputs, {**READS, **once}.get(function.name, "tyuzp")
+        )
+
+    def reads(self, where: str, nodes: Sequence[Node], arrays: str) -> None:
+        graph, layout = self.equations.graph, self.equations.layout
+        for k, n in enumerate(nodes):
+            if not 0 <= n < len(graph):
+                raise Malformed(f"equations, {where}, result {k}", f"is node {n} of {len(graph)}")
+        for symbol in graph.support(*nodes):
+            slot = layout.get(symbol)
+            if slot is None or slot.array not in arrays:
+                place = "which has no place at run time" if slot is None else f"which lies in {slot.array}"
+                k = next(k for k, n in enumerate(nodes) if symbol in graph.support(n))
+                raise Malformed(
+                    f"equations, {where}, result {k}",
+                    f"depends on '{graph.name(symbol)}', {place}",
+                    graphs.way(graph, nodes[k], symbol),
+                )
+
+    def rules(self) -> None:
+        """Parameters follow from parameters, one rule each, and none from itself."""
+        e = self.equations
+        rules = {rule.index: rule.value for rule in e.parameter_rules}
+        if len(rules) != len(e.parameter_rules) or not rules.keys() <= set(range(len(e.parameters))):
+            raise Malformed("equations", "parameter_rules name a parameter twice, or one that is not there")
+        reads: dict[int, set[int]] = {}
+        for index, value in rules.items():
+            self.reads(f"the rule of parameter {e.parameters[index].name}", [value], "p")
+            reads[index] = {e.layout[s].index for s in e.graph.support(value)}
+        waiting = dict(reads)
+        while ready := [k for k, found in waiting.items() if not found & waiting.keys()]:
+            for k in ready:
+                del waiting[k]
+        if waiting:
+            self.at_entry("p", min(waiting), "follows from itself")
+
+    # ------------------------------------------------------------ plans
+
+    def plans(self) -> None:
+        e = self.equations
+        ny, n_out = len(e.states), len(e.outputs)
+        self.indices("rotations", [i + k for i in e.rotations for k in (0, 3)], e.nq)
+        self.indices("conserved", e.conserved, n_out)
+        self.indices("energy_balance", [i for i in e.energy_balance if i != -1], n_out)
+        self.indices("dependent", e.dependent, ny)
+        self.indices("jacobian_pattern", [i for place in e.jacobian_pattern for i in place], ny)
+        if len(set(e.jacobian_pattern)) != len(e.jacobian_pattern):
+            raise Malformed("equations", "jacobian_pattern names a place twice")
+        for what, ranks in (
+            ("constraints", [("position", "velocity").index(c.level) for c in e.constraints]),
+            ("assembly", [a.stage for a in e.assembly]),
+        ):
+            if ranks != sorted(ranks):
+                raise Malformed("equations", f"{what} are not in the order of their levels", [str(ranks)])
+        for plan in e.experiments:
+            for target in (*plan.settings, *(target for target, _ in plan.sweeps)):
+                size = len(self.arrays[target.array]) if target.array in ("p", "y", "u", "z") else 0
+                self.indices(f"experiment '{plan.name}', {target.array}", [target.index], size)
+        rates = set(range(e.nq, e.nq + e.nv))
+        forces = self.functions["rhs"].outputs[e.nq : e.nq + e.nv]
+        slots = [e.layout[s] for s in e.graph.support(*forces)]
+        if e.separable and any(slot.array == "y" and slot.index in rates for slot in slots):
+            raise Malformed("equations", "are said to be separable, but accelerations depend on velocities")
+
+    def hybrid(self, h: HybridPlan) -> None:
+        e, nz = self.equations, len(self.equations.discretes)
+        switched = [s.index for s in (*h.switches, *h.times)]
+        clocks = [i for clock in h.clocks for i in clock]
+        held = [i for row in h.rows for i in (row.flag, row.sign, row.impulse, row.enabled) if i != -1]
+        initial = [h.initial] if h.initial != -1 else []
+        used = [*switched, *clocks, *held, *initial]
+        self.indices("hybrid, z", used, nz)
+        for index in used:
+            if e.discretes[index].kind != "mode":
+                self.at_entry("z", index, "is switched, but the user's")
+        for index, entry in enumerate(e.discretes):
+            if entry.kind == "mode" and index not in used:
+                self.at_entry("z", index, "is a mode that nothing switches")
+        if len(set(switched)) != len(switched):
+            raise Malformed("equations, hybrid", "two switches share a number in z", [str(sorted(switched))])
+        for k, row in enumerate(h.rows):
+            size = len(h.switches) + len(h.times) if row.kind == "step" else len(h.rows)
+            self.indices(
+                f"hybrid, row {k} '{row.name}', normal", [row.normal] if row.normal != -1 else [], size
+            )
+        accounts = [i for i in (h.dissipated, h.supplied) if i != -1]
+        self.indices("hybrid, accounts", accounts, len(e.states))
+        if any(e.states[i].kind != "account" for i in accounts):
+            raise Malformed("equations, hybrid", "books energy in a state that is no account")
+        self.indices("hybrid, total", [h.total] if h.total != -1 else [], len(e.outputs))
+
+    def facts(self) -> None:
+        """What is there, and what the facts say, agree."""
+        e, graph = self.equations, self.equations.graph
+        nodes = [n for f in e.functions for n in f.outputs]
+        looked_up = {graph.table_of(n)[0] for n in graph.reach(nodes) if graph.op(n) == LOOKUP}
+        time = next(n for n, slot in e.layout.items() if slot.array == "t")
+        for fact, there in (
+            ("tables", bool(looked_up)),
+            ("inputs", bool(e.inputs)),
+            ("assertions", bool(e.assertions)),
+            ("time", time in graph.support(*self.functions["rhs"].outputs)),
+            ("states", any(x.kind == "state" for x in e.states)),
+        ):
+            if (fact in e.needs) != there:
+                raise Malformed(
+                    "equations", f"need {fact}: {fact in e.needs}, have it: {there}", sorted(e.needs)
+                )
+        if e.rotations and "rotations" not in e.needs:  # those that are prescribed have no place in y
+            raise Malformed("equations", "have rotations, but do not need them", sorted(e.needs))
+        if "events" in e.needs and e.hybrid is None:
+            raise Malformed("equations", "need events, but have no plan for them", sorted(e.needs))
+
+    # ------------------------------------------------------------ what surrounds a mistake
+
+    def indices(self, what: str, found: Sequence[int], size: int) -> None:
+        for i in found:
+            if not 0 <= i < size:
+                raise Malformed(f"equations, {what}", f"names number {i} of {size}")
+
+    def at_entry(self, array: str, index: int, what: str) -> None:
+        entries = self.arrays[array]
+
+        def show(k: int) -> str:
+            return f"{array}[{k}] {entries[k].kind} {entries[k].name} [{entries[k].unit}]"
+
+        raise Malformed(f"equations, {array}[{index}]", what, excerpt(len(entries), index, show))
