@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from .. import ast
-from .builder import Builder, Children, items_of, text_of
 from ..source import Span
+from .builder import Builder, Children, items_of, text_of
 
 # ---------------------------------------------------------------- blocks
 

@@ -6,9 +6,9 @@ from fractions import Fraction
 from typing import Any
 
 from .. import ast
-from .builder import Builder, Children, items_of, text_of, value_of
 from ..grammar.lexer import Token
 from ..source import Span
+from .builder import Builder, Children, items_of, text_of, value_of
 
 
 def _subscripted(base: ast.Expression, indices: list[Any] | None, span: Span) -> ast.Expression:

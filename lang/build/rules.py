@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from . import blocks
-from . import expressions
-from . import statements
+from . import blocks, expressions, statements
 from .builder import Action
 
 ACTIONS: Mapping[str, Action] = {

@@ -9,12 +9,12 @@ from __future__ import annotations
 from typing import Any
 
 from .. import ast
-from .builder import Builder, Children, dotted, items_of, text_of
 from ..diagnostics import Label
 from ..grammar.keywords import KEYWORDS
 from ..grammar.lexer import Token
 from ..source import Span
 from ..units import UnitError, parse_unit
+from .builder import Builder, Children, dotted, items_of, text_of
 
 # ---------------------------------------------------------------- files
 
