@@ -11,9 +11,9 @@ import sys
 import time
 from collections import Counter
 
-from mechc.measurement.watchdog import Watchdog
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.reference.high_precision import best_precision
+from mechc.watchdog import Watchdog
 
 from .case import Row
 from .faults import FAULTS

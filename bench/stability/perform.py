@@ -15,7 +15,6 @@ import mechc
 from mechc.api import Model
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.truth import compile_for_reference, true_errors
-from mechc.measurement.watchdog import Crashed, Hung, Watchdog
 from mechc.runtime.native.build import BuildError
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
@@ -23,6 +22,7 @@ from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.settings import UsageMistake
 from mechc.simulation import Request, plan
 from mechc.solution import Solution
+from mechc.watchdog import Crashed, Hung, Watchdog
 
 from .case import Case, Finding, Followed, Refusal, Row, claimed
 from .faults import FAULTS

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import click
 
@@ -13,6 +14,30 @@ from .options import PICTURES, RESULTS, Command, ending, set_option
 if TYPE_CHECKING:
     from ..compiler.targets.fmu.inspect import Report
     from ..solution import Solution
+
+F = TypeVar("F", bound=Callable[..., object])
+
+SECONDS, MEMORY = 120.0, 8.0
+
+memory_option = click.option(
+    "--memory",
+    type=click.FloatRange(min=0, min_open=True),
+    default=MEMORY,
+    metavar="GB",
+    help=f"Memory that the library may use; {MEMORY:g} GB without it.",
+)
+
+
+def seconds_option(what: str, default: float) -> Callable[[F], F]:
+    """Give the option of how long a library may take."""
+    return click.option(
+        "--seconds",
+        type=click.FloatRange(min=0, min_open=True),
+        default=default,
+        metavar="NUMBER",
+        help=f"Longest time of {what}; {default:g} s without it.",
+    )
+
 
 ROWS = 11
 COLUMNS = 6
@@ -28,19 +53,25 @@ def command() -> None:
     "files", metavar="FILE.fmu...", nargs=-1, required=True, type=click.Path(exists=True, dir_okay=False)
 )
 @click.option("--run/--no-run", default=True, help="Simulate each kind after the validation.")
-def check(files: tuple[str, ...], run: bool) -> int:
+@seconds_option("each stage of a check", SECONDS)
+@memory_option
+def check(files: tuple[str, ...], run: bool, seconds: float, memory: float) -> int:
     """Check FMUs: by the rules of the standard, against their binaries, and against the results they hold.
 
     A file is simulated in each of its kinds. Reference results are looked for in documentation/reference.csv
     and extra/org.fmi-standard.fmi-ls-ref/. The exit code is 1 if anything is wrong.
+
+    The library in a file is a program of whoever made it. It is loaded, also with --no-run, in a process of its own,
+    bounded in time and memory, but with your rights.
     """
     from pathlib import Path
 
-    from ..compiler.targets.fmu.inspect import inspect
+    from ..fmu.guard import Limits, check_fmu
 
+    limits = Limits(seconds, round(memory * 1e9))
     passed = True
     for i, file in enumerate(files):
-        report = inspect(Path(file), run=run)
+        report = check_fmu(Path(file), run=run, limits=limits)
         if len(files) > 1:
             click.echo(("\n" if i else "") + file)
         _table(report)
@@ -86,6 +117,8 @@ def _table(report: Report) -> None:
     help="Draw the results, to FILE or in a window.",
 )
 @click.option("--display", metavar="DEG,MM", default="", help="Units to show quantities in.")
+@seconds_option("the run", 600.0)
+@memory_option
 def run(
     file: str,
     kind: str | None,
@@ -95,14 +128,19 @@ def run(
     output: str | None,
     plot: str | None,
     display: str,
+    seconds: float,
+    memory: float,
 ) -> None:
-    """Simulate FILE.fmu through fmpy; print a table of its outputs, draw or write them."""
+    """Simulate FILE.fmu through fmpy, in a process of its own; print a table of its outputs, draw or write them."""
     from pathlib import Path
 
+    from ..fmu.guard import Limits
     from ..fmu.run import run_fmu
     from ..presentation.plots import has_display, save, show
 
-    solution = run_fmu(Path(file), kind=kind, stop=stop, every=every, values=settings).shown_in(display)
+    limits = Limits(seconds, round(memory * 1e9))
+    solution = run_fmu(Path(file), kind=kind, stop=stop, every=every, values=settings, limits=limits)
+    solution = solution.shown_in(display)
     _print(solution)
     if output:
         solution.save(output)

@@ -3,25 +3,50 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import fmpy
 import numpy as np
 from fmpy.simulation import simulate_fmu
+from msgspec import Struct
 
+from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
 from ..display import Display
 from ..lang.units import UnitError, parse_unit
 from ..runtime.integrate.trajectory import Statistics
-from ..runtime.outcome import Outcome
+from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.results.accuracy import Accuracy
 from ..runtime.results.solution import Solution as Run
 from ..settings import UsageMistake, read_value_of, unknown_name
 from ..solution import Solution
+from .guard import Limits, Lost, guarded
+
+LONGEST_RUN = 600.0
+"""Seconds."""
+
+
+class Order(Struct, frozen=True):
+    """What is to be run."""
+
+    path: Path
+    kind: str | None = None
+    stop: float | None = None
+    every: float | None = None
+    values: Mapping[str, str] = {}
+
+
+class Simulated(Struct, frozen=True):
+    """What fmpy gave: its structured array, with the variables described."""
+
+    problem: Problem
+    result: Any
+    kind: str
+    seconds: float
 
 
 def run_fmu(
@@ -31,18 +56,41 @@ def run_fmu(
     stop: float | None = None,
     every: float | None = None,
     values: Mapping[str, str] | None = None,
+    limits: Limits | None = None,
 ) -> Solution:
-    """Simulate an FMU; numbers are in the units of its model description.
+    """Simulate an FMU in a process of its own; numbers are in the units of its model description.
 
     ``kind``: me or cs; Co-Simulation where the file has both. ``every``: spacing of the output and, for
-    Co-Simulation, the communication step. Raises UsageMistake for a kind, name or file that does not fit.
+    Co-Simulation, the communication step. Raises UsageMistake for a kind, name or file that does not fit, and
+    SimulationError where the process of the file crashes or goes beyond its limits.
     """
+    limits = limits or Limits(seconds=LONGEST_RUN)
+    order = Order(path.absolute(), kind, stop, every, values or {})
+    with guarded(simulator, limits) as ask:
+        reply = ask(order)
+    if isinstance(reply, Lost):
+        raise SimulationError(f"{path} cannot be run: {reply.text}", help=reply.help)
+    return _solution(reply)
+
+
+def simulator() -> Callable[[Order], Simulated]:
+    """Return what simulates a file in the process that calls it."""
+    return simulated
+
+
+def simulated(order: Order) -> Simulated:
+    """Simulate a file in this process. Raises UsageMistake."""
+    path = order.path
+    unfit = archive_findings(path)
+    if unfit:
+        raise UsageMistake(f"{path} is no FMU that can be unpacked: {unfit[0].text}")
     try:
         description = fmpy.read_model_description(str(path), validate=False)
+        kinds = kinds_of(description)
+        problem = _problem(description)
     except Exception as error:  # fmpy raises plain exceptions of many kinds for a file that is wrong
-        raise UsageMistake(f"{path} is no FMU: {error}", "'mechc fmu check' says more") from error
-    kinds = kinds_of(description)
-    chosen = kind or ("cs" if "cs" in kinds else kinds[0] if kinds else "")
+        raise UsageMistake(f"{path} is no FMU: {error}", "'mechc fmu check' says more") from None
+    chosen = order.kind or ("cs" if "cs" in kinds else kinds[0] if kinds else "")
     if chosen not in kinds:
         raise UsageMistake(
             f"{path} has no {KINDS.get(chosen, 'kind that can be run')}",
@@ -52,26 +100,27 @@ def run_fmu(
         v.name: v for v in description.modelVariables if v.causality in ("parameter", "input") or v.start
     }
     starts: dict[str, str | float] = {}
-    for name, text in (values or {}).items():
+    for name, text in order.values.items():
         if name not in known:
             raise unknown_name("variable that can be set", name, known)
         starts[name] = _start(known[name], text)
-    problem = _problem(description)
     columns = {v.name for v in _shown(description)}
     begun = time.perf_counter()
     try:
         result = simulate_fmu(
             str(path),
             fmi_type=KINDS[chosen],
-            stop_time=stop,
-            output_interval=every,
+            stop_time=order.stop,
+            output_interval=order.every,
             start_values=starts,
             output=sorted(columns),
             validate=False,
         )
+    except MemoryError:
+        raise
     except Exception as error:  # the same, for a binary that refuses
-        raise UsageMistake(f"{path} cannot be run: {error}", "'mechc fmu check' says more") from error
-    return _solution(problem, result, chosen, time.perf_counter() - begun)
+        raise UsageMistake(f"{path} cannot be run: {error}", "'mechc fmu check' says more") from None
+    return Simulated(problem, result, chosen, time.perf_counter() - begun)
 
 
 def _start(variable: Any, text: str) -> str | float:
@@ -159,7 +208,8 @@ def _quantity(variable: Any, name: str, kind: str) -> Quantity:
     return Quantity(name, kind, unit, display if same else "", doc=variable.description or "")
 
 
-def _solution(problem: Problem, result: Any, kind: str, seconds: float) -> Solution:
+def _solution(made: Simulated) -> Solution:
+    problem, result = made.problem, made.result
     instants: Array = np.asarray(result["time"], dtype=np.float64)
     names = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs)]
     found = flattened(result)
@@ -180,7 +230,7 @@ def _solution(problem: Problem, result: Any, kind: str, seconds: float) -> Solut
         outcome=Outcome.COMPLETED,
         message="",
         failure=None,
-        statistics=Statistics(f"{KINDS[kind]} by fmpy", len(instants) - 1, None, 0, seconds),
+        statistics=Statistics(f"{KINDS[made.kind]} by fmpy", len(instants) - 1, None, 0, made.seconds),
         accuracy=Accuracy(),
     )
     return Solution.of(run, problem, display=Display(), as_stated=False)

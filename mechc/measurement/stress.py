@@ -23,9 +23,9 @@ from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
 from ..settings import Given, UsageMistake
 from ..simulation import Request, plan, simulate
+from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
 from .truth import ROUNDING, compile_for_reference, true_errors
-from .watchdog import Crashed, Hung, Watchdog
 
 if TYPE_CHECKING:
     from ..runtime.results.solution import Solution

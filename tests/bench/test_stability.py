@@ -8,7 +8,7 @@ from bench.stability.case import Known, Row
 from bench.stability.faults import FAULTS
 from bench.stability.page import line
 from bench.stability.perform import Question, case_of, maker, questions, titles, watched
-from mechc.measurement.watchdog import Watchdog
+from mechc.watchdog import Watchdog
 
 FEW = {
     "fast mode damped",

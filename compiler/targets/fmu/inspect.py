@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -49,31 +50,77 @@ class Report(Struct, frozen=True):
         return frozenset(line.rule for line in self.lines if line.rule)
 
 
-def inspect(path: Path, *, run: bool = True) -> Report:
-    """Return the findings for one FMU; a description that is not valid is not run."""
+class Stage(Struct, frozen=True):
+    """A part of a check, which stands alone: the file itself (without a kind), the binary of a kind, a run of it."""
+
+    name: str
+    kind: str = ""
+
+    @property
+    def what(self) -> str:
+        """Name it as its lines do."""
+        return f"{KINDS[self.kind]} {self.name}" if self.kind else self.name
+
+
+class Part(Struct, frozen=True):
+    """What a stage found. ``kinds``: what the file has that can be loaded on this machine."""
+
+    lines: tuple[Line, ...]
+    kinds: tuple[str, ...] = ()
+
+
+FILE = Stage("model description")
+
+Perform = Callable[[Stage], Part]
+
+
+def inspect(path: Path, *, run: bool = True, perform: Perform | None = None) -> Report:
+    """Return the findings for one FMU; a description that is not valid is not run.
+
+    ``perform`` goes through one stage, in this process if it is not given: the library is loaded here.
+    """
+    perform = perform or (lambda stage: perform_stage(path, stage))
+    found = perform(FILE)
+    lines = found.lines
+    for kind in found.kinds:
+        binary = perform(Stage("binary", kind)).lines
+        lines += binary
+        if run and all(line.passed for line in binary):
+            lines += perform(Stage("run", kind)).lines
+    return Report(lines)
+
+
+def perform_stage(path: Path, stage: Stage) -> Part:
+    """Go through one stage of the check of a file."""
+    match stage.name:
+        case "binary":
+            description = fmpy.read_model_description(str(path), validate=False)
+            return Part(tuple(binary_lines(path, stage.kind, description)))
+        case "run":
+            return Part(tuple(run_lines(path, stage.kind, read_reference(path))))
     problems = check_file(path)
-    if problems:
-        return Report(tuple(_finding(p) for p in problems))
-    return behaviour(path, run=run)
+    return Part(tuple(_finding(p) for p in problems)) if problems else described(path)
 
 
-def behaviour(path: Path, *, run: bool = True) -> Report:
-    """Return the findings for an FMU whose description is valid."""
+def described(path: Path) -> Part:
+    """Tell what a file holds whose description is valid, and whether it can be loaded here."""
     description = fmpy.read_model_description(str(path), validate=False)
     lines = [Line("model description", True, _described(description))]
     lines.append(Line("platforms", True, ", ".join(_platforms(path)) or "sources only"))
     if fmpy.platform not in fmpy.supported_platforms(str(path)):
-        lines.append(Line("binary", True, f"none for {fmpy.platform}: not run"))
-        return Report(tuple(lines))
+        return Part((*lines, Line("binary", True, f"none for {fmpy.platform}: not run")))
     try:
-        reference = read_reference(path)
-    except (ValueError, OSError, UnicodeDecodeError) as error:
-        return Report((*lines, Line("reference results", False, str(error), "reference results")))
-    for kind in kinds_of(description):
-        lines += binary_lines(path, kind, description)
-        if run and lines[-1].passed:
-            lines += run_lines(path, kind, reference)
-    return Report(tuple(lines))
+        read_reference(path)
+    except (ValueError, OSError) as error:
+        return Part((*lines, Line("reference results", False, str(error), "reference results")))
+    return Part(tuple(lines), tuple(kinds_of(description)))
+
+
+def behaviour(path: Path) -> Report:
+    """Return the findings for an FMU whose description is known to be valid, in this process."""
+    return inspect(
+        path, perform=lambda stage: described(path) if stage == FILE else perform_stage(path, stage)
+    )
 
 
 def _finding(finding: Finding) -> Line:
@@ -111,6 +158,8 @@ def binary_lines(path: Path, kind: str, description: Any) -> list[Line]:
             problem = _sizes(fmu, description) if kind == "me" else ""
             rule = "event indicators" if "indicators" in problem else "states" if problem else ""
             return [Line(what, not problem, problem or "it can be instantiated and initialised", rule)]
+    except MemoryError:
+        raise
     except Exception as error:  # fmpy raises plain exceptions where a binary refuses
         if entered:
             return [Line(what, False, f"it cannot be initialised: {error}", "initialisation")]
@@ -145,6 +194,8 @@ def run_lines(path: Path, kind: str, reference: Reference | None) -> list[Line]:
     what = f"{KINDS[kind]} run"
     try:
         result = simulate(str(path), kind) if reference is None else _as_reference(path, kind, reference)
+    except MemoryError:
+        raise
     except Exception as error:  # as above, and whatever the integrator raises
         return [Line(what, False, str(error), "run")]
     columns = dict(flattened(result))

@@ -6,13 +6,13 @@ Each finding names its rule.
 from __future__ import annotations
 
 import re
-import zipfile
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from .archive import NoArchive, archive_findings, read_description
 from .described import Described, Finding, read_variables
 from .structure import structure_findings
 
@@ -54,14 +54,14 @@ _ORDER = {
 
 def check_file(path: Path) -> list[Finding]:
     """Return what is wrong with an FMU: fmpy's findings, then those of the rules; nothing if it is right."""
+    unfit = archive_findings(path)
+    if unfit:
+        return unfit
     try:
-        with zipfile.ZipFile(path) as archive:
-            text = archive.read("modelDescription.xml")
-    except (OSError, zipfile.BadZipFile, KeyError) as error:
+        root = ElementTree.fromstring(read_description(path))
+    except NoArchive as error:
         return [Finding("archive", f"the file is no FMU: {error}")]
-    try:
-        root = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
+    except (ElementTree.ParseError, ValueError, LookupError) as error:  # or it is in no known encoding
         return [Finding("archive", f"modelDescription.xml is no XML: {error}")]
     return list(dict.fromkeys([*_by_fmpy(path), *check_description(root)]))
 

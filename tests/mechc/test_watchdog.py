@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 import mechc
-from mechc.measurement.watchdog import Crashed, Hung, Watchdog
 from mechc.runtime.native.build import BuildError
+from mechc.watchdog import Crashed, Hung, Watchdog
 
 
 def maker(base: int) -> Callable[[str], int]:
