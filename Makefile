@@ -10,13 +10,14 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 MODEL  := examples/double_pendulum.mech
 JOBS   ?= 2
 EDITS  ?= 1000000
+MODELS ?= 1000
 
-.PHONY: demo test test-slow fuzz check check-format check-lint check-types check-floors format bench stability fmu-gallery clean help
+.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make fuzz EDITS=1000000, make check, make format, make bench, make stability, make fmu-gallery, make clean"
+	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make stability, make fmu-gallery, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -41,6 +42,9 @@ test-slow: $(VENV)/installed-dev
 
 fuzz: $(VENV)/installed-dev
 	MECHC_EDITS=$(EDITS) $(BIN)/python -m pytest -q -n $(JOBS) -m slow tests/mechc/test_random_edits.py
+
+fuzz-models: $(VENV)/installed-dev
+	PYTHONPATH=tests/random_models:tests/oracle $(BIN)/python -m random_models.campaign $(MODELS) $(JOBS)
 
 check: $(VENV)/installed-dev
 	@$(MAKE) --no-print-directory --keep-going check-format check-lint check-types check-floors

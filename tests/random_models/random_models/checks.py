@@ -1,0 +1,213 @@
+"""What each random model must fulfil; a disagreement is a value, with what is needed to see it again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from random import Random
+
+import numpy as np
+
+from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
+from random_models.meaning import Meaning
+from random_models.tree import Model
+from random_models.twins import TWINS, Twin
+
+
+@dataclass(frozen=True)
+class Disagreement:
+    """``check``: which comparison; ``key``: what two disagreements of one cause have in common."""
+
+    check: str
+    key: str
+    text: str
+
+
+@dataclass
+class Report:
+    """What became of one model."""
+
+    refused: tuple[str, ...] = ()
+    checks: tuple[str, ...] = ()
+    disagreements: tuple[Disagreement, ...] = ()
+
+
+def crash(error: BaseException) -> Disagreement:
+    """Describe an error that mechc did not put into words."""
+    where = error.__traceback__
+    while where is not None and where.tb_next is not None:
+        where = where.tb_next
+    name = where.tb_frame.f_code.co_name if where is not None else "?"
+    return Disagreement("crash", f"{type(error).__name__} in {name}", repr(error)[:300])
+
+
+def examined(model: Model, seed: int, only: str = "") -> Report:
+    """Compile a model and compare it with its meaning and its twins; ``only`` the check of one name."""
+    try:
+        base = compiled(model.text())
+    except Refused as refused:
+        return Report(refused.codes)
+    except Exception as error:
+        return Report(disagreements=(crash(error),))
+    done: list[str] = []
+    wrong: list[Disagreement] = []
+    for name, check in CHECKS if not only else (*CHECKS, *SINGLE):
+        if only and name != only:
+            continue
+        try:
+            found = check(model, base, seed)
+        except Refused as refused:
+            found = [Disagreement(name, "refused " + ",".join(refused.codes), refused.text)]
+        except Exception as error:
+            found = [crash(error)]
+        if found is None:
+            continue
+        done.append(name)
+        wrong += found
+    return Report((), tuple(done), tuple(wrong))
+
+
+Check = Callable[[Model, Compiled, int], list[Disagreement] | None]
+
+
+def _values(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
+    """Compare parameters and initial values with those of the model's own text."""
+    there = base.parameters() | base.start()
+    mine = _spread(Meaning(model).values(guesses=not base.constrained), there)
+    missing = [n for n in mine if n not in there and n not in _structural(base)]
+    wrong = [
+        f"{n}: {mine[n]:.12g} expected, {there[n]:.12g} found"
+        for n in mine
+        if n in there and not abs(mine[n] - there[n]) <= 1e-9 * (1 + abs(mine[n]))
+    ]
+    found = [Disagreement("values", "value", w) for w in wrong]
+    return found + [Disagreement("values", "missing", n) for n in missing if not n.startswith("der(")]
+
+
+def _spread(values: Values, there: Values) -> Values:
+    """Give a number that stands for a whole array to each of its elements."""
+    spread: Values = {}
+    for name, x in values.items():
+        stem, tail = (name[:-1], ")") if name.startswith("der(") else (name, "")
+        elements = [n for n in there if n.startswith(f"{stem}[") and n.endswith(f"]{tail}")]
+        spread.update(dict.fromkeys(elements, x) if name not in there and elements else {name: x})
+    return spread
+
+
+def _structural(base: Compiled) -> set[str]:
+    driven = {d.target.name for d in base.model.compilation.flat.drives if hasattr(d.target, "name")}
+    return driven | set(base.model.compilation.flat.structural)
+
+
+def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with several twins in one; where that disagrees, find out which of them does."""
+    if base.switches:
+        return None
+    random = Random(seed)
+    whole = Twin("composed", model)
+    parts: list[Twin] = []
+    for make in TWINS:
+        if random.random() < 0.25:
+            continue
+        twin = make(whole.model, random)
+        if twin is not None:
+            parts.append(twin)
+            whole = Twin("composed", twin.model, whole.ignored + twin.ignored)
+    if not parts:
+        return None
+    try:
+        found = compare_twin(base, whole, seed)
+    except Refused as refused:
+        found = [
+            Disagreement("composed", "refused " + ",".join(refused.codes), refused.text + whole.model.text())
+        ]
+    if not found:
+        return found
+    alone: list[Disagreement] = []
+    for name, check in SINGLE:
+        try:
+            alone += check(model, base, seed) or []
+        except Refused as refused:
+            alone.append(Disagreement(name, "refused " + ",".join(refused.codes), refused.text))
+    return alone or found
+
+
+def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
+    def check(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+        if base.switches:
+            return None
+        twin = make(model, Random(seed))
+        return None if twin is None else compare_twin(base, twin, seed)
+
+    return check
+
+
+def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | None:
+    """Compare a model with a twin at random states."""
+    other = compiled(twin.model.text())
+    if other.switches:
+        return None
+    rng = np.random.default_rng(seed)
+    for k, state in enumerate(base.random_states(rng, 3)):
+        there = {twin.names.get(n, n): v for n, v in state.items()}
+        there = {
+            n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or n.startswith("energy.")
+        }
+        if set(other.states) - set(there):
+            if k:
+                break
+            there = other.start()  # other coordinates: only the start is the same
+        mine = {_renamed(twin, n): v for n, v in base.everything(state).items()}
+        near = [
+            {_renamed(twin, n): v for n, v in base.everything(shaken(state, rng)).items()} for _ in range(2)
+        ]
+        wrong = differences(mine, other.everything(there), near, twin.ignored)
+        if wrong:
+            lines = "\n".join(f"{n}: {x:.12g}, twin {y:.12g}" for n, x, y in wrong[:6])
+            return [Disagreement(twin.name, _kind(base, wrong[0][0]), f"{lines}\n{twin.model.text()}")]
+    return []
+
+
+def _renamed(twin: Twin, name: str) -> str:
+    if name.startswith("d "):
+        return "d " + twin.names.get(name[2:], name[2:])
+    return twin.names.get(name, name)
+
+
+def _kind(base: Compiled, name: str) -> str:
+    return "state" if name.startswith("d ") else "output"
+
+
+def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare the compiled C functions with those in Python."""
+    if seed % 10:
+        return None
+    other = compiled(model.text(), "c")
+    rng = np.random.default_rng(seed)
+    found: list[Disagreement] = []
+    wrong = differences(base.start(), other.start())
+    found += [Disagreement("targets", "start", str(wrong[:3]))] if wrong else []
+    for state in base.random_states(rng, 5):
+        near = [base.everything(shaken(state, rng)) for _ in range(2)]
+        wrong = differences(base.everything(state), other.everything(state), near)
+        if wrong:
+            found.append(Disagreement("targets", "value", str(wrong[:3])))
+            break
+    return found
+
+
+def still(check: str, key: str, seed: int) -> Callable[[Model], bool]:
+    """Return whether a model disagrees in the same way."""
+
+    def fails(model: Model) -> bool:
+        report = examined(model, seed, "" if check == "crash" else check)
+        return any(d.check == check and d.key == key for d in report.disagreements)
+
+    return fails
+
+
+SINGLE: tuple[tuple[str, Check], ...] = tuple(
+    (make.__name__.replace("_", " "), _twin(make)) for make in TWINS
+)
+CHECKS: tuple[tuple[str, Check], ...] = (("values", _values), ("composed", _composed), ("targets", _targets))
+__all__ = ["CHECKS", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]

@@ -1,0 +1,158 @@
+"""A model that went through mechc, evaluated at states by name; refusals are told from failures."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+import mechc
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import Functions, load_functions
+
+Values = dict[str, float]
+"""Numbers by the names that results have."""
+
+
+@dataclass
+class Refused(Exception):
+    """mechc says in words that a model is wrong."""
+
+    codes: tuple[str, ...]
+    text: str
+
+
+@dataclass
+class Compiled:
+    """A compiled model with its start."""
+
+    model: Any
+    problem: Any
+    functions: Functions
+    case: Case
+
+    @property
+    def switches(self) -> bool:
+        """Whether flags that a run owns enter the functions."""
+        return self.problem.hybrid is not None
+
+    @property
+    def states(self) -> list[str]:
+        return [s.name for s in self.problem.states]
+
+    @property
+    def rotations(self) -> tuple[int, ...]:
+        return tuple(self.problem.rotations)
+
+    @property
+    def constrained(self) -> bool:
+        """Whether not every state is one of the model."""
+        return bool(self.problem.constraints)
+
+    def start(self) -> Values:
+        """Return the assembled start by name."""
+        return dict(zip(self.states, map(float, self.case.y0), strict=True)) | {"time": self.case.begin}
+
+    def parameters(self) -> Values:
+        """Return the values of the parameters."""
+        return {q.name: float(v) for q, v in zip(self.problem.parameters, self.case.p, strict=False)}
+
+    def rhs(self, state: Values) -> Values:
+        """Return the derivative of each state."""
+        y, u, t = self._arguments(state)
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            f = self.functions.rhs(t, y, u, self.case.z, self.case.p)
+        return {f"d {name}": float(v) for name, v in zip(self.states, f, strict=True)}
+
+    def outputs(self, state: Values) -> Values:
+        """Return the outputs."""
+        y, u, t = self._arguments(state)
+        with warnings.catch_warnings(), np.errstate(all="ignore"):
+            warnings.simplefilter("ignore")
+            assert self.functions.outputs is not None
+            f = self.functions.outputs(t, y, u, self.case.z, self.case.p)
+        return {q.name: float(v) for q, v in zip(self.problem.outputs, f, strict=True)}
+
+    def everything(self, state: Values) -> Values:
+        """Return derivatives and outputs."""
+        return self.rhs(state) | self.outputs(state)
+
+    def _arguments(self, state: Values) -> tuple[Any, Any, float]:
+        y = np.array([state[name] for name in self.states])
+        t = state.get("time", 0.0)
+        u = np.empty(0)
+        if self.problem.inputs:
+            assert self.functions.inputs is not None
+            u = np.array(
+                self.functions.inputs(t, y, np.zeros(len(self.problem.inputs)), self.case.z, self.case.p)
+            )
+            u = np.array([state.get(q.name, v) for q, v in zip(self.problem.inputs, u, strict=True)])
+        return y, u, t
+
+    def random_states(self, rng: np.random.Generator, n: int) -> list[Values]:
+        """Return states near the start; on the constraints, where there are any, only the start itself."""
+        states = [self.start()]
+        if self.constrained:
+            return states
+        for _ in range(n):
+            y = self.case.y0 + 0.3 * rng.standard_normal(len(self.case.y0))
+            for r in self.rotations:
+                y[r : r + 4] /= np.linalg.norm(y[r : r + 4])
+            states.append(
+                dict(zip(self.states, map(float, y), strict=True)) | {"time": float(rng.uniform(0, 1))}
+            )
+        return states
+
+
+def compiled(
+    text: str, target: Literal["c", "python"] = "python", values: Mapping[str, float] | None = None
+) -> Compiled:
+    """Compile a text and find its start; raises ``Refused`` where mechc says what is wrong."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            model = mechc.loads(text)
+            problem = model.problem(target)
+            functions = load_functions(problem)
+            case = prepare(problem, functions, SimulationOptions(values=dict(values or {})))
+    except mechc.CompileError as error:
+        wrong = [d for d in error.diagnostics if d.code.startswith("E")]
+        raise Refused(tuple(d.code for d in wrong), mechc.render(wrong)) from None
+    except (mechc.SimulationError, mechc.UsageMistake) as error:
+        raise Refused(("run",), str(error)) from None
+    return Compiled(model, problem, functions, case)
+
+
+def differences(
+    a: Values, b: Values, nearby: Sequence[Values] = (), ignored: Sequence[str] = (), relative: float = 1e-8
+) -> list[tuple[str, float, float]]:
+    """List what differs by more than rounding can explain.
+
+    ``nearby``: values of ``a`` at states that differ by 1e-12 of their size: what they change is multiplied by 1e3
+    (the states themselves are known to 1e-16, and cancel by up to the same factor) and allowed on top of ``relative`` of
+    the largest value of the same kind.
+    """
+    wrong = []
+    accelerations = max(
+        (abs(v) for k, v in a.items() if k.startswith("d der(") and np.isfinite(v)), default=0.0
+    )
+    for name in a.keys() & b.keys():
+        if name in ignored:
+            continue
+        x, y = a[name], b[name]
+        if not np.isfinite(x) and not np.isfinite(y):
+            continue
+        around = max((abs(near[name] - x) for near in nearby if np.isfinite(near[name])), default=0.0)
+        scale = 1 + abs(x) + (0.1 * accelerations if name.startswith("d der(") else 0)
+        if not abs(x - y) <= relative * scale + 1e3 * around:
+            wrong.append((name, x, y))
+    return sorted(wrong)
+
+
+def shaken(state: Values, rng: np.random.Generator) -> Values:
+    """Return a state that differs by 1e-12 of its size."""
+    return {k: v + 1e-12 * (1 + abs(v)) * float(rng.standard_normal()) for k, v in state.items()}

@@ -1,0 +1,56 @@
+"""One random model for each seed."""
+
+from __future__ import annotations
+
+from random import Random
+
+from random_models import bodies, coordinates, decorations
+from random_models.quantities import quantity
+from random_models.scope import File, Scope
+from random_models.tree import TIME, Model, Seq, Slot, statement
+
+
+def skeleton(seed: int) -> Scope:
+    """Write the statements of a model without components of its own."""
+    random = Random(seed)
+    s = Scope(File(random), space=random.choice((0, 0, 2, 2, 3)))
+    s.locked = s.chance(0.4)
+    if s.space:
+        bodies.tree(s)
+        bodies.observe(s)
+        if s.chance(0.25):
+            coordinates.scalar_system(s)
+    else:
+        coordinates.scalar_system(s)
+    table = list(decorations.EVERYWHERE) + (list(decorations.ON_BODIES) if s.space else [])
+    if s.locked:
+        for _ in range(s.random.choice((1, 1, 2))):
+            s.weighted(decorations.HOLDING)(s)
+    for _ in range(s.random.choice((0, 1, 2, 2, 3, 3, 4, 5, 6))):
+        s.weighted(table)(s)
+    decorations.outputs(s)
+    return s
+
+
+def finished(s: Scope) -> Model:
+    """Return the file."""
+    imports = []
+    if s.space:
+        imports.append(statement("import", f"import mech.{'planar' if s.space == 2 else 'spatial'}.*;"))
+        imports.append(statement("import", "import mech.fields.*;"))
+    if "couplings" in s.notes:
+        imports.append(statement("import", "import mech.couplings.*;"))
+    s.add(
+        "experiment",
+        "experiment(stop = ",
+        Slot("experiment.stop", quantity("0.5", TIME, s.random)),
+        ");",
+        name="",
+    )
+    top = statement("model", "model M", Seq(tuple(s.statements)), "end M;", name="M")
+    return Model((*imports, *s.file.items, top))
+
+
+def generate(seed: int) -> Model:
+    """Return the random model of a seed."""
+    return finished(skeleton(seed))
