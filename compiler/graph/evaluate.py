@@ -6,7 +6,6 @@ For tests and numerical checks at compile time; the targets write their own code
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 from functools import partial
@@ -84,100 +83,9 @@ def _look_up(interpolate: Callable[[Table, Any, int], Any], table: Table, order:
     return interpolate(table, x, order)
 
 
-def _or_nan(f: Callable[..., float]) -> Callable[..., float]:
-    """Return the function with NaN outside its domain and infinity where it overflows."""
-
-    def safe(*x: float) -> float:
-        try:
-            return f(*x)
-        except ValueError:
-            return math.nan
-        except OverflowError:
-            return math.inf
-
-    return safe
-
-
-def _divide(a: float, b: float) -> float:
-    if b:
-        return a / b
-    return math.copysign(math.inf, math.copysign(1.0, a) * math.copysign(1.0, b)) if a else math.nan
-
-
-def _log(x: float) -> float:
-    if x > 0.0:
-        return math.log(x)
-    return -math.inf if x == 0.0 else math.nan
-
-
-def _atanh(x: float) -> float:
-    return math.copysign(math.inf, x) if abs(x) == 1.0 else _or_nan(math.atanh)(x)
-
-
-def _sign(x: float) -> float:
-    return (x > 0) - (x < 0) if x == x else x
-
-
-def _power(a: float, b: float) -> float:
-    if a == 0.0 and b < 0.0:
-        return math.inf
-    return math.pow(a, b)
-
-
-def _sinh(x: float) -> float:
-    try:
-        return math.sinh(x)
-    except OverflowError:
-        return math.copysign(math.inf, x)
-
-
-ARITHMETIC: dict[int, Callable[..., Any]] = {
-    ops.ADD: lambda a, b: a + b,
-    ops.SUB: lambda a, b: a - b,
-    ops.MUL: lambda a, b: a * b,
-    ops.NEG: lambda a: -a,
-    ops.LESS: lambda a, b: a < b,
-    ops.LESS_EQUAL: lambda a, b: a <= b,
-    ops.EQUAL: lambda a, b: a == b,
-}
-
-_SCALAR = ARITHMETIC | {
-    ops.AND: lambda a, b: bool(a) and bool(b),
-    ops.OR: lambda a, b: bool(a) or bool(b),
-    ops.NOT: lambda a: not a,
-    ops.SELECT: lambda c, a, b: a if c else b,
-    # C's fmin and fmax drop NaN; these keep it, like NumPy
-    ops.MINIMUM: lambda a, b: a if a < b or a != a else b,
-    ops.MAXIMUM: lambda a, b: a if a > b or a != a else b,
-}
-
 FLOATS = Numbers(
     float,
-    _SCALAR
-    | {
-        ops.DIV: _divide,
-        ops.SIN: _or_nan(math.sin),
-        ops.COS: _or_nan(math.cos),
-        ops.TAN: _or_nan(math.tan),
-        ops.ASIN: _or_nan(math.asin),
-        ops.ACOS: _or_nan(math.acos),
-        ops.ATAN: math.atan,
-        ops.SINH: _sinh,
-        ops.COSH: _or_nan(math.cosh),
-        ops.TANH: math.tanh,
-        ops.ASINH: math.asinh,
-        ops.ACOSH: _or_nan(math.acosh),
-        ops.ATANH: _atanh,
-        ops.EXP: _or_nan(math.exp),
-        ops.LOG: _log,
-        ops.SQRT: _or_nan(math.sqrt),
-        ops.ABS: abs,
-        ops.SIGN: _sign,
-        ops.FLOOR: lambda x: float(math.floor(x)) if math.isfinite(x) else x,
-        ops.ATAN2: math.atan2,
-        ops.MODULO: lambda a, b: a - b * math.floor(a / b) if b and math.isfinite(a / b) else math.nan,
-        ops.POW: _or_nan(_power),
-    },
+    {row.code: row.value for row in ops.OPERATIONS if row.value is not None},
     lambda table, x, order: table(x, order),
 )
 
@@ -195,33 +103,11 @@ def multiprecision(context: Any) -> Numbers:
 
         return checked
 
-    names = {
-        ops.SIN: "sin",
-        ops.COS: "cos",
-        ops.TAN: "tan",
-        ops.ASIN: "asin",
-        ops.ACOS: "acos",
-        ops.ATAN: "atan",
-        ops.SINH: "sinh",
-        ops.COSH: "cosh",
-        ops.TANH: "tanh",
-        ops.ASINH: "asinh",
-        ops.ACOSH: "acosh",
-        ops.ATANH: "atanh",
-        ops.EXP: "exp",
-        ops.LOG: "log",
-        ops.SQRT: "sqrt",
-        ops.SIGN: "sign",
-        ops.FLOOR: "floor",
-        ops.ATAN2: "atan2",
-        ops.POW: "power",
-    }
-    functions = {code: real(getattr(context, name)) for code, name in names.items()}
-    functions[ops.ABS] = abs
-    functions[ops.DIV] = real(lambda a, b: a / b)
-    functions[ops.MODULO] = real(lambda a, b: a - b * context.floor(a / b))
     return Numbers(
         lambda c: context.mpf(c.numerator) / c.denominator,
-        _SCALAR | functions,
+        {
+            **FLOATS.functions,
+            **{row.code: real(row.digits(context)) for row in ops.OPERATIONS if row.digits is not None},
+        },
         lambda table, x, order: context.mpf(table(float(x), order)),
     )

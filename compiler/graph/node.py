@@ -8,7 +8,7 @@ from typing import Final
 
 from . import operations as ops
 from .field import HALF, P, hashed
-from .fold import exact_binary, exact_unary, is_short
+from .fold import is_short
 from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, Parity
 from .store import NONE, Node, Store
 
@@ -24,6 +24,12 @@ class DivisionByZero(ZeroDivisionError):
     def __init__(self, numerator: Node) -> None:
         super().__init__("division by an expression that is identically zero")
         self.numerator = numerator
+
+
+def _folded(code: int, *arguments: Fraction) -> Fraction | None:
+    """Return an operation of constants where its result is rational, else None."""
+    exact = OPERATIONS[code].exact
+    return None if exact is None else exact(*arguments)
 
 
 class Graph(Store):
@@ -237,7 +243,7 @@ class Graph(Store):
         """Apply a unary function: exact results, parity, then interning."""
         parity = OPERATIONS[code].parity
         if self._code[a] == CONST:
-            exact = exact_unary(code, self._constants[a])
+            exact = _folded(code, self._constants[a])
             if exact is not None:
                 return self.constant(exact)
         if parity is not Parity.NONE and self._is_negative(a):
@@ -335,7 +341,7 @@ class Graph(Store):
 
     def _binary(self, code: int, a: Node, b: Node) -> Node:
         if self._code[a] == CONST and self._code[b] == CONST:
-            exact = exact_binary(code, self._constants[a], self._constants[b])
+            exact = _folded(code, self._constants[a], self._constants[b])
             if exact is not None:
                 return self.constant(exact)
         return self._opaque(code, a, b)

@@ -50,58 +50,18 @@ def transfer(
 def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) -> Node:
     """Apply the operation of a node of ``source`` to arguments in ``target``."""
     code = source.op(n)
-    match code:
-        case ops.ADD:
-            return target.add(*arguments)
-        case ops.SUB:
-            return target.sub(*arguments)
-        case ops.MUL:
-            return target.mul(*arguments)
-        case ops.DIV:
-            return target.div(*arguments)
-        case ops.SELECT:
-            return target.select(*arguments)
-        case ops.LOOKUP:
-            index, order = source.table_of(n)
-            if target is not source:
-                index = target.add_table(source.tables[index])
-            found = target.lookup(index, *arguments)
-            for _ in range(order):
-                found = target.lookup_slope(found)
-            return found
-        case _:
-            return _CONSTRUCTORS[code](target, *arguments)
+    if code != ops.LOOKUP:
+        return _CONSTRUCTORS[code](target, *arguments)
+    index, order = source.table_of(n)
+    if target is not source:
+        index = target.add_table(source.tables[index])
+    found = target.lookup(index, *arguments)
+    for _ in range(order):
+        found = target.lookup_slope(found)
+    return found
 
 
-_CONSTRUCTORS: dict[int, Callable[..., Node]] = {
-    ops.NEG: Graph.neg,
-    ops.SIN: Graph.sin,
-    ops.COS: Graph.cos,
-    ops.TAN: Graph.tan,
-    ops.ASIN: Graph.asin,
-    ops.ACOS: Graph.acos,
-    ops.ATAN: Graph.atan,
-    ops.SINH: Graph.sinh,
-    ops.COSH: Graph.cosh,
-    ops.TANH: Graph.tanh,
-    ops.ASINH: Graph.asinh,
-    ops.ACOSH: Graph.acosh,
-    ops.ATANH: Graph.atanh,
-    ops.EXP: Graph.exp,
-    ops.LOG: Graph.log,
-    ops.SQRT: Graph.sqrt,
-    ops.ABS: Graph.abs,
-    ops.SIGN: Graph.sign,
-    ops.FLOOR: Graph.floor,
-    ops.ATAN2: Graph.atan2,
-    ops.MINIMUM: Graph.minimum,
-    ops.MAXIMUM: Graph.maximum,
-    ops.MODULO: Graph.modulo,
-    ops.POW: Graph.pow,
-    ops.LESS: Graph.less,
-    ops.LESS_EQUAL: Graph.less_equal,
-    ops.EQUAL: Graph.equal,
-    ops.AND: Graph.logical_and,
-    ops.OR: Graph.logical_or,
-    ops.NOT: Graph.logical_not,
-}
+_CONSTRUCTORS: tuple[Callable[..., Node], ...] = tuple(
+    getattr(Graph, row.build or row.name) for row in ops.OPERATIONS
+)
+"""By code."""

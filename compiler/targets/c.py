@@ -14,7 +14,7 @@ from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
 from ..uncollected import uncollected
 from ..verification import verified
-from .c_forms import DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
+from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .expressions import lines
 from .literal import PI_DIGITS
 
@@ -126,8 +126,7 @@ class _File:
         for code in self.used & NEEDED_BY_OWN.keys():
             library.update(NEEDED_BY_OWN[code])
         self.library = sorted(library)
-        reserved = {*_WORDS.split(), *library, *(n for code, n in LIBRARY.items())}
-        self.names = identifiers(program, {*reserved, "sign", "minimum", "maximum", "modulo"})
+        self.names = identifiers(program, {*_WORDS.split(), *library, *CALLED.values()})
 
     def lines(self) -> Iterator[str]:
         program = self.program

@@ -65,13 +65,6 @@ FORMS: Final[Mapping[int, Form]] = {
     ops.SELECT: Form("{} ? {} : {}", CHOICE, (LOGIC, CHOICE + 1, CHOICE + 1), False, (True, False, False)),
 }
 
-LIBRARY: Final[Mapping[int, str]] = {
-    code: FORMS[code].template.split("(")[0]
-    for code in FORMS
-    if FORMS[code].binds == ATOM and code not in (ops.SIGN, ops.MINIMUM, ops.MAXIMUM, ops.MODULO)
-}
-"""Functions of the C library, which have other names in higher precision."""
-
 OWN: Final[Mapping[int, str]] = {
     ops.SIGN: """\
 static inline mech_real sign(mech_real x)
@@ -136,6 +129,14 @@ static mech_real lookup(const mech_real (*points)[3], int n, int order, mech_rea
 """,
 }
 """Functions to be written into a file that uses them."""
+
+CALLED: Final[Mapping[int, str]] = {
+    code: form.template.split("(")[0] for code, form in FORMS.items() if form.binds == ATOM
+}
+"""The functions that operations are written as."""
+
+LIBRARY: Final[Mapping[int, str]] = {code: name for code, name in CALLED.items() if code not in OWN}
+"""Functions of the C library, which have other names in higher precision."""
 
 NEEDED_BY_OWN: Final[Mapping[int, tuple[str, ...]]] = {ops.MODULO: ("fmod", "copysign")}
 

@@ -20,7 +20,7 @@ from ...mechanics.system import MechanicalSystem
 from ..rows.signs import Side
 from .whole_parts import evenness, frozen, stair
 
-JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.SIGN, ops.SELECT})
+UNSEEN = ops.JUMPING | {ops.SELECT}
 """Operations that a derivative does not see jump."""
 
 
@@ -97,7 +97,7 @@ def find_switches(
         support = set(graph.support(image))
         if support <= fixed:
             continue
-        x, pairs = stair(graph, image), _compared(system, image)
+        x, pairs = stair(graph, image), compared(graph, image)
         if x is not None:
             if not _moves(graph, x, support - fixed):
                 continue
@@ -110,7 +110,7 @@ def find_switches(
             continue
         if pairs is None or not _moves(graph, graph.sub(*pairs[:2]), support - fixed):
             continue
-        (a, b, negated), (left, right, _) = pairs, _compared(system, relation) or pairs
+        (a, b, negated), (left, right, _) = pairs, compared(graph, relation) or pairs
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
@@ -134,7 +134,7 @@ def find_switches(
 def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[Node]:
     """Return what the rates of constraints ask of time alone, as where max(0, f(time)) bends: they jump there."""
     graph, known = system.graph, {system.symbols.time, *(s.node for s in system.symbols.parameters)}
-    asked = [n for n in graph.reach(rates) if _compared(system, n) is not None]
+    asked = [n for n in graph.reach(rates) if compared(graph, n) is not None]
     return [n for n in asked if known.issuperset(graph.support(n))]
 
 
@@ -143,9 +143,8 @@ def _moves(graph: Graph, x: Node, symbols: Collection[Node]) -> bool:
     return not all(map(graph.is_zero, vjp(graph, [(x, graph.one)], list(symbols))))
 
 
-def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, bool] | None:
+def compared(graph: Graph, relation: Node) -> tuple[Node, Node, bool] | None:
     """Return (a, b, negated) so that the relation is a < b, or its negation."""
-    graph = system.graph
     match graph.op(relation):
         case ops.LESS:
             a, b = graph.args(relation)
@@ -162,7 +161,7 @@ def _compared(system: MechanicalSystem, relation: Node) -> tuple[Node, Node, boo
 def _crossing(system: MechanicalSystem, g: Node, of_time: bool) -> tuple[Node, int] | None:
     """Return the time at which g = slope (t - T) vanishes and the value of g < 0 from then on."""
     graph, time = system.graph, system.symbols.time
-    if not of_time or any(graph.op(n) in JUMPING and time in graph.support(n) for n in graph.reach([g])):
+    if not of_time or any(graph.op(n) in UNSEEN and time in graph.support(n) for n in graph.reach([g])):
         return None
     (slope,) = jvp(graph, [g], {time: graph.one})
     if not graph.is_constant(slope) or graph.is_zero(slope):

@@ -21,8 +21,6 @@ from ...mechanics.system import MechanicalSystem
 from .constraints import Row
 from .defaults import default_values
 
-JUMPING = frozenset({ops.LESS, ops.LESS_EQUAL, ops.EQUAL, ops.SIGN, ops.FLOOR, ops.MODULO})
-
 HORIZONS = (0.1, 1.0, 10.0, 100.0)
 """Times up to which is looked."""
 
@@ -85,7 +83,7 @@ def check_held(system: MechanicalSystem, rows: Sequence[Row], reporter: Reporter
 
 def _levels(graph: Graph, formula: Node, time: Node) -> list[Node]:
     """Return what tells by whole numbers on which piece of a formula a time is."""
-    found = [n for n in graph.reach([formula]) if graph.op(n) in JUMPING and time in graph.support(n)]
+    found = [n for n in graph.reach([formula]) if graph.op(n) in ops.JUMPING and time in graph.support(n)]
     return [graph.floor(graph.div(*graph.args(n))) if graph.op(n) == ops.MODULO else n for n in found]
 
 

@@ -13,14 +13,12 @@ from msgspec import Struct
 from ...flat.model import Impulse, Reinit
 from ...graph import Node
 from ...graph.differentiate import jvp, vjp
-from ...graph.operations import FLOOR, LESS, LESS_EQUAL, MODULO, SELECT, SIGN
+from ...graph.operations import JUMPING, SELECT
 from ...graph.rewrite import substitute
 from ...graph.vector import matvec
 from ...mechanics.modes import SetAction
 from ...mechanics.system import MechanicalSystem
 from ..rows.residual import constraint_rates, highest, projected
-
-JUMPING = frozenset({LESS, LESS_EQUAL, SIGN, FLOOR, MODULO})
 
 
 class Energies(Struct, frozen=True):
