@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from . import operations as ops
 from .node import Graph, Node
@@ -51,7 +51,8 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     """Apply the operation of a node of ``source`` to arguments in ``target``."""
     code = source.op(n)
     if code != ops.LOOKUP:
-        return _CONSTRUCTORS[code](target, *arguments)
+        built: Node = getattr(target, _CONSTRUCTORS[code])(*arguments)
+        return built
     index, order = source.table_of(n)
     if target is not source:
         index = target.add_table(source.tables[index])
@@ -61,7 +62,5 @@ def rebuild(source: Graph, n: Node, target: Graph, arguments: tuple[Node, ...]) 
     return found
 
 
-_CONSTRUCTORS: tuple[Callable[..., Node], ...] = tuple(
-    getattr(Graph, row.build or row.name) for row in ops.OPERATIONS
-)
-"""By code."""
+_CONSTRUCTORS = tuple(row.build or row.name for row in ops.OPERATIONS)
+"""Their names, by code."""

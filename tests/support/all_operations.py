@@ -59,6 +59,10 @@ def missing(row: Operation) -> list[str]:
         lacks(f"constructor Graph.{constructor(row)}", node)
     if row.value is None and not lookup:
         lacks("'value', what it gives for floats,", ops)
+    elif row.value is not None and row.digits is None and not all(truths(row)):
+        given = [bool(k) if k else mpmath.mpf(1) / 3 for k in truths(row)]
+        if isinstance(row.value(*given), float):
+            lacks("'digits', what it gives for many digits (its 'value' gives floats only),", ops)
     if row.code not in c_forms.FORMS and not lookup:
         lacks("row in FORMS", c_forms)
     if row.code not in python_forms.FORMS:
