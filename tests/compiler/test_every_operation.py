@@ -33,7 +33,7 @@ from all_operations import (
 from native_code import Both, bits
 from sympy import sympify
 
-from mechc.compiler.equations import stairs, switches
+from mechc.compiler.equations.hybrid import switches, whole_parts
 from mechc.compiler.graph import DivisionByZero, Graph, Node, fold
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.differentiate import gradient, jvp
@@ -262,8 +262,8 @@ def test_it_says_whether_it_jumps(row: Operation) -> None:
     if row.jumps and row.code not in REFUSED:
         g = Graph()
         n = apply(g, row, [g.symbol(f"x{i}") for i in range(row.arity)])
-        located = stairs.stair(g, n) is not None or switches.compared(g, n) is not None
-        files = f"'compared' in {file_of(switches)}, 'stair' in {file_of(stairs)}"
+        located = whole_parts.stair(g, n) is not None or switches.compared(g, n) is not None
+        files = f"'compared' in {file_of(switches)}, 'stair' in {file_of(whole_parts)}"
         assert located, f"where '{row.name}' jumps there is no event: {files}"
 
 
