@@ -26,12 +26,6 @@ class DivisionByZero(ZeroDivisionError):
         self.numerator = numerator
 
 
-def _folded(code: int, *arguments: Fraction) -> Fraction | None:
-    """Return an operation of constants where its result is rational, else None."""
-    exact = OPERATIONS[code].exact
-    return None if exact is None else exact(*arguments)
-
-
 class Graph(Store):
     """Build and read expressions (reading: store.py)."""
 
@@ -243,9 +237,9 @@ class Graph(Store):
         """Apply a unary function: exact results, parity, then interning."""
         parity = OPERATIONS[code].parity
         if self._code[a] == CONST:
-            exact = _folded(code, self._constants[a])
-            if exact is not None:
-                return self.constant(exact)
+            folded = (exact := OPERATIONS[code].exact) and exact(self._constants[a])
+            if folded is not None:
+                return self.constant(folded)
         if parity is not Parity.NONE and self._is_negative(a):
             positive = self._function(code, self.neg(a))
             return positive if parity is Parity.EVEN else self.neg(positive)
@@ -341,9 +335,9 @@ class Graph(Store):
 
     def _binary(self, code: int, a: Node, b: Node) -> Node:
         if self._code[a] == CONST and self._code[b] == CONST:
-            exact = _folded(code, self._constants[a], self._constants[b])
-            if exact is not None:
-                return self.constant(exact)
+            folded = (exact := OPERATIONS[code].exact) and exact(self._constants[a], self._constants[b])
+            if folded is not None:
+                return self.constant(folded)
         return self._opaque(code, a, b)
 
     def lookup(self, table: int, x: Node) -> Node:
