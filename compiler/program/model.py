@@ -20,28 +20,30 @@ from ..graph import Table
 Value = int
 """Position of a statement in its body."""
 
+# statements are written as arrays that begin with the number of their class (stored.py)
 
-class Load(Struct, frozen=True):
+
+class Load(Struct, frozen=True, array_like=True, tag=0):
     """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w."""
 
     array: str
     index: int
 
 
-class Literal(Struct, frozen=True):
+class Literal(Struct, frozen=True, array_like=True, tag=1):
     """An exact constant; the target rounds it to its own numbers."""
 
     number: Fraction
 
 
-class Operate(Struct, frozen=True):
+class Operate(Struct, frozen=True, array_like=True, tag=2):
     """One operation of the graph (``graph/operations.py``)."""
 
     code: int
     operands: tuple[Value, ...]
 
 
-class Lookup(Struct, frozen=True):
+class Lookup(Struct, frozen=True, array_like=True, tag=3):
     """The value (order 0) or a derivative of ``tables[table]`` at the operand."""
 
     table: int
@@ -49,7 +51,7 @@ class Lookup(Struct, frozen=True):
     operand: Value
 
 
-class Store(Struct, frozen=True):
+class Store(Struct, frozen=True, array_like=True, tag=4):
     """``array[index] = value``; the array is out, w or, in ``parameters``, p.
 
     ``guarded``: only where the parameter is not set from outside (set[index] == 0).
