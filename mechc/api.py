@@ -20,7 +20,7 @@ from .compiler.pipeline import Compilation, program_for
 from .lang.diagnostics import Diagnostic
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .settings import Given, UsageMistake, settings_in_si, unknown_name
+from .settings import Given, UsageMistake, elements_of, settings_in_si, tidy, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -206,12 +206,15 @@ class Model:
         """Return this model with other values of parameters; structural ones compile it again."""
         if not values:
             return self
+        values = {tidy(name): value for name, value in values.items()}
         known = self.structural_parameters
         structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
         settings = {name: value for name, value in values.items() if name not in known}
-        changed = Model(self._code.variant(self._code.structural | structural), self._settings | settings)
-        settings_in_si(settings, changed.settable_units())  # a mistake is told here, not when the run begins
-        return changed
+        changed = Model(self._code.variant(self._code.structural | structural), self._settings)
+        new = changed._in_si(settings)  # a mistake is told here, not when the run begins
+        units = changed.settable_units()
+        kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
+        return Model(changed._code, kept | settings)
 
     def for_experiment(self, name: str | None) -> Model:
         """Return this model with the structural parameters that an experiment sets.
@@ -257,7 +260,11 @@ class Model:
     @property
     def settings(self) -> dict[str, float]:
         """The changed values, in SI."""
-        return settings_in_si(self._settings, self.settable_units())
+        return self._in_si(self._settings)
+
+    def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
+        rotations = {c.variable.name for c in self.compilation.system.symbols.coordinates if c.is_rotation}
+        return settings_in_si(settings, self.settable_units(), rotations)
 
     def problem(self, target: Target = "auto", *, method: str = "", reproducible: bool = False) -> Problem:
         """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
@@ -300,6 +307,7 @@ class Model:
 def _compile(
     source: SourceFile, folder: Path, model: str | None, given: dict[str, Given], keep: Collection[str]
 ) -> Model:
+    given = {tidy(name): value for name, value in given.items()}
     declared = structural_names(source) if given else ()
     early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}
     return Model(Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)

@@ -15,7 +15,7 @@ class Display(Struct, frozen=True):
 
     def unit(self, si: str, declared: str) -> str:
         """Return the unit to show a quantity in: chosen, declared in the model, or SI."""
-        wanted = self.chosen.get(_kind(si))
+        wanted = self.chosen.get(_kind(declared or si))
         if wanted:
             return wanted
         numerator, slash, rest = si.partition("/")
@@ -57,5 +57,9 @@ def _kind(si: str) -> str:
 
 
 def _key(unit: Unit) -> str:
-    """Tell dimensions apart, and angles from pure numbers; rates of angles count as angles per time."""
-    return f"{unit.dimension}{' angle' if unit.angle else ''}"
+    """Tell dimensions apart, angles from pure numbers, torques in N.m from energies; rates of angles are angles per time."""
+    torque = unit.dimension == _ENERGY and "N." in unit.symbol
+    return f"{unit.dimension}{' angle' if unit.angle else ''}{' torque' if torque else ''}"
+
+
+_ENERGY = parse_unit("J").dimension

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
@@ -68,7 +68,7 @@ def split_assignment(text: str) -> tuple[str, str]:
     name, sign, value = text.partition("=")
     if not sign or not name.strip() or not value.strip():
         raise UsageMistake(f"'{text}' is not of the form name=value")
-    return name.strip(), value.strip()
+    return tidy(name), value.strip()
 
 
 def read_value(text: str) -> Value:
@@ -145,23 +145,29 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
     )
 
 
-def settings_in_si(given: Mapping[str, Given], units: Mapping[str, str]) -> dict[str, float]:
+def settings_in_si(
+    given: Mapping[str, Given], units: Mapping[str, str], rotations: Collection[str] = ()
+) -> dict[str, float]:
     """Convert settings to SI and spread lists over the elements ``name[1]``, ``name[2]``, ...
 
-    ``units`` maps each name that may be set to its SI unit. Raises UsageMistake.
+    ``units`` maps each name that may be set to its SI unit; ``rotations`` are names whose numbers make sense
+    together only. One value fills all elements; one for an element goes before one for the whole.
+    Raises UsageMistake.
     """
     settings: dict[str, float] = {}
-    for name, what in given.items():
+    named = [(name, what, elements_of(name, units)) for name, what in given.items()]
+    for name, what, elements in sorted(named, key=lambda item: -len(item[2])):
         value = _as_value(name, plain(what))
-        elements = [name] if name in units else _elements(name, units)
         if not elements:
             raise unknown_name("parameter or initial value", name, units)
         numbers = value.in_unit(units[elements[0]], name)
-        if value.single and len(elements) > 1:
+        if value.single and name in rotations:
             raise UsageMistake(
-                f"'{name}' has {len(elements)} elements",
-                f"give all of them, as in {name}={{1, 2, ...}}, or {elements[0]}=1",
+                f"'{name}' is a rotation, which has {len(elements)} numbers",
+                f"give all of them, as in {name}={{1, 0, 0, 0}}: a unit quaternion",
             )
+        if value.single:
+            numbers *= len(elements)
         if name in units and len(numbers) != 1:
             raise UsageMistake(
                 f"'{name}' is one number, {len(numbers)} were given",
@@ -197,9 +203,25 @@ def _as_value(name: str, what: Scalar | Iterable[float]) -> Value:
     return Value(numbers, None, single)
 
 
-def _elements(name: str, units: Mapping[str, str]) -> list[str]:
-    """Return the elements of an array in their order; ``der(x)`` has ``der(x)[1]`` or ``der(x[1])``."""
-    heads = [f"{name}["]
-    if name.startswith("der(") and name.endswith(")"):
-        heads.append(f"{name[:-1]}[")
-    return [known for known in units if known.startswith(tuple(heads))]
+def tidy(name: str) -> str:
+    """Return a name as results have it: ``grid[2, 1].m`` is ``grid[2,1].m``."""
+    return "".join(name.split())
+
+
+def elements_of(name: str, names: Collection[str]) -> list[str]:
+    """Return what a name stands for, in order: itself, or all elements, as ``grid.m`` and ``der(x)`` have them."""
+    if name in names:
+        return [name]
+    match = _RATE.fullmatch(name)
+    inner, index = (match[1], match[2]) if match else (name, "")
+    every = r"\.".join(re.escape(p) + ("" if p.endswith("]") else _ANY) for p in inner.split("."))
+    if not match:
+        return [known for known in names if re.fullmatch(every, known)]
+    if index:
+        return [known for known in (f"der({inner}{index})",) if known in names]
+    rates = re.compile(rf"der\({every}\){_ANY}")
+    return [known for known in names if rates.fullmatch(known)]
+
+
+_ANY = r"(?:\[[0-9,]+\])?"
+_RATE = re.compile(r"der\((.+)\)(\[[0-9,]+\])?")

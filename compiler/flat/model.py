@@ -433,12 +433,14 @@ class Setting(Struct, frozen=True):
 
 
 class Sweep(Struct, frozen=True):
-    """``target in values``: one run for each (numbers in SI)."""
+    """``target in values``: one run for each (numbers in SI). ``indices`` and ``rate`` as in ``Setting``."""
 
     target: str
     values: tuple[Expression, ...]
     structural: bool
     origin: Origin
+    indices: tuple[int, ...] = ()
+    rate: bool = False
 
 
 class Experiment(Struct, frozen=True):

@@ -216,7 +216,9 @@ def _experiment(experiment: Experiment) -> Iterable[str]:
         yield f"    {f'der({name})' if setting.rate else name} {sign} {text(setting.value)}"
     for sweep in experiment.sweeps:
         word = "structural " if sweep.structural else ""
-        yield f"    {word}{sweep.target} in {{{', '.join(text(v) for v in sweep.values)}}}"
+        name = element_name(sweep.target, sweep.indices)
+        name = f"der({name})" if sweep.rate else name
+        yield f"    {word}{name} in {{{', '.join(text(v) for v in sweep.values)}}}"
 
 
 def _options(options: Mapping[str, Expression]) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -206,12 +207,12 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
 
 def _note_bare_angles(model: Model, settings: dict[str, str]) -> None:
     """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
-    from ..settings import read_value
+    from ..settings import elements_of, read_value
     from .failures import say
 
     units = model.settable_units()
     for name, text in settings.items():
-        if units.get(name) != "rad" or "pi" in text:
+        if "pi" in text or not any(units[n] == "rad" for n in elements_of(name, units)):
             continue
         value = read_value(text)
         if value.unit is None and any(value.numbers):
@@ -234,15 +235,17 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
     """Return the names asked for with --outputs; a vector's name stands for its elements."""
     if text is None:
         return []
-    from ..settings import unknown_name
+    from ..settings import elements_of, tidy, unknown_name
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")
     entries = (*equations.states, *equations.outputs, *equations.inputs, *discretes)
     known = [*dict.fromkeys(entry.name for entry in entries)]  # an account is a state and an output
     names: list[str] = []
-    for wanted in (part.strip() for part in text.split(",") if part.strip()):
-        found = [n for n in known if n == wanted or n.startswith((f"{wanted}[", f"{wanted}."))]
+    for wanted in filter(
+        None, re.split(r",(?![^\[]*\])", tidy(text))
+    ):  # commas between names, not in indices
+        found = elements_of(wanted, known) or [n for n in known if n.startswith((f"{wanted}[", f"{wanted}."))]
         if not found:
             raise unknown_name("coordinate, state, output, input or discrete variable", wanted, known)
         names += found

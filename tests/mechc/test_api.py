@@ -201,3 +201,38 @@ def test_the_main_program_in_c_has_a_stop_time_where_the_model_says_none() -> No
     assert defaults_of(
         mechc.loads("coordinate x = 1; kinetic 1/2*1 kg*1 m^2*der(x)^2;").problem("python")
     ) == Defaults(tolerance=1e-8)
+
+
+CELLS = """
+model Cell
+  parameter m = 1 kg;
+  coordinate x = 1 m;
+  kinetic 1/2*m*der(x)^2;
+  potential 1/2*4 N/m*x^2;
+end Cell;
+model Grid
+  Cell grid[2, 2];
+  coordinate Length r[2] = {1, 2} m;
+  kinetic 1/2*1 kg*dot(der(r), der(r));
+  experiment plain(stop = 1 s);
+  experiment line(r[1] in {3, 4} m, der(r[2]) in {0, 5} m/s, stop = 1 s);
+end Grid;
+"""
+
+
+def test_settings_of_all_components_and_of_single_ones() -> None:
+    grid = mechc.loads(CELLS).with_values({"grid.m": "4 kg", "grid[2, 1].m": 1})
+    last = grid.simulate(experiment="plain").final()
+    slow, fast = math.cos(1), math.cos(2)  # sqrt(4 N/m / 4 kg), sqrt(4 N/m / 1 kg)
+    found = [last[f"grid[{i},{j}].x"] for i in (1, 2) for j in (1, 2)]
+    assert found == pytest.approx([slow, slow, fast, slow], abs=1e-8)
+    assert grid.with_values({"grid.m": 1}).settings == {f"grid[{i},{j}].m": 1 for i in (1, 2) for j in (1, 2)}
+
+
+def test_sweeps_over_elements_and_rates() -> None:
+    sweep = mechc.loads(CELLS).sweep(experiment="line", estimate_error=False)
+    assert [dict(p) for p in sweep.points] == [
+        {"r[1]": r, "der(r[2])": v} for r in (3.0, 4.0) for v in (0.0, 5.0)
+    ]
+    found = [(s.final()["r[1]"], s.final()["r[2]"]) for s in sweep.solutions]
+    assert found == [pytest.approx((r, 2 + v), abs=1e-9) for r in (3, 4) for v in (0, 5)]

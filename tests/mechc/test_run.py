@@ -170,6 +170,41 @@ def test_results_in_files(ending: str, capsys: pytest.CaptureFixture[str]) -> No
     np.testing.assert_allclose(results["x"], 0.1 * np.cos(OMEGA * results.time), atol=1e-9)
 
 
+def test_outputs_chosen_by_the_names_of_components(
+    own_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (own_folder / "grid.mech").write_text(
+        "model Cell  coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; end Cell;"
+        "model Grid  Cell c[2, 2]; experiment(stop = 1 s); end Grid;"
+    )
+    for wanted, expected in (
+        ("c.x", ["c[1,1].x", "c[1,2].x", "c[2,1].x", "c[2,2].x"]),
+        ("c[2, 1].x,c[1,2].x", ["c[2,1].x", "c[1,2].x"]),
+        ("c[1,2], der(c.x)", ["c[1,2].x", *(f"der(c[{i},{j}].x)" for i in (1, 2) for j in (1, 2))]),
+    ):
+        assert run(["run", "grid.mech", "-q", "-o", "grid.csv", "--outputs", wanted]) == 0, (
+            capsys.readouterr()
+        )
+        assert list(read_results("grid.csv")) == expected
+
+
+def test_units_of_energies_leave_torques_alone(own_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (own_folder / "turn.mech").write_text(
+        "parameter M = 2 N.m; coordinate a = 0 rad; kinetic 1/2*1 kg.m^2*der(a)^2; torque M on world*rot(a);"
+        "output y = 2*M; output E = kinetic_energy(); experiment(stop = 1 s);"
+    )
+    for unit, y, energy in (
+        ("mJ", "y [N.m]", "E [mJ]"),
+        ("N.mm", "y [N.mm]", "E [J]"),
+        ("kJ,N.cm", "y [N.cm]", "E [kJ]"),
+    ):
+        assert run(["run", "turn.mech", "-q", "-o", "t.csv", "--outputs", "y,E", "--display", unit]) == 0, (
+            capsys.readouterr()
+        )
+        with Path("t.csv").open(newline="") as file:
+            assert next(csv.reader(file)) == ["time [s]", y, energy]
+
+
 def test_chosen_outputs_and_units_in_a_table(capsys: pytest.CaptureFixture[str]) -> None:
     call(capsys, "-q", "-o", "motion.csv", "--outputs", "doubled,x", "--display", "mm")
     with Path("motion.csv").open(newline="") as file:

@@ -10,6 +10,7 @@ import pytest
 from mechc.settings import (
     Given,
     UsageMistake,
+    elements_of,
     read_value,
     settings_in_si,
     split_assignment,
@@ -24,6 +25,9 @@ UNITS = {
     "r[1]": "m",
     "r[2]": "m",
     "der(R)[1]": "rad/s",
+    **{f"Q[{k}]": "" for k in range(1, 5)},
+    **{f"grid[{i},{j}].m": "kg" for i in (1, 2) for j in (1, 2)},
+    **{f"der(grid[{i},{j}].x[{k}])": "m/s" for i in (1, 2) for j in (1, 2) for k in (1, 2)},
 }
 
 
@@ -56,6 +60,29 @@ def test_settings_are_converted_to_si() -> None:
     )
 
 
+def test_one_value_fills_all_elements_and_single_ones_go_first() -> None:
+    grid = [f"grid[{i},{j}].m" for i in (1, 2) for j in (1, 2)]
+    assert settings_in_si({"grid.m": "30 g"}, UNITS) == dict.fromkeys(grid, 0.03)
+    assert settings_in_si({"grid[2,1].m": 5, "grid.m": 3}, UNITS) == dict(
+        zip(grid, [3, 3, 5, 3], strict=True)
+    )
+    assert settings_in_si({"grid.m": "{1, 2, 3, 4} kg"}, UNITS) == dict(zip(grid, [1, 2, 3, 4], strict=True))
+    assert settings_in_si({"r": "1 mm"}, UNITS) == {"r[1]": 1e-3, "r[2]": 1e-3}
+    assert list(settings_in_si({"der(grid[1,2].x)": 1}, UNITS)) == [
+        "der(grid[1,2].x[1])",
+        "der(grid[1,2].x[2])",
+    ]
+    assert len(settings_in_si({"der(grid.x)": 1}, UNITS)) == 8
+    assert list(settings_in_si({"der(grid[2,2].x)[2]": 1}, UNITS)) == ["der(grid[2,2].x[2])"]
+
+
+@pytest.mark.parametrize(
+    "name", ["grid[1].m", "grid.n", "grid", "rid.m", "grid.m[1]", "der(grid.m)", "der(grid.x", "r[3]"]
+)
+def test_names_that_stand_for_nothing(name: str) -> None:
+    assert elements_of(name, UNITS) == []
+
+
 def test_numbers_of_numpy_are_numbers() -> None:
     given: dict[str, Given] = {
         "l": np.int64(2),
@@ -74,7 +101,11 @@ def test_numbers_of_numpy_are_numbers() -> None:
         ({"tehta": "3"}, "the model has no parameter or initial value 'tehta'", "did you mean 'theta'?"),
         ({"l": "3 metres"}, "'l': unknown unit 'metres'", "did you mean 'm'?"),
         ({"l": "long"}, "'l': 'long' is not a number", 'a number with its unit, as in "80 cm" or "30 deg"'),
-        ({"r": "1 m"}, "'r' has 2 elements", "give all of them, as in r={1, 2, ...}, or r[1]=1"),
+        (
+            {"Q": 1},
+            "'Q' is a rotation, which has 4 numbers",
+            "give all of them, as in Q={1, 0, 0, 0}: a unit quaternion",
+        ),
         (
             {"l": [1.0, 2.0]},
             "'l' is one number, 2 were given",
@@ -97,13 +128,14 @@ def test_numbers_of_numpy_are_numbers() -> None:
 )
 def test_mistakes(given: dict[str, Given], message: str, help: str) -> None:
     with pytest.raises(UsageMistake) as caught:
-        settings_in_si(given, UNITS)
+        settings_in_si(given, UNITS, ["Q"])
     assert (caught.value.message, caught.value.help) == (message, help)
     assert str(caught.value) == (f"{message}; {help}" if help else message), "what a traceback shows"
 
 
 def test_assignments() -> None:
     assert split_assignment("der(theta) = 2 rad/s") == ("der(theta)", "2 rad/s")
+    assert split_assignment("grid[2, 1].m=3") == ("grid[2,1].m", "3")
     for wrong in ("l", "=3", "l="):
         with pytest.raises(UsageMistake):
             split_assignment(wrong)

@@ -49,7 +49,7 @@ def _plan(
     for sweep in experiment.sweeps:
         if sweep.structural:
             continue
-        swept = _find(system, layout, sweep.target, (), rate=False)
+        swept = _find(system, layout, sweep.target, sweep.indices, rate=sweep.rate)
         if not swept:
             reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
             continue

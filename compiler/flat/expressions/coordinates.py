@@ -8,7 +8,7 @@ from mechc.lang import ast
 
 from .. import types
 from ..instances.members import definition_value, type_of
-from ..model import Apply, Derivative, Element, Expression, Name, Role, Type
+from ..model import Apply, Array, Derivative, Element, Expression, Name, Role, Type
 from ..names.instance import DefinitionMember, LabelMember, Progress, VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import children
@@ -50,6 +50,18 @@ def target_of(scope: Scope, expression: Expression) -> Target | None:
                 return Target(name, indices, member.role, rate, _element(whole, indices), whole, member)
             case _:
                 return None
+
+
+def slice_elements(expression: Expression) -> tuple[Expression, ...] | None:
+    """Return the elements of ``joint.angle`` or ``der(joint.angle)``; None where it is no slice of components."""
+    match expression:
+        case Array(elements=elements):
+            return elements
+        case Derivative(type=type, span=span, operand=Array(elements=elements), order=order):
+            inner = types.element_of(type)
+            return tuple(Derivative(type=inner, span=span, operand=e, order=order) for e in elements)
+        case _:
+            return None
 
 
 def _element(type: Type, indices: tuple[int, ...]) -> Type:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import assert_never
 
+from msgspec.structs import replace
+
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
@@ -24,6 +26,7 @@ from .initial_values import initial
 from .loads import contact, damping, friction, load
 from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
+from .torques import is_torque
 from .variables import attributes, check_input, check_parameter
 
 
@@ -171,6 +174,8 @@ def _define(
         type = value.type
     origin = scope.origin(declaration.span)
     extra = attributes(scope, declaration, type)
+    if not extra.display and value is not None and is_torque(scope.flattening, value):
+        extra = replace(extra, display="N.m")
     record.definitions.append(model.Definition(name, role, type, value, origin, extra, declaration.doc))
 
 

@@ -12,12 +12,12 @@ from mechc.lang.source import Span
 from mechc.lang.suggest import closest
 
 from .. import model, types
-from ..expressions.coordinates import Target, target_of
+from ..expressions.coordinates import Target, slice_elements, target_of
 from ..expressions.references import component_index, existing
 from ..instances.declared_types import fit, fits
 from ..instances.instantiate import member_of
 from ..instances.members import type_of
-from ..model import Array, Expression, Kind, Role
+from ..model import Expression, Kind, Role
 from ..names.instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from ..names.scope import Constant, Poisoned, Scope
 from ..values.evaluate import constant, elements, not_structural, values_of
@@ -223,14 +223,15 @@ def _spread(
     scope: Scope, node: ast.Modification, left: Expression, value: Expression
 ) -> list[tuple[Expression, Expression]]:
     """Return the single settings of one that sets a slice, such as ``joint.angle = {1, 2} rad``."""
-    if not isinstance(left, Array):
+    parts = slice_elements(left)
+    if parts is None:
         return [(left, value)]
     if value.type.shape and value.type.shape != left.type.shape:
         value = fit(scope, value, types.numeric(left.type), node.value.span, name=node.target.span.text)
-    values = elements(value) if value.type.shape else [value] * len(left.elements)
+    values = elements(value) if value.type.shape else [value] * len(parts)
     return [
         pair
-        for part, part_value in zip(left.elements, values, strict=True)
+        for part, part_value in zip(parts, values, strict=True)
         for pair in _spread(scope, node, part, part_value)
     ]
 
@@ -264,16 +265,17 @@ def _set(scope: Scope, node: ast.Modification, left: Expression, value: Expressi
 
 def _sweep(scope: Scope, node: ast.Modification, left: Expression, parts: _Parts) -> None:
     target = _target(scope, node, left)
-    if target.rate or target.indices or left.type.shape:
+    if left.type.shape or left.type.kind is Kind.ROTATION:
         raise scope.fail(
             "E0809",
             "a sweep runs over the values of one parameter or initial value",
             node.target.span,
             caption=f"this is {types.describe(left.type)}",
+            help=f"give an index, as in '{node.target.span.text}[1] in ...'" if left.type.shape else "",
         )
     declared = target.member.declaration.name_span
     values = [
-        fit(scope, v, left.type, node.value.span, name=target.name, declared=declared)
+        fit(scope, v, left.type, node.value.span, name=node.target.span.text, declared=declared)
         for v in values_of(scope, node.value)
     ]
     if not values:
@@ -281,4 +283,7 @@ def _sweep(scope: Scope, node: ast.Modification, left: Expression, parts: _Parts
     for value in values:
         if not isinstance(constant(value), Fraction):
             raise not_structural(scope, node.value, value, "the values of a sweep")
-    parts.sweeps.append(model.Sweep(target.name, tuple(values), False, scope.origin(node.span)))
+    origin = scope.origin(node.span)
+    parts.sweeps.append(
+        model.Sweep(target.name, tuple(values), False, origin, target.indices, target.rate == 1)
+    )

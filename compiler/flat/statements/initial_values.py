@@ -6,11 +6,11 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from .. import model, types
-from ..expressions.coordinates import Target, target_of
+from ..expressions.coordinates import Target, slice_elements, target_of
 from ..instances.declared_types import distributed, fit
 from ..instances.members import elementwise, type_of
 from ..instances.modifications import cannot_modify
-from ..model import Array, Expression, Kind, Role, StartValue, Type
+from ..model import Expression, Kind, Role, StartValue, Type
 from ..names.instance import DECLARED, ROLE_WORDS, STATED, Modifier, VariableMember, rank_of
 from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index, subscripts
@@ -30,9 +30,10 @@ def _initial(
 ) -> None:
     node, guess = statement.start.value, statement.start.guess
     target = target_of(scope, left)
-    if target is None and isinstance(left, Array):
+    parts = slice_elements(left) if target is None else None
+    if parts is not None:
         value = fit(scope, value, types.numeric(left.type), node.span, name=statement.target.span.text)
-        for part, part_value in zip(elements(left), elements(value), strict=True):
+        for part, part_value in zip(parts, elements(value), strict=True):
             _initial(scope, statement, part, part_value, record)
         return
     if target is not None and (target.role in (Role.PARAMETER, Role.INPUT) or target.rate > 1):

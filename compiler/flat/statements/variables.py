@@ -174,11 +174,7 @@ def _check_display(scope: Scope, node: ast.Modification, text: str, type: Type) 
 
 def _unit(scope: Scope, declaration: ast.Declaration, type: Type) -> str:
     """Return the unit that a declaration is shown in, where that is not the usual one of its dimension."""
-    own = (
-        _written_unit(declaration, type)
-        or _unit_of_type(declaration, type)
-        or _unit_of_answer(declaration, type)
-    )
+    own = _written_unit(declaration, type) or _unit_of_type(declaration, type)
     node = getattr(declaration, "value", None)
     if own or scope.instance is None or not isinstance(node, ast.Reference) or len(node.parts) != 1:
         return own
@@ -208,14 +204,6 @@ def _unit_of_type(declaration: ast.Declaration, type: Type) -> str:
     if named is None or named.dimension != type.dimension or named.dimension.is_none:
         return ""
     return "" if named.unit == preferred_unit(type.dimension, type.angle) else named.unit
-
-
-def _unit_of_answer(declaration: ast.Declaration, type: Type) -> str:
-    """Return N.m where the value is the moment or the reaction of something: as a dimension it is that of energy."""
-    node = getattr(declaration, "value", None)
-    if not isinstance(node, ast.Call) or type.dimension != types.ENERGY:
-        return ""
-    return "N.m" if node.function.name in ("moment", "reaction", "multiplier") else ""
 
 
 def _if_fits(unit: str, type: Type) -> str:

@@ -97,6 +97,30 @@ def test_sweeps() -> None:
     ]
 
 
+def test_sweeps_of_elements_and_rates() -> None:
+    (experiment,) = flat(
+        with_experiment("l[2] in {3, 4} cm, part[1].angle in {1, 2} rad, der(x) in {0, 5} m/s, stop = 1 s")
+    ).experiments
+    assert [(s.target, s.indices, s.rate, [number(v) for v in s.values]) for s in experiment.sweeps] == [
+        ("l", (1,), False, [0.03, 0.04]),
+        ("part[1].angle", (), False, [1, 2]),
+        ("x", (), True, [0, 5]),
+    ]
+
+
+def test_rates_of_all_components_are_set_at_once() -> None:
+    (experiment,) = flat(
+        with_experiment("der(part.angle) = {1, 2} rad/s, part.angle ~ 1 rad, stop = 1 s")
+    ).experiments
+    assert [(s.target, s.rate, s.guess, number(s.value)) for s in experiment.settings] == [
+        ("part[1].angle", True, False, 1),
+        ("part[2].angle", True, False, 2),
+        ("part[1].angle", False, True, 1),
+        ("part[2].angle", False, True, 1),
+    ]
+    assert codes(with_experiment("der(part.angle) = {1, 2, 3} rad/s, stop = 1 s")) == ["E0305"]
+
+
 @pytest.mark.parametrize(
     ("settings", "code"),
     [
@@ -125,6 +149,9 @@ def test_sweeps() -> None:
         ("n = {1, 2}", "E0305"),
         ("m in 3 kg", "E0305"),
         ("l in {1, 2} m", "E0809"),
+        ("l[3] in {1, 2} m", "E0314"),
+        ("l[1] in {1, 2} s", "E0303"),
+        ("der(m) in {1, 2} kg/s", "E0802"),
         ("m in {1, 2} s", "E0303"),
         ("m in {m, 2*m}", "E0315"),
         ("world -> world", "E0801"),

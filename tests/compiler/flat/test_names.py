@@ -306,6 +306,13 @@ def test_rates_and_elements() -> None:
     assert rate(model, "R") == "= {0, 0, 2}"
 
 
+def test_initial_rates_of_all_components() -> None:
+    part = "model Part  coordinate Angle a = 0; kinetic 1/2*1 kg.m^2*der(a)^2; end Part;"
+    model = flat(part + "model M  Part p[2]; initial der(p.a) = {1, 2} rad/s; initial p.a ~ 3 rad; end M;")
+    assert [rate(model, f"p[{k}].a") for k in (1, 2)] == ["= 1", "= 2"]
+    assert [start(model, f"p[{k}].a") for k in (1, 2)] == ["~ 3", "~ 3"]
+
+
 def test_a_stronger_value_of_the_whole_replaces_weaker_ones_of_elements() -> None:
     part = "model Part  coordinate Length r[2] = 0; kinetic 1/2*1 kg*dot(der(r), der(r)); initial r[2] = 5 m; end Part;"
     inner = variable(flat(part + "model M  Part p; end M;"), "p.r")

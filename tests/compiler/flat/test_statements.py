@@ -442,6 +442,33 @@ def test_what_turns_is_shown_as_a_torque() -> None:
     assert definition(same, "N").attributes.display == "N.m", "as what it stands for"
 
 
+TORQUES = "parameter Torque M = 2 N.m; parameter K = 3 N.m/rad; parameter F = 2 N; parameter l = 1 m; parameter W = 1 J;"
+
+
+@pytest.mark.parametrize(
+    ("value", "unit"),
+    [
+        ("2*M", "N.m"),
+        ("-M + 1 J", "N.m"),
+        ("if q > 1 rad then M else 0", "N.m"),
+        ("clamp(K*q, -M, M)", "N.m"),
+        ("-K*q", "N.m"),
+        ("q*K", "N.m"),
+        ("{M, 2*M}[2]", "N.m"),
+        ("cross({l, 0 m}, {0 N, F})", "N.m"),
+        ("M/2", "N.m"),
+        ("1/2*K*q^2", ""),
+        ("K*q*q", ""),
+        ("M*q", ""),
+        ("F*l", ""),
+        ("2*W", ""),
+        ("dot({l, 0 m}, {0 N, F})", ""),
+    ],
+)
+def test_formulas_of_torques_are_shown_as_torques(value: str, unit: str) -> None:
+    assert definition(flat(CART + TORQUES + f"output y = {value};"), "y").attributes.display == unit
+
+
 @pytest.mark.parametrize(
     ("text", "code"),
     [
