@@ -1,0 +1,338 @@
+"""What an expression is at one point of a motion (language, sections 6, 7 and 12)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import reduce
+from typing import Any
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from mechc.compiler.flat import model as flat
+from oracle import poses
+from oracle.integrals import definite_integral
+from oracle.poses import Pose, vector
+from oracle.series import FUNCTIONS, Series, angle_of, apply, power, real
+from oracle.values import NotCovered
+
+Value = Any
+RELATIONS: dict[str, tuple[Callable[[Any, Any], bool], int]] = {
+    "less": (lambda a, b: a < b, -1),
+    "less_equal": (lambda a, b: a <= b, -1),
+    "greater": (lambda a, b: a > b, 1),
+    "greater_equal": (lambda a, b: a >= b, 1),
+}
+
+
+def each(f: Callable[[Any], Any], x: Value) -> Value:
+    """Apply a function to a number or to every element of an array."""
+    if not isinstance(x, np.ndarray):
+        return f(x)
+    out = np.empty(x.shape, object)
+    for i in np.ndindex(*x.shape):
+        out[i] = f(x[i])
+    return out
+
+
+def der(x: Value) -> Value:
+    """The derivative by time along the motion; what is no series is constant."""
+    return each(lambda s: s.der() if isinstance(s, Series) else 0.0, x)
+
+
+def rate_of(x: Any) -> Any:
+    return der(np.asarray(x, object))
+
+
+class Evaluator:
+    """Values of expressions. ``names`` holds variables, ``question`` answers queries, ``frame`` places free frames."""
+
+    def __init__(
+        self,
+        names: Mapping[str, Value],
+        definitions: Mapping[str, flat.Definition],
+        space: int,
+        frame: Callable[[str], Pose],
+        question: Callable[[flat.Query], Value],
+        frozen: dict[Any, Any] | None = None,
+    ) -> None:
+        self.names, self.definitions, self.space = names, definitions, space
+        self.frame, self.question = frame, question
+        self.frozen = frozen
+        self.seen: dict[Any, tuple[Series, Any]] = {}
+        self.floors: dict[Any, float] = {}
+        self.local: dict[str, Value] = {}
+        self.memo: dict[str, Value] = {}
+        self.previous: Evaluator | None = None
+        self.event: Callable[[flat.Apply], bool] | None = None
+        self.lazy: dict[str, Callable[[], Value]] = {}
+
+    # ------------------------------------------------------------ decisions
+
+    def decide(self, key: Any, margin: Any, now: bool) -> bool:
+        """A choice of a law: as it is now, or as it stays up to the next event (events, section 5)."""
+        if self.frozen is None or not isinstance(margin, Series):
+            return now
+        choice = self.frozen.setdefault(key, now)
+        self.seen[key] = (margin if choice else -margin, choice)
+        return bool(choice)
+
+    def whole_below(self, key: Any, x: Any) -> float:
+        """The floor of a number, kept up to the next event."""
+        if self.frozen is None or not isinstance(x, Series):
+            return math.floor(real(x))
+        n = self.frozen.setdefault(key, math.floor(x.real))
+        self.floors[key] = x.real
+        self.seen[key] = (x - n if x.real - n < 0.5 else n + 1 - x, n)
+        return float(n)
+
+    # ------------------------------------------------------------ expressions
+
+    def __call__(self, e: flat.Expression) -> Value:
+        match e:
+            case flat.Literal():
+                return e.value if isinstance(e.value, bool | str) else float(e.value)
+            case flat.Name():
+                return self.name(e.name)
+            case flat.Element():
+                base = self(e.base)
+                if isinstance(base, Pose):  # R[k]: the quaternion
+                    base = self.name(f"{_name(e.base)} quaternion")
+                return base[e.indices if len(e.indices) > 1 else e.indices[0]]
+            case flat.Derivative():
+                x = self(e.operand)
+                if isinstance(x, Pose):
+                    x, orders = self.name(f"{_name(e.operand)} rate"), e.order - 1
+                else:
+                    orders = e.order
+                for _ in range(orders):
+                    x = der(x)
+                return x
+            case flat.Previous():
+                return (self.previous or self)(e.operand)
+            case flat.Array():
+                return stack([self(x) for x in e.elements])
+            case flat.Select():
+                return self(e.then if self(e.condition) else e.otherwise)
+            case flat.Query():
+                return self.question(e)
+            case flat.Quadrature():
+                return self.quadrature(e)
+            case flat.Apply():
+                return self.apply(e)
+
+    def name(self, name: str) -> Value:
+        if name in self.local:
+            return self.local[name]
+        if name in self.names:
+            return self.names[name]
+        if name in self.lazy:
+            if name not in self.memo:
+                self.memo[name] = self.lazy[name]()
+            return self.memo[name]
+        if name == "world":
+            return poses.identity(self.space)
+        if self.local and name in self.definitions:
+            value = self.definitions[name].value  # no memory of what depends on a bound variable
+            return self.frame(name) if value is None else self(value)
+        if name not in self.memo:
+            value = self.definitions[name].value
+            self.memo[name] = self.frame(name) if value is None else self(value)
+        return self.memo[name]
+
+    def quadrature(self, e: flat.Quadrature) -> Value:
+        """``integral(e for s in a:b)``, with every kink and jump of e at the end of a piece."""
+
+        def body(s: Any) -> tuple[Value, dict[Any, tuple[Any, Any]]]:
+            outer = self.local, self.frozen, self.seen
+            self.local, self.frozen, self.seen = {**self.local, e.variable: s}, Fresh(), {}
+            try:
+                return self(e.body), dict(self.seen)
+            finally:
+                self.local, self.frozen, self.seen = outer
+
+        return definite_integral(body, self(e.lower), self(e.upper))
+
+    def apply(self, e: flat.Apply) -> Value:
+        f, key = e.function, id(e)
+        match f:
+            case "and":
+                return all(bool(self(x)) for x in e.arguments)
+            case "or":
+                return any(bool(self(x)) for x in e.arguments)
+            case "sample" | "initial":
+                if self.event is None:
+                    raise NotCovered(f"{f}() outside of an event")
+                return self.event(e)
+        x = [self(a) for a in e.arguments]
+        if f in FUNCTIONS:
+            return apply(f, x[0])
+        if f in RELATIONS:
+            holds, sign = RELATIONS[f]
+            now = holds(real(x[0]), real(x[1]))
+            return self.decide(key, (x[0] - x[1]) * sign, now)
+        match f:
+            case "not":
+                return not x[0]
+            case "equal":
+                return bool(real(x[0]) == real(x[1]))
+            case "not_equal":
+                return bool(real(x[0]) != real(x[1]))
+            case "add":
+                return x[0] + x[1]
+            case "subtract":
+                return x[0] - x[1]
+            case "negate":
+                return -x[0]
+            case "multiply":
+                return multiply(x[0], x[1])
+            case "divide":
+                return x[0] / x[1]
+            case "power":
+                return power(x[0], x[1])
+            case "atan2":
+                return angle_of(x[0], x[1])
+            case "abs":
+                return x[0] if self.decide(key, x[0], real(x[0]) >= 0) else -x[0]
+            case "sign":
+                if real(x[0]) == 0 and (self.frozen is None or key not in self.frozen):
+                    return 0.0
+                return 1.0 if self.decide(key, x[0], real(x[0]) > 0) else -1.0
+            case "floor":
+                return self.whole_below(key, x[0])
+            case "ceil":
+                return -self.whole_below(key, -x[0])
+            case "mod":
+                return x[0] - x[1] * self.whole_below(key, x[0] / x[1])
+            case "div":
+                return float(math.trunc(real(x[0]) / real(x[1])))
+            case "clamp":
+                if self.decide((key, "low"), x[1] - x[0], real(x[0]) < real(x[1])):
+                    return x[1]
+                return x[2] if self.decide((key, "high"), x[0] - x[2], real(x[0]) > real(x[2])) else x[0]
+            case "deadzone":
+                if self.decide((key, "high"), x[0] - x[1], real(x[0]) > real(x[1])):
+                    return x[0] - x[1]
+                return (
+                    x[0] + x[1]
+                    if self.decide((key, "low"), -x[0] - x[1], real(x[0]) < -real(x[1]))
+                    else 0.0 * x[0]
+                )
+            case "min" | "max":
+                return self.extreme(key, x, 1 if f == "max" else -1)
+            case "sum":
+                return reduce(lambda a, b: a + b, list(x[0]), 0.0)
+            case "product":
+                return reduce(lambda a, b: a * b, list(x[0]), 1.0)
+            case "dot":
+                return sum(a * b for a, b in zip(x[0], x[1], strict=True))
+            case "cross":
+                return poses.cross(x[0], x[1])
+            case "norm":
+                return poses.norm(x[0])
+            case "transpose":
+                return x[0].T
+            case "outer":
+                return poses.matrix([[a * b for b in x[1]] for a in x[0]])
+            case "identity":
+                return np.eye(int(real(x[0]))).astype(object)
+            case "diag":
+                return poses.matrix(
+                    [[a if i == j else 0.0 for j in range(len(x[0]))] for i, a in enumerate(x[0])]
+                )
+            case "linspace":
+                n = int(real(x[2]))
+                return vector(*(x[0] + (x[1] - x[0]) * (i / (n - 1)) for i in range(n)))
+            case "table":
+                return curve(x[0], x[1], x[2])
+            case "trans":
+                return poses.displacement(x[0])
+            case "rot":
+                return poses.planar(x[0])
+            case "rotx" | "roty" | "rotz":
+                return poses.about(np.eye(3)["xyz".index(f[-1])], x[0])
+            case "axis_angle":
+                return poses.about(x[0], x[1])
+            case "quat":
+                return poses.quaternion(vector(*x))
+            case "pos":
+                return position(x[0])
+            case "vel":
+                if len(x) == 1:
+                    return rate_of(position(x[0]))
+                return rate_of(x[1].R.T @ (position(x[0]) - x[1].p))
+            case "vel_at":
+                w = self.angular_velocity(x[0])
+                d = position(x[1]) - x[0].p
+                turning = vector(-w * d[1], w * d[0]) if len(d) == 2 else poses.cross(w, d)
+                return rate_of(x[0].p) + turning
+            case "angvel":
+                w = self.angular_velocity(x[0])
+                return w if len(x) == 1 or self.space == 2 else x[1].R.T @ w
+            case "heading":
+                return poses.heading(x[0])
+            case "local":
+                return x[0].R.T @ (position(x[1]) - x[0].p)
+            case "components":
+                return x[0].R.T @ np.asarray(x[1], object)
+            case "direction":
+                return x[0].R @ np.asarray(x[1], object)
+        raise NotCovered(f"the function {f}")
+
+    def angular_velocity(self, frame: Pose) -> Value:
+        """In world components; a number in the plane."""
+        return der(frame.angle) if frame.angle is not None else poses.spin(frame.R, der(frame.R))
+
+    def extreme(self, key: Any, x: list[Value], sign: int) -> Value:
+        items = list(np.ravel(x[0])) if len(x) == 1 else x
+        best = items[0]
+        for i, item in enumerate(items[1:]):
+            gain = (item - best) * sign
+            if self.decide((key, i), gain, real(gain) > 0):
+                best = item
+        return best
+
+
+class Fresh(dict[Any, Any]):
+    """Decisions that are recorded, but not kept."""
+
+    def setdefault(self, key: Any, default: Any = None) -> Any:
+        return default
+
+
+def _name(e: flat.Expression) -> str:
+    if not isinstance(e, flat.Name):
+        raise NotCovered("the rate of a composed rotation")
+    return e.name
+
+
+def stack(items: list[Value]) -> Value:
+    if isinstance(items[0], np.ndarray):
+        out = np.empty((len(items), *items[0].shape), object)
+        for i, item in enumerate(items):
+            out[i] = item
+        return out
+    return vector(*items)
+
+
+def position(x: Value) -> Value:
+    return x.p if isinstance(x, Pose) else x
+
+
+def multiply(a: Value, b: Value) -> Value:
+    if isinstance(a, Pose):
+        return a @ b if isinstance(b, Pose) else a.R @ np.asarray(b, object) + a.p
+    if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+        return a @ b
+    return a * b
+
+
+def curve(x: Any, xs: Value, ys: Value) -> Any:
+    """``table``: a cubic spline through the points, its first and last piece going on outside of them."""
+    knots, values = np.array([real(v) for v in xs]), np.array([real(v) for v in ys])
+    piece = CubicSpline(knots, values, bc_type="not-a-knot")
+    i = int(np.clip(np.searchsorted(knots, real(x), side="right") - 1, 0, len(knots) - 2))
+    h = x - knots[i]
+    c = piece.c[:, i]
+    return ((c[0] * h + c[1]) * h + c[2]) * h + c[3]

@@ -1,0 +1,219 @@
+"""Jumps of velocities: impacts, impulses, reinit, and steps of a potential (language, section 15; events, 2, 4, 5)."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.compiler.flat import model as flat
+from oracle.expressions import der
+from oracle.point import Point
+from oracle.series import STEP, Series, real
+from oracle.start import shift
+from oracle.values import NotCovered, Undetermined
+
+if TYPE_CHECKING:
+    from oracle.meaning import Meaning
+
+Array = Any
+State = dict[str, float]
+
+
+def mass_matrix(meaning: Meaning, state: State) -> Array:
+    """The derivative of the momenta by the velocities."""
+    n = meaning.size
+    batch = shift(meaning, state, 1j * STEP * np.eye(n), list(range(n)), True)
+    return np.broadcast_to(meaning.point(batch).momenta(), (n, n)).imag / STEP
+
+
+def gradient(point: Point, value: Any, kind: str) -> Array:
+    return point.moved(value, kind == "rate")[:, 0].real
+
+
+def holding(meaning: Meaning, point: Point) -> Array:
+    """The rows of all constraints, and of what is driven: an impulse does not change their rates."""
+    rows = [gradient(point, value, kind) for _, kind, value in point.rows()]
+    return np.array(rows).reshape(len(rows), meaning.size)
+
+
+class Blow:
+    """Impulses on a mechanism at one instant: M dv = sum of impulses along rows, each row with a wanted change."""
+
+    def __init__(self, meaning: Meaning, state: State) -> None:
+        self.meaning, self.state = meaning, state
+        self.point = meaning.point(state)
+        self.M = mass_matrix(meaning, state)
+        self.held = holding(meaning, self.point)
+
+    def solve(self, load: Array, rows: Array, wanted: Array) -> tuple[Array, Array]:
+        """``dv`` and the impulses along ``rows``, whose rates change by ``wanted``."""
+        G = np.vstack([self.held, rows]) if len(rows) else self.held
+        n, m = len(self.M), len(G)
+        K = np.block([[self.M, -G.T], [G, np.zeros((m, m))]])
+        right = np.concatenate([load, np.zeros(len(self.held)), wanted])
+        z = np.linalg.lstsq(K, right, rcond=1e-12)[0]
+        if np.abs(K @ z - right).max(initial=0) > 1e-8 * (1 + np.abs(right).max(initial=0)):
+            raise Undetermined("impulses that contradict each other")
+        return z[:n], z[n + len(self.held) :]
+
+    def after(self, dv: Array) -> State:
+        names = self.meaning.all_rates
+        return {**self.state, **{x: self.state[x] + float(d) for x, d in zip(names, dv, strict=True)}}
+
+
+def pushed(meaning: Meaning, state: State, load: Array) -> State:
+    blow = Blow(meaning, state)
+    none = np.zeros((0, meaning.size))
+    return blow.after(blow.solve(load, none, np.zeros(0))[0])
+
+
+def with_rates(meaning: Meaning, state: State, wanted: Mapping[str, float], extra: Array = None) -> State:
+    """Given velocities; the others change as little as kinetic energy allows, and constraints hold again."""
+    blow = Blow(meaning, state)
+    index = [meaning.all_rates.index(x) for x in wanted]
+    rows = np.eye(meaning.size)[index]
+    change = np.array([wanted[x] - state[x] for x in wanted])
+    if extra is not None:
+        rows, change = np.vstack([rows, extra[0]]), np.concatenate([change, extra[1]])
+    return blow.after(blow.solve(np.zeros(meaning.size), rows, change)[0])
+
+
+def obeying(meaning: Meaning, state: State) -> State:
+    """Velocities on all constraints, an impact without rebound (`engage`)."""
+    blow = Blow(meaning, state)
+    rates = [der(value) if kind == "position" else value for _, kind, value in blow.point.rows()]
+    rows, blow.held = blow.held, np.zeros((0, meaning.size))
+    return blow.after(blow.solve(np.zeros(meaning.size), rows, -np.array([real(r) for r in rates]))[0])
+
+
+# ---------------------------------------------------------------- impacts
+
+
+def approach(point: Point, contact: flat.Contact) -> float:
+    return real(der(point.at(contact.gap)))
+
+
+def restitution(point: Point, contact: flat.Contact) -> float:
+    return 0.0 if contact.restitution is None else real(point.at(contact.restitution))
+
+
+def strike(meaning: Meaning, state: State, hit: list[flat.Contact], pressed: list[flat.Contact]) -> State:
+    """Newton's law at the contacts that are hit; those that press stay closed where that needs no pull.
+
+    Every combination of pressing and opening, sticking and sliding is tried; the friction of an impact keeps to
+    Coulomb's law in impulses.
+    """
+    blow = Blow(meaning, state)
+    point = blow.point
+    cases: list[list[tuple[flat.Contact, str, float]]] = []
+    for c in (*hit, *pressed):
+        change = -(1 + restitution(point, c)) * approach(point, c) if c in hit else -approach(point, c)
+        ways = ["smooth"] if c.friction is None else ["stick", "slip+", "slip-"]
+        if c.friction is not None and len(point.slip(c)) > 1:
+            ways = ["stick", "slide"]
+        cases.append([(c, way, change) for way in (*ways, "open")])
+    for combination in itertools.product(*cases):
+        found = _combined(
+            blow, [x for x in combination if x[1] != "open"], [x for x in combination if x[1] == "open"]
+        )
+        if found is not None:
+            return blow.after(found)
+    raise Undetermined("no impulses that fit the laws of impact")
+
+
+def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
+    point = blow.point
+    rows: list[Array] = []
+    wanted: list[float] = []
+    for c, way, change in closed:
+        rows.append(gradient(point, point.at(c.gap), "position"))
+        wanted.append(change)
+        if way == "stick":
+            for s in point.slip(c):
+                rows.append(gradient(point, s, "rate"))
+                wanted.append(-real(s))
+    if any(way == "slide" for _, way, _ in closed):
+        raise NotCovered("an impact that slides in two directions")
+    sliding = [
+        real(point.at(c.friction)) * (1 if way == "slip+" else -1) * gradient(point, point.slip(c)[0], "rate")
+        if way in ("slip+", "slip-")
+        else None
+        for c, way, _ in closed
+    ]
+    n, G = len(blow.M), np.vstack([blow.held, *rows])
+    push = G.copy()  # along a sliding contact the impulse is that of its normal, turned
+    k = len(blow.held)
+    for (_, way, _), slide in zip(closed, sliding, strict=True):
+        if slide is not None:
+            push[k] = push[k] - slide
+        k += 1 + (1 if way == "stick" else 0)
+    K = np.block([[blow.M, -push.T], [G, np.zeros((len(G), len(G)))]])
+    right = np.concatenate([np.zeros(n), np.zeros(len(blow.held)), wanted])
+    z = np.linalg.lstsq(K, right, rcond=1e-12)[0]
+    if np.abs(K @ z - right).max(initial=0) > 1e-8 * (1 + np.abs(right).max(initial=0)):
+        return None
+    dv, impulses, k = z[:n], z[n + len(blow.held) :], 0
+    size = 1e-9 * (1e-300 + np.abs(impulses).max(initial=0))
+    for c, way, _ in closed:
+        J = impulses[k]
+        if -size > J:
+            return None
+        if way == "stick":
+            mu = real(point.at(c.static if c.static is not None else c.friction))
+            if abs(impulses[k + 1]) > mu * J + size:
+                return None
+        if way in ("slip+", "slip-"):
+            slip = point.slip(c)[0]
+            end = real(slip) + gradient(point, slip, "rate") @ dv
+            if end * (1 if way == "slip+" else -1) < -1e-9 * (abs(real(slip)) + np.abs(dv).max()):
+                return None
+        k += 2 if way == "stick" else 1
+    for c, _, change in opened:
+        if gradient(point, point.at(c.gap), "position") @ dv < change - 1e-9 * np.abs(dv).max(initial=0):
+            return None
+    return dv
+
+
+def impacts(
+    meaning: Meaning,
+    state: State,
+    touching: list[flat.Contact],
+    pressed: list[flat.Contact],
+    rest: dict[str, float],
+) -> tuple[State, list[str]]:
+    """Hits, the fastest first or all together, until nothing approaches; the names of what was hit."""
+    happened: list[str] = []
+    for _ in range(2000):
+        point = meaning.point(state)
+        closing = [c for c in touching if approach(point, c) < -rest[c.name]]
+        if not closing:
+            return state, happened
+        together = [
+            c for c in closing if meaning.option(c.options, "impacts", "sequential") == "simultaneous"
+        ]
+        fastest = min(closing, key=lambda c: approach(point, c))
+        hit = together if fastest in together else [fastest]
+        others = [
+            c for c in touching if c not in hit and meaning.option(c.options, "impacts", "") == "simultaneous"
+        ]
+        support = others if fastest in together else [c for c in pressed if c not in hit]
+        state = strike(meaning, state, hit, support)
+        happened += [c.name for c in hit]
+    raise Undetermined("impacts at one instant that do not end")
+
+
+def climb(meaning: Meaning, state: State, surface: Series, step: float, rows: Array) -> tuple[State, bool]:
+    """Pass a step of the potential, or be thrown back by it; ``surface`` is negative beyond. Energy stays."""
+    blow = Blow(meaning, state)
+    blow.held = np.vstack([blow.held, rows])
+    g = blow.point.moved(surface)[:, 0].real
+    speed = real(der(surface))
+    unit, _ = blow.solve(g, np.zeros((0, len(g))), np.zeros(0))
+    W = g @ unit
+    square = speed**2 - 2 * W * step
+    passes = square > 0
+    after = -np.sqrt(square) if passes else -speed
+    return blow.after(unit * (after - speed) / W), passes

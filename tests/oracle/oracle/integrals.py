@@ -1,0 +1,85 @@
+"""Definite integrals, by pieces between kinks and by bisection until nothing changes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from oracle.series import Series, real
+from oracle.values import NotCovered
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+Body = Callable[[Any], tuple[Any, dict[Any, tuple[Any, Any]]]]
+LOOKS = 200
+
+
+def definite_integral(body: Body, lower: Any, upper: Any) -> Any:
+    """The integral of ``body(s)[0]``; ``body(s)[1]`` are the decisions taken at s."""
+    width = upper - lower
+    if real(width) == 0 and not isinstance(width, Series):
+        return 0.0
+
+    def choices(sigma: float) -> dict[Any, Any]:
+        return {key: choice for key, (_, choice) in body(lower + width * sigma)[1].items()}
+
+    looks = (np.arange(LOOKS) + 0.5) / LOOKS
+    taken = [choices(sigma) for sigma in looks]
+    cuts: list[Any] = [0.0]
+    for i in range(LOOKS - 1):
+        cuts += _changes(body, choices, lower, width, (looks[i], taken[i]), (looks[i + 1], taken[i + 1]))
+    cuts.append(1.0)
+    total: Any = 0.0
+    for a, b in itertools.pairwise(cuts):
+        total = total + _piece(lambda s: body(s)[0], lower + width * a, width * (b - a))
+    return total
+
+
+def _changes(body: Body, choices: Any, lower: Any, width: Any, left: Any, right: Any) -> list[Any]:
+    """The places between two looks where a decision changes, as series: they move with the motion."""
+    if left[1] == right[1]:
+        return []
+    if right[0] - left[0] > 1e-15:
+        middle = (left[0] + right[0]) / 2
+        if left[0] < middle < right[0]:
+            look = (middle, choices(middle))
+            return _changes(body, choices, lower, width, left, look) + _changes(
+                body, choices, lower, width, look, right
+            )
+    return [(left[0] + right[0]) / 2]
+
+
+def _piece(f: Callable[[Any], Any], start: Any, width: Any) -> Any:
+    """One smooth piece; s = start + width*(6 u^5 - 15 u^4 + 10 u^3) takes the sting out of singular ends."""
+
+    def gauss(a: float, b: float) -> Any:
+        total: Any = 0.0
+        for x, w in zip((a + b) / 2 + (b - a) / 2 * _NODES, (b - a) / 2 * _WEIGHTS, strict=True):
+            s = x**3 * (10 - 15 * x + 6 * x * x)
+            total = total + f(start + width * s) * (w * 30 * x * x * (1 - x) ** 2)
+        return total
+
+    def size(x: Any) -> float:
+        if not isinstance(x, Series):
+            return float(np.abs(x))
+        return float(np.abs(x.v.real).max()) + (0.0 if x.e is None else float(np.abs(x.e.real).max()))
+
+    def refine(a: float, b: float, whole: Any, depth: int) -> Any:
+        middle = (a + b) / 2
+        left, right = gauss(a, middle), gauss(middle, b)
+        error = size(left + right - whole)
+        if error <= 1e-14 * scale or depth == 40:
+            if depth == 40 and error > 1e-9 * scale:
+                raise NotCovered("an integral that does not converge")
+            return left + right
+        return refine(a, middle, left, depth + 1) + refine(middle, b, right, depth + 1)
+
+    ends = np.linspace(0, 1, 5)
+    parts = [gauss(a, b) for a, b in itertools.pairwise(ends)]
+    scale = sum(size(p) for p in parts) + 1e-300
+    total: Any = 0.0
+    for a, b, part in zip(ends, ends[1:], parts, strict=False):
+        total = total + refine(a, b, part, 0)
+    return total * width

@@ -1,0 +1,223 @@
+"""Questions about the motion, by their definitions (language, section 13)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.compiler.flat import model as flat
+from oracle import poses
+from oracle.expressions import Value, der, position
+from oracle.point import Point, at_order, items_of, now, numbers, shaped
+from oracle.poses import Pose, vector
+from oracle.series import Series
+from oracle.values import NotCovered, Undetermined
+
+if TYPE_CHECKING:
+    from oracle.meaning import Meaning
+
+IMPLICIT = ("reaction", "moment", "power")  # answers that are unknowns where laws depend on them
+
+
+def key_of(q: flat.Query) -> tuple[str, str, str]:
+    return q.function, q.target, repr(q.arguments)
+
+
+def known_now(x: Any) -> Series:
+    """A quantity of which only the value at this instant is known."""
+    return Series(np.atleast_1d(np.asarray(x, complex))[None])
+
+
+def force_of(point: Point, name: str) -> Series:
+    if name not in point.unknowns.forces:
+        if point.unknowns.a is point.meaning.unasked:
+            raise NotCovered("a force where none is known")
+        return known_now(0.0)
+    if name in point.meaning.superfluous:
+        raise Undetermined(f"the force of {name}, among superfluous constraints")
+    return known_now(point.unknowns.forces[name])
+
+
+def answer(meaning: Meaning, point: Point, q: flat.Query, defining: bool = False) -> Value:
+    """The answer at a point; where laws ask, it has been assumed."""
+    if key_of(q) in point.unknowns.answers and not defining:
+        return point.unknowns.answers[key_of(q)]
+    match q.function:
+        case "kinetic_energy":
+            return point.kinetic()
+        case "potential_energy":
+            return point.potential()
+        case "energy":
+            return known_now(point.total_energy())
+        case "momentum":
+            return momentum(meaning, point, q.target)
+        case "multiplier":
+            return multiplier(meaning, point, q.target)
+        case "closed":
+            contact = any(c.name == q.target for c in meaning.flat.contacts)
+            if contact:
+                return point.modes.get(q.target, "open") != "open"
+            return point.state.get(f"held({q.target})", 1) != 0
+        case "reaction" if q.target in meaning.drive_names:
+            return force_of(point, f"drive {q.target}[1]")
+        case "reaction" | "moment":
+            load = cut_load(meaning, point, q.target)
+            d = point.space
+            if q.function == "reaction":
+                return vector(*load[:d])
+            return load[2] if d == 2 else vector(*load[3:])
+        case "power":
+            return power(meaning, point, q)
+        case "mass_centre":
+            masses = bodies_of(meaning, point, q)[0]
+            m = sum(x for x, _ in masses)
+            return sum((P * (x / m) for x, P in masses[1:]), masses[0][1] * (masses[0][0] / m))
+        case "inertia_tensor":
+            return inertia_tensor(meaning, point, q)
+    raise NotCovered(f"the question {q.function}")
+
+
+def momentum(meaning: Meaning, point: Point, target: str) -> Value:
+    p = point.momenta()
+    for name, shape, elements, _, first in meaning.coordinate_layout:
+        if name == target:
+            items = [known_now(x) for x in p[first : first + (3 if shape is None else len(elements))]]
+            return shaped(items, (3,) if shape is None else shape)
+    raise NotCovered(f"the momentum of {target}")
+
+
+def multiplier(meaning: Meaning, point: Point, target: str) -> Value:
+    for c in meaning.flat.constraints:
+        if c.name == target:
+            shape = np.broadcast_shapes(c.left.type.shape, c.right.type.shape)
+            return shaped([force_of(point, f"{target}[{k + 1}]") for k in range(int(np.prod(shape)))], shape)
+    if any(c.name == target for c in meaning.flat.contacts):
+        return force_of(point, target)
+    raise NotCovered(f"the multiplier of {target}")
+
+
+def cut_load(meaning: Meaning, point: Point, joint: str) -> list[Series]:
+    """Force and moment on the `to` side of a joint: what holds the freedoms of a cut (decision of section 9).
+
+    In the tree the cut carries all that hangs on the joint; in a loop it moves only what the joint itself sees, so
+    that the load is the force of the joint on its own displacement.
+    """
+    cut = Point(meaning, point.state, point.unknowns, joint, point.at.frozen, point.modes)
+    rows = (cut.inertial() - cut.applied())[meaning.size :]
+    if any(j.name == joint for j in meaning.tree.loops):
+        for name, _, value in cut.rows():
+            if name in meaning.superfluous and np.abs(cut.moved(value)[meaning.size :]).max() > 0:
+                raise Undetermined(f"the load of {joint}, among superfluous constraints")
+        sign = -1
+    else:
+        if meaning.superfluous:
+            for name, kind, value in cut.rows():
+                if (
+                    name in meaning.superfluous
+                    and np.abs(cut.moved(value, kind == "rate")[meaning.size :]).max() > 0
+                ):
+                    raise Undetermined(f"the load of {joint}, among superfluous constraints")
+        sign = -1 if joint in meaning.tree.backwards else 1
+    return [known_now(sign * row) for row in rows]
+
+
+def power(meaning: Meaning, point: Point, q: flat.Query) -> Value:
+    """Force times velocity: of a named force, torque, damping, friction; of a force on a coordinate."""
+    if q.arguments:
+        force, on = (point.at(a) for a in q.arguments)
+        return sum(f * v for f, v in zip(np.ravel(np.asarray(force, object)), rates(on), strict=True))
+    for load in meaning.flat.loads:
+        if load.name == q.target:
+            return load_power(point, load)
+    for damping in meaning.flat.dampings:
+        if damping.name == q.target:
+            return point.at(damping.value) * sum(v * v for v in rates(point.at(damping.on))) * -1.0
+    for friction in meaning.flat.frictions:
+        if friction.name == q.target:
+            rate = der(point.at(friction.on))
+            if point.modes.get(friction.name) == "stick":
+                return 0.0
+            f = known_now(now(point.at(friction.kinetic)))
+            if meaning.smooth(friction.options):
+                scale = now(point.at(friction.options["v_stick"]))
+                return f * rate * known_now(-np.tanh(now(rate) / scale))
+            return f * rate * -point.direction(point.modes.get(friction.name, "slip"), rate)
+    raise NotCovered(f"the power of {q.target}")
+
+
+def rates(x: Value) -> list[Any]:
+    return list(np.ravel(np.asarray(der(np.asarray(x, object)), object)))
+
+
+def load_power(point: Point, load: flat.Load) -> Any:
+    value = point.at(load.value)
+    if load.frame is not None and (point.space == 3 or load.kind == "force"):
+        value = point.at(load.frame).R @ np.asarray(value, object)
+    force = np.ravel(np.asarray(value, object))
+    total: Any = 0.0
+    for where, sign in ((load.on, 1), (load.source, -1)):
+        if where is None:
+            continue
+        x = point.at(where)
+        if load.kind == "torque" and isinstance(x, Pose):
+            v: list[Any] = items_of(point.at.angular_velocity(x))
+        elif load.at is not None:
+            w, d = point.at.angular_velocity(x), numbers(position(point.at(load.at))) - numbers(x.p)
+            arm = vector(*(known_now(s) for s in d))
+            v = rates(x.p) + (vector(-w * arm[1], w * arm[0]) if point.space == 2 else poses.cross(w, arm))
+        else:
+            v = rates(position(x))
+        total = total + sign * sum(f * s for f, s in zip(force, v, strict=True))
+    return total
+
+
+def bodies_of(meaning: Meaning, point: Point, q: flat.Query) -> tuple[list[Any], list[Any]]:
+    """Masses ``(m, P)`` and inertias ``(J, frame)`` of the whole model or of the rigid body of a frame."""
+    masses = [(point.at(m.value), np.asarray(position(point.at(m.at)), object)) for m in meaning.flat.masses]
+    inertias = [(point.at(j.value), point.at(j.on)) for j in meaning.flat.inertias]
+    if not q.arguments and not q.target:
+        return masses, inertias
+    own_masses, own_inertias = meaning.rigid(q)
+    return [masses[i] for i in own_masses], [inertias[i] for i in own_inertias]
+
+
+def frame_of(point: Point, q: flat.Query) -> Pose:
+    return point.at(q.arguments[0]) if q.arguments else point.at.name(q.target)  # type: ignore[no-any-return]
+
+
+def rigidly_with(point: Point, frame: Pose, x: Value) -> bool:
+    """Whether nothing moves a point or frame against a frame (asked for at a place without symmetry)."""
+    seen = frame.R.T @ (position(x) - frame.p)
+    items = list(seen)
+    if isinstance(x, Pose):
+        items = [*np.ravel(frame.R.T @ x.R)]
+    return all(
+        abs(at_order(s, 1)).max() < 1e-9 and np.abs(point.moved(s)).max() < 1e-9
+        for s in items
+        if isinstance(s, Series)
+    )
+
+
+def inertia_tensor(meaning: Meaning, point: Point, q: flat.Query) -> Value:
+    masses, inertias = bodies_of(meaning, point, q)
+    frame, d = frame_of(point, q), point.space
+    m = sum(x for x, _ in masses) if masses else 0.0
+    centre = (
+        sum((P * (x / m) for x, P in masses[1:]), masses[0][1] * (masses[0][0] / m)) if masses else frame.p
+    )
+    total: Any = 0.0 if d == 2 else np.zeros((3, 3)).astype(object)
+    for J, on in inertias:
+        R = frame.R.T @ on.R
+        total = total + (J if d == 2 else R @ ((J + J.T) / 2) @ R.T)
+    for x, P in masses:
+        r = frame.R.T @ (P - centre)
+        square = sum(s * s for s in r)
+        if d == 2:
+            total = total + x * square
+        else:
+            total = (
+                total
+                + (np.eye(3).astype(object) * square - poses.matrix([[a * b for b in r] for a in r])) * x
+            )
+    return total
