@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -142,12 +142,11 @@ class Run:
         if instant is None:
             return False
         if e.function == "initial":
-            return instant == self.first
+            return bool(instant == self.first)
         period, *rest = (real(s.point.at(a)) for a in e.arguments)
         k = round((instant - (rest[0] if rest else 0.0)) / period)
-        return k >= 0 and abs(instant - (rest[0] if rest else 0.0) - k * period) <= 1e-12 * max(
-            1.0, abs(instant)
-        )
+        off = instant - (rest[0] if rest else 0.0) - k * period
+        return bool(k >= 0 and abs(off) <= 1e-12 * max(1.0, abs(instant)))
 
     def next_tick(self) -> float:
         """The next time of a `sample`."""
@@ -257,7 +256,7 @@ class Run:
     def note(self, name: str, kind: str) -> None:
         self.motion.events.append(Happening(self.state["time"], name, kind))
 
-    def renew(self, still: set[str]) -> None:
+    def renew(self, still: set[str], ended: Collection[str] = ()) -> None:
         """The modes in which the motion goes on; what presses or slides is known, not measured."""
         hints: State = {}
         for c in self.m.flat.contacts:
@@ -270,7 +269,7 @@ class Run:
             elif mode == "stick":
                 hints[f"slips({name})"] = 0.0
         before = dict(self.modes)
-        s = solve(self.m, {**self.state, **hints}, frozen=self.frozen)
+        s = solve(self.m, {**self.state, **hints}, frozen=self.frozen, without=ended)
         self.modes = dict(s.modes)
         for name, mode in self.modes.items():
             old = before.get(name, "open")
@@ -455,7 +454,7 @@ class Run:
                 if "gap" in kinds:
                     self.touch()
                 else:
-                    self.renew(still)
+                    self.renew(still, [key for kind, key in low if kind == "mode"])
             going = self.whens(t)
             self.motion.add(self.state)
         return self.motion

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -230,7 +230,7 @@ def margins(meaning: Meaning, s: Solution, options: Mapping[str, list[str]]) -> 
     def friction(name: str, mode: str, parts: list[Any], tangential: list[float], limit: float) -> None:
         if mode == "stick":
             out[f"{name} sticks"] = (limit - float(np.linalg.norm(tangential))) / load
-        elif mode in ("slip+", "slip-") and len(options[name]) > 2:
+        elif mode in ("slip+", "slip-") and {"slip+", "slip-"} <= set(options[name]):
             out[f"{name} starts"] = (
                 float(np.real(np.ravel(parts[0])[0])) * (1 if mode == "slip+" else -1) / pace
             )
@@ -266,11 +266,17 @@ def solve(
     state: Mapping[str, float],
     modes: Mapping[str, str] | None = None,
     frozen: dict[Any, Any] | None = None,
+    without: Collection[str] = (),
 ) -> Solution:
-    """The motion that goes on from a state: in given modes, or in the one combination that fits."""
+    """The motion that goes on from a state: in given modes, or in the one combination that fits, ``without`` some."""
     if modes is not None:
         return solve_in(meaning, state, modes, frozen)
     options = choices(meaning, state, meaning.point(state, frozen=frozen))
+    for name, ways in options.items():  # what has just come to its end
+        if f"{name} presses" in without:
+            options[name] = ["open"]
+        elif f"{name} sticks" in without:
+            options[name] = [w for w in ways if w != "stick"]
     if all(len(o) == 1 for o in options.values()):
         return solve_in(meaning, state, {k: o[0] for k, o in options.items()}, frozen)
     fitting: dict[tuple[bool, ...], Solution] = {}
