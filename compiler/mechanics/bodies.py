@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Protocol
 
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector, add, scale, subtract
-from .kinematics.frames import Frame
+from .kinematics.frames import Frame, Kinematics
 from .kinematics.pose import Rotate, Step, Translate
-from .system import MechanicalSystem, PointMass
+from .system import PointMass, RotaryInertia
 
 
-def carrier(system: MechanicalSystem, frame: Frame) -> Frame:
+class Massive(Protocol):
+    """What has mass in a system; ``rate`` is the total time derivative."""
+
+    @property
+    def graph(self) -> Graph: ...
+    @property
+    def rate(self) -> Callable[[Node], Node]: ...
+    @property
+    def kinematics(self) -> Kinematics: ...
+    @property
+    def masses(self) -> tuple[PointMass, ...]: ...
+    @property
+    def inertias(self) -> tuple[RotaryInertia, ...]: ...
+
+
+def carrier(system: Massive, frame: Frame) -> Frame:
     """Return the frame nearest to the root to which ``frame`` is rigidly attached."""
     at = frame
     while at.step is not None and at.parent is not None and _rigid(system, at.step):
@@ -19,7 +35,7 @@ def carrier(system: MechanicalSystem, frame: Frame) -> Frame:
     return at
 
 
-def _rigid(system: MechanicalSystem, step: Step) -> bool:
+def _rigid(system: Massive, step: Step) -> bool:
     match step:
         case Translate(offset):
             parts: Sequence[Node] = offset
@@ -31,7 +47,7 @@ def _rigid(system: MechanicalSystem, step: Step) -> bool:
     return all(system.graph.is_zero(system.rate(x)) for x in parts)
 
 
-def masses_of(system: MechanicalSystem, frame: Frame | None) -> list[PointMass]:
+def masses_of(system: Massive, frame: Frame | None) -> list[PointMass]:
     """Return the masses of the rigid body of a frame, or all masses."""
     if frame is None:
         return list(system.masses)
@@ -39,7 +55,7 @@ def masses_of(system: MechanicalSystem, frame: Frame | None) -> list[PointMass]:
     return [m for m in system.masses if carrier(system, m.point.frame) is body]
 
 
-def mass_centre(system: MechanicalSystem, frame: Frame | None) -> Vector | None:
+def mass_centre(system: Massive, frame: Frame | None) -> Vector | None:
     """Return the mass centre in world components; None where there is no mass."""
     graph, kinematics = system.graph, system.kinematics
     masses = masses_of(system, frame)
@@ -52,7 +68,7 @@ def mass_centre(system: MechanicalSystem, frame: Frame | None) -> Vector | None:
     return tuple(graph.div(x, total) for x in moment)
 
 
-def inertia_tensor(system: MechanicalSystem, frame: Frame) -> Matrix | None:
+def inertia_tensor(system: Massive, frame: Frame) -> Matrix | None:
     """Return the inertia of the rigid body of a frame about its mass centre, in the axes of the frame.
 
     1x1 in the plane; parallel axes by Steiner: J + sum m (r.r 1 - r r^T).
@@ -82,7 +98,7 @@ def inertia_tensor(system: MechanicalSystem, frame: Frame) -> Matrix | None:
     return tuple(tuple(row) for row in total)
 
 
-def _turned(system: MechanicalSystem, source: Frame, target: Frame, inertia: Matrix) -> Matrix:
+def _turned(system: Massive, source: Frame, target: Frame, inertia: Matrix) -> Matrix:
     """Return R J R^T with R from the axes of ``source`` to those of ``target``."""
     kinematics = system.kinematics
 

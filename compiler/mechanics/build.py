@@ -11,6 +11,7 @@ from ..flat.model import (
     Element,
     Expression,
     FlatModel,
+    Kind,
     Name,
     Query,
 )
@@ -18,7 +19,6 @@ from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
-from .drives import drive_rows
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
@@ -29,12 +29,13 @@ from .kinematics.rates import TotalDerivative
 from .kinematics.spatial import Spatial
 from .kinematics.topology import Topology, TreeEdge, classify
 from .kinematics.virtual import VirtualDisplacement, displace, reactions_asked
+from .matter import Matter
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols, declare
-from .meaning.values import Value, filled
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
-from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow, PointMass, RotaryInertia
+from .questions import Questions
+from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse
 
 
@@ -47,7 +48,8 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     symbols = declare(graph, model, topology.dropped)
     rate, unknown_rates = _rates(graph, symbols)
     kinematics = Spatial(graph, rate) if model.space == 3 else Planar(graph, rate)
-    queries: dict[Node, Query] = {}
+    frictions = frozenset(f.name for f in model.frictions)
+    questions = Questions(graph, rate, frictions, unknown_rates, reporter)
     lowering = Lowering(
         graph,
         symbols,
@@ -55,27 +57,28 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         rate,
         kinematics,
         lambda definition: _unplaced(definition, reporter),
-        lambda query: _ask(graph, queries, query),
+        questions,
         reporter,
     )
     asked = reactions_asked(model)
+    matter = Matter(lowering, model, symbols, reporter)
     virtual = _place_frames(lowering, topology, asked)
     _lower_frames(lowering, model)
     xdot = _state_equations(lowering, model, symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
     closures = closure_rows(lowering, topology, asked, virtual)
-    masses, inertias = _bodies(lowering, model, symbols, reporter)
+    masses, inertias = matter.masses, matter.inertias
     if isinstance(kinematics, Spatial):
         kinematics.field = next((m.field for m in masses if m.field is not None), None)
-    kinetic, potential, lagrangian, dissipation = _energies(lowering, model, symbols, reporter)
+    kinetic, potential, lagrangian, dissipation = matter.energies()
     constraints = (
         *switchable(lowering, model, (*closures, *constraint_rows(lowering, model, symbols, reporter))),
         *contact_rows(lowering, model, symbols, reporter),
     )
     q = tuple(s for c in symbols.coordinates for s in c.q)
     v = tuple(s for c in symbols.coordinates for s in c.v)
-    drives = drive_rows(lowering, model, symbols, reporter)
+    drives = matter.drives
     driven = frozenset(
         n for row in drives for n in (*(q[k].node for k in row.q), *(v[i].node for i in row.v))
     )
@@ -107,9 +110,9 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         outputs=_outputs(lowering, model),
         exacts=_exacts(lowering, model),
         assertions=tuple(
-            AssertionRow(lowering.scalar(a.condition), a.message, a.origin) for a in model.assertions
+            AssertionRow(lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions
         ),
-        queries=queries,
+        queries=questions.asked,
         virtual=virtual,
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
     )
@@ -119,14 +122,14 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     return system
 
 
-def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, Scalar]]:
+def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, Scalar | Query]]:
     """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states are symbols of their own.
 
     So are the rates of inputs and of accelerations, which nothing determines: they are returned with what they are
     rates of, so that formulas which need them can be refused.
     """
     rates = {symbols.time: graph.constant(1)}
-    unknown: dict[Node, Scalar] = {}
+    unknown: dict[Node, Scalar | Query] = {}
     for coordinate in symbols.coordinates:
         for s, qdot in zip(coordinate.q, coordinate.qdot, strict=True):
             rates[s.node] = qdot
@@ -141,7 +144,7 @@ def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, 
 
 
 def _unknown_rates(
-    graph: Graph, scalar: Scalar, node: Node, rates: dict[Node, Node], unknown: dict[Node, Scalar]
+    graph: Graph, scalar: Scalar, node: Node, rates: dict[Node, Node], unknown: dict[Node, Scalar | Query]
 ) -> None:
     for order in (1, 2):
         rates[node] = graph.symbol(f"#rate {order} of {graph.name(node)}")
@@ -157,20 +160,6 @@ def _rotations(symbols: Symbols) -> tuple[tuple[int, int], ...]:
             result.append((nq, nv))
         nq, nv = nq + len(coordinate.q), nv + len(coordinate.v)
     return tuple(result)
-
-
-def _ask(graph: Graph, queries: dict[Node, Query], query: Query) -> Value:
-    """Return symbols that stand for the answer to a query."""
-    text = f"{query.function}({query.target})" if query.target else f"{query.function}()"
-    if query.arguments:
-        text += f"#{len(queries)}"
-
-    def answer(indices: tuple[int, ...]) -> Node:
-        symbol = graph.symbol(f"?{element_name(text, indices)}")
-        queries[symbol] = query
-        return symbol
-
-    return filled(query.type.shape, answer)
 
 
 # ---------------------------------------------------------------- frames
@@ -231,74 +220,7 @@ def _lower_frames(lowering: Lowering, model: FlatModel) -> None:
             lowering.named(definition.name)
 
 
-# ---------------------------------------------------------------- bodies and energies
-
-
-def _bodies(
-    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
-) -> tuple[tuple[PointMass, ...], tuple[RotaryInertia, ...]]:
-    graph = lowering.graph
-    moving = symbols.positions | symbols.velocities
-    masses = []
-    for mass in model.masses:
-        value = lowering.scalar(mass.value)
-        if moving.intersection(graph.support(value)):
-            reporter.error(
-                "E0513",
-                "a mass must not depend on coordinates",
-                mass.value.span,
-                caption="this does",
-                help="write the energy as 'kinetic'; 'mass' means m a = F, with matter joining at the velocity of the point",
-            )
-        field = None if mass.gravity is None else lowering.numbers(mass.gravity)
-        if field is not None and all(graph.is_zero(x) for x in field):
-            field = None
-        masses.append(PointMass(value, lowering.point(mass.at), field, mass.origin))
-    inertias = []
-    for inertia in model.inertias:
-        entries = lowering.numbers(inertia.value)
-        size = 1 if lowering.kinematics.size == 2 else 3
-        rows = tuple(entries[i * size : (i + 1) * size] for i in range(size))
-        if any(moving.intersection(graph.support(x)) for x in entries):
-            reporter.error(
-                "E0513",
-                "an inertia must not depend on coordinates",
-                inertia.value.span,
-                caption="this does",
-                help="state it in the axes of a frame that moves with the body, or write the energy as 'kinetic'",
-            )
-        inertias.append(RotaryInertia(rows, lowering.frame(inertia.on), inertia.origin))
-    return tuple(masses), tuple(inertias)
-
-
-def _energies(
-    lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
-) -> tuple[Node, Node, Node, Node]:
-    """Return T, V(q, t), further terms of the Lagrangian, and R."""
-    graph = lowering.graph
-    kinetic = potential = lagrangian = dissipation = graph.constant(0)
-    for energy in model.energies:
-        value = lowering.scalar(energy.value)
-        if energy.kind != "lagrangian" and symbols.accelerations.intersection(graph.support(value)):
-            reporter.error(
-                "E0519",
-                f"'{energy.kind}' must not depend on accelerations",
-                energy.value.span,
-                caption="this contains a second derivative",
-                help="second derivatives are allowed in 'lagrangian' only",
-            )
-        match energy.kind:
-            case "kinetic":
-                kinetic = graph.add(kinetic, value)
-            case "potential" if symbols.velocities.intersection(graph.support(value)):
-                lagrangian = graph.sub(lagrangian, value)
-            case "potential":
-                potential = graph.add(potential, value)
-            case "lagrangian":
-                lagrangian = graph.add(lagrangian, value)
-            case _:
-                dissipation = graph.add(dissipation, value)
-    return kinetic, potential, lagrangian, dissipation
+# ---------------------------------------------------------------- equations of states, and what is reported
 
 
 def _state_equations(
@@ -341,7 +263,7 @@ def _exacts(lowering: Lowering, model: FlatModel) -> tuple[ExactRow, ...]:
     """Return the closed solutions, one for each number of what they are of."""
     rows = []
     for exact in model.exacts:
-        values = lowering.numbers(exact.value)
+        values = lowering.reported(exact.value)
         names = _names(exact.target)
         values = values * len(names) if len(values) == 1 else values
         rows += [ExactRow(name, n, exact.origin) for name, n in zip(names, values, strict=True)]
@@ -365,7 +287,9 @@ def _outputs(lowering: Lowering, model: FlatModel) -> tuple[OutputRow, ...]:
     for definition in model.definitions:
         if definition.role is not DefinitionRole.OUTPUT or definition.value is None:
             continue
-        numbers = lowering.numbers(definition.value)
+        if definition.type.kind in (Kind.FRAME, Kind.POSE):
+            continue
+        numbers = lowering.reported(definition.value)
         names = [element_name(definition.name, i) for i in subscripts(definition.type.shape)]
         rows += [OutputRow(name, n, definition) for name, n in zip(names, numbers, strict=True)]
     return tuple(rows)

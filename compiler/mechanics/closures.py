@@ -17,6 +17,8 @@ from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit
 from .system import ConstraintRows
 
+HELP = "a constraint is a relation between coordinates or velocities; write what follows a force as a 'force'"
+
 
 def _differences(lowering: Lowering, left: Expression, right: Expression) -> tuple[Node, ...]:
     a, b = lowering.numbers(left), lowering.numbers(right)
@@ -87,6 +89,8 @@ def constraint_rows(
     rows = []
     for constraint in model.constraints:
         residuals = _differences(lowering, constraint.left, constraint.right)
+        for side in (constraint.left, constraint.right):
+            lowering.questions.refuse(lowering.numbers(side), "a constraint", side, HELP)
         level = _level(lowering.graph, constraint, residuals, symbols, reporter)
         if level is not None:
             units = (_unit(constraint.left, constraint.right),) * len(residuals)

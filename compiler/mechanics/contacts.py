@@ -20,7 +20,8 @@ from .system import ConstraintRows
 REGULARIZED = "regularized"
 
 
-def _switched(model: FlatModel) -> frozenset[str]:
+def switched_names(model: FlatModel) -> frozenset[str]:
+    """Return the names of all that events release or engage."""
     return frozenset[str]().union(*(event.switched for event in model.events))
 
 
@@ -28,7 +29,7 @@ def switchable(
     lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
 ) -> tuple[ConstraintRows, ...]:
     """Give a mode to the constraints that are released or engaged; they hold at the start."""
-    switched = _switched(model)
+    switched = switched_names(model)
     result = []
     for k, rows in enumerate(constraints):
         if rows.name in switched:
@@ -46,7 +47,7 @@ def contact_rows(
     lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of contacts, each followed by its friction, then those of other frictions."""
-    switched = _switched(model)
+    switched = switched_names(model)
     rows: list[ConstraintRows] = []
     for contact in model.contacts:
         rows += _contact(lowering, contact, symbols, contact.name in switched, reporter)
@@ -61,6 +62,7 @@ def _contact(
     """Return the row of the gap, then those of the friction."""
     graph, name = lowering.graph, contact.name
     gap = lowering.scalar(contact.gap)
+    lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
     support = set(graph.support(gap))
     if support & symbols.velocities or not support & symbols.positions:
         reporter.error(
@@ -100,6 +102,7 @@ def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) 
         )
         return []
     slips = lowering.numbers(contact.along)
+    lowering.questions.refuse(slips, "a slip", contact.along, "write the velocity of what slides")
     kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", reporter)
     static = kinetic
     if contact.static is not None:

@@ -11,6 +11,7 @@ from .meaning.lower import Lowering
 from .meaning.quaternions import quaternion_of
 from .meaning.symbols import Coordinate, Symbols
 from .meaning.values import Placement, elements
+from .questions import title
 from .system import DriveRow
 
 
@@ -54,6 +55,9 @@ def _check_known(
         support = lowering.graph.support(*elements(value))
     if forbidden.intersection(support):
         caption = "this contains an input, a state or a discrete variable, which has no second derivative"
+        help = "use a stiff 'force' that follows it"
+    elif asked := lowering.questions.symbols_in(support):
+        caption = f"this asks for '{title(lowering.questions.asked[asked[0]])}', which nothing but the motion decides"
         help = "use a stiff 'force' that follows it"
     elif free.intersection(support):
         caption = "this contains a coordinate that moves freely and would feel nothing of the drive"

@@ -10,7 +10,6 @@ from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols
-from .meaning.values import elements
 from .system import Effort
 
 Pairs = list[tuple[Node, Node]]
@@ -41,10 +40,13 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
 def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
     """Return the pairs (rate, effort) of a load; their products are its power [W]."""
     if load.on.type.kind not in (Kind.FRAME, Kind.POINT):
-        return _on_scalar(lowering, load, symbols)
-    if load.kind == "torque":
-        return _torque(lowering, load)
-    return _force(lowering, load)
+        pairs = _on_scalar(lowering, load, symbols)
+    elif load.kind == "torque":
+        pairs = _torque(lowering, load)
+    else:
+        pairs = _force(lowering, load)
+    settled = lowering.questions.settle([n for pair in pairs for n in pair])
+    return list(zip(settled[::2], settled[1::2], strict=True))
 
 
 def rate_of(lowering: Lowering, expression: Expression, symbols: Symbols) -> tuple[Node, ...]:
@@ -53,7 +55,7 @@ def rate_of(lowering: Lowering, expression: Expression, symbols: Symbols) -> tup
     nodes = lowering.numbers(expression)
     if symbols.velocities.intersection(graph.support(*nodes)):
         return nodes
-    return tuple(lowering.rate(n) for n in nodes)
+    return lowering.questions.settle([lowering.rate(n) for n in nodes])
 
 
 def _on_scalar(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
@@ -115,7 +117,7 @@ def _check_line(lowering: Lowering, load: Load, reporter: Reporter) -> None:
 
 def _torque(lowering: Lowering, load: Load) -> Pairs:
     kinematics, graph = lowering.kinematics, lowering.graph
-    value = tuple(elements(lowering.value(load.value)))
+    value = lowering.numbers(load.value)
     axes = None if load.frame is None else lowering.frame(load.frame)
     pairs = []
     for end, sign in ((load.on, 1), (load.source, -1)):

@@ -162,11 +162,11 @@ def _starts(
     zero = lowering.graph.constant(0)
     result = [InitialValue(zero, False, None)] * len(places)
     if start is not None:
-        values = lowering.numbers(start.value)
+        values = lowering.reported(start.value)
         values = values * len(places) if len(values) == 1 else values
         result = [InitialValue(n, not start.guess, start) for n in values]
     for indices, one in single.items():
-        values = lowering.numbers(one.value)
+        values = lowering.reported(one.value)
         covered = [k for k, place in enumerate(places) if place[: len(indices)] == indices]
         values = values * len(covered) if len(values) == 1 else values
         for k, n in zip(covered, values, strict=True):

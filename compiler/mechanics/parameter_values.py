@@ -67,7 +67,7 @@ def _culprit(system: MechanicalSystem, value: Expression, known: set[Node]) -> s
     if isinstance(value, Literal) and isinstance(value.value, str):
         return None
     placed = isinstance(system.lowering.value(value), Placement)
-    nodes = () if placed else system.lowering.numbers(value)
+    nodes = () if placed else system.lowering.reported(value)
     return _unknown(system.graph, nodes, known)
 
 

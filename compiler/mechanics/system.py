@@ -132,7 +132,7 @@ class MechanicalSystem(Struct, frozen=True):
     Invariants: q, v and a have sizes nq, nv, nv; ``qdot`` = N(q) v; frames form a tree rooted in ``world``; loops are
     constraints. ``kinetic``, ``potential`` and ``lagrangian`` are the energies that the user wrote as formulas; those
     of bodies are in ``masses`` and ``inertias``. ``virtual``: displacements of joints whose reactions are asked for,
-    all zero. ``unknown_rates``: symbols for rates of inputs and accelerations, which nothing determines.
+    all zero. ``unknown_rates``: symbols for rates of inputs, accelerations and forces, which nothing determines.
     ``queries``: symbols that stand for answers which only the equations can give.
     """
 
@@ -158,7 +158,7 @@ class MechanicalSystem(Struct, frozen=True):
     constraints: tuple[ConstraintRows, ...]
     drives: tuple[DriveRow, ...]
     xdot: Mapping[Node, Node]
-    unknown_rates: Mapping[Node, Scalar]
+    unknown_rates: Mapping[Node, Scalar | Query]
     start_q: tuple[InitialValue, ...]
     start_v: tuple[InitialValue, ...]
     start_x: tuple[InitialValue, ...]

@@ -28,17 +28,18 @@ def with_modes(
     rows: Sequence[Row],
     multipliers: Sequence[Node],
     answers: Mapping[Node, Node],
+    sides: dict[Node, Side],
     reporter: Reporter,
-) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
-    """Return the rows with the equation of their modes, and on which sides of zero their laws ask forces to be.
+) -> tuple[Row, ...]:
+    """Return the rows with the equation of their modes.
 
-    ``multipliers`` are those of all rows of the model; ``answers`` replaces questions about forces.
+    ``multipliers`` are those of all rows of the model; ``answers`` replaces questions about forces; ``sides`` of zero
+    that the laws ask forces to be on are added.
     """
     graph = system.graph
     normals = {row.constraint.name: row.multiplier for row in rows}
     surfaces = frictions(rows)
     result = []
-    sides: dict[Node, Side] = {}
     for row in rows:
         mode = row.constraint.mode
         assert mode is not None
@@ -55,7 +56,7 @@ def with_modes(
             else graph.add(graph.mul(mode.flag, row.second), graph.mul(off, law))
         )
         result.append(replace(row, equation=equation))
-    return tuple(result), tuple(sides.values())
+    return tuple(result)
 
 
 def frictions(rows: Sequence[Row]) -> dict[Node, list[Row]]:

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from ...graph import Graph, Node
 from ...graph.differentiate import vjp
 from ...graph.vector import add, cross, matvec
+from ...mechanics.kinematics.virtual import VirtualDisplacement
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 
 Seeds = list[tuple[Node, Node]]
@@ -95,6 +96,25 @@ def seeds_of(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) ->
         rates = constraint_rates(system, rows)
         seeds += [(rate, system.graph.neg(lam)) for rate, lam in zip(rates, symbols, strict=True)]
     return seeds
+
+
+def energy_efforts(system: MechanicalSystem, moved: VirtualDisplacement) -> list[Node]:
+    """Return what energies and dissipation written as formulas add to the force along each virtual rate.
+
+    The displacements are coordinates like others, which stay zero: d/dt dL/dw' - dL/dw + dR/dw'.
+    """
+    graph, rates = system.graph, (*moved.force_rates, *moved.moment_rates)
+    places = moved.values[: len(rates)]
+    result = [graph.zero] * len(rates)
+    lagrangian = graph.sub(graph.add(system.kinetic, system.lagrangian), system.potential)
+    if not {*places, *rates}.isdisjoint(graph.support(lagrangian)):
+        momenta = vjp(graph, [(lagrangian, graph.one)], rates)
+        gradient = vjp(graph, [(lagrangian, graph.one)], places)
+        result = [graph.sub(system.rate(p), g) for p, g in zip(momenta, gradient, strict=True)]
+    if not set(rates).isdisjoint(graph.support(system.dissipation)):
+        losses = vjp(graph, [(system.dissipation, graph.one)], rates)
+        result = [graph.add(x, y) for x, y in zip(result, losses, strict=True)]
+    return result
 
 
 def residual(system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]) -> list[Node]:

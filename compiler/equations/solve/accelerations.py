@@ -14,16 +14,19 @@ from ...graph.differentiate import jacobian
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ...mechanics.system import MechanicalSystem
 from ..rows.constraints import Row, settle
+from .unknown_forces import UnknownForces, report_circle
 
 LARGEST_WHOLE = 16
 """Unknowns above which the code of the whole matrix is far longer than any other; it is not formed then."""
 
 
 class Accelerations(Struct, frozen=True):
-    """``a`` for each free velocity, ``multipliers`` for each kept constraint row; ``pivots`` must not vanish."""
+    """``a`` for each free velocity, ``multipliers`` for each kept constraint row, ``forces`` for each that is asked for
+    by others; ``pivots`` must not vanish."""
 
     a: tuple[Node, ...]
     multipliers: tuple[Node, ...]
+    forces: tuple[Node, ...]
     elimination: Elimination
 
 
@@ -33,6 +36,7 @@ def accelerations(
     free: Sequence[int],
     rows: Sequence[Row],
     supports: Sequence[Collection[int]],
+    forces: UnknownForces,
     reporter: Reporter,
     *,
     whole: bool = False,
@@ -42,20 +46,23 @@ def accelerations(
     ``supports``: for each of the first rows the free velocities on which it depends at consistent states. Its
     multiplier is eliminated right after them, so that the cost of many loops grows with their number and not with
     its square. The other rows are switched: where they are off, the multiplier is in its own row with a factor that
-    vanishes in other modes, so it comes last. ``whole`` factorises the matrix without looking at the structure.
+    vanishes in other modes, so it comes last but for ``forces``, on which any equation may depend. ``whole`` factorises the matrix without looking at the structure.
     """
-    unknowns = [system.a[i] for i in free] + [row.multiplier for row in rows]
-    equations = [residual[i] for i in free] + [row.equation for row in rows]
+    unknowns = [*(system.a[i] for i in free), *(row.multiplier for row in rows), *forces.symbols]
+    equations = [*(residual[i] for i in free), *(row.equation for row in rows), *forces.equations]
     after: dict[int, Collection[int]] = {len(free) + k: support for k, support in enumerate(supports)}
     after |= {k: range(k) for k in range(len(free) + len(supports), len(unknowns))}
     try:
         variants = () if whole and len(unknowns) <= LARGEST_WHOLE else VARIANTS
         found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
+        if singular.unknown >= len(free) + len(rows):
+            raise report_circle(system, forces.symbols, reporter) from None
         raise massless(system, residual, free, rows, singular, reporter) from None
-    count = len(free)
-    solutions = settle(system.graph, rows, found.solutions)
-    return Accelerations(solutions[:count], solutions[count:], found)
+    count, total = len(free), len(free) + len(rows)
+    known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
+    asked = len(forces.symbols)
+    return Accelerations(known[asked : asked + count], known[asked + count :], known[:asked], found)
 
 
 def _coupled(

@@ -2,18 +2,28 @@
 
 Interning by value may represent a formula by an older node of equal value in which a symbol that has been eliminated
 meanwhile still stands, though it cancels. Such functions are built anew in a fresh graph, where nothing older is,
-with the symbol put at zero.
+with the symbol put at zero. That it cancels is looked at, with another number in its place: a symbol that matters was
+forgotten, and must never count as zero.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from fractions import Fraction
 from itertools import islice
 
 from msgspec.structs import replace
 
-from ...graph import Graph
+from ...graph import Graph, Node
 from ...graph.rewrite import transfer
 from ..model import Equations, Function
+
+ELSEWHERE = Fraction(1_299_709, 1_299_721)
+"""Put in the place of symbols that should not matter, once: no formula has such a number by itself."""
+
+
+class Unanswered(Exception):
+    """A symbol without a place at run time stands in the equations: a mistake of the compiler, never of the user."""
 
 
 def without_dead_symbols(equations: Equations) -> Equations:
@@ -27,7 +37,12 @@ def without_dead_symbols(equations: Equations) -> Equations:
     target = Graph(by_value=source.by_value)
     for table in source.tables:
         target.add_table(table)
-    found = iter(transfer(source, outputs, target, dict.fromkeys(dead, target.zero)))
+    images = transfer(source, outputs, target, dict.fromkeys(dead, target.zero))
+    others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
+    if not all(map(target.identical, images, others)):
+        names = ", ".join(source.name(n) for n in dead)
+        raise Unanswered(f"these have no place at run time: {names}")
+    found: Iterator[Node] = iter(images)
     functions = tuple(
         Function(f.name, f.doc, tuple(islice(found, len(f.outputs)))) for f in equations.functions
     )

@@ -16,9 +16,10 @@ from ...graph.differentiate import jvp, vjp
 from ...graph.operations import JUMPING, SELECT
 from ...graph.rewrite import substitute
 from ...graph.vector import matvec
+from ...mechanics.energies import kinetic_energy, momenta_of, potential_energy, total_energy
 from ...mechanics.modes import SetAction
 from ...mechanics.system import MechanicalSystem
-from ..rows.residual import constraint_rates, highest, projected
+from ..rows.residual import constraint_rates, projected
 
 
 class Energies(Struct, frozen=True):
@@ -54,19 +55,15 @@ def energies(
     constraints turns into heat.
     """
     graph = system.graph
-    kinetic, potential = _kinetic(system), _potential(system)
+    kinetic = kinetic_energy(system, system.kinetic)
+    potential = potential_energy(system, system.potential)
     lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
     kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
-    gradient = highest(system, lagrangian)
-    seconds = [gradient[i] for i in free]
-    momenta = [
-        graph.sub(p, system.rate(second))
-        for p, second in zip(vjp(graph, [(lagrangian, graph.one)], velocities), seconds, strict=True)
-    ]
-    total = graph.sub(graph.dot(momenta, velocities), lagrangian)
-    total = graph.add(total, graph.dot(seconds, [system.a[i] for i in free]))
+    accelerations = [system.a[i] for i in free]
+    momenta, seconds = momenta_of(graph, system.rate, lagrangian, velocities, accelerations)
+    total = total_energy(graph, lagrangian, velocities, accelerations, momenta, seconds)
     if graph.equal_up_to_sign(total, plain_total):
         total = plain_total
     supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
@@ -84,28 +81,6 @@ def energies(
         forces,
         cyclic,
     )
-
-
-def _kinetic(system: MechanicalSystem) -> Node:
-    graph, kinematics = system.graph, system.kinematics
-    terms = []
-    for mass in system.masses:
-        velocity = kinematics.velocity(mass.point)
-        terms.append(graph.mul(mass.mass, graph.dot(velocity, velocity)))
-    for body in system.inertias:
-        spin = kinematics.angular_velocity(body.frame)
-        terms.append(graph.dot(spin, matvec(graph, body.inertia, spin)))
-    return graph.add(graph.mul(graph.half, graph.sum(terms)), system.kinetic)
-
-
-def _potential(system: MechanicalSystem) -> Node:
-    graph, kinematics = system.graph, system.kinematics
-    terms = [
-        graph.mul(mass.mass, kinematics.potential(mass.point, mass.field))
-        for mass in system.masses
-        if mass.field is not None
-    ]
-    return graph.sub(system.potential, graph.sum(terms))
 
 
 def _powers(

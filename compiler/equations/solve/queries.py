@@ -11,8 +11,6 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Query
 from ...flat.subscripts import element_name, subscripts
 from ...graph import Node
-from ...mechanics.bodies import inertia_tensor, mass_centre
-from ...mechanics.forces import damping_power
 from ...mechanics.system import MechanicalSystem
 from .energies import Energies
 
@@ -34,7 +32,7 @@ def force_answers(system: MechanicalSystem, replies: Replies) -> dict[Node, Node
     """Return the answers to questions about forces, in multipliers and accelerations, by the symbols for them."""
     result: dict[Node, Node] = {}
     for query, symbols in _asked(system):
-        found = _force(replies, query)
+        found = _force(system, replies, query)
         if found is not None:
             result |= zip(symbols, found, strict=True)
     return result
@@ -88,21 +86,13 @@ def _answer(
             return [energies.potential]
         case "momentum":
             return _momentum(system, energies, query.target)
-        case "power":
-            return _power(system, replies, query.target)
-        case "closed":
-            modes = (rows.mode for rows in system.constraints if rows.name == query.target)
-            return next(([system.graph.one if mode is None else mode.flag] for mode in modes), None)
-        case "mass_centre":
-            return mass_centre(system, system.lowering.frame(query.arguments[0]) if query.arguments else None)
-        case "inertia_tensor":
-            rows = inertia_tensor(system, system.lowering.frame(query.arguments[0]))
-            return None if rows is None else [entry for row in rows for entry in row]
+        case _ if not system.lowering.questions.is_force(query):
+            return system.lowering.questions.answer(query)
         case _:
-            return _force(replies, query)
+            return _force(system, replies, query)
 
 
-def _force(replies: Replies, query: Query) -> Sequence[Node] | None:
+def _force(system: MechanicalSystem, replies: Replies, query: Query) -> Sequence[Node] | None:
     """Answer a question about a force; None for any other."""
     match query.function:
         case "multiplier":
@@ -116,6 +106,8 @@ def _force(replies: Replies, query: Query) -> Sequence[Node] | None:
             if all(n in replies.drive_reactions for n in names):
                 return [replies.drive_reactions[n] for n in names]
             return replies.multipliers.get(query.target)  # of a drive that is released
+        case "power" if system.lowering.questions.is_force(query):
+            return _friction_power(system, replies, query.target)
         case _:
             return None
 
@@ -127,18 +119,9 @@ def _momentum(system: MechanicalSystem, energies: Energies, target: str) -> Sequ
     return known if found and len(known) == len(found) else None
 
 
-def _power(system: MechanicalSystem, replies: Replies, target: str) -> Sequence[Node] | None:
-    graph = system.graph
-    for effort in system.efforts:
-        if effort.name == target:
-            return [graph.sum(graph.mul(r, e) for r, e in effort.pairs)]
-    for item in system.model.dampings:
-        if item.name == target:
-            return [damping_power(system.lowering, item, system.symbols)]
-    for rows in system.constraints:
-        if rows.name == target and rows.mode is not None and rows.mode.kind == "friction":
-            return [graph.mul(replies.multipliers[rows.name][0], rows.residuals[0])]
-    return None
+def _friction_power(system: MechanicalSystem, replies: Replies, target: str) -> Sequence[Node] | None:
+    rows = next((rows for rows in system.constraints if rows.name == target), None)
+    return None if rows is None else [system.graph.mul(replies.multipliers[target][0], rows.residuals[0])]
 
 
 def _reason(query: Query) -> str:

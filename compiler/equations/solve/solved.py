@@ -9,11 +9,12 @@ from msgspec.structs import replace as replace_fields
 
 from mechc.lang.diagnostics import Label, Reporter
 
-from ...flat.model import Role
+from ...flat.model import Query, Role
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
+from ...mechanics.questions import title
 from ...mechanics.system import MechanicalSystem
 from ..model import COMPLIANCE
 from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
@@ -21,12 +22,13 @@ from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies
 from ..rows.modes import friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
-from ..rows.residual import residual, seeds_of
+from ..rows.residual import energy_efforts, residual, seeds_of
 from ..rows.signs import Side
 from .accelerations import accelerations
 from .energies import Energies, energies
 from .feeding import warn_of_feeding
 from .queries import Replies, answers, force_answers
+from .unknown_forces import unknown_forces
 
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
@@ -75,8 +77,11 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     ]
     raw = residual(system, multipliers)
     still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
-    state_rates = {system.rate(x): f for x, f in system.xdot.items()}
+    xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
+    state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}
     before = {**state_rates, **driven, **still}
+    questions = system.lowering.questions
+    assert questions.symbols_in(raw) == questions.forces_in(raw), "an answer of the state is not put in"
     check_rates(system, raw, reporter)
     every_row = without_empty(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
@@ -85,11 +90,15 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)
-    switched, sides = _switched(system, every_row, multipliers, replies, before, reporter)
+    sides: dict[Node, Side] = {}
+    answered = _force_answers(system, every_row, replies, (*raw, *xdot), before)
+    switched = _switched(system, every_row, multipliers, answered, sides, reporter)
     rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
     kept = {row.multiplier for row in rows}
-    absent = {row.multiplier: graph.zero for row in all_rows if row.multiplier not in kept}
+    kept |= {row.multiplier for row in switched}
+    absent = {lam: graph.zero for group in multipliers for lam in group if lam not in kept}
     r = substitute(graph, raw, before | absent)
+    r, forces = unknown_forces(system, r, xdot, answered, sides, reporter)
     if rows:
         from ..rows.singular import soften  # as rank.py, with numpy
 
@@ -99,25 +108,29 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
 
         note_integrable(system, rows, values, reporter)
     laws = substitute(graph, [row.equation for row in switched], absent)
+    forces = replace_fields(forces, equations=tuple(substitute(graph, forces.equations, absent)))
     switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
     solved_rows = (*rows, *switched)
     whole = "structure" in parts
-    found = accelerations(system, r, free, solved_rows, supports, reporter, whole=whole)
+    found = accelerations(system, r, free, solved_rows, supports, forces, reporter, whole=whole)
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
     solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
+    solution |= zip(forces.symbols, found.forces, strict=True)
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
+    replace |= _asked_by_rates(system, answered, replace)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _constraint_power(system, solved_rows, [system.v[i].node for i in free])
     energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
-    answered = answers(system, energy, replace_fields(replies, dropped=frozenset(absent)), reporter)
-    replace |= zip(answered, substitute(graph, list(answered.values()), replace), strict=True)
+    replies = replace_fields(replies, dropped=frozenset(absent))
+    reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
+    replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
     return Solved(
         driven=driven,
         free=free,
         rows=rows,
         all_rows=all_rows,
         switched=switched,
-        sides=sides,
+        sides=tuple(sides.values()),
         residual=tuple(r),
         projection=projection(system, r, free, rows, supports) if rows else None,
         energies=energy,
@@ -181,7 +194,15 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
         scalar = system.unknown_rates.get(n)
         if scalar is None or all(graph.is_zero(d) for d in jvp(graph, nodes, {n: graph.one})):
             continue
-        if scalar.variable.role is Role.INPUT:
+        if isinstance(scalar, Query):
+            reporter.error(
+                "E0528",
+                f"the equations need the rate of '{title(scalar)}', which is unknown",
+                scalar.span,
+                caption="the answer is a force, whose rate nothing determines",
+                help="write the formula itself, in terms of coordinates and their rates",
+            )
+        elif scalar.variable.role is Role.INPUT:
             reporter.error(
                 "E0523",
                 f"the equations need the rate of the input '{scalar.name}', which is unknown",
@@ -235,17 +256,39 @@ def _switched(
     system: MechanicalSystem,
     rows: Sequence[Row],
     multipliers: Sequence[Sequence[Node]],
-    replies: Replies,
-    before: Mapping[Node, Node],
+    forces: Mapping[Node, Node],
+    sides: dict[Node, Side],
     reporter: Reporter,
-) -> tuple[tuple[Row, ...], tuple[Side, ...]]:
-    """Return those of the rows that have modes with the laws of these, and the sides of forces that they ask for."""
+) -> tuple[Row, ...]:
+    """Return those of the rows that have modes with the laws of these; ``sides`` of forces are added."""
     plain = [row for row in rows if row.constraint.mode is not None]
     if not plain:
-        return (), ()
+        return ()
+    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, sides, reporter)
+
+
+def _force_answers(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    replies: Replies,
+    formulas: Sequence[Node],
+    before: Mapping[Node, Node],
+) -> dict[Node, Node]:
+    """Return the answers about forces in accelerations, multipliers and each other, where the equations need any."""
+    if all(row.constraint.mode is None for row in rows) and not system.lowering.questions.forces_in(formulas):
+        return {}
     known = force_answers(system, replies)
-    forces = dict(zip(known, substitute(system.graph, list(known.values()), before), strict=True))
-    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, reporter)
+    return dict(zip(known, substitute(system.graph, list(known.values()), before), strict=True))
+
+
+def _asked_by_rates(
+    system: MechanicalSystem, answered: Mapping[Node, Node], known: Mapping[Node, Node]
+) -> dict[Node, Node]:
+    """Return the answers that the rates of states ask for and nothing else, once the equations are solved."""
+    asked = system.lowering.questions.forces_in(system.xdot.values())
+    symbols = [s for s in asked if s in answered and s not in known]
+    formulas = substitute(system.graph, [answered[s] for s in symbols], known)
+    return dict(zip(symbols, formulas, strict=True))
 
 
 def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequence[Sequence[Node]]) -> Replies:
@@ -285,6 +328,9 @@ def _joint_reactions(
         efforts = vjp(graph, seeds, rates)
         if name in closing:
             efforts = [graph.neg(e) for e in efforts]
+        else:
+            shares = energy_efforts(system, moved)
+            efforts = [graph.add(e, share) for e, share in zip(efforts, shares, strict=True)]
         size = kinematics.size
         force = kinematics.to_world(moved.frame, tuple(efforts[:size]))
         moment = tuple(efforts[size:])

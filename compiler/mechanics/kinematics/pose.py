@@ -37,6 +37,17 @@ Step = Translate | Rotate | Turn
 Pose = tuple[Step, ...]
 
 
+def numbers_of(step: Step) -> list[Node]:
+    """Return the numbers of a step."""
+    match step:
+        case Translate(offset):
+            return list(offset)
+        case Rotate(_, angle):
+            return [angle]
+        case Turn(matrix, rate):
+            return [*(x for row in matrix for x in row), *(rate or ())]
+
+
 def join(graph: Graph, first: Pose, second: Pose) -> Pose:
     """Return the product of two poses, merging steps of the same kind where they meet."""
     steps = list(first)

@@ -24,6 +24,10 @@ class TotalDerivative:
         """State the derivative of a further symbol, before anything that depends on it is differentiated."""
         self._known[symbol] = rate
 
+    def define_later(self, symbol: Node, rate: Callable[[], Node]) -> None:
+        """State how the derivative of a further symbol is found when something first needs it."""
+        self._later[symbol] = rate
+
     def offer(self, node: Node, rate: Callable[[], Node]) -> None:
         """Say how the derivative of a formula is found more cheaply than term by term; asked for when needed."""
         if self._graph.op(node) > SYMBOL and node not in self._known:

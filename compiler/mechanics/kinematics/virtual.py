@@ -2,12 +2,13 @@
 
 A joint whose reaction is asked for gets, on its ``to`` side, a displacement that is always zero but has a rate of
 its own. The row of the residual that belongs to this rate is the force (or moment) that the joint exerts there:
-inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a loop. One mechanism for both.
+inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a loop. One mechanism for both. Energies
+and dissipation written as formulas take part like everything else, by Lagrange's operator for the displacement.
 """
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterator
+from collections.abc import Hashable, Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -35,11 +36,7 @@ class VirtualDisplacement(Struct, frozen=True):
 def reactions_asked(model: FlatModel) -> frozenset[str]:
     """Return the names of the joints whose reaction or moment the model uses."""
     joints = {joint.name for joint in model.joints}
-    parts = (
-        model.definitions, model.loads, model.frictions, model.contacts, model.events, model.assertions,
-        model.equations,
-    )  # fmt: skip
-    return frozenset(q.target for q in _queries(parts) if q.function in REACTIONS and q.target in joints)
+    return frozenset(q.target for q in _queries(model) if q.function in REACTIONS and q.target in joints)
 
 
 def _queries(root: object) -> Iterator[Query]:
@@ -49,6 +46,9 @@ def _queries(root: object) -> Iterator[Query]:
         at = pending.pop()
         if isinstance(at, tuple):
             pending += at
+            continue
+        if isinstance(at, Mapping):
+            pending += at.values()
             continue
         if isinstance(at, Query):
             yield at

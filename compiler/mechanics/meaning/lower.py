@@ -34,12 +34,11 @@ from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
+from ..questions import Questions, title
 from .functions import FUNCTIONS
 from .quadrature import panels
 from .symbols import Symbols
 from .values import Placement, Value, each, elements, node
-
-QueryRule = Callable[[Query], Value]
 
 RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
 """Functions that jump where their arguments pass each other, so that a run stops there."""
@@ -51,8 +50,8 @@ STAIRS = frozenset({"floor", "ceil", "round", "mod", "div"})
 class Lowering:
     """Lowers expressions of one model. Definitions are lowered once, when first asked for.
 
-    ``place`` gives the frame of a free frame by name (topology.py); ``query`` answers questions about named
-    elements, usually by a symbol that a later stage replaces.
+    ``place`` gives the frame of a free frame by name (topology.py). Values keep the symbols of ``questions``; what
+    formulas are made of (``scalar``, ``numbers``, ``point``) has the answers that the state decides put in.
     """
 
     def __init__(
@@ -63,7 +62,7 @@ class Lowering:
         rate: TotalDerivative,
         kinematics: Kinematics,
         place: Callable[[Definition], Frame],
-        query: QueryRule,
+        questions: Questions,
         reporter: Reporter,
     ) -> None:
         self.graph = graph
@@ -72,7 +71,7 @@ class Lowering:
         self._symbols = symbols
         self._definitions = definitions
         self._place = place
-        self._query = query
+        self.questions = questions
         self._reporter = reporter
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
@@ -124,7 +123,7 @@ class Lowering:
             case Apply():
                 return self._applied(expression)
             case Query():
-                return self._query(expression)
+                return self.questions.ask(expression)
             case Previous(operand=operand):
                 return each(self._pre, self.value(operand))
             case Quadrature():
@@ -168,23 +167,26 @@ class Lowering:
         value = self.value(operand)
         if isinstance(value, Placement):
             return
-        for symbol in self.graph.support(*elements(self._numbers(value))):
-            if self.graph.name(symbol).startswith("?"):
-                asked = self.graph.name(symbol)[1:].partition("#")[0]
-                raise self._reporter.fail(
-                    "E0528",
-                    f"the derivative of '{asked}' is not supported",
-                    expression.span,
-                    caption="an answer about the motion cannot be differentiated",
-                    help="write the formula itself, in terms of coordinates and their rates",
-                )
+        for symbol in self.questions.forces_in(elements(self._numbers(value))):
+            asked = title(self.questions.asked[symbol])
+            raise self._reporter.fail(
+                "E0528",
+                f"the derivative of '{asked}' is not supported",
+                expression.span,
+                caption="the answer is a force, whose rate nothing determines",
+                help="write the formula itself, in terms of coordinates and their rates",
+            )
 
     def scalar(self, expression: Expression) -> Node:
         """Return the value of a scalar expression."""
-        return node(self.value(expression))
+        return self.questions.settle((node(self.value(expression)),))[0]
 
     def numbers(self, expression: Expression) -> tuple[Node, ...]:
         """Return the entries of a numeric expression in row-major order; a point gives its position."""
+        return self.questions.settle(self.reported(expression))
+
+    def reported(self, expression: Expression) -> tuple[Node, ...]:
+        """Return the entries of what nothing depends on: its questions are answered when the equations are solved."""
         return tuple(elements(self._numbers(self.value(expression))))
 
     def frame(self, expression: Expression) -> Frame:
@@ -197,12 +199,12 @@ class Lowering:
         """Return a frame's origin, a point, or world components as a point."""
         value = self.value(expression)
         match value:
-            case Point():
-                return value
+            case Point(frame, offset):
+                return Point(frame, self.questions.settle(offset))
             case Frame():
                 return Point(value, (self.graph.constant(0),) * self.kinematics.size)
             case _:
-                return Point(self.kinematics.world, tuple(elements(value)))
+                return Point(self.kinematics.world, self.questions.settle(tuple(elements(value))))
 
     def assign(self, name: str, value: Value) -> None:
         """State the value of a name: a placed frame, a coordinate computed by a closure."""

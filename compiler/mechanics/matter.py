@@ -1,0 +1,255 @@
+"""Masses, inertias and energies of a model, each lowered when first needed: by the build, or by a question about them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from mechc.lang.diagnostics import Reporter
+
+from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query
+from ..graph import Graph, Node
+from .bodies import inertia_tensor, mass_centre
+from .contacts import switched_names
+from .drives import drive_rows
+from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
+from .forces import damping_power, virtual_power
+from .kinematics.frames import Frame, Kinematics
+from .kinematics.pose import numbers_of
+from .kinematics.rates import TotalDerivative
+from .meaning.lower import Lowering
+from .meaning.symbols import Scalar, Symbols
+from .system import DriveRow, PointMass, RotaryInertia
+
+STATED = "a mass, an inertia or an energy is a function of the state; write what follows a force as a 'force'"
+
+
+class Matter:
+    """What a model says of masses, inertias, energies and drives. It answers the questions that the state decides."""
+
+    def __init__(self, lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Reporter) -> None:
+        self._lowering = lowering
+        self._model = model
+        self._symbols = symbols
+        self._reporter = reporter
+        self._masses: tuple[PointMass, ...] | None = None
+        self._inertias: tuple[RotaryInertia, ...] | None = None
+        self._values: dict[int, Node] = {}
+        self._drives: tuple[DriveRow, ...] | None = None
+        lowering.questions.answer = self._answer
+
+    # ------------------------------------------------------------ what bodies.py and energies.py look at
+
+    @property
+    def graph(self) -> Graph:
+        return self._lowering.graph
+
+    @property
+    def rate(self) -> TotalDerivative:
+        return self._lowering.rate
+
+    @property
+    def kinematics(self) -> Kinematics:
+        return self._lowering.kinematics
+
+    @property
+    def masses(self) -> tuple[PointMass, ...]:
+        if self._masses is None:
+            need = self._lowering.questions.need
+            found = []
+            for k, mass in enumerate(self._model.masses):
+                with need(("mass", k), "a mass", mass.value.span):
+                    found.append(self._mass(mass))
+            self._masses = tuple(found)
+        return self._masses
+
+    @property
+    def inertias(self) -> tuple[RotaryInertia, ...]:
+        if self._inertias is None:
+            need = self._lowering.questions.need
+            found = []
+            for k, inertia in enumerate(self._model.inertias):
+                with need(("inertia", k), "an inertia", inertia.value.span):
+                    found.append(self._inertia(inertia))
+            self._inertias = tuple(found)
+        return self._inertias
+
+    @property
+    def drives(self) -> tuple[DriveRow, ...]:
+        if self._drives is None:
+            self._drives = drive_rows(self._lowering, self._model, self._symbols, self._reporter)
+        return self._drives
+
+    def energies(self) -> tuple[Node, Node, Node, Node]:
+        """Return T, V(q, t), further terms of the Lagrangian, and R."""
+        kinetic, potential, lagrangian, dissipation = self._sums(
+            "kinetic", "potential", "lagrangian", "dissipation"
+        )
+        return kinetic, potential, lagrangian, dissipation
+
+    # ------------------------------------------------------------ statements
+
+    def _mass(self, mass: Mass) -> PointMass:
+        graph, lowering = self.graph, self._lowering
+        value = lowering.scalar(mass.value)
+        self._check_fixed(
+            (value,),
+            "a mass",
+            mass.value,
+            "write the energy as 'kinetic'; 'mass' means m a = F, "
+            "with matter joining at the velocity of the point",
+        )
+        field = None if mass.gravity is None else lowering.numbers(mass.gravity)
+        if field is not None and all(graph.is_zero(x) for x in field):
+            field = None
+        point = lowering.point(mass.at)
+        self._check_place(point.frame, mass.at)
+        return PointMass(value, point, field, mass.origin)
+
+    def _inertia(self, inertia: Inertia) -> RotaryInertia:
+        lowering = self._lowering
+        entries = lowering.numbers(inertia.value)
+        size = 1 if lowering.kinematics.size == 2 else 3
+        rows = tuple(entries[i * size : (i + 1) * size] for i in range(size))
+        self._check_fixed(
+            entries,
+            "an inertia",
+            inertia.value,
+            "state it in the axes of a frame that moves with the body, or write the energy as 'kinetic'",
+        )
+        frame = lowering.frame(inertia.on)
+        self._check_place(frame, inertia.on)
+        return RotaryInertia(rows, frame, inertia.origin)
+
+    def _check_fixed(self, nodes: Sequence[Node], what: str, value: Expression, help: str) -> None:
+        moving = self._symbols.positions | self._symbols.velocities
+        self._lowering.questions.refuse(nodes, what, value, STATED)
+        if moving.intersection(self.graph.support(*nodes)):
+            self._reporter.error(
+                "E0513",
+                f"{what} must not depend on coordinates",
+                value.span,
+                caption="this does",
+                help=help,
+            )
+
+    def _check_place(self, frame: Frame, place: Expression) -> None:
+        """Report a body on a frame that a question places."""
+        nodes: list[Node] = []
+        at: Frame | None = frame
+        while at is not None:
+            nodes += [] if at.step is None else numbers_of(at.step)
+            at = at.parent
+        self._lowering.questions.refuse_all(
+            nodes, "the place of a mass", place, "let a joint or a constraint carry it there"
+        )
+
+    def _value(self, k: int) -> Node:
+        """Return the formula of one statement of an energy."""
+        if k not in self._values:
+            energy = self._model.energies[k]
+            words = "'dissipation'" if energy.kind == "dissipation" else f"a '{energy.kind}'"
+            with self._lowering.questions.need(("energy", k), words, energy.value.span):
+                value = self._lowering.scalar(energy.value)
+            self._check_energy(energy, value)
+            self._values[k] = value
+        return self._values[k]
+
+    def _check_energy(self, energy: Energy, value: Node) -> None:
+        if energy.kind != "dissipation":
+            self._lowering.questions.refuse((value,), f"'{energy.kind}'", energy.value, STATED)
+        accelerations = self._symbols.accelerations
+        if energy.kind != "lagrangian" and accelerations.intersection(self.graph.support(value)):
+            self._reporter.error(
+                "E0519",
+                f"'{energy.kind}' must not depend on accelerations",
+                energy.value.span,
+                caption="this contains a second derivative",
+                help="second derivatives are allowed in 'lagrangian' only",
+            )
+
+    def _sums(self, *kinds: str) -> tuple[Node, ...]:
+        """Return the sum of each kind. Potentials that depend on velocities belong to the Lagrangian."""
+        graph = self.graph
+        sums = dict.fromkeys(("kinetic", "potential", "lagrangian", "dissipation"), graph.constant(0))
+        for k, energy in enumerate(self._model.energies):
+            kind = energy.kind
+            if kind not in kinds and not (kind == "potential" and "lagrangian" in kinds):
+                continue
+            value = self._value(k)
+            if kind == "potential" and self._symbols.velocities.intersection(graph.support(value)):
+                sums["lagrangian"] = graph.sub(sums["lagrangian"], value)
+            else:
+                sums[kind] = graph.add(sums[kind], value)
+        return tuple(sums[kind] for kind in kinds)
+
+    # ------------------------------------------------------------ answers
+
+    def _answer(self, query: Query) -> Sequence[Node] | None:
+        """Return the numbers of an answer that the state decides; None where there is none."""
+        match query.function:
+            case "energy":
+                return [self._total()]
+            case "kinetic_energy":
+                return [kinetic_energy(self, *self._sums("kinetic"))]
+            case "potential_energy":
+                return [potential_energy(self, *self._sums("potential"))]
+            case "momentum":
+                return self._momentum(query.target)
+            case "power":
+                return self._power(query.target)
+            case "closed":
+                return self._closed(query.target)
+            case "mass_centre":
+                frame = self._lowering.frame(query.arguments[0]) if query.arguments else None
+                return mass_centre(self, frame)
+            case "inertia_tensor":
+                rows = inertia_tensor(self, self._lowering.frame(query.arguments[0]))
+                return None if rows is None else [entry for row in rows for entry in row]
+            case _:
+                return None
+
+    def _lagrangian(self) -> Node:
+        """Return L, with answers in the places of frames put in."""
+        graph = self.graph
+        kinetic, potential, further = self._sums("kinetic", "potential", "lagrangian")
+        difference = graph.sub(kinetic_energy(self, kinetic), potential_energy(self, potential))
+        return graph.add(difference, further)
+
+    def _free(self) -> list[tuple[Scalar, Node]]:
+        """Return the velocities that no drive prescribes, with their accelerations."""
+        driven = {i for row in self.drives for i in row.v}
+        pairs = [pair for c in self._symbols.coordinates for pair in zip(c.v, c.a, strict=True)]
+        return [pair for i, pair in enumerate(pairs) if i not in driven]
+
+    def _total(self) -> Node:
+        lagrangian, free = self._lagrangian(), self._free()
+        velocities, accelerations = [s.node for s, _ in free], [a for _, a in free]
+        momenta, seconds = momenta_of(self.graph, self.rate, lagrangian, velocities, accelerations)
+        return total_energy(self.graph, lagrangian, velocities, accelerations, momenta, seconds)
+
+    def _momentum(self, target: str) -> Sequence[Node] | None:
+        asked = [(s, a) for s, a in self._free() if s.variable.name == target]
+        count = sum(s.variable.name == target for c in self._symbols.coordinates for s in c.v)
+        if not asked or len(asked) < count:
+            return None
+        velocities, accelerations = [s.node for s, _ in asked], [a for _, a in asked]
+        return momenta_of(self.graph, self.rate, self._lagrangian(), velocities, accelerations)[0]
+
+    def _power(self, target: str) -> Sequence[Node] | None:
+        graph, lowering = self.graph, self._lowering
+        for load in self._model.loads:
+            if load.name == target:
+                return [graph.sum(graph.mul(r, e) for r, e in virtual_power(lowering, load, self._symbols))]
+        for item in self._model.dampings:
+            if item.name == target:
+                return [damping_power(lowering, item, self._symbols)]
+        return None
+
+    def _closed(self, target: str) -> Sequence[Node]:
+        """Return the flag of the mode; what is never released is always closed."""
+        switched = switched_names(self._model) | {contact.name for contact in self._model.contacts}
+        if target not in switched:
+            return [self.graph.one]
+        flag = self.graph.symbol(f"closed({target})")
+        self._lowering.questions.modes[flag] = None
+        return [flag]
