@@ -16,14 +16,11 @@ from msgspec.structs import replace
 
 from ...graph import Graph, Node
 from ...graph.rewrite import transfer
+from ...malformed import Malformed
 from ..model import Equations, Function
 
 ELSEWHERE = Fraction(1_299_709, 1_299_721)
 """Put in the place of symbols that should not matter, once: no formula has such a number by itself."""
-
-
-class Unanswered(Exception):
-    """A symbol without a place at run time stands in the equations: a mistake of the compiler, never of the user."""
 
 
 def without_dead_symbols(equations: Equations) -> Equations:
@@ -41,7 +38,9 @@ def without_dead_symbols(equations: Equations) -> Equations:
     others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
     if not all(map(target.identical, images, others)):
         names = ", ".join(source.name(n) for n in dead)
-        raise Unanswered(f"these have no place at run time: {names}")
+        raise Malformed(
+            "equations", f"the values of functions depend on {names}, without a place at run time"
+        )
     found: Iterator[Node] = iter(images)
     functions = tuple(
         Function(f.name, f.doc, tuple(islice(found, len(f.outputs)))) for f in equations.functions
