@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
 from .compiler.flat.model import Experiment
 from .compiler.flat.model import Literal as LiteralValue
-from .compiler.pipeline import Compilation, program_for
+from .compiler.pipeline import Compilation, program_with
 from .lang.diagnostics import Diagnostic
 from .lang.read import read_source
 from .lang.source import SourceFile
@@ -31,10 +31,6 @@ if TYPE_CHECKING:
 
 Structural = Mapping[str, Exact]
 Target = Literal["auto", "c", "python"]
-
-WITH_JACOBIAN = {"radau5", "auto", "gauss2", "gauss4", "gauss6", "gauss8"}
-WITH_MOMENTA = {"rattle", "lobatto4", "lobatto6"}
-"""Methods that need more than the right-hand side; it is left out where none of them is asked for."""
 
 
 class Options(TypedDict, total=False):
@@ -272,12 +268,14 @@ class Model:
         ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
         Jacobian (radau5, auto, gauss), momenta (rattle, lobatto). Raises CompilerMissing, BuildError.
         """
-        implicit, momenta = method in WITH_JACOBIAN, method in WITH_MOMENTA
-        problems, key = self._code.problems, (target, reproducible, implicit, momenta)
+        from .runtime.methods import parts_for
+
+        parts = parts_for(method)
+        problems, key = self._code.problems, (target, reproducible, parts)
         if key not in problems:
             from .compiler.problem import make_problem
 
-            program = program_for(self.compilation, implicit=implicit, momenta=momenta)
+            program = program_with(self.compilation, parts)
             problems[key] = make_problem(program, target, reproducible=reproducible)
         return problems[key]
 

@@ -34,7 +34,7 @@ class Code(Struct, eq=False):
     structural: dict[str, Exact]
     compilation: Compilation
     keep: frozenset[str] = frozenset()
-    problems: dict[tuple[str, bool, bool, bool], Problem] = field(default_factory=dict)
+    problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
 

@@ -154,13 +154,12 @@ def _method(model: Model, options: FmuOptions, run: Solution) -> str:
 
 def equations_for(model: Model, method: str) -> Equations:
     """Return the equations with what the method needs of them, and all that the model was asked to keep."""
-    from ..api import WITH_JACOBIAN, WITH_MOMENTA
     from ..compiler.equations.assemble import assemble
     from ..compiler.verification import verified
+    from ..runtime.methods import parts_for
 
-    parts = {"jacobian"} if method in WITH_JACOBIAN else set()
-    parts |= {"momenta"} if method in WITH_MOMENTA else set()
-    return verified(assemble(model.compilation.system, Reporter(), model.compilation.parts | parts))
+    parts = model.compilation.parts | parts_for(method)
+    return verified(assemble(model.compilation.system, Reporter(), parts))
 
 
 def _write_all(files: Sequence[tuple[Path, bytes]]) -> None:

@@ -19,7 +19,8 @@ from kernel_models import (
     VAN_DER_POL,
 )
 
-from mechc.runtime.native.kernel import Status, kernel_sources
+from mechc.runtime.methods import KERNEL_METHODS
+from mechc.runtime.native.kernel import Status, kernel_methods, kernel_sources, load_kernel
 
 CART_START = (0.1, 0.5, 0.0, 0.3)
 ROD_ENDS = (Fraction(6, 10), Fraction(-8, 10))
@@ -138,6 +139,20 @@ def test_order_of_radau5() -> None:
     assert np.abs(-np.diff(np.log(errors)) / np.diff(np.log(steps)) - 5).max() < 0.1, errors
 
 
+def test_every_method_has_its_order_measured() -> None:
+    """Those that consist of others apart; and it is the order that it states."""
+    measured = {method: order for method, order, *_ in UNCONSTRAINED} | {"radau5": 5}
+    dense = {method for method, *_ in DENSE} | {"radau5"}
+    kernel = load_kernel()
+    for name in kernel_methods(kernel):
+        if not KERNEL_METHODS[name].consists_of:
+            assert name in measured, f"the order of '{name}' is not measured: a row in UNCONSTRAINED here"
+            assert name in dense, (
+                f"the order of the dense output of '{name}' is not measured: a row in DENSE here"
+            )
+            assert measured[name] == kernel.mech_method_order(kernel.mech_method_index(name.encode())), name
+
+
 @pytest.mark.parametrize("model", [CARTESIAN_PENDULUM, SPHERICAL_PENDULUM], ids=["plane", "space"])
 def test_order_of_radau5_with_constraints(model: Model) -> None:
     """Projected after each step; over a ladder of tolerances, as whole steps make single pairs uneven."""
@@ -163,6 +178,8 @@ DENSE = [
     ("lobatto4", 4, True),
     ("lobatto6", 5, True),
     ("rattle", 3, False),
+    ("rk4", 4, False),
+    ("dop853", 8, True),
 ]
 
 

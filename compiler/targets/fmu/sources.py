@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+from mechc.runtime.methods import KERNEL_METHODS, methods_for, with_components
+
 from ...equations.needs import EVERYTHING
 from ...program.model import Program
 from .prefix import with_prefix
@@ -16,19 +18,7 @@ _TYPES = ("real", "integer", "boolean")
 STARTS = ("start_tangent", "start_adjoint")
 """Functions for derivatives during initialisation, where formulas give the initial state."""
 
-METHOD_PARTS = {"auto": ("auto", "dop853", "radau5")}
-"""Methods that consist of others."""
-
-PART_METHODS = {
-    "jacobian": ("auto", "dop853", "radau5", "gauss2", "gauss4", "gauss6", "gauss8"),
-    "momenta": ("rattle", "lobatto4", "lobatto6"),
-}
-"""Methods that work on a part of the equations: one that is kept brings them."""
-
-METHOD_FILES = {
-    **dict.fromkeys(("gauss2", "gauss4", "gauss6", "gauss8"), "gauss.c"),
-    **dict.fromkeys(("rattle", "lobatto4", "lobatto6"), "lobatto.c"),
-}
+METHOD_FILES = {name: row.file for name, row in KERNEL_METHODS.items() if row.file}
 """Where methods are defined whose names a macro puts together."""
 
 _DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|fmu_\w+)\s*(?:\(|=|\[)", re.M)
@@ -68,7 +58,7 @@ def sources(
     visible += _defined({**kernel, **glue}.values())
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
     if not EVERYTHING.issubset(parts):
-        methods = [*METHOD_PARTS.get(method, (method,)), *(m for p in parts for m in PART_METHODS.get(p, ()))]
+        methods = [*with_components(method), *methods_for(parts)]
         kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
         states = program.nq + program.nv + program.nx
         kernel["dop853.c"] = f"#define MECH_STATES {states}\n{kernel['dop853.c']}"

@@ -1,0 +1,58 @@
+"""The methods of the kernel, one row each: what is known of them without a compiler or a kernel.
+
+All else stands in the constant struct of each (``kernel/methods/method.h``), of which this is a part: a test compares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from msgspec import Struct
+
+
+class KernelMethod(Struct, frozen=True):
+    """``parts``: what it works on beside the rates, by the names of the compiler's ``PARTS`` (equations/needs.py)."""
+
+    name: str
+    parts: frozenset[str] = frozenset()
+    consists_of: tuple[str, ...] = ()
+    file: str = ""
+    """Where a macro makes it; empty: a file of its own name."""
+
+
+_JACOBIAN, _MOMENTA = frozenset({"jacobian"}), frozenset({"momenta"})
+
+KERNEL_METHODS = {
+    row.name: row
+    for row in (
+        KernelMethod("auto", _JACOBIAN, consists_of=("dop853", "radau5")),
+        KernelMethod("dop853"),
+        KernelMethod("rk4"),
+        KernelMethod("radau5", _JACOBIAN),
+        KernelMethod("gauss2", _JACOBIAN, file="gauss.c"),
+        KernelMethod("gauss4", _JACOBIAN, file="gauss.c"),
+        KernelMethod("gauss6", _JACOBIAN, file="gauss.c"),
+        KernelMethod("gauss8", _JACOBIAN, file="gauss.c"),
+        KernelMethod("verlet"),
+        KernelMethod("rattle", _MOMENTA, file="lobatto.c"),
+        KernelMethod("lobatto4", _MOMENTA, file="lobatto.c"),
+        KernelMethod("lobatto6", _MOMENTA, file="lobatto.c"),
+    )
+}
+
+
+def parts_for(method: str) -> frozenset[str]:
+    """Return the parts that a method works on; none for methods that are not the kernel's."""
+    row = KERNEL_METHODS.get(method)
+    return row.parts if row is not None else frozenset()
+
+
+def with_components(method: str) -> tuple[str, ...]:
+    """Return a method and those it consists of."""
+    return (method, *KERNEL_METHODS[method].consists_of)
+
+
+def methods_for(parts: Collection[str]) -> list[str]:
+    """Return the methods that work on one of the parts, each followed by those it consists of."""
+    working = (row.name for row in KERNEL_METHODS.values() if row.parts.intersection(parts))
+    return list(dict.fromkeys(name for method in working for name in with_components(method)))
