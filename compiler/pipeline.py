@@ -21,6 +21,7 @@ from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
+from .recursion import deep_recursion
 from .uncollected import uncollected
 from .verification import verified
 
@@ -54,14 +55,22 @@ def compile_source(
     ``parts`` are built whether the equations need them or not (equations/needs.py).
     """
     reporter = Reporter()
-    with uncollected():
-        tree = parse(source, reporter)
-        flat = verified(
-            flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
-        )
-        system = verified(build(flat, reporter, by_value=by_value))
-        equations = verified(assemble(system, reporter, parts))
-        program = verified(lower(equations, hoist="constants" not in parts))
+    with uncollected(), deep_recursion():
+        try:
+            tree = parse(source, reporter)
+            flat = verified(
+                flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
+            )
+            system = verified(build(flat, reporter, by_value=by_value))
+            equations = verified(assemble(system, reporter, parts))
+            program = verified(lower(equations, hoist="constants" not in parts))
+        except RecursionError:
+            raise reporter.fail(
+                "E0207",
+                f"definitions in '{source.name}' depend on each other in too long a chain",
+                None,
+                help="leave out steps between them",
+            ) from None
     return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
 
 

@@ -21,17 +21,17 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
     path = Path(path)
     name = str(path)
     try:
-        if path.stat().st_size > LARGEST:
-            size = path.stat().st_size / 1e6
-            help = "a model is text of at most 10 MB; large tables belong into a data file"
-            raise reporter.fail("E0101", f"'{name}' is too large: {size:.0f} MB", None, help=help)
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            data = file.read(LARGEST + 1)  # a device may be endless, and tells no size
     except OSError as error:
         near = _near(path) if isinstance(error, FileNotFoundError) else ""
         help = f"did you mean '{near}'?" if near else ""
         raise reporter.fail(
             "E0101", f"cannot read '{name}': {_reason(path, error)}", None, help=help
         ) from None
+    if len(data) > LARGEST:
+        help = "a model is text; large tables belong into a data file"
+        raise reporter.fail("E0101", f"'{name}' is too large: more than 10 MB", None, help=help)
     return decode(name, data, reporter)
 
 

@@ -65,6 +65,8 @@ class Sweep(Struct, frozen=True):
 
     points: tuple[Mapping[str, float | bool | str], ...]
     solutions: tuple[Solution, ...]
+    complete: bool = True
+    """Whether all runs were made: Ctrl-C leaves those that were finished."""
 
 
 def simulate(model: Model, request: Request) -> Solution:
@@ -111,21 +113,30 @@ def sweep(model: Model, request: Request) -> Sweep:
     """
     points: list[Mapping[str, float | bool | str]] = []
     solutions: list[Solution] = []
+    complete = True
 
     def all_runs(problem: Problem, options: SimulationOptions) -> Runs:
+        nonlocal complete
         done = run_sweep(problem, options)
+        complete = done.complete
         return done.solutions, done.values
 
     for structural, variant in model.structural_points(request.experiment):
-        _, problem, (runs, values) = _solve(variant, request, all_runs)
+        try:
+            _, problem, (runs, values) = _solve(variant, request, all_runs)
+        except KeyboardInterrupt:  # while a variant was compiled, or pressed again during its first run
+            if not solutions:
+                raise
+            complete = False
+            break
         points += [{**structural, **point} for point in values]
         solutions += [
             _shown(one, problem, variant, request, point)
             for one, point in zip(runs, points[-len(runs) :], strict=True)
         ]
-        if solutions[-1].outcome is Outcome.INTERRUPTED:
+        if not complete or solutions[-1].outcome is Outcome.INTERRUPTED:
             break
-    return Sweep(tuple(points), tuple(solutions))
+    return Sweep(tuple(points), tuple(solutions), complete)
 
 
 def _solve(

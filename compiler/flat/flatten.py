@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping
+from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.suggest import closest
 
+from ..recursion import deep_recursion
 from . import model, types
 from .checks.cycles import check_cycles
 from .checks.oversights import lint
@@ -34,9 +34,6 @@ from .statements.experiments import experiments
 from .statements.record import Record
 from .statements.relations import hold_released_drives
 from .statements.variables import variable
-
-_DEEPEST = 20_000
-"""Frames of Python: expressions are at most 150 deep, and a definition may need others that come later."""
 
 _FILE_LEVEL = (ast.Import, ast.Model, ast.Function, ast.Type)
 
@@ -59,11 +56,10 @@ def flatten(
     namespace.resolve()
     chosen = _choose(file, namespace, model, reporter)
     classes = Classes(reporter)
-    cls = classes.of(chosen, namespace)
     flattening = Flattening(reporter, library, classes, elaborate, exact(structural or {}))
-    with _deep_recursion():
+    with deep_recursion():
         try:
-            return _flatten(cls, flattening)
+            return _flatten(classes.of(chosen, namespace), flattening)
         except RecursionError:
             raise reporter.fail(
                 "E0207",
@@ -71,16 +67,6 @@ def flatten(
                 chosen.name_span,
                 help="declare names before they are used",
             ) from None
-
-
-@contextmanager
-def _deep_recursion() -> Iterator[None]:
-    before = sys.getrecursionlimit()
-    sys.setrecursionlimit(max(before, _DEEPEST))
-    try:
-        yield
-    finally:
-        sys.setrecursionlimit(before)
 
 
 # ---------------------------------------------------------------- which model

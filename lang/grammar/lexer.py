@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..ast import Comment
-from ..diagnostics import Reporter
+from ..diagnostics import CompileError, Reporter
 from ..source import SourceFile, Span
 from ..units import unit_end
 from .tables import END, Tables
@@ -60,6 +60,9 @@ _MEANT: Mapping[str, str] = {
     "'": "a derivative is written 'der(x)', a text \"...\"",
 }
 
+_REORDERING = re.compile("[\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
+"""The bidirectional control characters of Unicode: with them a text is shown in another order than it is read."""
+
 _BLANKS = re.compile(r"[ \t]+")
 _STRANGE_NAME = re.compile(r"[^\W\d\u00b2\u00b3][^\W\u00b2\u00b3]*")
 _GLUED = re.compile(r"((?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)([A-Za-z_\u00b0]\w*)")
@@ -72,11 +75,26 @@ def tokenise(
 ) -> tuple[list[Token], tuple[Comment, ...]]:
     """Return the tokens, with one of kind ``$END`` last, and the comments.
 
-    Slips are recorded in ``reporter`` and mended.
+    Slips are recorded in ``reporter`` and mended. Raises CompileError for characters that reorder what is shown.
     """
+    _refuse_reordering(source, reporter)
     lexer = _Lexer(source, tables, reporter)
     lexer.run()
     return lexer.tokens, tuple(lexer.comments)
+
+
+def _refuse_reordering(source: SourceFile, reporter: Reporter) -> None:
+    found = [*_REORDERING.finditer(source.text)][:MOST_ERRORS]
+    for match in found:
+        name = unicodedata.name(match[0])
+        reporter.error(
+            "E0131",
+            f"an invisible character changes the order in which the text is shown: U+{ord(match[0]):04X} {name.lower()}",
+            Span(source, *match.span()),
+            help="delete it: what is read here is not what an editor shows",
+        )
+    if found:
+        raise CompileError(reporter.diagnostics)
 
 
 def _pattern(tables: Tables) -> re.Pattern[str]:

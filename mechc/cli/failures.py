@@ -53,6 +53,12 @@ def explain_failure(error: BaseException) -> int:
         case OSError():
             say("error", reason(error))
             return FAILED
+        case MemoryError():
+            say("error", f"the memory does not suffice, in {stage_of(error)}")
+            return FAILED
+        case RecursionError():
+            say("error", f"definitions depend on each other in too long a chain, in {stage_of(error)}")
+            return FAILED
         case _ if "mechc.settings" in sys.modules and show_usage_mistake(error):
             return USAGE
         case _ if "mechc.runtime.outcome" in sys.modules and show_runtime_error(error):

@@ -5,7 +5,6 @@ Exit codes: 0 done, 1 the model is wrong or the run failed, 2 wrong usage, 130 i
 
 from __future__ import annotations
 
-import os
 import sys
 import warnings
 from collections.abc import Sequence
@@ -79,18 +78,19 @@ def mechc() -> None:
     """Compile and run models of mechanics: bodies, joints, constraints and energies."""
 
 
-def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line and leave the process with its exit code."""
-    # read by NumPy when it is imported: on matrices as small as ours threads only wait for each other
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    sys.exit(run(arguments))
-
-
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit code."""
     with warnings.catch_warnings():
         warnings.showwarning = _say_warning
         return _run(arguments)
+
+
+def _give_up_output() -> None:
+    """Write what is still held back, or let it go: a full disk is told once."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        write_to_nobody()
 
 
 def _say_warning(message: Warning | str, *_: object, **__: object) -> None:
@@ -105,5 +105,7 @@ def _run(arguments: Sequence[str] | None) -> int:
         write_to_nobody()
         return 1
     except BaseException as error:
-        return explain_failure(error)
+        code = explain_failure(error)
+        _give_up_output()
+        return code
     return code if isinstance(code, int) else 0

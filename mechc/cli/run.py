@@ -108,16 +108,26 @@ def command(file: str, **given: Any) -> int:
             _show_warnings(model)
             _note_bare_angles(model, given["settings"])
         names = _chosen_outputs(model, given["outputs"])
+        _spare_inputs(given["output"], given["inputs"])
         return _run_all(model, file, given, display, names)
     except UsageMistake as mistake:
         raise click.UsageError(str(mistake)) from None
+
+
+def _spare_inputs(output: str | None, inputs: dict[str, str]) -> None:
+    """Refuse to write results over a table that the run reads. Raises UsageMistake."""
+    from ..settings import UsageMistake
+
+    for name, path in inputs.items():
+        if output and Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
+            raise UsageMistake(f"the results would be written over '{path}', which holds the input '{name}'")
 
 
 def _run_all(
     model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
 ) -> int:
     """Run the experiments that were asked for; the exit code is that of the worst."""
-    from .failures import INTERRUPTED
+    from .failures import INTERRUPTED, say
 
     experiments: list[str | None] = [given["experiment"]]
     if given["experiment"] == "all":
@@ -125,7 +135,14 @@ def _run_all(
     objects: list[dict[str, object]] = []
     code = 0
     for experiment in experiments:
-        sweep = _run_one(model, given, experiment)
+        try:
+            sweep = _run_one(model, given, experiment)
+        except KeyboardInterrupt:
+            if experiment is experiments[0]:
+                raise
+            code = INTERRUPTED  # what the experiments before it gave is kept
+            say("warning", f"interrupted before the experiment '{experiment}'")
+            break
         for solution in sweep.solutions:
             solution.display = display or solution.display
             code = max(code, _exit_code(solution))
@@ -150,6 +167,9 @@ def _run_all(
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
+        if not sweep.complete:
+            code = INTERRUPTED
+            say("warning", f"interrupted after {len(sweep.solutions)} runs; the others were not made")
         if code == INTERRUPTED:
             break
     if given["as_json"]:

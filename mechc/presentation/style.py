@@ -57,10 +57,16 @@ def style_for(stream: TextIO) -> Style:
     return Style(stream.isatty() and os.environ.get("TERM") != "dumb")
 
 
+_REORDERING = frozenset(("LRE", "RLE", "LRO", "RLO", "PDF", "LRI", "RLI", "FSI", "PDI"))
+"""Classes of characters that would turn around what stands behind them."""
+
+
 def cell_width(character: str, column: int = 0) -> int:
     """Return how many terminal cells a character takes when it starts in ``column`` (from 0)."""
     if character == "\t":
         return TAB - column % TAB
+    if unicodedata.bidirectional(character) in _REORDERING:
+        return 1  # shown as a sign of its own
     if unicodedata.combining(character) or unicodedata.category(character) in ("Cf", "Me"):
         return 0
     return 2 if unicodedata.east_asian_width(character) in ("W", "F") else 1
@@ -82,7 +88,10 @@ def printable(text: str) -> str:
         cells = cell_width(character, column)
         if character == "\t":
             shown.append(" " * cells)
-        elif unicodedata.category(character) in ("Cc", "Cs"):
+        elif (
+            unicodedata.category(character) in ("Cc", "Cs")
+            or unicodedata.bidirectional(character) in _REORDERING
+        ):
             shown.append("\N{REPLACEMENT CHARACTER}")
         else:
             shown.append(character)

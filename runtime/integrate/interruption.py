@@ -8,12 +8,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+ENDING = (signal.SIGINT, signal.SIGTERM)
+"""Signals that ask for an end. The command line lets both raise KeyboardInterrupt; in other programs SIGTERM stays theirs."""
+
 
 @contextmanager
 def noted_interruptions() -> Iterator[Callable[[], bool]]:
     """Yield a function that tells whether Ctrl-C was pressed since; a second Ctrl-C raises at once.
 
-    Outside the main thread, or where the program handles the signal itself, nothing is changed.
+    The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
+    signal itself, nothing is changed.
     """
     noted = False
 
@@ -24,11 +28,11 @@ def noted_interruptions() -> Iterator[Callable[[], bool]]:
         noted = True
 
     in_main = threading.current_thread() is threading.main_thread()
-    if not in_main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
-        yield lambda: False
-        return
-    signal.signal(signal.SIGINT, note)
+    taken = [one for one in ENDING if in_main and signal.getsignal(one) is signal.default_int_handler]
     try:
+        for one in taken:
+            signal.signal(one, note)
         yield lambda: noted
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        for one in taken:
+            signal.signal(one, signal.default_int_handler)

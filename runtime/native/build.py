@@ -86,7 +86,11 @@ def find_compiler() -> Compiler | None:
 @functools.cache
 def _find_compiler(chosen: str, path: str) -> Compiler | None:
     if chosen:
-        found = _ask((*shlex.split(chosen),))
+        try:
+            command_line = (*shlex.split(chosen),)
+        except ValueError as error:
+            raise CompilerMissing(f"the environment says CC={chosen}, which is no command: {error}") from None
+        found = _ask(command_line) if command_line else None
         if found is None:
             raise CompilerMissing(f"the environment says CC={chosen}, which cannot be run")
         return found

@@ -35,11 +35,11 @@ def write_results(
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         if path.suffix.lower() == ".npz":
-            with partial.open("wb") as binary:
+            with partial.open("xb") as binary:
                 text = np.array(json.dumps(report))
                 np.savez_compressed(binary, allow_pickle=False, **{**headed, REPORT: text})
         else:
-            with partial.open("w", newline="", encoding="utf-8") as file:
+            with partial.open("x", newline="", encoding="utf-8") as file:
                 _write_csv(file, headed) if path.suffix.lower() == ".csv" else _write_json(
                     file, headed, report
                 )

@@ -47,6 +47,8 @@ class Sweep(Struct, frozen=True):
 
     values: tuple[dict[str, float], ...]
     solutions: tuple[Solution, ...]
+    complete: bool = True
+    """Whether all runs were made: Ctrl-C leaves those that were finished."""
 
 
 class Plan(Struct, frozen=True):
@@ -85,11 +87,17 @@ def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -
         point = dict(zip(axes, row, strict=True))
         progress = _part(options.progress, k / count, (k + 1) / count)
         one = replace(options, values={**options.values, **point}, progress=progress)
-        values.append(point)
-        solutions.append(_solve(plan_run(problem, one)))
-        if solutions[-1].outcome is Outcome.INTERRUPTED:
+        try:
+            solution = _solve(plan_run(problem, one))
+        except KeyboardInterrupt:  # between two runs, or pressed again during one
+            if not solutions:
+                raise
             break
-    return Sweep(tuple(values), tuple(solutions))
+        values.append(point)
+        solutions.append(solution)
+        if solution.outcome is Outcome.INTERRUPTED:
+            break
+    return Sweep(tuple(values), tuple(solutions), len(solutions) == count)
 
 
 def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:

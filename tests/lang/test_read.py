@@ -45,7 +45,12 @@ def test_files_that_are_no_model(tmp_path: Path) -> None:
     assert message(path) == "'FILE' is not UTF-8: byte 0xff in line 2"
     with path.open("wb") as file:
         file.truncate(LARGEST + 1)
-    assert message(path) == "'FILE' is too large: 10 MB"
+    assert message(path) == "'FILE' is too large: more than 10 MB"
+
+
+@pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no devices")
+def test_a_device_without_end() -> None:
+    assert message(Path("/dev/zero")) == "'FILE' is too large: more than 10 MB"
 
 
 @pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="everything is readable here")

@@ -222,6 +222,10 @@ def test_compiler_of_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     monkeypatch.setenv("CC", str(tmp_path / "no-such-compiler"))
     with pytest.raises(CompilerMissing, match="no-such-compiler, which cannot be run"):
         find_compiler()
+    for wrong, reason in (("cc 'unclosed", "is no command: No closing quotation"), (" ", "cannot be run")):
+        monkeypatch.setenv("CC", wrong)
+        with pytest.raises(CompilerMissing, match=f"the environment says CC={wrong}, which {reason}"):
+            find_compiler()
 
 
 def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
