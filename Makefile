@@ -12,12 +12,12 @@ JOBS   ?= 2
 EDITS  ?= 1000000
 MODELS ?= 1000
 
-.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability fmu-gallery clean help
+.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability gallery fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make stability, make fmu-gallery, make clean"
+	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make stability, make fmu-gallery, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -67,6 +67,9 @@ format: $(VENV)/installed-dev
 
 bench: $(VENV)/installed-dev
 	$(BIN)/python -m bench
+
+gallery: $(VENV)/installed
+	$(BIN)/python docs/figures.py
 
 fmu-gallery: $(VENV)/installed
 	$(BIN)/python -m bench.fmu_gallery

@@ -1,4 +1,5 @@
-"""Make docs/gallery.md and the pictures of the gallery: ``python docs/figures.py [EXAMPLE ...]``.
+"""Make docs/gallery.md, the pictures of the gallery and its page with all of them: ``make gallery``, or
+``python docs/figures.py [EXAMPLE ...]``.
 
 One line for each system: rows of the source texts, the example, its test, what the picture shows.
 """
@@ -21,6 +22,18 @@ from mechc.lang.read import read_source
 HERE = Path(__file__).resolve().parent
 EXAMPLES = HERE.parent / "examples"
 PICTURES = HERE / "gallery"
+ALL = PICTURES / "README.md"
+"""The page with all pictures, which lies beside them and is not kept."""
+
+SHOWN = (
+    "double_pendulum",
+    "kepler_four_orbits",
+    "pendulum_phase_portrait",
+    "cone",
+    "string_pendulum",
+    "masse_shot",
+)
+"""Examples whose pictures docs/gallery.md shows; they alone are kept."""
 
 
 class Row(Struct, frozen=True):
@@ -261,27 +274,34 @@ the answer that the source states, and states its own bound. The rows name the s
 double pendulum, T questions of advanced mechanics, V a text on variation principles, P a chapter of classical
 mechanics, U lecture notes (Physics 206); *reference* marks test problems of the literature with 30-digit
 solutions in `tests/physics/data/`; *textbook* and *engineering* mark common systems, whose answers the tests
-derive, or integrate from equations written by hand. Made by `python docs/figures.py`.
-
-| row | system | model | test | figure |
-|---|---|---|---|---|
+derive, or integrate from equations written by hand. `make gallery` makes this page, and the pictures of all
+systems in `docs/gallery/`.
 """
 
 
-def table() -> str:
-    """Return the text of gallery.md; the systems are described by the models' own doc strings."""
-    lines = []
+def page() -> str:
+    """Return the text of gallery.md."""
+    shown = " ".join(f"![{name}](gallery/{name}.png)" for name in SHOWN)
+    return f"{HEAD}\n{shown}\n\n{table()}"
+
+
+def table(up: str = "../", pictures: bool = False) -> str:
+    """Return the table of all systems, described by the models' own doc strings.
+
+    ``up`` leads from the page to the top of the repository.
+    """
+    head = ["row", "system", "model", "test", *["figure"] * pictures]
+    lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
     for r in ROWS:
         test = (
-            f"[{r.test.removeprefix('../')}](../tests/physics/{r.test})"
+            f"[{r.test.removeprefix('../')}]({up}tests/physics/{r.test})"
             if "/" not in r.test
-            else "[test_examples.py](../tests/test_examples.py)"
+            else f"[test_examples.py]({up}tests/test_examples.py)"
         )
-        model = f"[{r.example}](../examples/{r.example}.mech)"
-        lines.append(
-            f"| {r.rows} | {description(r.example)} | {model} | {test} | ![](gallery/{r.example}.png) |"
-        )
-    return HEAD + "\n".join(lines) + "\n"
+        model = f"[{r.example}]({up}examples/{r.example}.mech)"
+        cells = [r.rows, description(r.example), model, test, *[f"![]({r.example}.png)"] * pictures]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
 
 
 def description(example: str) -> str:
@@ -338,9 +358,10 @@ def chosen(names: Sequence[str]) -> Iterator[Row]:
 
 
 def main(names: Sequence[str]) -> None:
-    (HERE / "gallery.md").write_text(table(), encoding="utf-8")
+    (HERE / "gallery.md").write_text(page(), encoding="utf-8")
     for r in chosen(names):
         draw(r)
+    ALL.write_text(f"# Pictures of all systems\n\n{table('../../', pictures=True)}", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,68 @@
+"""What is kept in the repository, and what goes into a source distribution."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tarfile
+from importlib.metadata import version
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+REPORTS = ("bench/report", "docs/gallery")
+
+
+def tracked(*folders: str) -> list[str]:
+    """The files of the repository; skips where it is not one."""
+    if not (ROOT / ".git").exists() or shutil.which("git") is None:
+        pytest.skip("not a checkout of git")
+    listed = subprocess.run(
+        ["git", "ls-files", "-z", *folders], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return [name for name in listed.stdout.split("\0") if name]
+
+
+def test_reports_are_kept_as_far_as_pages_show_them() -> None:
+    """The rest of them ``make bench`` and ``make gallery`` write again."""
+    kept = set(tracked(*REPORTS))
+    shown = {"bench/report/README.md"}
+    for name in tracked():
+        if name.endswith(".md"):
+            page = ROOT / name
+            for target in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page.read_text(encoding="utf-8")):
+                place = (page.parent / target).resolve()
+                shown.add(place.relative_to(ROOT).as_posix())
+    assert kept == {name for name in shown if name.startswith(REPORTS)}
+
+
+def test_nothing_large_is_kept() -> None:
+    """A quarter of a mebibyte: four times the largest file that there is."""
+    assert [
+        name for name in tracked() if (ROOT / name).is_file() and (ROOT / name).stat().st_size > 2**18
+    ] == []
+
+
+def test_source_distributions_hold_no_tests(tmp_path: Path) -> None:
+    """And all that an installation needs, as it was tracked."""
+    if int(version("setuptools").partition(".")[0]) < 77:
+        pytest.skip("needs setuptools 77, as the build does")
+    here = tmp_path / "mechc"
+    here.mkdir()
+    names = [name for name in tracked() if not name.startswith(("tests/", "docs/", "bench/", "examples/"))]
+    names.append("tests/test_examples.py")
+    for name in names:
+        (here / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(ROOT / name, here / name, follow_symlinks=False)
+    build = "from setuptools import build_meta; build_meta.build_sdist('dist')"
+    subprocess.run([sys.executable, "-c", build], cwd=here, check=True, capture_output=True)
+    (archive,) = (here / "dist").glob("*.tar.gz")
+    with tarfile.open(archive) as file:
+        held = {name.partition("/")[2] for name in file.getnames()}
+    assert not [name for name in held if name.startswith("tests")]
+    needed = [name for name in names if name.startswith(("lang/", "compiler/", "runtime/", "stdlib/"))]
+    needed += [name for name in names if name.startswith("mechc/") and not (ROOT / name).is_symlink()]
+    assert set(needed) - held == set()
