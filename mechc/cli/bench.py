@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .options import PICTURES, Command, ending, model_argument, model_option, set_option
+from .options import PICTURES, Command, ending, model_argument, model_option, no_model, set_option
 
 
 def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -34,7 +34,11 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     "--seconds", type=float, default=60.0, show_default=True, help="CPU seconds that the reference may take."
 )
 @click.option(
-    "--json", "json_file", metavar="FILE", help="Write the table as JSON; - for standard output alone."
+    "--json",
+    "json_file",
+    metavar="FILE",
+    callback=no_model,
+    help="Write the table as JSON; - for standard output alone.",
 )
 @click.option(
     "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw the diagram (png, pdf, svg)."

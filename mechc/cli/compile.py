@@ -4,7 +4,16 @@ from __future__ import annotations
 
 import click
 
-from .options import Command, keep_all_option, kept, model_argument, model_option, set_option, verify_option
+from .options import (
+    Command,
+    keep_all_option,
+    kept,
+    model_argument,
+    model_option,
+    no_model,
+    set_option,
+    verify_option,
+)
 
 
 @click.command(cls=Command, name="compile", short_help="Write a model as Python code, C code or an FMU.")
@@ -18,7 +27,13 @@ from .options import Command, keep_all_option, kept, model_argument, model_optio
     show_default=True,
     help="A Python module that needs only NumPy, C11 with the kernel beside it, or a Functional Mock-up Unit.",
 )
-@click.option("-o", "--output", metavar="PATH", help="The module (python), the folder (c) or the file (fmu).")
+@click.option(
+    "-o",
+    "--output",
+    metavar="PATH",
+    callback=no_model,
+    help="The module (python), the folder (c) or the file (fmu).",
+)
 @click.option(
     "--fmi", type=click.Choice(["2", "3", "both"]), default="3", show_default=True, help="fmu: version."
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from .options import Command, model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, no_model, set_option
 
 
 @click.command(
@@ -23,7 +23,9 @@ from .options import Command, model_argument, model_option, set_option
     show_default=True,
     help="Plain text, LaTeX, or a page for a browser.",
 )
-@click.option("-o", "--output", metavar="FILE", help="Write to a file instead of standard output.")
+@click.option(
+    "-o", "--output", metavar="FILE", callback=no_model, help="Write to a file instead of standard output."
+)
 def command(file: str, model: str | None, settings: dict[str, str], layout: str, output: str | None) -> None:
     """Print the equations of motion of MODEL.mech, its Lagrangian, the momenta, and which coordinates are
     cyclic."""

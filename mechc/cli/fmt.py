@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import difflib
+import os
+import shutil
 import sys
+import tempfile
 from pathlib import Path
 
 import click
@@ -40,9 +43,21 @@ def command(files: tuple[str, ...], check: bool, diff: bool) -> int:
         elif changed and check:
             click.echo(f"{name}: would be changed", err=True)
         elif changed and not diff:
-            Path(name).write_bytes(new.encode("utf-8"))
+            _write_whole(Path(name).resolve(), new.encode("utf-8"))
             click.echo(f"{name}: changed", err=True)
     return FAILED if wrong or (check and different) else COMPLETED
+
+
+def _write_whole(path: Path, content: bytes) -> None:
+    """Put new content in place of a file at once: a full disk or an interruption must not cost a model."""
+    handle, partial = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        shutil.copymode(path, partial)
+        os.replace(partial, path)
+    finally:
+        Path(partial).unlink(missing_ok=True)
 
 
 def formatted(name: str) -> tuple[str, str]:

@@ -49,14 +49,18 @@ def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[st
     return given
 
 
+def no_model(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    """Refuse to write over a model."""
+    if value and Path(value).suffix.lower() == ".mech":
+        raise click.BadParameter(f"{value} is a model: write it before {parameter.opts[0]}", ctx, parameter)
+    return value
+
+
 def ending(endings: tuple[str, ...], what: str) -> Any:
     """Make a check that a file has one of the endings."""
 
     def check(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-        if value and Path(value).suffix.lower() == ".mech":
-            raise click.BadParameter(
-                f"{value} is a model: write it before {parameter.opts[0]}", ctx, parameter
-            )
+        no_model(ctx, parameter, value)
         if value and Path(value).suffix.lower() not in endings:
             raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
         if value and not (folder := Path(value).parent).is_dir():

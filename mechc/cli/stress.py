@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from .options import Command, model_argument, model_option, set_option
+from .options import Command, model_argument, model_option, no_model, set_option
 
 
 @click.command(
@@ -23,7 +23,11 @@ from .options import Command, model_argument, model_option, set_option
 @click.option("--quick/--full", "quick", default=True, help="Few extremes (the default), or all of them.")
 @click.option("--seconds", type=float, default=5.0, show_default=True, help="How long one run may take.")
 @click.option(
-    "--json", "json_file", metavar="FILE", help="Write the table as JSON; - for standard output alone."
+    "--json",
+    "json_file",
+    metavar="FILE",
+    callback=no_model,
+    help="Write the table as JSON; - for standard output alone.",
 )
 def command(file: str, **given: Any) -> int:
     """Run MODEL.mech with parameters, start, length, tolerance and method driven to extremes.

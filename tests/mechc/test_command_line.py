@@ -306,3 +306,43 @@ def test_mistakes_in_the_use_of_a_command_are_told(
     code, _, err = call(capsys, *arguments, "model.mech")
     assert (code, "bug" in err) == (2, False)
     assert said in err
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["compile --target python -o", "compile --target c -o", "equations -o", "bench --json", "stress --json"],
+)
+def test_nothing_is_written_over_a_model(
+    words: str, capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    call(capsys, "new", "pendulum")
+    before = Path("pendulum.mech").read_bytes()
+    command, *options = words.split()
+    code, _, err = call(capsys, command, "pendulum.mech", *options, "pendulum.mech")
+    assert code == 2 and f"pendulum.mech is a model: write it before {options[-1]}" in err
+    assert Path("pendulum.mech").read_bytes() == before
+
+
+def test_fmt_writes_a_file_whole_or_not_at_all(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Through a link, with its mode; and nothing is lost where the new text cannot be put in place."""
+    model, link = tmp_path / "a.mech", tmp_path / "link.mech"
+    text = "coordinate x=1 m;\nkinetic 1/2*1 kg*der(x)^2;\n"
+    model.write_text(text)
+    model.chmod(0o640)
+    link.symlink_to(model)
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("os.replace", full)
+        code, _, err = call(capsys, "fmt", str(link))
+    assert (code, err) == (1, "error: No space left on device\n")
+    assert model.read_text() == text
+    assert call(capsys, "fmt", str(link))[0] == 0
+    assert model.read_text() == text.replace("x=1", "x = 1") and link.is_symlink()
+    assert model.stat().st_mode & 0o777 == 0o640
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.mech", "link.mech"]
