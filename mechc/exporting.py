@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import re
+from collections.abc import Iterable
+from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -44,11 +47,26 @@ static mech_real *reals(size_t n)
     return array;
 }}
 
+static double number(const char *text, const char *what, double least, double most)
+{{
+    char *end;
+    const double value = strtod(text, &end);
+    if (end == text || *end != '\\0' || !(value >= least && value <= most)) {{
+        fprintf(stderr, "the %s is a number from %g to %g, not '%s'\\n", what, least, most, text);
+        exit(2);
+    }}
+    return value;
+}}
+
 int main(int argc, char **argv)
 {{
+    if (argc > 3) {{
+        fprintf(stderr, "usage: %s [stop [tolerance]]\\n", argv[0]);
+        return 2;
+    }}
     const mech_model *model = mech_model_get();
-    const double stop = argc > 1 ? atof(argv[1]) : {stop!r};
-    const double tolerance = argc > 2 ? atof(argv[2]) : {tolerance!r};
+    const double stop = argc > 1 ? number(argv[1], "stop time", 0, 1e300) : {stop!r};
+    const double tolerance = argc > 2 ? number(argv[2], "tolerance", 1e-15, 0.1) : {tolerance!r};
     const int ny = model->nq + model->nv + model->nx, n_out = model->n_outputs;
     mech_real *p = reals((size_t)(model->np + model->nh)), *u = reals((size_t)model->nu);
     mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *atol = reals((size_t)ny);
@@ -103,7 +121,7 @@ int main(int argc, char **argv)
             model->outputs(grid[i], y, u, now, p, out);
         }}
         for (int k = 0; k < n_out; k++)
-            printf(",%.17g", (double)out[k]);
+{unless}            printf(",%.17g", (double)out[k]);
         putchar('\\n');
     }}
     if (status == MECH_TERMINATED)
@@ -180,8 +198,10 @@ def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
 
     name = file_stem(program.name)
     model = f"{name}_model.c" if f"{name}.c" in (kernel := kernel_sources()) else f"{name}.c"
-    entries = [*program.arrays["t"][:1], *program.arrays["y"], *program.arrays["out"]]
-    header = ",".join(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries)
+    states, outputs = program.arrays["y"], program.arrays["out"]
+    known = {e.name for e in states}  # accounts of energy are states and outputs
+    twice = [k for k, e in enumerate(outputs) if e.name in known]
+    entries = [*program.arrays["t"][:1], *states, *(e for e in outputs if e.name not in known)]
     parameters = [f"    p[{i}] = {value!r};\n    set[{i}] = 1;\n" for i, value in defaults.parameters]
     main = MAIN.format(
         name=name,
@@ -189,9 +209,17 @@ def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
         tolerance=defaults.tolerance,
         parameters="".join(parameters),
         initial="".join(f"    y0[{i}] = {value!r};\n" for i, value in defaults.initial),
-        header=header.replace('"', '\\"'),
+        header=_csv_row(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries).replace('"', '\\"'),
+        unless=f"            if ({' && '.join(f'k != {k}' for k in twice)})\n    " if twice else "",
     )
     return {model: emit_c(program), "main.c": main, **kernel}
+
+
+def _csv_row(cells: Iterable[str]) -> str:
+    """Return one line of CSV: cells with commas are quoted, as ``r[1,1] [m]``."""
+    text = StringIO()
+    csv.writer(text, lineterminator="").writerow(cells)
+    return text.getvalue()
 
 
 def _write(files: dict[Path, str]) -> tuple[Path, ...]:

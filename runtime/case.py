@@ -27,6 +27,8 @@ DEFAULT_TOLERANCE = 1e-8
 LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
 
+MOST_BYTES = 2e9
+"""Of the table of a result."""
 NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
 
@@ -187,6 +189,7 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
             help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
             'or stop="10 s" in Python',
         )
+    _check_size(problem, start, stop, every, options.points)
     grid = output_times(start, stop, every, options.points)
     begin = min(0.0, start)
     tolerance = number("tolerance", options.tolerance)
@@ -200,6 +203,24 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
     return _TimeSpan(begin, stop, grid, tolerance, step, max_step)
+
+
+def _check_size(problem: Problem, start: float, stop: float, every: float | None, points: int) -> None:
+    """Refuse results that fill the memory before the run begins."""
+    quantities = (problem.states, problem.outputs, problem.inputs, problem.discretes)
+    columns = 1 + sum(map(len, quantities))
+    rows = (stop - start) / every + 1 if every and every > 0 else float(points)
+    size = 8 * rows * columns
+    if size <= MOST_BYTES:  # what is no number is refused elsewhere
+        return
+    if math.isfinite(size):
+        unit = f" {problem.time.unit}" if problem.time.unit else ""
+        least = (stop - start) * 8 * columns / MOST_BYTES
+        what = f"an output spacing of {every:g}{unit} gives" if every else "this is"
+        raise SimulationError(
+            f"{what} {rows:.3g} rows of {columns} numbers, {size / 1e9:.3g} GB",
+            help=f"at most {MOST_BYTES / 1e9:g} GB are kept: every = {least:.2g}{unit} or more",
+        )
 
 
 def output_times(start: float, stop: float, every: float | None, points: int) -> Array:
@@ -217,8 +238,6 @@ def output_times(start: float, stop: float, every: float | None, points: int) ->
     if not every > 0:
         raise SimulationError(f"the output spacing is positive, it is {every:g}")
     count = (stop - start) / every
-    if count > 1e9:
-        raise SimulationError(f"an output spacing of {every:g} s gives more than 1e9 points")
     times: Array = start + every * np.arange(math.floor(count * (1 + 1e-12)) + 1, dtype=np.float64)
     if times[-1] > stop or stop - times[-1] < 1e-9 * every:
         times[-1] = stop

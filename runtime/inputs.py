@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
@@ -171,11 +172,18 @@ def _column_of(path: Path, names: Sequence[str], wanted: str) -> int:
     return names.index(wanted)
 
 
+_UNIT = re.compile(r"(.*?)\s*\[(?![0-9, ]+\])([^\[\]]*)\]")
+"""A name and its unit; what holds numbers only is an index."""
+
+
 def _split_header(cell: str) -> tuple[str, str]:
-    name, bracket, unit = cell.strip().partition("[")
-    if bracket and not unit.endswith("]"):
-        raise SimulationError(f"a column is headed 'name [unit]', not '{cell.strip()}'")
-    return name.strip(), unit.removesuffix("]").strip()
+    """Take ``torque [N.m]`` and ``u[1] [N]`` apart, as results are headed; a unit need not follow a blank."""
+    text = cell.strip()
+    match = _UNIT.fullmatch(text)
+    if match is None and text.count("[") != text.count("]"):
+        raise SimulationError(f"a column is headed 'name [unit]', not '{text}'")
+    name, unit = match.groups() if match else (text, "")
+    return "".join(name.split()), unit.strip()
 
 
 def _numbers(path: Path, rows: Sequence[Sequence[str]], width: int) -> Array:

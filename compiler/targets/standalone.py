@@ -284,7 +284,8 @@ def main() -> None:
     plan = EXPERIMENTS.get(options.experiment) or next(iter(EXPERIMENTS.values()), {})
     names = {place: name for name, place in PLACES.items()}
     sweeps = [[(names[place], v) for v in numbers] for place, numbers in plan.get("sweeps", [])]
-    columns = [("time", "s"), *((name, unit) for name, unit, _ in STATES), *OUTPUTS]
+    columns = [("time", "s"), *((name, unit) for name, unit, _ in STATES)]
+    columns += [output for output in OUTPUTS if output not in columns]
     rows = []
     for combination in itertools.product(*sweeps):
         try:

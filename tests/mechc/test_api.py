@@ -203,6 +203,60 @@ def test_the_main_program_in_c_has_a_stop_time_where_the_model_says_none() -> No
     ) == Defaults(tolerance=1e-8)
 
 
+AWKWARD = """
+model Awkward
+  parameter c = 0.1 N.s/m;
+  input Force u[2] = {1, 2} N;
+  coordinate Length r[2, 2] = {{1, 2}, {3, 4}} cm;
+  kinetic sum(1/2*1 kg*der(r[i, j])^2 for i in 1:2 for j in 1:2);
+  damping c on r[1, 1];
+  force u[1] on r[1, 2];
+  output a[1, 2] = {{r[1, 1], r[1, 2]}};
+  experiment(stop = 1 s);
+end Awkward;
+"""
+
+
+def test_the_c_program_writes_the_table_that_a_run_writes(tmp_path: Path) -> None:
+    """Names with commas, accounts that are states and outputs; words that are no numbers."""
+    from mechc.runtime.native.build import find_compiler
+    from mechc.runtime.results.files import read_results
+
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    model = mechc.loads(AWKWARD)
+    model.compile("c", tmp_path)
+    build = [*compiler.command, "-std=c11", "-O1", "-Wall", "-Wextra", "-Werror", "-o", "awkward"]
+    subprocess.run([*build, *sorted(p.name for p in tmp_path.glob("*.c")), "-lm"], cwd=tmp_path, check=True)
+
+    def call(*arguments: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([str(tmp_path / "awkward"), *arguments], capture_output=True, text=True)
+
+    (tmp_path / "c.csv").write_text(call().stdout)
+    own, here = read_results(tmp_path / "c.csv"), model.simulate()
+    assert [n for n in here if n not in ("u[1]", "u[2]")] == list(own)
+    for name in own:
+        assert own.unit(name) == here.unit(name)
+        np.testing.assert_allclose(own[name][-1], here[name][-1], rtol=1e-7, atol=1e-9)
+    for wrong in (["abc"], ["1s"], [""], ["-1"], ["nan"], ["1", "loose"], ["1", "2"], ["1", "1e-9", "x"]):
+        done = call(*wrong)
+        assert (done.returncode, done.stdout) == (2, "") and done.stderr, wrong
+
+
+def test_a_written_input_is_read_again(tmp_path: Path) -> None:
+    model = mechc.loads(AWKWARD)
+    given = model.simulate(set={"u[1]": 3})
+    given.save(tmp_path / "u.csv", ["u[1]"])
+    again = model.simulate(inputs={"u[1]": str(tmp_path / "u.csv")})
+    assert again["r[1,2]"][-1] == pytest.approx(given["r[1,2]"][-1], rel=1e-9) == 0.02 + 1.5
+    given.save(tmp_path / "both.csv", ["u[1]", "u[2]"])
+    both = model.simulate(inputs={"u": str(tmp_path / "both.csv")})
+    assert both["u[1]"][-1] == 3 and both["u[2]"][-1] == 2
+    with pytest.raises(mechc.SimulationError, match=r"has no column 'u\[2\]', which 'u' stands for too"):
+        model.simulate(inputs={"u": str(tmp_path / "u.csv")})
+
+
 CELLS = """
 model Cell
   parameter m = 1 kg;

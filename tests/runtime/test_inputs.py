@@ -130,6 +130,27 @@ def test_read_tables_with_units(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("header", "expected"),
+    [
+        ("u[1] [m/s]", {"u[1]": 1.0}),
+        ('"u[2,1] [cm/s]"', {"u[2,1]": 0.01}),
+        ('"u[2, 1]"', {"u[2,1]": 1.0}),
+        ("u[1]", {"u[1]": 1.0}),
+        ("u[m/s]", {"u": 1.0}),
+        ("part[1].u [m/s]", {"part[1].u": 1.0}),
+        ("part[1].u", {"part[1].u": 1.0}),
+    ],
+)
+def test_headers_with_indices(header: str, expected: dict[str, float], tmp_path: Path) -> None:
+    def factor(name: str, unit: str) -> float:
+        return {"": 1.0, "s": 1.0, "m/s": 1.0, "cm/s": 0.01}[unit]
+
+    known = dict.fromkeys(("u", "u[1]", "u[2,1]", "part[1].u"), "linear")
+    tables = read_tables(write(tmp_path, f"time [s],{header}\n0,1\n1,1\n"), known, factor)
+    assert {name: table.values[0] for name, table in tables.items()} == expected
+
+
+@pytest.mark.parametrize(
     ("text", "message"),
     [
         ("time [s],u [m/s]\n1,1\n0,2\n", "times of a table must not fall, but row 2 (0) follows 1"),

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from compiled import compiled
 from msgspec.structs import replace
 from sample_equations import chain, equations, pendulum
 from scipy.integrate import solve_ivp
@@ -127,6 +128,16 @@ def test_sweeps_and_output_times(tmp_path: Path) -> None:
         [k, t] for k in (1.0, 4.0) for t in (0.0, 0.5, 1.0)
     ]
     assert float(rows[-1][2]) == pytest.approx(2 * np.cos(2.0), abs=1e-6)
+
+
+def test_an_account_of_energy_is_one_column(tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    text = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; damping 0.1 N.s/m on x; experiment(stop = 1 s);"
+    path.write_text(emit_python(compiled(text).program))
+    assert run(path, "-o", str(tmp_path / "rows.csv")).returncode == 0
+    with open(tmp_path / "rows.csv", encoding="utf-8") as file:
+        head, first, *_ = csv.reader(file)
+    assert len(head) == len(set(head)) == len(first) and "energy.dissipated [J]" in head
 
 
 def test_settings_of_experiments_inputs_and_values() -> None:
