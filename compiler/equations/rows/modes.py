@@ -12,8 +12,6 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from mechc.lang.diagnostics import Reporter
-
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.rewrite import substitute
@@ -27,9 +25,8 @@ def with_modes(
     system: MechanicalSystem,
     rows: Sequence[Row],
     multipliers: Sequence[Node],
-    answers: Mapping[Node, Node],
+    answers: dict[Node, Node],
     sides: dict[Node, Side],
-    reporter: Reporter,
 ) -> tuple[Row, ...]:
     """Return the rows with the equation of their modes.
 
@@ -46,10 +43,8 @@ def with_modes(
         off = graph.sub(graph.one, mode.flag)
         law = row.multiplier
         if mode.kind == "friction":
-            kinetic, _ = limits(system, mode, normals, answers)
-            kinetic = take_sides(graph, kinetic, (*system.a, *multipliers), sides)
+            kinetic = _limit_of_sliding(system, mode, normals, (*system.a, *multipliers), answers, sides)
             law = graph.add(law, graph.mul(_side(system, row, surfaces[row.multiplier]), kinetic))
-            _check_affine(system, row, kinetic, (*system.a, *multipliers), reporter)
         equation = (
             law
             if mode.smooth is not None
@@ -114,20 +109,30 @@ def limits(
     return kinetic, static
 
 
-def _check_affine(
-    system: MechanicalSystem, row: Row, kinetic: Node, unknowns: Sequence[Node], reporter: Reporter
-) -> None:
+def _limit_of_sliding(
+    system: MechanicalSystem,
+    mode: Mode,
+    normals: Mapping[str, Node],
+    unknowns: Sequence[Node],
+    answers: dict[Node, Node],
+    sides: dict[Node, Side],
+) -> Node:
+    """Return the limit in accelerations and multipliers where it is affine in them.
+
+    Otherwise it keeps the symbols of answers about forces, and gets one for the normal force, which is added to
+    ``answers``: a law of its own (solve/force_laws.py).
+    """
     graph = system.graph
-    (derivatives,) = jacobian(graph, [kinetic], unknowns)
-    if set(unknowns).intersection(graph.support(*derivatives.values())):
-        raise reporter.fail(
-            "E0714",
-            f"the limit of friction '{row.title}' is not affine in the forces it depends on",
-            row.constraint.origin.span,
-            caption="components of reactions may be added, multiplied by coefficients and put into 'abs', "
-            "but not into 'norm' or a square",
-            help="where one component is much the largest, use its 'abs'",
-        )
+    asked = dict(sides)
+    plain, _ = limits(system, mode, normals, answers)
+    plain = take_sides(graph, plain, unknowns, asked)
+    (derivatives,) = jacobian(graph, [plain], unknowns)
+    if set(unknowns).isdisjoint(graph.support(*derivatives.values())):
+        sides |= asked
+        return plain
+    named = {name: graph.symbol(f"?normal {name}") for name in normals if name == mode.contact}
+    answers |= {symbol: normals[name] for name, symbol in named.items()}
+    return limits(system, mode, {**normals, **named}, {})[0]
 
 
 def friction_loss(system: MechanicalSystem, rows: Sequence[Row]) -> Node:

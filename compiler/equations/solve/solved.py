@@ -12,6 +12,7 @@ from mechc.lang.diagnostics import Label, Reporter
 from ...flat.model import Query, Role
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
+from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.questions import title
@@ -27,8 +28,9 @@ from ..rows.signs import Side
 from .accelerations import accelerations
 from .energies import Energies, energies
 from .feeding import warn_of_feeding
+from .force_laws import solve_laws
 from .queries import Replies, answers, force_answers
-from .unknown_forces import unknown_forces
+from .unknown_forces import report_circle, unknown_forces
 
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
@@ -92,13 +94,12 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     replies = _replies(system, raw, multipliers)
     sides: dict[Node, Side] = {}
     answered = _force_answers(system, every_row, replies, (*raw, *xdot), before)
-    switched = _switched(system, every_row, multipliers, answered, sides, reporter)
+    switched = _switched(system, every_row, multipliers, answered, sides)
     rows, supports, values = _independent(system, all_rows, free, {**driven, **still}, reporter)
     kept = {row.multiplier for row in rows}
     kept |= {row.multiplier for row in switched}
     absent = {lam: graph.zero for group in multipliers for lam in group if lam not in kept}
     r = substitute(graph, raw, before | absent)
-    r, forces = unknown_forces(system, r, xdot, answered, sides, reporter)
     if rows:
         from ..rows.singular import soften  # as rank.py, with numpy
 
@@ -108,7 +109,10 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
 
         note_integrable(system, rows, values, reporter)
     laws = substitute(graph, [row.equation for row in switched], absent)
+    unknowns = (*system.a, *(lam for group in multipliers for lam in group))
+    formulas, forces = unknown_forces(system, (*r, *laws), xdot, answered, unknowns, sides, reporter)
     forces = replace_fields(forces, equations=tuple(substitute(graph, forces.equations, absent)))
+    r, laws = formulas[: len(r)], formulas[len(r) :]
     switched = tuple(replace_fields(row, equation=n) for row, n in zip(switched, laws, strict=True))
     solved_rows = (*rows, *switched)
     whole = "structure" in parts
@@ -116,6 +120,12 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     solution = {system.a[i]: a for i, a in zip(free, found.a, strict=True)}
     solution |= {row.multiplier: value for row, value in zip(solved_rows, found.multipliers, strict=True)}
     solution |= zip(forces.symbols, found.forces, strict=True)
+    if forces.laws.formulas:
+        try:
+            known = solve_laws(graph, forces.laws, solution)
+        except ZeroPivot:
+            raise report_circle(system, forces.symbols, reporter) from None
+        solution = dict(zip(solution, substitute(graph, list(solution.values()), known), strict=True))
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
     replace |= _asked_by_rates(system, answered, replace)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
@@ -256,15 +266,14 @@ def _switched(
     system: MechanicalSystem,
     rows: Sequence[Row],
     multipliers: Sequence[Sequence[Node]],
-    forces: Mapping[Node, Node],
+    forces: dict[Node, Node],
     sides: dict[Node, Side],
-    reporter: Reporter,
 ) -> tuple[Row, ...]:
-    """Return those of the rows that have modes with the laws of these; ``sides`` of forces are added."""
+    """Return those of the rows that have modes with the laws of these; ``sides`` and ``forces`` of laws are added."""
     plain = [row for row in rows if row.constraint.mode is not None]
     if not plain:
         return ()
-    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, sides, reporter)
+    return with_modes(system, plain, [lam for group in multipliers for lam in group], forces, sides)
 
 
 def _force_answers(

@@ -1,6 +1,6 @@
 """Forces that depend on forces: answers such as ``multiplier(floor)`` as unknowns beside accelerations and multipliers.
 
-A force may follow a reaction: F = -0.3 N tanh(v/v0). Each such answer s is an unknown with the row s - f(a, lam, s) = 0,
+A force may follow a reaction: F = -0.3 N tanh(v/v0), or by a law that is not linear (force_laws.py). Each such answer s is an unknown with the row s - f(a, lam, s) = 0,
 eliminated last. The forces of constraints K^T lam and the inertia stay what they are, so that projections and
 impulses know nothing of s: what follows a force is finite, and no impulse.
 """
@@ -14,84 +14,80 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Reporter
 
 from ...flat.model import Query
-from ...graph import Node
-from ...graph import operations as ops
-from ...graph.differentiate import jacobian
+from ...graph import Graph, Node
 from ...mechanics.questions import title
 from ...mechanics.system import MechanicalSystem
 from ..rows.signs import Side, take_sides
+from .force_laws import Jumps, Laws, take_laws_out
 
 
 class UnknownForces(Struct, frozen=True):
-    """``symbols`` of answers that the residual contains, with the ``equations`` s - f = 0 that determine them."""
+    """``symbols`` of answers that the equations contain, with the ``equations`` s - f = 0 that determine them.
+
+    ``laws`` of forces that are not affine have symbols of their own in all equations.
+    """
 
     symbols: tuple[Node, ...] = ()
     equations: tuple[Node, ...] = ()
+    laws: Laws = Laws({}, ())
 
 
 def unknown_forces(
     system: MechanicalSystem,
-    residual: Sequence[Node],
+    formulas: Sequence[Node],
     rates: Sequence[Node],
     answers: Mapping[Node, Node],
+    unknowns: Sequence[Node],
     sides: dict[Node, Side],
     reporter: Reporter,
 ) -> tuple[list[Node], UnknownForces]:
-    """Return the residual with its questions about sides of forces answered (sides.py), and the unknowns in it.
+    """Return formulas with their questions about sides of forces answered (signs.py), and the forces in them.
 
-    ``rates`` of states may ask for forces, too: after the solution, unless that makes forces depend on them.
-    ``answers``: formulas of all answers about forces in accelerations, multipliers and each other.
+    ``formulas`` are the residual and what determines multipliers. ``rates`` of states may ask for forces, too: after
+    the solution, unless that makes forces depend on them. ``answers``: formulas of all answers about forces in the
+    ``unknowns``, accelerations and multipliers, and each other.
     """
     graph = system.graph
-    later = set(_needed(system, rates, answers))
+    later = set(_needed(graph, rates, answers))
     back = later.intersection(graph.support(*(answers[s] for s in later)))
-    symbols = _needed(system, (*residual, *rates) if back else residual, answers)
+    symbols = _needed(graph, (*formulas, *rates) if back else formulas, answers)
     if not symbols:
-        return list(residual), UnknownForces()
+        return list(formulas), UnknownForces()
     rows = [graph.sub(s, answers[s]) for s in symbols]
-    taken = [take_sides(graph, n, symbols, sides) for n in (*residual, *rows)]
-    _check_affine(system, taken, symbols, reporter)
-    return taken[: len(residual)], UnknownForces(symbols, tuple(taken[len(residual) :]))
+    taken = [take_sides(graph, n, symbols, sides) for n in (*formulas, *rows)]
+    try:
+        affine, laws = take_laws_out(graph, taken, symbols, unknowns)
+    except Jumps as jump:
+        raise _report_jump(system, jump.symbol, reporter) from None
+    return affine[: len(formulas)], UnknownForces(symbols, tuple(affine[len(formulas) :]), laws)
 
 
-def _needed(
-    system: MechanicalSystem, residual: Sequence[Node], answers: Mapping[Node, Node]
-) -> tuple[Node, ...]:
-    """Return the answers that the residual contains, with those that they contain themselves."""
+def _needed(graph: Graph, formulas: Sequence[Node], answers: Mapping[Node, Node]) -> tuple[Node, ...]:
+    """Return the answers that formulas contain, with those that they contain themselves."""
     found: dict[Node, None] = {}
-    pending = list(residual)
-    while pending:
-        new = [s for s in system.lowering.questions.forces_in(pending) if s not in found and s in answers]
+    pending = list(formulas)
+    while pending and answers:
+        new = [s for s in graph.support(*pending) if s in answers and s not in found]
         found |= dict.fromkeys(new)
         pending = [answers[s] for s in new]
     return tuple(found)
 
 
-def _check_affine(
-    system: MechanicalSystem, nodes: Sequence[Node], symbols: Sequence[Node], reporter: Reporter
-) -> None:
-    graph = system.graph
-    jumping = {ops.FLOOR, ops.MODULO, ops.EQUAL}
-    for row in nodes:
-        (derivatives,) = jacobian(graph, [row], symbols)
-        bent = [s for s in symbols if s in graph.support(*derivatives.values())]
-        bent += [
-            s for n in graph.reach([row]) if graph.op(n) in jumping for s in symbols if s in graph.support(n)
-        ]
-        if bent:
-            query = system.queries[bent[0]]
-            raise reporter.fail(
-                "E0536",
-                f"a force is not affine in '{title(query)}'",
-                query.span,
-                caption="forces that depend on forces may add them, and multiply them by what is no force",
-                help="'abs', 'min', 'max' and comparisons are possible, too",
-            )
+def _report_jump(system: MechanicalSystem, symbol: Node, reporter: Reporter) -> Exception:
+    query = system.queries[symbol]
+    return reporter.fail(
+        "E0536",
+        f"a force jumps with '{title(query)}'",
+        query.span,
+        caption="for some states no force agrees with itself",
+        help="a comparison is possible: its sides are switches, which change at instants",
+    )
 
 
 def report_circle(system: MechanicalSystem, symbols: Sequence[Node], reporter: Reporter) -> Exception:
     """Report answers that determine each other, so that none of them can be found."""
-    queries: dict[str, Query] = {title(system.queries[s]): system.queries[s] for s in symbols}
+    asked = [system.queries[s] for s in symbols if s in system.queries]
+    queries: dict[str, Query] = {title(query): query for query in asked}
     names = " and ".join(f"'{name}'" for name in queries)
     first = next(iter(queries.values()))
     return reporter.fail(

@@ -187,6 +187,11 @@ PLACES = {
     "equation beside an energy of the state": Part(
         "state x = 0.25; equation der(x) = (0.1*(Q) - x)/(1 s); kinetic 1/2*1 kg*x*der(r)^2;",
         kinetic=place("x") * dr**2 / 2, rates={"x": Q / 10 - place("x")}),
+    "root of a force": Part("force -0.1 N*(abs(Q) + 0.1)^(1/3) on r;",
+        forces={"r": -(sp.Abs(Q) + sp.Rational(1, 10)) ** sp.Rational(1, 3) / 10}),
+    "quotient by a force": Part("force 0.2 N/(2 + (Q)^2) on r;", forces={"r": 1 / (10 + 5 * Q**2)}),
+    "two laws": Part("force 0.1 N*sin(Q) on r; force -0.2 N*(Q)/sqrt(1 + (Q)^2) on q;",
+        forces={"r": sp.sin(Q) / 10, "q": -Q / sp.sqrt(1 + Q**2) / 5}),
     "nothing": Part(""),
 }  # fmt: skip
 ENERGIES = {

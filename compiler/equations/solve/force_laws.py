@@ -1,0 +1,192 @@
+"""Nonlinear laws of forces by forces, such as F = -c N^(1/3) with a multiplier N: solved by Newton's method in the graph.
+
+Laws are taken out of the equations and given symbols w. What is left is affine, and its solution gives each force
+s = A + B w, with A and B of the state. The laws w = g(s) remain: H(s) = s - A - B g(s) = 0, as many equations as
+forces enter laws. The iteration begins at s = A, the force without the laws, with steps that are shortened where they
+lead nowhere (its derivative is that of the graph); each further step stands in a branch that is not entered once H is
+small. One more step polishes the result, so that it is exact to rounding in any precision, and its derivatives too.
+Where the iteration does not converge the result is no number, and the run says so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from msgspec import Struct
+
+from ...graph import Graph, Node
+from ...graph import operations as ops
+from ...graph.differentiate import jacobian
+from ...graph.elimination.eliminate import solve_dense
+from ...graph.rewrite import rebuild, substitute
+
+STEPS = 24
+"""Most steps of the iteration; from the force without the laws some six are usual."""
+
+TOLERANCE = 1e-11
+"""Residual at which the iteration ends, as a share of the terms it is made of; the last step squares it."""
+
+JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.EQUAL, ops.SIGN, ops.LESS, ops.LESS_EQUAL})
+
+
+class Jumps(Exception):
+    """A law is not continuous in a force: ``symbol``."""
+
+    def __init__(self, symbol: Node) -> None:
+        self.symbol = symbol
+
+
+class Laws(Struct, frozen=True):
+    """``formulas`` g by the symbol w of each law; ``forces`` are the symbols s that they contain."""
+
+    formulas: Mapping[Node, Node]
+    forces: tuple[Node, ...]
+
+
+def take_laws_out(
+    graph: Graph, nodes: Sequence[Node], forces: Sequence[Node], unknowns: Sequence[Node]
+) -> tuple[list[Node], Laws]:
+    """Return formulas that are affine in ``forces``, and the laws that stood in them.
+
+    ``unknowns`` are accelerations and multipliers, which laws do not contain. Raises Jumps.
+    """
+    others = set(unknowns)
+    dependent: set[Node] = set(forces)
+    symbols: dict[Node, Node] = {}
+    images: dict[Node, Node] = {}
+    for n in graph.reach(nodes):
+        arguments = graph.args(n)
+        if not dependent.intersection(arguments):
+            continue
+        dependent.add(n)
+        if _is_linear(graph, n, dependent):
+            new = tuple(images.get(a, a) for a in arguments)
+            if new != arguments:
+                images[n] = rebuild(graph, n, graph, new)
+        else:
+            images[n] = symbols[n] = graph.symbol(f"#law {len(symbols)}")
+    result = [images.get(n, n) for n in nodes]
+    kept = set(graph.support(*result))
+    formulas = {w: n for n, w in symbols.items() if w in kept}
+    entering = set(graph.support(*formulas.values())) if formulas else set()
+    assert not entering & others, "a law of forces contains an acceleration or a multiplier"
+    for n in graph.reach(list(formulas.values())):
+        if graph.op(n) in JUMPING and (jumping := [s for s in forces if s in graph.support(n)]):
+            raise Jumps(jumping[0])
+    return result, Laws(formulas, tuple(s for s in forces if s in entering))
+
+
+def _is_linear(graph: Graph, n: Node, dependent: set[Node]) -> bool:
+    """Tell whether an operation leaves what depends on forces affine in it."""
+    arguments = graph.args(n)
+    match graph.op(n):
+        case ops.ADD | ops.SUB | ops.NEG:
+            return True
+        case ops.MUL:
+            return not (arguments[0] in dependent and arguments[1] in dependent)
+        case ops.DIV:
+            return arguments[1] not in dependent
+        case ops.SELECT:
+            return arguments[0] not in dependent
+        case _:
+            return False
+
+
+def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[Node, Node]:
+    """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
+    equations = _Equations(graph, laws, affine)
+    point = equations.at(equations.base)
+    fraction = graph.one
+    found: list[tuple[Node, tuple[Node, ...]]] = []
+    for _ in range(STEPS):
+        step = equations.step(point)
+        done = graph.less_equal(point.merit, graph.zero)  # the slope may be infinite there
+        polished = tuple(graph.add(s, d) for s, d in zip(point.forces, step, strict=True))
+        ends = tuple(graph.select(done, s, p) for s, p in zip(point.forces, polished, strict=True))
+        found.append((point.small, ends))
+        moved = tuple(graph.add(s, graph.mul(fraction, d)) for s, d in zip(point.forces, step, strict=True))
+        tried = equations.at(moved)
+        better = graph.less(tried.merit, point.merit)
+        longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
+        fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
+        point = _chosen(graph, better, tried, point)
+    nowhere = graph.sqrt(graph.sub(graph.minus_one, graph.mul(point.merit, point.merit)))
+    result: tuple[Node, ...] = (nowhere,) * len(laws.forces)
+    for small, polished in reversed(found):
+        result = tuple(graph.select(small, a, b) for a, b in zip(polished, result, strict=True))
+    values = dict(zip(laws.forces, result, strict=True))
+    return dict(zip(laws.formulas, substitute(graph, list(laws.formulas.values()), values), strict=True))
+
+
+class _Point(Struct, frozen=True):
+    """``residual`` H and ``slopes`` dH/ds at ``forces``; ``merit`` is to fall, ``small`` says that H is."""
+
+    forces: tuple[Node, ...]
+    residual: tuple[Node, ...]
+    slopes: tuple[Node, ...]
+    merit: Node
+    small: Node
+
+
+def _chosen(graph: Graph, condition: Node, a: _Point, b: _Point) -> _Point:
+    def choose(x: tuple[Node, ...], y: tuple[Node, ...]) -> tuple[Node, ...]:
+        return tuple(graph.select(condition, m, n) for m, n in zip(x, y, strict=True))
+
+    (merit, small) = choose((a.merit, a.small), (b.merit, b.small))
+    return _Point(
+        choose(a.forces, b.forces), choose(a.residual, b.residual), choose(a.slopes, b.slopes), merit, small
+    )
+
+
+class _Equations:
+    """H(s) = s - A - B g(s), row by row relative to the size of its terms without and with the laws."""
+
+    def __init__(self, graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> None:
+        self.graph = graph
+        self.symbols = laws.forces
+        self.laws = list(laws.formulas.values())
+        rows = [affine[s] for s in laws.forces]
+        without = dict.fromkeys(laws.formulas, graph.zero)
+        self.base = tuple(substitute(graph, rows, without))
+        self.factors = jacobian(graph, rows, list(laws.formulas))
+        self.gradients = jacobian(graph, self.laws, list(laws.forces))
+        self.sizes = [graph.abs(a) for a in self.base]
+
+    def at(self, forces: tuple[Node, ...]) -> _Point:
+        graph, count = self.graph, len(forces)
+        places = dict(zip(self.symbols, forces, strict=True))
+        values = substitute(graph, self.laws, places)
+        slopes = [
+            dict(zip(row, substitute(graph, list(row.values()), places), strict=True))
+            for row in self.gradients
+        ]
+        residual, matrix = [], []
+        merit, small = graph.zero, graph.one
+        for i, s in enumerate(forces):
+            h, size = graph.sub(s, self.base[i]), graph.add(graph.abs(s), self.sizes[i])
+            derivatives = [graph.one if j == i else graph.zero for j in range(count)]
+            for k, factor in self.factors[i].items():
+                term = graph.mul(factor, values[k])
+                h, size = graph.sub(h, term), graph.add(size, graph.abs(term))
+                for j, slope in slopes[k].items():
+                    derivatives[j] = graph.sub(derivatives[j], graph.mul(factor, slope))
+            residual.append(h)
+            matrix += derivatives
+            share = graph.select(graph.less(graph.zero, size), graph.div(h, size), graph.zero)
+            merit = graph.add(merit, graph.mul(share, share))
+            small = graph.logical_and(
+                small, graph.less_equal(graph.abs(h), graph.mul(graph.constant(TOLERANCE), size))
+            )
+        return _Point(forces, tuple(residual), tuple(matrix), merit, small)
+
+    def step(self, point: _Point) -> tuple[Node, ...]:
+        """Return the step of Newton's method."""
+        graph, count = self.graph, len(point.forces)
+        if count == 1:
+            return (graph.neg(graph.div(point.residual[0], point.slopes[0])),)
+        steps = [graph.symbol(f"#step {i}") for i in range(count)]
+        rows = [
+            graph.add(point.residual[i], graph.dot(point.slopes[i * count : (i + 1) * count], steps))
+            for i in range(count)
+        ]
+        return solve_dense(graph, rows, steps).solutions

@@ -1,0 +1,214 @@
+"""Motions under forces that ask about the motion, against equations written by hand."""
+
+from __future__ import annotations
+
+import csv
+import math
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import fmpy
+import numpy as np
+import pytest
+from fmu_models import written
+from native_code import compiler
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import mechc
+from mechc.runtime.outcome import Outcome
+
+PUMP = """model Pump "an oscillator that is driven to an energy of 2 J"
+  coordinate Length q = 0.5 m;
+  kinetic 1/2*2 kg*der(q)^2;
+  potential 1/2*3 N/m*q^2;
+  force -0.4 s/m^2*(energy() - 2 J)*der(q) on q;
+  experiment(stop = 6 s, tolerance = 1e-10, every = 1 s);
+end Pump;
+"""
+
+SLED = """model Sled "a sled whose drag follows the root of its normal force, and wears with it"
+  coordinate Length x = 0 m;
+  coordinate Length y;
+  state wear = 0;
+  initial der(x) = 3 m/s; initial der(y) = 0.6 m/s;
+  kinetic 1/2*2 kg*(der(x)^2 + der(y)^2);
+  potential 2 kg*9.81 m/s^2*y;
+  constraint track: y = 0.2 m*sin(x/(1 m));
+  force drag: -4 N*(multiplier(track)/(1 N))^(1/3)*tanh(der(x)/(1 m/s)) on x;
+  equation der(wear) = (multiplier(track)/(1 N))^(1/3)/(1 s);
+  output Force N = multiplier(track);
+  experiment(stop = 1 s, tolerance = 1e-10, every = 0.25 s);
+end Sled;
+"""
+
+
+def pumped(t: float, y: Any) -> list[float]:
+    q, v, *_ = y
+    return [v, (-3 * q - 0.4 * (v * v + 1.5 * q * q - 2) * v) / 2]
+
+
+def normal(x: float, v: float) -> float:
+    """The multiplier of the track, of which each trial gives the drag and thereby the acceleration."""
+    slope, bend = 0.2 * math.cos(x), -0.2 * math.sin(x)
+
+    def lacking(n: float) -> float:
+        a = (-slope * n - 4 * abs(n) ** (1 / 3) * math.tanh(v)) / 2
+        return float(2 * (slope * a + bend * v * v) + 2 * 9.81 - n)
+
+    return float(brentq(lacking, 1.0, 200.0, xtol=1e-13))
+
+
+def sledding(t: float, y: Any) -> list[float]:
+    x, v, _ = y
+    n = normal(x, v)
+    root = abs(n) ** (1 / 3)
+    return [v, (-0.2 * math.cos(x) * n - 4 * root * math.tanh(v)) / 2, root]
+
+
+def by_hand(f: Callable[[float, Any], list[float]], start: list[float], stop: float) -> Any:
+    return solve_ivp(f, (0, stop), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+
+
+MODELS = {
+    "pump": (PUMP, ["q", "der(q)"], by_hand(pumped, [0.5, 0.0], 6)),
+    "sled": (SLED, ["x", "der(x)", "wear"], by_hand(sledding, [0.0, 3.0, 0.0], 1)),
+}
+NEAR = 1e-7
+"""A hundred times what the kernel estimates at the tolerance above."""
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize(
+    ("method", "target"),
+    [("dop853", "c"), ("dop853", "python"), ("radau5", "c"), ("gauss4", "c")],
+)
+def test_motion(name: str, method: str, target: Literal["c", "python"]) -> None:
+    text, names, expected = MODELS[name]
+    if name == "sled" and method == "gauss4":
+        pytest.skip("gauss4 takes steps of one size, and the sled stops")
+    options: dict[str, Any] = {"step": 0.01} if method == "gauss4" else {}
+    solution = mechc.loads(text).simulate(method=method, target=target, **options)
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome is Outcome.COMPLETED
+    found = [solution[n][-1] for n in names]
+    assert found == pytest.approx(expected, rel=1e-6 if method == "gauss4" else NEAR)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_standalone_c(name: str, tmp_path: Path) -> None:
+    text, names, expected = MODELS[name]
+    model = mechc.loads(text)
+    files = model.compile("c", tmp_path / "made")
+    folder = files[0].parent
+    program, stop = folder / "program", "6" if name == "pump" else "1"
+    sources = [str(f) for f in files if f.suffix == ".c"]
+    subprocess.run(
+        [compiler(), "-std=c11", "-O1", *sources, "-lm", "-o", str(program)], check=True, capture_output=True
+    )
+    shown = subprocess.run(
+        [str(program), stop, "1e-10"], check=True, capture_output=True, text=True, cwd=folder
+    ).stdout
+    *_, last = csv.DictReader(shown.splitlines())
+    found = [float(next(v for k, v in last.items() if k.split(" ")[0] == n)) for n in names]
+    assert found == pytest.approx(expected, rel=NEAR)
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
+def test_fmu(name: str, kind: str, tmp_path: Path) -> None:
+    text, names, expected = MODELS[name]
+    file, _ = written(tmp_path, text, 3)
+    stop = 6.0 if name == "pump" else 1.0
+    result = fmpy.simulate_fmu(
+        str(file), fmi_type=kind, stop_time=stop, relative_tolerance=1e-10, output=names, output_interval=stop
+    )
+    assert [result[n][-1] for n in names] == pytest.approx(expected, rel=1e-5)
+
+
+def test_block_braked_by_the_force_of_its_contact() -> None:
+    """It lands, is pushed while it touches, and the drag on it grows with the force of the floor."""
+    text = """
+  coordinate Length x = 0 m; coordinate Length y = 0.5 m;
+  initial der(x) = 2 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1 kg*10 m/s^2*y;
+  contact floor: y;
+  force -0.3*multiplier(floor)*tanh(der(x)/(1 m/s)) on x;
+  force (if closed(floor) then 1 N else 0 N) on x;
+  force (if closed(floor) then 2 N else 9 N)*sin(time/(1 s)) on y;
+"""
+    solution = mechc.loads(text).simulate(stop=2, tolerance=1e-11)
+
+    def falling(t: float) -> float:
+        return 0.5 - 5 * t * t + 9 * (t - math.sin(t))
+
+    touch = float(brentq(falling, 0.2, 0.6, xtol=1e-15))
+    assert solution.events[0].time == pytest.approx(touch, abs=1e-9)
+
+    def sliding(t: float, y: Any) -> list[float]:
+        n = 10 - 2 * math.sin(t)
+        return [y[1], 1 - 0.3 * n * math.tanh(y[1])]
+
+    rest = solve_ivp(sliding, (touch, 2), [2 * touch, 2.0], method="DOP853", rtol=1e-12, atol=1e-12)
+    assert solution["x"][-1] == pytest.approx(rest.y[0, -1], rel=1e-9)
+    assert solution["der(x)"][-1] == pytest.approx(rest.y[1, -1], rel=1e-9)
+
+
+def test_friction_of_two_components() -> None:
+    """A block in a slot, pressed to the side and down: its limit is 0.1 times the norm of both forces."""
+    text = """
+  coordinate Length x = 1 m; coordinate Length y; coordinate Length z;
+  initial der(x) = 3 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2 + der(z)^2);
+  potential 9.81 N*z - 4 N*y;
+  constraint side: y = 0 m;
+  constraint floor: z = 0 m;
+  friction 0.1*norm({multiplier(side), multiplier(floor)}) on x;
+"""
+    solution = mechc.loads(text).simulate(stop=1)
+    assert solution["der(x)"][-1] == pytest.approx(3 - 0.1 * math.hypot(4, 9.81), rel=1e-12)
+
+
+def test_coefficient_of_friction_that_falls_with_the_force() -> None:
+    """mu = 0.3 (N/10 N)^-0.2 on a slope whose normal force depends on the friction through a bar across."""
+    text = """
+  coordinate Length x = 0 m; coordinate Length y = 0 m;
+  initial der(x) = 5 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2) + 0.4 kg*der(x)*der(y);
+  potential 20 N*y;
+  contact floor: y friction 0.3*(multiplier(floor)/(10 N))^(-0.2) along der(x);
+  output Force N = multiplier(floor);
+"""
+    solution = mechc.loads(text).simulate(stop=1, tolerance=1e-11)
+    # 1 a + 0.4 y'' = -mu N with y'' = 0, and 0.4 a = N - 20
+    pressed = float(brentq(lambda n: n - 20 + 0.4 * 0.3 * (n / 10) ** -0.2 * n, 5, 40, xtol=1e-14))
+    assert solution["N"][-1] == pytest.approx(pressed, rel=1e-10)
+    assert solution["der(x)"][-1] == pytest.approx(5 + (pressed - 20) / 0.4, rel=1e-10)
+
+
+def test_no_force_agrees_with_its_law() -> None:
+    """3 a = -3 - 1/(2 + a) has no real solution."""
+    text = """dimensionless;
+  coordinate q = 1; coordinate r = 2;
+  kinetic der(q)^2 + 1/2*der(r)^2; potential 3/2*q^2;
+  constraint c: r = q + 1;
+  force -1/(2 + multiplier(c)) on q;
+"""
+    solution = mechc.loads(text).simulate(stop=1)
+    assert solution.outcome is Outcome.FAILED
+    assert "not a number" in solution.message
+
+
+def test_spring_at_a_hinged_body() -> None:
+    """The spring pulls with 50 N from (3, 4) m at the hinge: it must be held with (-30, -40) N."""
+    text = """import mech.planar.*;
+Body b(m = 1 kg, J = 1 kg.m^2, com = {0, 0} m);
+Revolute h(world -> b.a);
+potential 1/2*2 N/m*(norm(pos(b.a) - {3, 4} m) + 20 m)^2;
+output F = reaction(h);
+"""
+    solution = mechc.loads(text).simulate(stop=0.1)
+    np.testing.assert_allclose(solution["F"][-1], [-30, -40], rtol=1e-12)
