@@ -1,46 +1,28 @@
-"""Every joint twice: as an edge of the tree and as the closure of a loop."""
+"""Every joint of the library twice: as an edge of the tree and as the closure of a loop. A new one needs nothing here."""
 
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
+from library_joints import Joint, joints
 
 import mechc
 
-# joint, settings that both forms share, its freedoms, coordinates that the closure computes
-PLANAR = [
-    ("Revolute", "", 1, ["angle"]),
-    ("Prismatic", "axis = {3, 4}", 1, ["position"]),
-    ("Translation", "", 2, ["position[1]", "position[2]"]),
-    ("Planar", "", 3, ["x", "y", "angle"]),
-    ("Weld", "", 0, []),
-    ("PinSlot", "axis = {3, 4}", 2, ["position", "angle"]),
-    ("Rolling", "r = 0.4 m", 1, ["position"]),
-    ("RollingOnCircle", "track = 0.5 m, r = 0.2 m", 1, ["angle"]),
-    ("RollingOnCircle", "track = 0.5 m, r = -0.2 m", 1, ["angle"]),
-]
-SPATIAL = [
-    ("Revolute", "", 1, ["angle"]),
-    ("Revolute", "axis = {1, 2, 2}", 1, ["angle"]),
-    ("Prismatic", "axis = {1, 2, 2}", 1, ["position"]),
-    ("Cylindrical", "axis = {1, 2, 2}", 2, ["position", "angle"]),
-    ("Screw", "axis = {1, 2, 2}, pitch = 0.5 m", 1, ["angle"]),
-    ("Universal", "", 2, ["angle[1]", "angle[2]"]),
-    ("Universal", "first = {0, 0, 2}, second = {1, 2, 2}", 2, ["angle[1]", "angle[2]"]),
-    ("Spherical", "", 3, []),
-    ("Planar", "", 3, ["x", "y", "angle"]),
-    ("Translation", "", 3, [f"position[{i}]" for i in (1, 2, 3)]),
-    ("Weld", "", 0, []),
-]
-CASES = [("planar", *case) for case in PLANAR] + [("spatial", *case) for case in SPATIAL]
+JOINTS = joints()
+CASES = [(joint, settings) for joint in JOINTS for settings in joint.settings]
+EVERY = pytest.mark.parametrize(
+    ("joint", "settings"), CASES, ids=[f"{j.library}-{j.name}-{j.settings.index(s)}" for j, s in CASES]
+)
 
 BODY = {
-    "planar": "gravity {1, -9} m/s^2;\nBody body(m = 2 kg, J = 0.3 kg.m^2, com = {0.4, -0.1} m);\n",
+    "planar": "gravity {1, -9} m/s^2;\nBody body(m = 2 kg, J = 0.3 kg.m^2, com = {0.4, -0.1} m);\ntorque 2 N.m on body.a;\n",
     "spatial": (
         "gravity {1, -9, 4} m/s^2;\n"
         "Body body(m = 2 kg, J = diag({0.3, 0.4, 0.5} kg.m^2), com = {0.4, -0.1, 0.2} m);\n"
+        "torque {2, -1, 3} N.m on body.a;\n"
     ),
 }
 SEAT = {
@@ -54,34 +36,54 @@ def model(library: str, text: str) -> mechc.Model:
     return mechc.loads(f"import mech.{library}.*;\n{BODY[library]}{RAIL}{SEAT[library]}{text}")
 
 
-def arguments(settings: str) -> str:
-    return f", {settings}" if settings else ""
+def declaration(joint: Joint, settings: str) -> str:
+    return f"{joint.name} joint(seat -> body.a{f', {settings}' if settings else ''});\n"
 
 
-@pytest.mark.parametrize(("library", "joint", "settings", "freedoms", "computed"), CASES)
-def test_closure_equations_are_independent(
-    library: str, joint: str, settings: str, freedoms: int, computed: list[str]
-) -> None:
+@cache
+def freedoms(joint: Joint, settings: str) -> int:
+    """Count the freedoms as an edge of the tree, beside that of the rail."""
+    return model(joint.library, declaration(joint, settings)).compilation.equations.nv - 1
+
+
+def test_joints_stand_in_the_two_libraries_of_joints() -> None:
+    """Of which BODY and SEAT here know the space."""
+    assert {joint.library for joint in JOINTS} == set(BODY)
+    assert len(JOINTS) >= 18
+
+
+@EVERY
+def test_closure_equations_are_independent(joint: Joint, settings: str) -> None:
     """A free body that the joint holds too keeps the freedoms of the joint: no equation is dropped."""
-    held = model(
-        library, f"Free hold(seat -> body.a);\ncut {joint} joint(seat -> body.a{arguments(settings)});\n"
+    count = freedoms(joint, settings)
+    assert joint.stated in (None, count), (
+        f"{joint.name} in {joint.file} says {joint.stated} freedoms, it has {count}"
     )
+    held = model(joint.library, f"Free hold(seat -> body.a);\ncut {declaration(joint, settings)}")
     rows = sum(len(c.residuals) for c in held.compilation.system.constraints)
-    assert held.compilation.equations.nv - 1 - rows == freedoms
-    assert not held.diagnostics
+    left = held.compilation.equations.nv - 1 - rows
+    assert left == count, (
+        f"{joint.name} in {joint.file}: {count} freedoms in a tree, {left} where it closes a loop"
+    )
+    assert not held.diagnostics, f"the closure equations of {joint.name} in {joint.file} repeat each other"
 
 
-def outputs(computed: list[str]) -> str:
-    lines = [f"output o{i} = joint.{name};\n" for i, name in enumerate(computed)]
-    return "output p = pos(body.a);\noutput c = pos(body.a * trans(body.com));\n" + "".join(lines)
-
-
-def both(library: str, joint: str, settings: str, outputs: str) -> list[mechc.Solution]:
-    """Run the joint as an edge of the tree, and as the closure of a free body, from rest in gravity."""
-    edge = f"{joint} joint(seat -> body.a{arguments(settings)});\n"
+@cache
+def both(joint: Joint, settings: str) -> list[mechc.Solution]:
+    """Run the joint as an edge of the tree, and as the closure of a free body, from rest."""
+    edge = declaration(joint, settings)
+    outputs = "output p = pos(body.a);\noutput c = pos(body.a * trans(body.com));\n"
+    outputs += "output F = reaction(joint);\noutput M = moment(joint);\n"
+    outputs += "".join(f"output o{i} = joint.{name};\n" for i, name in enumerate(joint.coordinates))
     solutions = []
     for text in (edge, f"Free hold(seat -> body.a);\ncut {edge}"):
-        solution = model(library, text + outputs).simulate(stop=0.4, tolerance=1e-10, target="python")
+        try:
+            compiled = model(joint.library, text + outputs)
+        except mechc.CompileError as error:
+            pytest.fail(
+                f"{joint.name} in {joint.file} needs a closure for each of {joint.coordinates}: {error}"
+            )
+        solution = compiled.simulate(stop=0.4, tolerance=1e-10, target="python")
         assert isinstance(solution, mechc.Solution)
         assert solution.outcome.value == "completed", solution.message
         solutions.append(solution)
@@ -92,23 +94,31 @@ def vector(name: str, library: str) -> list[str]:
     return [f"{name}[{i + 1}]" for i in range(2 if library == "planar" else 3)]
 
 
-@pytest.mark.parametrize(("library", "joint", "settings", "freedoms", "computed"), CASES)
-def test_same_motion(library: str, joint: str, settings: str, freedoms: int, computed: list[str]) -> None:
+@EVERY
+def test_same_motion(joint: Joint, settings: str) -> None:
     """The closures drift by what the steps add up to: a thousand times the tolerance."""
-    tree, loop = both(library, joint, settings, outputs(computed))
-    for name in [*vector("p", library), *vector("c", library), *(f"o{i}" for i in range(len(computed)))]:
-        assert loop[name] == pytest.approx(tree[name], abs=1e-7), name
-    assert freedoms == 0 or max(np.ptp(tree[name]) for name in vector("c", library)) > 1e-3
+    tree, loop = both(joint, settings)
+    names = {name: name for name in (*vector("p", joint.library), *vector("c", joint.library))}
+    names |= {f"o{i}": f"the coordinate {name}" for i, name in enumerate(joint.coordinates)}
+    for name, words in names.items():
+        same = loop[name] == pytest.approx(tree[name], abs=1e-7)
+        assert same, f"{words} of {joint.name}({settings}) differs: 'place' or 'closure' in {joint.file}"
+    moved = max(np.ptp(tree[name]) for name in vector("c", joint.library))
+    assert freedoms(joint, settings) == 0 or moved > 1e-3
 
 
-@pytest.mark.parametrize(("library", "joint", "settings", "freedoms", "computed"), CASES)
-def test_same_reaction(library: str, joint: str, settings: str, freedoms: int, computed: list[str]) -> None:
-    tree, loop = both(library, joint, settings, "output F = reaction(joint);\noutput M = moment(joint);\n")
-    moments = ["M"] if library == "planar" else vector("M", library)
-    for name in [*vector("F", library), *moments]:
-        assert loop[name] == pytest.approx(tree[name], abs=1e-6), name
-    if (library, joint) not in {("planar", "Planar"), ("planar", "Translation"), ("spatial", "Translation")}:
-        assert max(np.max(np.abs(tree[name])) for name in vector("F", library)) > 1
+@EVERY
+def test_same_reaction(joint: Joint, settings: str) -> None:
+    tree, loop = both(joint, settings)
+    names = [
+        *vector("F", joint.library),
+        *(["M"] if joint.library == "planar" else vector("M", joint.library)),
+    ]
+    for name in names:
+        same = loop[name] == pytest.approx(tree[name], abs=1e-6)
+        assert same, f"{name} of {joint.name}({settings}) differs: 'place' or 'closure' in {joint.file}"
+    held = freedoms(joint, settings) < (3 if joint.library == "planar" else 6)
+    assert held == (max(np.max(np.abs(tree[name])) for name in names) > 0.1)
 
 
 @pytest.mark.parametrize("angle", [30, 90, 120, 170])
