@@ -187,7 +187,7 @@ def _compile(
             kept = keep_entry(folder / f"{file}.o", stem, ".o")
         shutil.copyfile(kept, folder / f"{file}.o")
 
-    with ThreadPoolExecutor(max_workers=2) as pool:
+    with ThreadPoolExecutor(max_workers=max(2, os.cpu_count() or 2)) as pool:
         list(pool.map(make, files))
     _run((*compiler.command, *extra, *(f"{file}.o" for file in files), *link, *quad), folder)
 

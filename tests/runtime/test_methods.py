@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 
 import numpy as np
@@ -26,24 +25,9 @@ from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.scipy_methods import _System
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.integrate.trajectory import DenseOutput
-from mechc.runtime.native.kernel import Status, kernel_sources, load_kernel
+from mechc.runtime.native.kernel import Status, load_kernel
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.simulate import simulate
-
-
-def test_rows_of_the_tableau_of_dop853_sum_up() -> None:
-    text = kernel_sources()["dop853_tableau.h"]
-    value = {name: float(v) for name, v in re.findall(r"mech_real (\w+) = MECH_C\((\S+)\);", text)}
-    c = {1: 0.0, 12: 1.0, 13: 1.0} | {int(n[1:]): v for n, v in value.items() if re.fullmatch(r"c\d\d", n)}
-    a = {(int(n[1:3]), int(n[3:])): v for n, v in value.items() if re.fullmatch(r"a\d{4}", n)}
-    b = {int(n[1:]): v for n, v in value.items() if re.fullmatch(r"b\d\d", n)}
-    for stage in sorted({i for i, _ in a}):
-        assert sum(v for (i, _), v in a.items() if i == stage) == pytest.approx(c[stage], abs=1e-14)
-    for power in range(8):  # quadrature conditions up to order 8
-        assert sum(v * c[i] ** power for i, v in b.items()) == pytest.approx(1 / (power + 1), abs=1e-14)
-    e5 = [v for n, v in value.items() if re.fullmatch(r"e5\d\d", n)]
-    assert sum(e5) == pytest.approx(0, abs=1e-14)
-    assert value["bhh01"] + value["bhh09"] + value["bhh12"] == pytest.approx(1, abs=1e-14)
 
 
 def run_fixed(problem: Problem, method: str, step: float, stop: float) -> tuple[Array, DenseOutput]:

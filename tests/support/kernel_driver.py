@@ -117,9 +117,22 @@ class Run(Struct, frozen=True):
         return float(np.abs((self.y[:n] - exact) + (self.low[:n] - exact_low)).max())
 
 
+def with_method(sources: Mapping[str, str], name: str) -> dict[str, str]:
+    """Add the method of a file of this folder to the sources of the kernel."""
+    table = "const mech_method *const mech_methods[] = {"
+    assert sources["methods.c"].count(table) == 1
+    return {
+        **sources,
+        f"{name}.c": Path(__file__).with_name(f"{name}.c").read_text(encoding="utf-8"),
+        "methods.c": sources["methods.c"].replace(
+            table, f"extern const mech_method mech_{name};\n{table} &mech_{name},"
+        ),
+    }
+
+
 @cache
-def _kernel(quad: bool) -> ctypes.CDLL:
-    sources = kernel_sources()
+def _kernel(quad: bool, further: str) -> ctypes.CDLL:
+    sources = with_method(kernel_sources(), further) if further else kernel_sources()
     sources["driver.c"] = Path(__file__).with_name("kernel_driver.c").read_text(encoding="utf-8")
     flags = (*kernel_flags(), *(QUAD if quad else ()))
     return ctypes.CDLL(str(build_shared(sources, flags, name="driven")))
@@ -158,13 +171,14 @@ def run(
     tables: Sequence[tuple[int, Sequence[float], Sequence[float]]] = (),
     stops: Sequence[float] = (),
     quad: bool = False,
+    further: str = "",
 ) -> Run:
-    """Run ``model`` from ``y0`` (+ ``low``) to ``stop``; ``nominal`` defaults to ones."""
+    """Run ``model`` from ``y0`` (+ ``low``) to ``stop``; ``nominal`` defaults to ones. ``further``: see with_method."""
     if find_compiler() is None:
         pytest.skip("no C compiler")
     if quad and not has_quad():
         pytest.skip("no __float128")
-    kernel, library = _kernel(quad), _library(model.source(), quad)
+    kernel, library = _kernel(quad, further), _library(model.source(), quad)
     ny = model.ny
     y = np.zeros(2 * ny)
     y[:ny] = y0

@@ -61,7 +61,7 @@ def sources(
         methods = [*with_components(method), *methods_for(parts)]
         kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
         states = program.nq + program.nv + program.nx
-        kernel["dop853.c"] = f"#define MECH_STATES {states}\n{kernel['dop853.c']}"
+        kernel["explicit_step.h"] = f"#define MECH_STATES {states}\n{kernel['explicit_step.h']}"
     if program.hybrid is None:
         kernel["events.c"] = _NO_EVENTS
         del glue["fmi_events.c"]

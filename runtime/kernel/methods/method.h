@@ -13,6 +13,7 @@ typedef struct mech_method {
     int n_dense;     /* coefficients of the dense output, at least 4                         */
     int error_order; /* an error estimate falls as dt to this power                          */
     mech_real factor_min, factor_max;
+    const struct mech_tableau *tableau; /* explicit Runge-Kutta methods only                 */
 
     /* MECH_RUNNING, or what the model lacks for this method. NULL: nothing. */
     int (*lacks)(const mech_model *model);

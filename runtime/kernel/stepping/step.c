@@ -219,7 +219,8 @@ static mech_real attempt(mech_solver *s, const trial *step)
         run->trouble = mech_project(s, step->t_new, s->y_new);
         if (run->trouble != MECH_RUNNING) return (mech_real)NAN;
     }
-    if (!m->gives_derivative) mech_rhs(s, step->t_new, s->y_new, s->dy_new);
+    const int moved = s->model->n_rotations || (s->project && !m->keeps_constraints);
+    if (!m->gives_derivative || moved) mech_rhs(s, step->t_new, s->y_new, s->dy_new);
     mech_real sum = 0;
     for (int i = 0; i < s->ny; i++) sum += s->dy_new[i];
     if (!mech_finite(sum)) return (mech_real)NAN;
