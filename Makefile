@@ -56,10 +56,10 @@ check-lint:
 	$(BIN)/ruff check .
 
 check-types:
-	$(BIN)/mypy
+	$(BIN)/python .ci/linked.py $(BIN)/mypy
 
 check-floors:
-	$(BIN)/lint-imports
+	$(BIN)/python .ci/linked.py $(BIN)/lint-imports
 
 format: $(VENV)/installed-dev
 	$(BIN)/ruff format .

@@ -6,8 +6,6 @@ import re
 import tomllib
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ("mechc", "lang", "compiler", "runtime", "stdlib")
 LINKS = ("lang", "compiler", "runtime", "stdlib")
@@ -59,9 +57,10 @@ def test_every_python_file_lies_in_a_package() -> None:
 def test_links_in_mechc_are_relative_and_complete() -> None:
     for name in LINKS:
         link = ROOT / "mechc" / name
-        if not link.is_symlink():
-            pytest.skip("a checkout without symbolic links")
-        assert link.readlink() == Path("..") / name
+        if link.is_symlink():
+            assert link.readlink() == Path("..") / name
+        else:  # git writes where a link leads as a text if the system has no links
+            assert link.read_text(encoding="utf-8") == f"../{name}"
 
 
 def test_no_import_by_bare_name() -> None:
