@@ -14,8 +14,8 @@ from msgspec import Struct
 from .settings import UsageMistake
 
 if TYPE_CHECKING:
-    from .api import Model
     from .compiler.program.model import Program
+    from .model import CompiledModel
     from .runtime.problem import Problem
 
 MAIN = """\
@@ -143,7 +143,7 @@ class Defaults(Struct, frozen=True):
     initial: tuple[tuple[int, float], ...] = ()
 
 
-def export(model: Model, target: str, output: Path | None) -> tuple[Path, ...]:
+def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path, ...]:
     """Write the files of a target and return them. Raises UsageMistake for an unknown target."""
     program = model.compilation.program
     name = file_stem(program.name)

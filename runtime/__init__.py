@@ -8,18 +8,24 @@ from .outcome import Outcome, SimulationError
 from .problem import Problem
 from .results.quantities import Results
 from .results.solution import Solution
-from .studies.simulate import Sweep, simulate, simulate_sweep
+from .studies.simulate import Simulate, simulate
+from .studies.study import Answer, Study, solve
+from .studies.sweep import Runs, Sweep
 
 __all__ = [
+    "Answer",
     "BuildError",
     "CompilerMissing",
     "Outcome",
     "Problem",
     "Results",
+    "Runs",
+    "Simulate",
     "SimulationError",
     "SimulationOptions",
     "Solution",
+    "Study",
     "Sweep",
     "simulate",
-    "simulate_sweep",
+    "solve",
 ]

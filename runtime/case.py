@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import Annotated
 
 import numpy as np
 from msgspec import Struct, field
@@ -17,6 +18,7 @@ from .functions import Functions
 from .inputs import Table, constant
 from .outcome import SimulationError
 from .problem import Array, Experiment, Problem, Quantity, Setting
+from .settings import settable
 from .start.initial import Assembled, assemble
 from .suggest import suggest
 
@@ -26,6 +28,10 @@ Progress = Callable[[float], None]
 DEFAULT_TOLERANCE = 1e-8
 LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
+METHODS = (
+    "auto, dop853, radau5; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
+    "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF."
+)
 
 MOST_BYTES = 2e9
 """Of the table of a result."""
@@ -33,7 +39,7 @@ NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
 
 
-class SimulationOptions(Struct, frozen=True):
+class SimulationOptions(Struct, frozen=True, kw_only=True):
     """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
 
     ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the
@@ -46,18 +52,28 @@ class SimulationOptions(Struct, frozen=True):
     experiment: str | None = None
     values: Mapping[str, float] = field(default_factory=dict)
     inputs: Mapping[str, Table] = field(default_factory=dict)
-    start: float | None = None
-    stop: float | None = None
-    every: float | None = None
+    start: Annotated[float | None, settable("First output time.", "time")] = None
+    stop: Annotated[
+        float | None, settable('When to stop: "10 s", "2 min"; a bare number is seconds.', "time")
+    ] = None
+    every: Annotated[
+        float | None, settable(f"Spacing of the output, instead of {DEFAULT_POINTS} points.", "time")
+    ] = None
     points: int = DEFAULT_POINTS
-    step: float | None = None
-    tolerance: float | None = None
-    method: str | None = None
+    step: Annotated[float | None, settable("Step of a fixed-step method.", "time")] = None
+    tolerance: Annotated[
+        float | None, settable("Relative tolerance of a step; 1e-8 without it.", "number")
+    ] = None
+    method: Annotated[str | None, settable(METHODS, "text")] = None
     max_step: float | None = None
     max_steps: int | None = None
-    estimate_error: bool = True
+    estimate_error: Annotated[
+        bool, settable("Make a second, tighter run that estimates the error.", "flag")
+    ] = True
     dense: bool = True
-    reproducible: bool = False
+    reproducible: Annotated[bool, settable("The same bits on every machine, in C and in Python.", "flag")] = (
+        False
+    )
     progress: Progress | None = None
 
 

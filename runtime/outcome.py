@@ -47,6 +47,10 @@ class SimulationError(Exception):
         return f"{self.message}; {self.help}" if self.help else self.message
 
 
+TOO_MANY_STEPS = "too many steps"
+"""The kind of a failure: more steps than the caller allows."""
+
+
 class Failure(Struct, frozen=True):
     """Why a run stopped early. ``name`` is the offending quantity, "" for an assertion; ``state`` the last
     one that was reached, at ``time``."""
@@ -134,7 +138,7 @@ def configuration(problem: Problem, y: Array) -> str:
 
 def too_many_steps(problem: Problem, count: int, time: float, y: Array) -> Failure:
     message = f"{count} steps were taken at {time_text(problem, time)}, more are not allowed"
-    return Failure("too many steps", time, "", message, None, state_at(problem, y))
+    return Failure(TOO_MANY_STEPS, time, "", message, None, state_at(problem, y))
 
 
 def given_up(problem: Problem, seconds: float, evaluations: int, time: float, y: Array) -> Failure:

@@ -12,15 +12,17 @@ from types import ModuleType
 from msgspec.structs import replace
 
 import mechc
+from mechc.answering import plan
 from mechc.api import Model
+from mechc.asking import asked
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.truth import compile_for_reference, true_errors
 from mechc.runtime.native.build import BuildError
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
+from mechc.runtime.studies.simulate import Simulate
 from mechc.settings import UsageMistake
-from mechc.simulation import Request, plan
 from mechc.solution import Solution
 from mechc.watchdog import Crashed, Hung, Watchdog
 
@@ -126,8 +128,8 @@ def _followed(expects: Followed, case: Case, solution: Solution) -> Finding:
     model = _model(case.model, case.variant).with_values(case.options.get("set", {}))
     model = model.for_experiment(case.options.get("experiment"))
     try:
-        asked = plan(model, Request(**{k: v for k, v in case.options.items() if k != "set"}))
-        truth = true_errors(compile_for_reference(model), asked, solution, expects.seconds)
+        begun = plan(model, asked(Simulate, {k: v for k, v in case.options.items() if k != "set"}))
+        truth = true_errors(compile_for_reference(model), begun, solution, expects.seconds)
         return expects.judge(solution, truth)
     except ReferenceFailed as error:
         return Finding(problems=(f"no reference: {error}",))

@@ -31,10 +31,10 @@ from .kinematics.topology import Topology, TreeEdge, classify
 from .kinematics.virtual import VirtualDisplacement, displace, reactions_asked
 from .matter import Matter
 from .meaning.lower import Lowering
+from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
 from .no_effect import warn_of_idle
 from .parameter_values import check_known_beforehand
-from .questions import Questions
 from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
 from .unsupported import refuse
 

@@ -9,9 +9,9 @@ from ..graph import Node
 from .kinematics.frames import displaced
 from .meaning.lower import Lowering
 from .meaning.quaternions import quaternion_of
+from .meaning.questions import title
 from .meaning.symbols import Coordinate, Symbols
 from .meaning.values import Placement, elements
-from .questions import title
 from .system import DriveRow
 
 

@@ -45,7 +45,7 @@ def command(
     from ..presentation.render import render
     from ..presentation.run_failure import render_error
     from ..presentation.style import style_for
-    from ..starts import impossible_starts
+    from ..start_check import impossible_starts
     from .failures import COMPLETED, FAILED, show_compile_error
 
     if as_json and with_structure:

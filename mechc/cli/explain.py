@@ -41,8 +41,8 @@ def command(
         click.echo(page(what.upper()))
         return
     from ..api import load
+    from ..measurement.explanation import explanation, summary
     from ..measurement.savings import savings
-    from ..presentation.explanation import explanation, summary
     from ..presentation.style import style_for
     from ..runtime.native.build import find_compiler
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -27,7 +26,7 @@ from .options import (
 if TYPE_CHECKING:
     from ..api import Model
     from ..display import Display
-    from ..simulation import Sweep
+    from ..runtime.studies.sweep import Runs
     from ..solution import Solution
 
 
@@ -179,7 +178,7 @@ def _run_all(
     return code
 
 
-def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Sweep:
+def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Runs[Solution]:
     from ..presentation.progress import Progress
 
     with Progress(model.name, quiet=given["quiet"]) as progress:
@@ -205,7 +204,7 @@ def _exit_code(solution: Solution) -> int:
     return {"failed": FAILED, "interrupted": INTERRUPTED}.get(solution.outcome.value, COMPLETED)
 
 
-def _objects(sweep: Sweep) -> list[dict[str, object]]:
+def _objects(sweep: Runs[Solution]) -> list[dict[str, object]]:
     """Return the report of each run as plain data, with the swept values where there are any."""
     return [
         solution.summary() | ({"sweep": dict(point)} if point else {})
@@ -255,24 +254,16 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
     """Return the names asked for with --outputs; a vector's name stands for its elements."""
     if text is None:
         return []
-    from ..settings import elements_of, tidy, unknown_name
+    from ..asking import chosen_names, names_in
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")
     entries = (*equations.states, *equations.outputs, *equations.inputs, *discretes)
     known = [*dict.fromkeys(entry.name for entry in entries)]  # an account is a state and an output
-    names: list[str] = []
-    for wanted in filter(
-        None, re.split(r",(?![^\[]*\])", tidy(text))
-    ):  # commas between names, not in indices
-        found = elements_of(wanted, known) or [n for n in known if n.startswith((f"{wanted}[", f"{wanted}."))]
-        if not found:
-            raise unknown_name("coordinate, state, output, input or discrete variable", wanted, known)
-        names += found
-    return names
+    return [*chosen_names(names_in(text), known)]
 
 
-def _print_report(sweep: Sweep, *, first: bool) -> None:
+def _print_report(sweep: Runs[Solution], *, first: bool) -> None:
     from ..presentation.report import report, sweep_report
     from ..presentation.style import style_for
     from .failures import write_to_nobody

@@ -15,7 +15,7 @@ from ..presentation.style import PLAIN, Style
 from .export import equations_for
 
 if TYPE_CHECKING:
-    from ..api import Model
+    from ..model import CompiledModel
 
 INTERFACES = ("ModelExchange", "CoSimulation")
 WIDTH = 100
@@ -30,7 +30,7 @@ class Account(Struct, frozen=True):
     capabilities: tuple[str, ...]
 
 
-def account(model: Model) -> Account:
+def account(model: CompiledModel) -> Account:
     """Build an FMU without running it. Raises CompileError, SimulationError, BuildError, CompilerMissing."""
     chosen = model.for_experiment(None)
     said = chosen.method(None)
@@ -48,7 +48,7 @@ def account(model: Model) -> Account:
     )
 
 
-def fmu_rows(model: Model, style: Style = PLAIN) -> list[str]:
+def fmu_rows(model: CompiledModel, style: Style = PLAIN) -> list[str]:
     """Say what is in the FMU of a model and what was left out, with sizes."""
     lean = account(model.keeping(()))
     full = account(model.keeping(EVERYTHING))
@@ -64,7 +64,7 @@ def fmu_rows(model: Model, style: Style = PLAIN) -> list[str]:
     return rows
 
 
-def fmu_summary(model: Model) -> dict[str, Any]:
+def fmu_summary(model: CompiledModel) -> dict[str, Any]:
     """Return the same as plain data."""
     lean = account(model.keeping(()))
     full = account(model.keeping(EVERYTHING))

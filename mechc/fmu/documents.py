@@ -15,8 +15,8 @@ from ..presentation import panels, plots
 from ..runtime.outcome import Outcome
 
 if TYPE_CHECKING:
-    from ..api import Model
     from ..compiler.equations.model import Entry
+    from ..model import CompiledModel
     from ..runtime.problem import Array
     from ..solution import Solution
 
@@ -45,29 +45,36 @@ STYLE = (
 
 
 def native_run(
-    model: Model,
+    model: CompiledModel,
     experiment: str | None,
     stop: float,
     tolerance: float | None = None,
     step: float | None = None,
-) -> tuple[Model, Solution]:
+) -> tuple[CompiledModel, Solution]:
     """Run the experiment that is exported; return the model that ran, with compliant multipliers if it took those.
 
     Raises CompileError (E0906) if it fails, SimulationError.
     """
+    from ..answering import answered
+    from ..asking import asked
     from ..runtime.native.build import find_compiler
-    from ..simulation import Request, simulate_settled
+    from ..runtime.studies.simulate import Simulate
+    from ..solution import Solution
 
-    request = Request(
-        experiment=experiment,
-        stop=stop,
-        tolerance=tolerance,
-        step=step,
-        reproducible=True,
-        estimate_error=False,
-        target="c" if find_compiler() else "python",
+    question = asked(
+        Simulate,
+        {
+            "experiment": experiment,
+            "stop": stop,
+            "tolerance": tolerance,
+            "step": step,
+            "reproducible": True,
+            "estimate_error": False,
+            "target": "c" if find_compiler() else "python",
+        },
     )
-    ran, solution = simulate_settled(model, request)
+    ran, solution = answered(model, question)
+    assert isinstance(solution, Solution)
     if solution.outcome is Outcome.FAILED:
         raise Reporter().fail(
             "E0906",
@@ -79,7 +86,7 @@ def native_run(
     return ran, solution
 
 
-def documents(model: Model, experiment: str | None, solution: Solution) -> dict[str, bytes]:
+def documents(model: CompiledModel, experiment: str | None, solution: Solution) -> dict[str, bytes]:
     """Return the files by path in the FMU, and ``ICON``, whose place depends on the version."""
     return {
         "documentation/index.html": page(model, solution).encode(),
@@ -95,7 +102,7 @@ def placed(files: Mapping[str, bytes], fmi: int) -> dict[str, bytes]:
     return {place if name == ICON else name: data for name, data in files.items()}
 
 
-def page(model: Model, solution: Solution) -> str:
+def page(model: CompiledModel, solution: Solution) -> str:
     """Return a page with the picture, the equations of motion and the variables."""
     equations = model.compilation.equations
     values = dict(solution.parameters)
@@ -126,7 +133,7 @@ def _extent(solution: Solution) -> str:
     )
 
 
-def _equations(model: Model) -> list[str]:
+def _equations(model: CompiledModel) -> list[str]:
     """Return the sections on the equations, or how to get them if they are long."""
     from ..compiler.symbolic.layouts import write_equations
 
@@ -156,7 +163,7 @@ def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) ->
     return [*rows, "</table>"]
 
 
-def reference(model: Model, experiment: str | None, solution: Solution) -> str:
+def reference(model: CompiledModel, experiment: str | None, solution: Solution) -> str:
     """Return the reference results: states and outputs at even times, as long as they can be trusted."""
     from ..compiler.targets.fmu.reference import write_reference
 

@@ -15,10 +15,10 @@ from ..runtime.native.build import CompilerMissing
 from ..settings import UsageMistake
 
 if TYPE_CHECKING:
-    from ..api import Model, Target
     from ..compiler.equations.model import Equations
     from ..compiler.targets.fmu.export import Made
     from ..compiler.targets.fmu.variables import Start
+    from ..model import CompiledModel, Target
     from ..solution import Solution
 
 KINDS = {"me": ("me",), "cs": ("cs",), "both": ("me", "cs")}
@@ -41,7 +41,7 @@ class FmuOptions(Struct, frozen=True):
     arrays: bool = False
 
 
-def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[Path, ...]:
+def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -> tuple[Path, ...]:
     """Write an FMU, or ``fmi2/M.fmu`` and ``fmi3/M.fmu`` in the folder of ``output`` for both versions.
 
     Nothing is written unless everything succeeded. Raises CompileError (E09), UsageMistake, SimulationError,
@@ -59,7 +59,7 @@ def export_fmu(model: Model, output: Path | None, options: FmuOptions) -> tuple[
     return tuple(places)
 
 
-def _places(model: Model, output: Path | None, options: FmuOptions) -> list[Path]:
+def _places(model: CompiledModel, output: Path | None, options: FmuOptions) -> list[Path]:
     """Return the files to be written. Raises CompileError (E0901) for those that cannot be, UsageMistake."""
     from ..exporting import file_stem
 
@@ -85,7 +85,7 @@ def _unwritable(place: Path, reason: str) -> CompileError:
     )
 
 
-def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
+def fmu_packages(model: CompiledModel, options: FmuOptions) -> list[Made]:
     """Return the FMU of each version that is asked for. Raises CompileError, SimulationError, BuildError."""
     from ..compiler.targets.fmu.export import Made, make_package, start_of, write_program
     from ..compiler.targets.fmu.identity import checked_identifier
@@ -144,7 +144,7 @@ def fmu_packages(model: Model, options: FmuOptions) -> list[Made]:
     ]
 
 
-def _method(model: Model, options: FmuOptions, run: Solution) -> str:
+def _method(model: CompiledModel, options: FmuOptions, run: Solution) -> str:
     """Return the method of the experiment; a model that turned out to be stiff gets the implicit one at hand."""
     said = model.method(options.experiment)
     if said and said != "auto":
@@ -152,7 +152,7 @@ def _method(model: Model, options: FmuOptions, run: Solution) -> str:
     return "auto" if run.statistics.stiff_time is not None else "dop853"
 
 
-def equations_for(model: Model, method: str) -> Equations:
+def equations_for(model: CompiledModel, method: str) -> Equations:
     """Return the equations with what the method needs of them, and all that the model was asked to keep."""
     from ..compiler.equations.assemble import assemble
     from ..compiler.verification import verified

@@ -15,13 +15,12 @@ from msgspec import Struct
 from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
-from ..display import Display
 from ..lang.units import UnitError, parse_unit
 from ..runtime.integrate.trajectory import Statistics
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.results.accuracy import Accuracy
-from ..runtime.results.solution import Solution as Run
+from ..runtime.results.solution import Motion
 from ..settings import UsageMistake, read_value_of, unknown_name
 from ..solution import Solution
 from .guard import Limits, Lost, guarded
@@ -219,7 +218,7 @@ def _solution(made: Simulated) -> Solution:
         values = [np.interp(times, instants, column) for column in columns.T]
         return np.array(values).T.reshape(len(times), -1)
 
-    run = Run(
+    motion = Motion(
         problem,
         instants,
         columns,
@@ -233,4 +232,4 @@ def _solution(made: Simulated) -> Solution:
         statistics=Statistics(f"{KINDS[made.kind]} by fmpy", len(instants) - 1, None, 0, made.seconds),
         accuracy=Accuracy(),
     )
-    return Solution.of(run, problem, display=Display(), as_stated=False)
+    return Solution(motion)

@@ -35,7 +35,7 @@ from ..runtime.results.evaluate import evaluate_rows
 from .truth import compile_for_reference
 
 if TYPE_CHECKING:
-    from ..api import Model
+    from ..model import CompiledModel
     from ..runtime.problem import Array, Problem
 
 DEFAULT_METHODS = ("dop853", "radau5", "rk4")
@@ -99,7 +99,7 @@ class Benchmark(Struct, frozen=True):
 
 
 def benchmark(
-    model: Model,
+    model: CompiledModel,
     *,
     methods: Sequence[str] = (),
     against: Sequence[str] = (),
@@ -181,7 +181,7 @@ def _agreement(exact: dict[int, tuple[str, Array]], truth: Reference, nominal: A
     }
 
 
-def closed_solutions(model: Model, case: Case) -> dict[int, tuple[str, Array]]:
+def closed_solutions(model: CompiledModel, case: Case) -> dict[int, tuple[str, Array]]:
     """Return name and values at the output times of each state that the model gives a closed solution of, by index.
 
     They hold for the default experiment with nothing changed.
@@ -234,7 +234,9 @@ def _peers(name: str) -> Sequence[str]:
     raise SimulationError(f"there is no peer '{name}': scipy, or one of scipy:{', scipy:'.join(METHODS)}")
 
 
-def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str], seconds: float) -> Reference:
+def _reference(
+    model: CompiledModel, case: Case, nominal: Array, methods: Sequence[str], seconds: float
+) -> Reference:
     """Solve the case in higher precision; by radau5 if that is the only method asked for.
 
     Where the most precise numbers, computed by software, take too long, those of the processor do.
@@ -274,7 +276,7 @@ def _reference(model: Model, case: Case, nominal: Array, methods: Sequence[str],
 
 
 def reference_at(
-    model: Model, times: Sequence[float], *, experiment: str | None = None, seconds: float = 60.0
+    model: CompiledModel, times: Sequence[float], *, experiment: str | None = None, seconds: float = 60.0
 ) -> Reference:
     """Solve a model in higher precision at given times, with the numbers that it states taken as exact decimals.
 

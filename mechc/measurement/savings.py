@@ -18,7 +18,7 @@ from ..runtime.native.object_code import code_bytes
 from ..runtime.outcome import SimulationError
 
 if TYPE_CHECKING:
-    from ..api import Model
+    from ..model import CompiledModel
     from ..runtime.case import Case
     from ..runtime.problem import Problem
 
@@ -56,7 +56,7 @@ class Savings(Struct, frozen=True):
     parts: Mapping[str, Cost]
 
 
-def savings(model: Model, target: Code = "c", *, measured: bool = True) -> Savings:
+def savings(model: CompiledModel, target: Code = "c", *, measured: bool = True) -> Savings:
     """Build a model lean, with each part that it does without, and with all of them.
 
     ``measured``: sizes and times too, for which code is compiled. Raises CompilerMissing, BuildError.
@@ -73,7 +73,7 @@ def savings(model: Model, target: Code = "c", *, measured: bool = True) -> Savin
     )
 
 
-def cost(model: Model, target: Code = "c", measured: bool = True) -> Cost:
+def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cost:
     """Return what one build of a model costs. Raises CompilerMissing, BuildError."""
     program = model.compilation.program
     operations = sum(function.operations for function in program.functions)
@@ -138,7 +138,7 @@ def _by_python(case: Case, step: float) -> float:
     return min(times) * 1e9
 
 
-def _fmu_size(model: Model) -> int:
+def _fmu_size(model: CompiledModel) -> int:
     from ..fmu.account import account
 
     return account(model).binary

@@ -13,7 +13,7 @@ from ..runtime.reference.extrapolation import NoConvergence, extrapolate
 from ..runtime.reference.high_precision import Reference, ReferenceFailed
 
 if TYPE_CHECKING:
-    from ..api import Model
+    from ..model import CompiledModel
     from ..runtime.case import Case
     from ..runtime.problem import Array
 
@@ -21,7 +21,7 @@ DIGITS = 36
 TOLERANCES = (1e-18, 1e-22)
 
 
-def slow_reference(model: Model, case: Case, nominal: Array, seconds: float) -> Reference:
+def slow_reference(model: CompiledModel, case: Case, nominal: Array, seconds: float) -> Reference:
     """Solve a case at the times of its grid. ``seconds``: how long one run may take.
 
     Raises ReferenceFailed for models with constraints, events or tables, which need the kernel, and where mpmath is not
@@ -78,7 +78,7 @@ def slow_reference(model: Model, case: Case, nominal: Array, seconds: float) -> 
 
 
 def _rates(
-    model: Model, case: Case, context: Any, counted: list[int], deadline: float
+    model: CompiledModel, case: Case, context: Any, counted: list[int], deadline: float
 ) -> Callable[[Any, list[Any]], list[Any]]:
     """Return dy/dt in the numbers of a context; raises ReferenceFailed after the deadline."""
     equations = model.compilation.equations

@@ -11,24 +11,23 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, to_builtins
-from msgspec.structs import replace
 
+from ..answering import answered, plan
 from ..api import Model, load
+from ..asking import Asked, asked
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
+from ..runtime.studies.simulate import Simulate
 from ..settings import Given, UsageMistake
-from ..simulation import Request, plan, simulate
+from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
 from .truth import ROUNDING, compile_for_reference, true_errors
-
-if TYPE_CHECKING:
-    from ..runtime.results.solution import Solution
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
@@ -119,7 +118,7 @@ class _Limit:
 def stress(subject: Subject, *, full: bool = False, progress: Callable[[Row], None] | None = None) -> Stress:
     """Run all extremes, each under a watchdog. Raises CompileError, SimulationError, BuildError, CompilerMissing."""
     model = subject.load()
-    stated = plan(model, Request(experiment=subject.experiment))
+    stated = plan(model, asked(Simulate, {"experiment": subject.experiment}))
     made = extremes(stated, adaptive_methods(), full=full)
     _compile(model)
     rows: list[Row] = []
@@ -161,9 +160,10 @@ def worker(subject: Subject) -> Callable[[Extreme], Row]:
 def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
     changed = model.with_values(extreme.values)
     limit = _Limit(subject.seconds)
-    request = Request(experiment=subject.experiment, progress=limit, **extreme.options)
+    around = {"experiment": subject.experiment, "progress": limit}
+    request = asked(Simulate, {**around, **extreme.options})
     try:
-        solution = simulate(changed, request)
+        solution = _run(changed, request)
     except (SimulationError, UsageMistake) as refused:
         return Row(extreme.group, extreme.text, "refused", reason=str(refused))
     except _OutOfTime as late:
@@ -185,8 +185,14 @@ def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
     )
 
 
+def _run(model: Model, request: Asked) -> Solution:
+    solution = answered(model, request)[1]
+    assert isinstance(solution, Solution)
+    return solution
+
+
 def _checked(
-    model: Model, subject: Subject, request: Request, solution: Solution
+    model: Model, subject: Subject, request: Asked, solution: Solution
 ) -> tuple[str, float | None, str, str]:
     """Give the kind of the row, the true error, what told it, and a reason."""
     if solution.outcome is Outcome.FAILED:
@@ -221,14 +227,14 @@ def _checked(
 
 
 def _other(
-    model: Model, request: Request, solution: Solution, **changes: Any
+    model: Model, request: Asked, solution: Solution, **changes: Any
 ) -> tuple[Solution, dict[str, float]]:
     """Make a changed run; return it, and how far it ends from this one by state.
 
     Raises ReferenceFailed where it ends in another way."""
     assert isinstance(request.progress, _Limit)
     request.progress.begin()
-    other = simulate(model, replace(request, **changes))
+    other = _run(model, request.changed(**changes))
     estimate = solution.accuracy.error
     assert estimate is not None
     if other.outcome is not solution.outcome:
@@ -240,7 +246,7 @@ def _other(
 
 
 def _opinion(
-    model: Model, request: Request, solution: Solution
+    model: Model, request: Asked, solution: Solution
 ) -> tuple[dict[str, float], Mapping[str, float], str]:
     """Compare the end with that by another method at a tight tolerance, which claims an error of its own."""
     method = "dop853" if solution.statistics.method == "radau5" else "radau5"
@@ -251,7 +257,7 @@ def _opinion(
     return differences, estimate.by_state, f"{method} at {OPINION:g}"
 
 
-def _conditioning(model: Model, request: Request, solution: Solution) -> dict[str, float]:
+def _conditioning(model: Model, request: Asked, solution: Solution) -> dict[str, float]:
     """Return how far the end moves if every parameter is changed by a unit in the last place."""
     parameters = model.problem("c").parameters
     values = {q.name: float(solution.parameters[q.name]) for q in parameters if q.name in solution.parameters}

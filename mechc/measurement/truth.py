@@ -23,7 +23,7 @@ from ..runtime.studies.simulate import Plan
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from ..api import Model
+    from ..model import CompiledModel
     from ..runtime.problem import Array
     from ..runtime.results.solution import Solution
 
@@ -49,7 +49,7 @@ class TrueErrors(Struct, frozen=True):
     precision: str
 
 
-def compile_for_reference(model: Model, precision: str | None = None) -> Path:
+def compile_for_reference(model: CompiledModel, precision: str | None = None) -> Path:
     """Compile the functions of a model with the numbers of a reference, the best of this machine without ``precision``.
 
     Raises ReferenceFailed, BuildError.

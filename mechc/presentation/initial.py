@@ -10,12 +10,17 @@ from .numbers import number
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..api import Model, Target
+    from ..model import CompiledModel, Target
     from ..runtime.problem import Problem
 
 
 def initial_text(
-    model: Model, experiment: str | None, *, explain: bool, target: Target = "auto", style: Style = PLAIN
+    model: CompiledModel,
+    experiment: str | None,
+    *,
+    explain: bool,
+    target: Target = "auto",
+    style: Style = PLAIN,
 ) -> str:
     """Return the consistent initial state; with ``explain`` what was wanted, and by how much it was moved.
 

@@ -11,7 +11,7 @@ from msgspec import Struct
 
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
-    from ..solution import Solution
+    from ..shown import ShownSolution
 
 MOST_CURVES = 8
 """Curves in one panel; of more, as many are drawn evenly spread, and the title says so."""
@@ -56,7 +56,7 @@ class Energies(Struct, frozen=True):
 Panel = Curves | Portrait | Paths | Energies
 
 
-def panels_of(solution: Solution) -> list[Panel]:
+def panels_of(solution: ShownSolution) -> list[Panel]:
     """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies.
 
     Quantities of one kind and unit share a panel.
@@ -91,7 +91,7 @@ def panels_of(solution: Solution) -> list[Panel]:
     return panels
 
 
-def curves_of(solution: Solution, names: Sequence[str]) -> list[Panel]:
+def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
     """Panels for chosen quantities only: all of them, however many."""
     units: dict[str, list[str]] = {}
     for name in names:
@@ -131,7 +131,7 @@ def element(name: str, index: int) -> str:
     return f"{name}{index}]" if name.endswith(",") else f"{name}[{index}]"
 
 
-def _travels(solution: Solution, name: str, dimension: int) -> bool:
+def _travels(solution: ShownSolution, name: str, dimension: int) -> bool:
     """Say whether a point moves by more than rounding errors of the coordinates."""
     sizes = [float(np.abs(solution[q.name]).max()) for q in solution.problem.states if q.kind == "coordinate"]
     extent = max(float(np.ptp(solution[element(name, i)])) for i in range(1, dimension + 1))
@@ -155,5 +155,5 @@ def _spread(names: Sequence[str], most: int) -> list[str]:
     return [names[round(i * (len(names) - 1) / (most - 1))] for i in range(most)]
 
 
-def _moves(solution: Solution, name: str) -> bool:
+def _moves(solution: ShownSolution, name: str) -> bool:
     return bool(np.any(solution[name] != 0.0))

@@ -18,7 +18,7 @@ from .panels import Curves, Energies, Panel, Paths, Portrait, curves_of, element
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
-    from ..solution import Solution
+    from ..shown import ShownSolution
 
 COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
 GREY = "#6b7280"
@@ -64,7 +64,7 @@ class View:
     The rows of the solution stay as they are, both sides of each event among them.
     """
 
-    def __init__(self, solution: Solution) -> None:
+    def __init__(self, solution: ShownSolution) -> None:
         self.solution = solution
         between = np.empty(0)
         if 1 < len(solution.time) < SMOOTH and solution.interpolation == "dense output":
@@ -86,7 +86,7 @@ class View:
         return _axis_label(name, self.unit(name))
 
 
-def figure(solution: Solution, names: Sequence[str] = ()) -> Any:
+def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities."""
     import matplotlib
 
@@ -112,7 +112,7 @@ def figure(solution: Solution, names: Sequence[str] = ()) -> Any:
     return result
 
 
-def save(solution: Solution, path: Path, names: Sequence[str] = ()) -> None:
+def save(solution: ShownSolution, path: Path, names: Sequence[str] = ()) -> None:
     """Write the figure as PNG, PDF or SVG, as the ending says; needs no display."""
     figure(solution, names).savefig(path)
 
@@ -126,7 +126,7 @@ def has_display() -> bool:
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
-def show(solution: Solution, names: Sequence[str] = ()) -> None:
+def show(solution: ShownSolution, names: Sequence[str] = ()) -> None:
     """Open a window and wait until it is closed."""
     import matplotlib.pyplot as plt
     from matplotlib.backend_bases import FigureManagerBase
@@ -239,7 +239,7 @@ def _calm(axes: Any) -> None:
         axes.set_ylim(lowest - 0.1 * size, highest + 0.1 * size)
 
 
-def balance_error(solution: Solution) -> tuple[Array, str]:
+def balance_error(solution: ShownSolution) -> tuple[Array, str]:
     """Return total + dissipated - supplied energy less its first value, and its unit."""
     problem = solution.problem
     total, dissipated, supplied = (*problem.energy_balance, -1, -1)[:3]

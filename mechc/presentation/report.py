@@ -12,8 +12,8 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
-    from ..simulation import Sweep
-    from ..solution import Solution
+    from ..runtime.studies.sweep import Runs
+    from ..shown import ShownSolution
 
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
@@ -23,7 +23,7 @@ MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
 
 
-def report(solution: Solution, style: Style = PLAIN) -> str:
+def report(solution: ShownSolution, style: Style = PLAIN) -> str:
     """Return the whole report as text, without an end of line."""
     blocks = [[_headline(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
@@ -34,7 +34,7 @@ def report(solution: Solution, style: Style = PLAIN) -> str:
     return "\n\n".join("\n".join(block) for block in blocks if block)
 
 
-def sweep_report(sweep: Sweep, style: Style = PLAIN) -> str:
+def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN) -> str:
     """Return one row for each run of a sweep: swept values, outcome, steps, last values, largest error."""
     first = sweep.solutions[0]
     shown = [
@@ -68,7 +68,7 @@ def _column(name: str, unit: str) -> str:
     return f"{name} [{unit}]" if with_unit(unit) else name
 
 
-def _headline(solution: Solution, style: Style) -> str:
+def _headline(solution: ShownSolution, style: Style) -> str:
     problem = solution.problem
     word = solution.outcome.value
     colour = {"completed": style.green, "terminated": style.green, "interrupted": style.yellow}.get(
@@ -80,11 +80,11 @@ def _headline(solution: Solution, style: Style) -> str:
     return f"{text}: {reason}" if word == "terminated" and reason else text
 
 
-def _title(solution: Solution) -> str:
+def _title(solution: ShownSolution) -> str:
     return solution.problem.name + (f", {solution.experiment}" if solution.experiment else "")
 
 
-def _cost(solution: Solution, style: Style) -> list[str]:
+def _cost(solution: ShownSolution, style: Style) -> list[str]:
     made = solution.statistics
     rejected = f", {count(made.rejected)} rejected" if made.rejected else ""
     rows = [
@@ -96,11 +96,11 @@ def _cost(solution: Solution, style: Style) -> list[str]:
     return [f"  {style.dim(pad(label, 10))} {text}" for label, text in rows]
 
 
-def _method(solution: Solution) -> str:
+def _method(solution: ShownSolution) -> str:
     return f"{solution.statistics.method}, {'compiled C' if solution.compiled else 'Python'}"
 
 
-def _values(solution: Solution, style: Style) -> list[str]:
+def _values(solution: ShownSolution, style: Style) -> list[str]:
     """The last value of each state with its estimated errors, then of each output and discrete variable."""
     if not len(solution.time):
         return []
@@ -145,14 +145,14 @@ def _values(solution: Solution, style: Style) -> list[str]:
     return rows
 
 
-def _last(solution: Solution, quantity: Quantity) -> list[str]:
+def _last(solution: ShownSolution, quantity: Quantity) -> list[str]:
     """Name, last value and unit."""
     unit, factor = solution.shown_unit(quantity.name)
     value = float(solution[quantity.name][-1]) * factor
     return [quantity.name, number(value), "" if unit == "1" else unit]
 
 
-def _energy(solution: Solution, style: Style) -> list[str]:
+def _energy(solution: ShownSolution, style: Style) -> list[str]:
     """Where energy came from and where it went, if there is more to say than that it is constant."""
     found = solution.energy
     if found is None:
@@ -188,8 +188,8 @@ def _off_constraints(accuracy: Accuracy, style: Style) -> list[str]:
     return _aligned(table, style)
 
 
-def _true_errors(solution: Solution, style: Style) -> list[str]:
-    if not solution.as_stated and any(q.kind == "exact" for q in solution.problem.outputs):
+def _true_errors(solution: ShownSolution, style: Style) -> list[str]:
+    if not solution.motion.as_stated and any(q.kind == "exact" for q in solution.problem.outputs):
         return [
             style.dim("  not compared with the closed solution, which the model states for its own values")
         ]
@@ -199,7 +199,7 @@ def _true_errors(solution: Solution, style: Style) -> list[str]:
     return _aligned(table, style)
 
 
-def _events(solution: Solution, style: Style) -> list[str]:
+def _events(solution: ShownSolution, style: Style) -> list[str]:
     events = solution.events
     if not events:
         return []

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from enum import Enum
 from fractions import Fraction
+from pathlib import Path
 
 from msgspec import Struct
 
@@ -14,15 +15,17 @@ from ..settings import Given
 
 def show(stage: str, file: str, model: str | None, settings: Mapping[str, Given]) -> str:
     """Return a model as text after a stage: ast, flat, system, equations or program."""
+    from ..lang.read import read_source
+
     if stage == "ast":
         from ..lang.diagnostics import Reporter
         from ..lang.parser import parse
-        from ..lang.read import read_source
 
         return tree(parse(read_source(file), Reporter()))
-    from ..api import load
+    from ..model import CompiledModel, compiled
 
-    compilation = load(file, model=model, set=settings).compilation
+    text = read_source(file)
+    compilation = compiled(CompiledModel, text, Path(file).parent, model, dict(settings), ()).compilation
     match stage:
         case "flat":
             from ..compiler.flat.show import show as show_flat

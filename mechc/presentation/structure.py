@@ -9,9 +9,9 @@ from .numbers import plural
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..api import Model
     from ..compiler.flat.model import Joint
     from ..compiler.mechanics.system import MechanicalSystem
+    from ..model import CompiledModel
 
 
 SWITCHING = {
@@ -21,7 +21,7 @@ SWITCHING = {
 """Words for rows that hold at times only, by kind of mode; they take no freedom away for good."""
 
 
-def structure(model: Model, style: Style = PLAIN) -> str:
+def structure(model: CompiledModel, style: Style = PLAIN) -> str:
     """Return what moves, what holds it, and how many freedoms are left, for the default parameters.
 
     The number of freedoms is that of the velocities less the independent equations, so it is right where a count of
@@ -40,7 +40,7 @@ def structure(model: Model, style: Style = PLAIN) -> str:
     return "\n".join([style.bold(model.name), *lines])
 
 
-def _rows(model: Model, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
+def _rows(model: CompiledModel, system: MechanicalSystem) -> Iterator[tuple[str, str]]:
     equations = model.compilation.equations
     origins = [*(m.origin for m in system.masses), *(i.origin for i in system.inertias)]
     bodies = dict.fromkeys(origin.instance for origin in origins)

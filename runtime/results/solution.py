@@ -6,7 +6,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Self
 
 import numpy as np
-from msgspec import to_builtins
+from msgspec import Struct, to_builtins
+from msgspec.structs import replace
 
 from ..integrate.events import Event
 from ..integrate.trajectory import Statistics
@@ -27,6 +28,40 @@ Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
 
 
+class TrueError(Struct, frozen=True):
+    """Difference from a closed solution: largest and at the end, in SI; ``relative``: largest by the largest value."""
+
+    name: str
+    unit: str
+    largest: float
+    at_end: float
+    relative: float
+
+
+class Motion(Struct, frozen=True, eq=False):
+    """What a run found, from which everything that is told of it follows.
+
+    ``columns`` [n, k]: one for each of ``quantities(problem)``, at the times ``time`` [n]; ``at`` gives them at other
+    times. ``as_stated``: the default experiment, with no value and no input changed.
+    """
+
+    problem: Problem
+    time: Array
+    columns: Array
+    at: Columns
+    interpolation: str
+    experiment: str
+    parameters: Mapping[str, float]
+    outcome: Outcome
+    message: str
+    failure: Failure | None
+    statistics: Statistics
+    accuracy: Accuracy
+    events: tuple[Event, ...] = ()
+    remarks: tuple[str, ...] = ()
+    as_stated: bool = False
+
+
 class Solution(Results):
     """A mapping from the names of states, outputs, inputs and discrete variables to arrays over ``time``.
 
@@ -35,51 +70,36 @@ class Solution(Results):
     ``interpolation``), outputs by the functions of the model.
     """
 
-    def __init__(
-        self,
-        problem: Problem,
-        time: Array,
-        columns: Array,
-        at: Columns,
-        *,
-        interpolation: str,
-        experiment: str,
-        parameters: Mapping[str, float],
-        outcome: Outcome,
-        message: str,
-        failure: Failure | None,
-        statistics: Statistics,
-        accuracy: Accuracy,
-        events: tuple[Event, ...] = (),
-        remarks: tuple[str, ...] = (),
-    ) -> None:
-        """``columns`` [n, k]: one for each of ``quantities(problem)``; ``at`` gives them at other times."""
+    def __init__(self, motion: Motion) -> None:
+        problem = motion.problem
         listed = quantities(problem)
         # An account is a state and an output by one name: the later column stands for both.
         self.quantities = {quantity.name: quantity for quantity in listed}
         self._column = {quantity.name: index for index, quantity in enumerate(listed)}
-        values = {name: columns[:, index] for name, index in self._column.items()}
+        values = {name: motion.columns[:, index] for name, index in self._column.items()}
         units = {"time": problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
-        super().__init__(time, values, units)
+        super().__init__(motion.time, values, units)
+        self.motion = motion
+        self.problem = problem
         self.model = problem.name
-        self.experiment = experiment
-        self.parameters = parameters
-        self.outcome = outcome
-        self.message = message
-        self.failure = failure
-        self.statistics = statistics
-        self.accuracy = accuracy
-        self.events = events
-        self.energy = energy_accounts(problem, time, values)
+        self.experiment = motion.experiment
+        self.parameters = motion.parameters
+        self.outcome = motion.outcome
+        self.message = motion.message
+        self.failure = motion.failure
+        self.statistics = motion.statistics
+        self.accuracy = motion.accuracy
+        self.events = motion.events
+        self.energy = energy_accounts(problem, motion.time, values)
         self.remarks = (
-            *remarks,
-            *_stillness(listed, time, values),
+            *motion.remarks,
+            *_stillness(listed, motion.time, values),
             *_creeps(listed, values),
             *_negative_inertia(self, values),
             *_feeding(self, values),
         )
-        self.interpolation = interpolation
-        self._at = at
+        self.interpolation = motion.interpolation
+        self._at = motion.at
         self.report = self.summary()
 
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
@@ -98,8 +118,32 @@ class Solution(Results):
 
     def add_remark(self, remark: str) -> None:
         """Say something further about the run."""
+        self.motion = replace(self.motion, remarks=(*self.motion.remarks, remark))
         self.remarks = (*self.remarks, remark)
         self.report = self.summary()
+
+    @property
+    def runs(self) -> tuple[Self, ...]:
+        """Itself: every answer to a study tells the motions that it was made from."""
+        return (self,)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether it ran as C."""
+        return self.problem.library is not None
+
+    @property
+    def true_errors(self) -> tuple[TrueError, ...]:
+        """Compare with the closed solutions that the model states; they hold for its default experiment only."""
+        if not self.motion.as_stated:
+            return ()
+        exact = [q for q in self.problem.outputs if q.kind == "exact"]
+        return tuple(self._true_error(q.name, q.name.removeprefix("exact(")[:-1], q.unit) for q in exact)
+
+    def _true_error(self, exact: str, name: str, unit: str) -> TrueError:
+        difference = np.abs(self[name] - self[exact])
+        largest, size = float(difference.max()), float(np.abs(self[exact]).max())
+        return TrueError(name, unit, largest, float(difference[-1]), largest / size if size > 0 else largest)
 
     def final(self) -> dict[str, float]:
         """Give coordinates, rates, states and outputs at the last time."""
@@ -108,6 +152,13 @@ class Solution(Results):
 
     def summary(self) -> dict[str, Any]:
         """Give the report of the run as JSON knows it: not-a-number and infinity are null."""
+        shown = {name: json_number(value) for name, value in self.final().items()}
+        accuracy = _accuracy_summary(self.accuracy)
+        if self.true_errors:
+            accuracy["true_error"] = {
+                e.name: {"largest": e.largest, "at_end": e.at_end, "relative": e.relative}
+                for e in self.true_errors
+            }
         return {
             "model": self.model,
             "experiment": self.experiment,
@@ -115,11 +166,11 @@ class Solution(Results):
             "message": self.message,
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
-            "final": {name: json_number(value) for name, value in self.final().items()},
+            "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": to_builtins(self.statistics),
-            "accuracy": _accuracy_summary(self.accuracy),
+            "accuracy": accuracy,
         }
 
 

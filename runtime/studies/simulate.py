@@ -1,9 +1,9 @@
-"""The whole of a run: options in, ``Solution`` out."""
+"""One run: the motion from the start to the stop, with an estimate of its error."""
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from msgspec import Struct
@@ -32,7 +32,8 @@ from ..results.accuracy import (
 from ..results.constraint_drift import constraint_drifts
 from ..results.diagnosis import undefined_energy, with_cause
 from ..results.evaluate import evaluate_rows, solution_columns
-from ..results.solution import Solution
+from ..results.solution import Motion, Solution
+from .study import Study
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
@@ -40,15 +41,6 @@ MAIN_SHARE = 0.36
 COMPANION_STEPS, FEW_STEPS = 10, 100_000
 """A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
 before the second number it may meet a singular position, which is worth knowing."""
-
-
-class Sweep(Struct, frozen=True):
-    """Runs side by side: ``values[k]`` are the values by name with which ``solutions[k]`` was made."""
-
-    values: tuple[dict[str, float], ...]
-    solutions: tuple[Solution, ...]
-    complete: bool = True
-    """Whether all runs were made: Ctrl-C leaves those that were finished."""
 
 
 class Plan(Struct, frozen=True):
@@ -60,47 +52,43 @@ class Plan(Struct, frozen=True):
     nominal: Array
 
 
+class Simulate(Study, frozen=True, kw_only=True):
+    """The motion from the start to the stop. The answer is a ``Solution``."""
+
+    def solve(self, problem: Problem) -> Solution:
+        """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
+
+        Raises ``SimulationError`` if it cannot begin or sweeps; ``CompilerMissing`` and ``BuildError`` if the kernel is
+        needed and cannot be built.
+        """
+        axes = swept_axes(problem, self)
+        if axes:
+            raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
+        return run(problem, self, as_stated=is_as_stated(problem, self))
+
+
 def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
-    """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
-
-    Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
-    needed and cannot be built.
-    """
-    options = options or SimulationOptions()
-    axes = _axes(problem, options)
-    if axes:
-        raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
-    return _solve(plan_run(problem, options))
+    """Run a problem: ``Simulate`` with these options."""
+    return Simulate(**as_keywords(options or SimulationOptions())).solve(problem)
 
 
-def simulate_sweep(problem: Problem, options: SimulationOptions | None = None) -> Sweep:
-    """Run every combination of the swept values of an experiment; one run if it sweeps nothing.
-
-    A value that the caller gives takes the place of its sweep.
-    """
-    options = options or SimulationOptions()
-    axes = _axes(problem, options)
-    values: list[dict[str, float]] = []
-    solutions: list[Solution] = []
-    count = int(np.prod([len(axis) for axis in axes.values()]))
-    for k, row in enumerate(itertools.product(*axes.values())):
-        point = dict(zip(axes, row, strict=True))
-        progress = _part(options.progress, k / count, (k + 1) / count)
-        one = replace(options, values={**options.values, **point}, progress=progress)
-        try:
-            solution = _solve(plan_run(problem, one))
-        except KeyboardInterrupt:  # between two runs, or pressed again during one
-            if not solutions:
-                raise
-            break
-        values.append(point)
-        solutions.append(solution)
-        if solution.outcome is Outcome.INTERRUPTED:
-            break
-    return Sweep(tuple(values), tuple(solutions), len(solutions) == count)
+def run(problem: Problem, options: SimulationOptions, *, as_stated: bool = False) -> Solution:
+    """Run a problem once. ``as_stated``: nothing of what its default experiment says was changed."""
+    return _solve(plan_run(problem, options), as_stated)
 
 
-def _axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
+def as_keywords(options: SimulationOptions) -> dict[str, Any]:
+    """Give the fields of options, which every study has."""
+    return {name: getattr(options, name) for name in SimulationOptions.__struct_fields__}
+
+
+def is_as_stated(problem: Problem, options: SimulationOptions) -> bool:
+    """Whether this is the default experiment, with no value and no input changed."""
+    first, chosen = find_experiment(problem, None), find_experiment(problem, options.experiment)
+    return not options.values and not options.inputs and (first is None or first is chosen)
+
+
+def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
     """Names and values that the experiment sweeps and the caller does not set."""
     experiment = find_experiment(problem, options.experiment)
     arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
@@ -124,17 +112,17 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     return Plan(options, case, method, nominal)
 
 
-def _solve(plan: Plan) -> Solution:
+def _solve(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
-    main = _run(plan, case.tolerance, case.step, options.dense, _part(options.progress, 0.0, share))
+    main = _run(plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share))
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
     outcome, message = _outcome(problem, main)
     error, remark, missed = None, "no companion run was asked for", None
     if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
-        error, remark, missed, interrupted = _estimate(plan, main, _part(options.progress, share, 1.0))
+        error, remark, missed, interrupted = _estimate(plan, main, part_of(options.progress, share, 1.0))
         if interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
@@ -157,7 +145,7 @@ def _solve(plan: Plan) -> Solution:
         z = None if happened is None else happened.discretes(t, problem.ny)
         return solution_columns(case, t, y, z)
 
-    return Solution(
+    motion = Motion(
         problem,
         times,
         columns,
@@ -179,7 +167,9 @@ def _solve(plan: Plan) -> Solution:
         ),
         events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
+        as_stated=as_stated,
     )
+    return Solution(motion)
 
 
 def _run(
@@ -278,7 +268,7 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _part(progress: Progress | None, begin: float, end: float) -> Progress | None:
+def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
     """Progress of one part of the work, told as progress of the whole."""
     if progress is None:
         return None

@@ -16,8 +16,8 @@ from mechc.api import Model
 from mechc.cli.main import mechc as program
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.parts import FUNCTIONS
+from mechc.measurement.explanation import explanation
 from mechc.measurement.savings import LARGEST, SQUARE, savings
-from mechc.presentation.explanation import explanation
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.kernel_run import run_kernel

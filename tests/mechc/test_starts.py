@@ -9,7 +9,7 @@ import pytest
 
 import mechc
 from mechc.cli.main import run
-from mechc.starts import impossible_starts
+from mechc.start_check import impossible_starts
 
 CIRCLE = (
     "coordinate x = 0.6 m;\ncoordinate y {y} m;\nkinetic 1/2*1 kg*(der(x)^2 + der(y)^2);\n"

@@ -12,7 +12,8 @@ from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Experiment, ModelFunction, Problem, Setting
-from mechc.runtime.studies.simulate import simulate, simulate_sweep
+from mechc.runtime.studies.simulate import simulate
+from mechc.runtime.studies.sweep import Sweep
 
 L, G = Setting("p", 0), Setting("p", 1)
 THETA = Setting("y", 0)
@@ -114,18 +115,18 @@ def test_sweep() -> None:
     with pytest.raises(SimulationError, match="sweeps l, theta"):
         simulate(p)
     fractions: list[float] = []
-    sweep = simulate_sweep(p, SimulationOptions(progress=fractions.append, tolerance=1e-6))
-    assert [tuple(v.values()) for v in sweep.values] == [
+    sweep = Sweep(progress=fractions.append, tolerance=1e-6).solve(p)
+    assert [tuple(v.values()) for v in sweep.points] == [
         (1, 0.01), (1, 0.02), (1, 0.03), (4, 0.01), (4, 0.02), (4, 0.03),
     ]  # fmt: skip
-    for values, solution in zip(sweep.values, sweep.solutions, strict=True):
+    for values, solution in zip(sweep.points, sweep.solutions, strict=True):
         assert solution["theta"][0] == values["theta"]
         assert solution.parameters["l"] == values["l"]
         expected = values["theta"] * np.cos(np.sqrt(9.81 / values["l"]) * 2)
         assert solution["theta"][-1] == pytest.approx(expected, abs=2e-6)
     assert fractions == sorted(fractions)
-    fixed = simulate_sweep(p, SimulationOptions(values={"theta": 0.1}))
-    assert [v["l"] for v in fixed.values] == [1, 4]
+    fixed = Sweep(values={"theta": 0.1}).solve(p)
+    assert [v["l"] for v in fixed.points] == [1, 4]
     one = simulate(p, SimulationOptions(values={"theta": 0.1, "l": 1.0}))
     assert one["theta"].tobytes() == fixed.solutions[0]["theta"].tobytes()
 

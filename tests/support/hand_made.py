@@ -6,7 +6,6 @@ import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
-from mechc.display import Display
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array, Assertion, Experiment, Origin, Problem, Quantity, Setting
 from mechc.runtime.studies.simulate import simulate
@@ -90,8 +89,7 @@ def pendulum_problem() -> Problem:
 
 def pendulum_solution(**values: float) -> Solution:
     problem = pendulum_problem()
-    run = simulate(problem, SimulationOptions(values=values))
-    return Solution.of(run, problem, display=Display())
+    return Solution(simulate(problem, SimulationOptions(values=values)).motion)
 
 
 def failing_solution() -> Solution:
@@ -102,4 +100,4 @@ def failing_solution() -> Solution:
         return _rhs(t, y, u, z, p) if t <= 1 else np.array([y[1], np.nan, 0.0])
 
     problem = replace(problem, functions={**problem.functions, "rhs": rhs})
-    return Solution.of(simulate(problem), problem, display=Display())
+    return Solution(simulate(problem).motion)

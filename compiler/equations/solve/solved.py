@@ -15,7 +15,7 @@ from ...graph.differentiate import jvp, vjp
 from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
-from ...mechanics.questions import title
+from ...mechanics.meaning.questions import title
 from ...mechanics.system import MechanicalSystem
 from ..model import COMPLIANCE
 from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty

@@ -15,7 +15,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ...flat.model import Query
 from ...graph import Graph, Node
-from ...mechanics.questions import title
+from ...mechanics.meaning.questions import title
 from ...mechanics.system import MechanicalSystem
 from ..rows.signs import Side, take_sides
 from .force_laws import Jumps, Laws, take_laws_out

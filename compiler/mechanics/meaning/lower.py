@@ -34,9 +34,9 @@ from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
-from ..questions import Questions, title
 from .functions import FUNCTIONS
 from .quadrature import panels
+from .questions import Questions, title
 from .symbols import Symbols
 from .values import Placement, Value, each, elements, node
 

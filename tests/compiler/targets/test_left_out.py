@@ -11,7 +11,7 @@ import pytest
 
 import mechc
 from mechc.compiler.targets.c import emit_c
-from mechc.presentation.explanation import explanation
+from mechc.measurement.explanation import explanation
 from mechc.runtime.functions import load_functions
 
 TREE = "import mech.planar.*;gravity {0, -9.81 m/s^2};Bar bar;Revolute pin(world -> bar.a, angle = 1 rad);"

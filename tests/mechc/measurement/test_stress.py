@@ -9,23 +9,25 @@ from pathlib import Path
 import pytest
 from msgspec.structs import replace
 
+from mechc.answering import plan
+from mechc.asking import asked
 from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker
 from mechc.runtime.results.accuracy import ErrorEstimate
-from mechc.simulation import Request, plan
+from mechc.runtime.studies.simulate import Simulate
 
 PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
 SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)
 
 
 def test_extremes_of_a_pendulum() -> None:
-    made = extremes(plan(SUBJECT.load(), Request()), adaptive_methods(), full=False)
+    made = extremes(plan(SUBJECT.load(), asked(Simulate, {})), adaptive_methods(), full=False)
     texts = [e.text for e in made.runs]
     assert {"m = 1000 kg", "l = 0.001 m", "g = 0 m/s^2", "radau5 at 1e-06", "everything zero"} <= set(texts)
     assert len({(e.group, e.text) for e in made.runs}) == len(texts)
     assert not made.left_out
-    full = extremes(plan(SUBJECT.load(), Request()), adaptive_methods(), full=True)
+    full = extremes(plan(SUBJECT.load(), asked(Simulate, {})), adaptive_methods(), full=True)
     assert set(texts) - {"dop853 at 1e-06", "radau5 at 1e-06", "auto at 1e-06"} < {e.text for e in full.runs}
 
 
@@ -35,7 +37,7 @@ def test_a_quick_run_names_what_it_leaves_out(tmp_path: Path) -> None:
     text += f"coordinate x = 1 m;\nkinetic 1/2*1 kg*der(x)^2;\npotential 1/2*({' + '.join(names)})*x^2;\n"
     file = tmp_path / "many.mech"
     file.write_text(text + "experiment(stop = 1 s);\n", encoding="utf-8")
-    made = extremes(plan(Subject(str(file), None, {}, None, 5).load(), Request()), [], full=False)
+    made = extremes(plan(Subject(str(file), None, {}, None, 5).load(), asked(Simulate, {})), [], full=False)
     (words,) = made.left_out
     varied = {name for e in made.runs if e.group == "parameter" for name in e.values}
     assert len(varied) == 8 and all(n in varied or n in words for n in names)

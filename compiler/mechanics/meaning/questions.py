@@ -15,13 +15,13 @@ from typing import NamedTuple
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.source import Span
 
-from ..flat.model import Expression, Query
-from ..flat.subscripts import element_name
-from ..graph import Graph, Node
-from ..graph.rewrite import substitute
-from .kinematics.rates import TotalDerivative
-from .meaning.symbols import Scalar
-from .meaning.values import Value, filled
+from ...flat.model import Expression, Query
+from ...flat.subscripts import element_name
+from ...graph import Graph, Node
+from ...graph.rewrite import substitute
+from ..kinematics.rates import TotalDerivative
+from .symbols import Scalar
+from .values import Value, filled
 
 FORCES = frozenset({"reaction", "moment", "multiplier"})
 """Questions whose answers need accelerations or multipliers; so does ``power`` of a friction."""

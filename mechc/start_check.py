@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .api import Model
+    from .model import CompiledModel
     from .runtime.outcome import SimulationError
 
 
-def impossible_starts(model: Model) -> list[SimulationError]:
+def impossible_starts(model: CompiledModel) -> list[SimulationError]:
     """Return what keeps the default start, or that of an experiment, from being assembled; each message once.
 
     Costs the Python form of the equations (a tenth to a quarter of the compilation), and nothing for a model that has

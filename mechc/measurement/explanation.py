@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 from msgspec import to_builtins
 
 from ..compiler.targets.parts import FUNCTIONS
-from .numbers import plural
-from .style import PLAIN, Style, pad, width
+from ..presentation.numbers import plural
+from ..presentation.style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..api import Model
     from ..compiler.equations.model import Choice
-    from ..measurement.savings import Cost, Savings
+    from ..model import CompiledModel
+    from .savings import Cost, Savings
 
 WIDTH = 100
 SIZES = {"c": "bytes of code", "python": "bytes of text", "fmu": "bytes of the binary"}
 
 
-def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None) -> str:
+def explanation(model: CompiledModel, style: Style = PLAIN, saved: Savings | None = None) -> str:
     """Return the choices, those with the same decision and reason together, and what each of them saved."""
     groups: dict[tuple[str, str], list[Choice]] = defaultdict(list)
     for choice in model.compilation.equations.choices:
@@ -43,7 +43,7 @@ def explanation(model: Model, style: Style = PLAIN, saved: Savings | None = None
     return "\n".join(rows)
 
 
-def summary(model: Model, saved: Savings | None = None) -> dict[str, Any]:
+def summary(model: CompiledModel, saved: Savings | None = None) -> dict[str, Any]:
     """Return the same as plain data."""
     program = model.compilation.program
     choices = []
@@ -68,7 +68,7 @@ def summary(model: Model, saved: Savings | None = None) -> dict[str, Any]:
     return found
 
 
-def _counts(model: Model) -> list[tuple[int, str]]:
+def _counts(model: CompiledModel) -> list[tuple[int, str]]:
     equations = model.compilation.equations
     accounts = sum(entry.kind == "account" for entry in equations.states)
     return [

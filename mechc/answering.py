@@ -1,0 +1,166 @@
+"""From a question to its answer: the model is built with what the question needs, and once more with what it lacked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, TypeVar
+
+from .asking import Asked, study
+from .compiler.equations.model import COMPLIANCE, SINGULAR
+from .display import Display, choose
+from .model import CompiledModel
+from .runtime.case import find_experiment
+from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome
+from .runtime.problem import Problem
+from .runtime.results.solution import Solution as Run
+from .runtime.studies.simulate import Plan, plan_run
+from .runtime.studies.study import Answer, Study, solve
+from .runtime.studies.sweep import Runs, Sweep
+from .solution import Solution
+
+if TYPE_CHECKING:
+    from .runtime.studies.stepwise import Stepper
+
+M = TypeVar("M", bound=CompiledModel)
+
+FEW_STEPS = 20_000
+"""Steps after which a run is looked at: if it is stiff, it begins anew with an implicit method at hand."""
+REPEATED = "the run was repeated with multipliers of a small compliance"
+PASSED_BY = (
+    f'where the mechanism passes a singular position there, build it with keep={{"{COMPLIANCE}"}}; a whole run '
+    "(simulate) does that by itself"
+)
+"""What a run step by step says: it cannot begin anew, as its caller has seen its past."""
+
+
+def answer(model: CompiledModel, asked: Asked) -> Answer:
+    """Answer a question about a model, as people meet it: runs in the units that they are shown in.
+
+    Structural parameters that the experiment sweeps are swept outermost: each of their values compiles the model again.
+    Raises what ``Study.solve`` raises.
+    """
+    if not issubclass(asked.question, Sweep):
+        return answered(model, asked)[1]
+    points: list[Mapping[str, float | bool | str]] = []
+    solutions: list[Solution] = []
+    complete = True
+    for structural, variant in model.structural_points(asked.experiment):
+        try:
+            found = _solve(variant, asked)[2]
+        except KeyboardInterrupt:  # while a variant was compiled, or pressed again during its first run
+            if not solutions:
+                raise
+            complete = False
+            break
+        assert isinstance(found, Runs)
+        for point, one in zip(found.points, found.solutions, strict=True):
+            points.append({**structural, **point})
+            solutions.append(_shown(one, asked, points[-1]))
+        complete = found.complete
+        if not complete or found.outcome is Outcome.INTERRUPTED:
+            break
+    return Runs(tuple(points), tuple(solutions), complete)
+
+
+def answered(model: M, asked: Asked) -> tuple[M, Answer]:
+    """Answer a question; return the model that was asked in the end, too: with compliant multipliers if it took those."""
+    ran, _, found = _solve(model, asked)
+    return ran, _shown(found, asked) if isinstance(found, Run) else found
+
+
+def begin(model: CompiledModel, asked: Asked) -> Stepper:
+    """Begin a run that the caller takes on, piece by piece."""
+    from .runtime.studies.stepwise import Stepper
+
+    problem, question = _posed(model, asked)
+    advice = "" if _foreseen(model) else PASSED_BY
+    return Stepper(problem, question, _moving_inputs(model), advice)
+
+
+def plan(model: CompiledModel, asked: Asked) -> Plan:
+    """Make a run ready without beginning it. Raises SimulationError."""
+    return plan_run(*_posed(model, asked))
+
+
+def _posed(
+    model: CompiledModel, asked: Asked, method: str | None = None, **more: object
+) -> tuple[Problem, Study]:
+    """Return the model with what the question needs, and the question in SI."""
+    said = asked.given.get("method") or model.method(asked.experiment)
+    problem = model.problem(
+        asked.target,
+        method=method or str(said),
+        reproducible=bool(asked.given.get("reproducible", False)),
+        parts=asked.question.needs,
+    )
+    return problem, study(asked, problem, model.settings, **more)
+
+
+def _moving_inputs(model: CompiledModel) -> frozenset[str]:
+    """Return the inputs whose defaults depend on time."""
+    equations = model.compilation.equations
+    time = {n for n, slot in equations.layout.items() if slot.array == "t"}
+    defaults = [n for f in equations.functions if f.name == "inputs" for n in f.outputs]
+    moving = [bool(time & set(equations.graph.support(n))) for n in defaults]
+    return frozenset(e.name for e, moves in zip(equations.inputs, moving, strict=True) if moves)
+
+
+def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
+    """Answer; where that meets a singular position which was not foreseen, answer again with compliant multipliers.
+
+    Whether there are such positions is decided for the default values, along one motion (equations/rows/singular.py).
+    """
+    problem, found = _solve_as_it_is(model, asked)
+    if (
+        not problem.constraints
+        or _foreseen(model)
+        or problem.library is None
+        or not any(map(_met, found.runs))
+    ):
+        return model, problem, found
+    compliant = model.keeping({*model.compilation.parts, COMPLIANCE})
+    other, again = _solve_as_it_is(compliant, asked)
+    if any(map(_met, again.runs)):
+        return model, problem, found
+    for one, before in zip(again.runs, found.runs, strict=True):
+        failure = _cause(before)
+        if failure is not None:
+            one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
+    return compliant, other, again
+
+
+def _foreseen(model: CompiledModel) -> bool:
+    """Whether the model has what passes singular positions."""
+    return any(choice.topic == SINGULAR for choice in model.compilation.equations.choices)
+
+
+def _cause(run: Run) -> Failure | None:
+    """What ended a run, or its companion run."""
+    return run.failure or run.accuracy.failure
+
+
+def _met(run: Run) -> bool:
+    failure = _cause(run)
+    return failure is not None and failure.kind in AT_SINGULAR_POSITIONS
+
+
+def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer]:
+    """Answer by the method that was asked for; without one explicitly, and again with the Jacobian if that is stiff.
+
+    So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``.
+    """
+    problem, question = _posed(model, asked)
+    if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
+        return problem, solve(problem, question)
+    found = solve(*_posed(model, asked, max_steps=FEW_STEPS))
+    if all(run.failure is None or run.failure.kind != TOO_MANY_STEPS for run in found.runs):
+        return problem, found
+    stiff = any(run.statistics.stiff_time is not None for run in found.runs)
+    posed = _posed(model, asked, method="auto" if stiff else None)
+    return posed[0], solve(*posed)
+
+
+def _shown(run: Run, asked: Asked, swept: Mapping[str, float | bool | str] | None = None) -> Solution:
+    chosen = find_experiment(run.problem, asked.experiment)
+    words = chosen.words.get("display", "") if chosen else ""
+    return Solution(run.motion, choose(words) if words else Display(), swept or {})

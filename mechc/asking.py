@@ -1,0 +1,179 @@
+"""From what people write, in names and units, to a study: the question as the runtime knows it, in SI."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from msgspec import Struct, field
+from msgspec.structs import replace
+
+from .lang.suggest import closest
+from .lang.units import UnitError, parse_unit
+from .model import Target
+from .runtime.case import Progress
+from .runtime.inputs import Table, read_tables
+from .runtime.outcome import SimulationError
+from .runtime.problem import Problem
+from .runtime.settings import Setting, settings_of
+from .runtime.studies.study import Study
+from .settings import UsageMistake, elements_of, read_value_of, tidy, unknown_name
+
+
+class Asked(Struct, frozen=True):
+    """A question as it was put: ``given`` are its settings by name, texts with units where people may write them.
+
+    ``inputs`` are CSV files by the name of the input; ``progress`` is called with the fraction done; ``target`` says
+    what runs it: compiled C, Python, or C where there is a compiler.
+    """
+
+    question: type[Study]
+    experiment: str | None = None
+    given: Mapping[str, object] = field(default_factory=dict)
+    inputs: Mapping[str, str | Path] = field(default_factory=dict)
+    target: Target = "auto"
+    progress: Progress | None = None
+
+    def changed(self, **settings: object) -> Asked:
+        """Return the same question with other settings."""
+        return replace(self, given={**self.given, **settings})
+
+
+AROUND = ("experiment", "inputs", "target", "progress")
+"""What every question may be given beside its settings."""
+
+
+def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
+    """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
+    known = [setting.name for setting in settings_of(question)]
+    for name in given:
+        if name not in known and name not in AROUND:
+            near = closest(name, [*known, *AROUND])
+            raise UsageMistake(
+                f"there is no option '{name}' of a {question.__name__.lower()}",
+                (f"did you mean '{near}'? " if near else "")
+                + f"values of the model are given as set={{'{name}': ...}}; the options are "
+                + ", ".join((*AROUND, *known)),
+            )
+    around = {name: given[name] for name in AROUND if given.get(name) is not None}
+    return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
+
+
+def study(it: Asked, problem: Problem, values: Mapping[str, float], **more: Any) -> Study:
+    """Return the question in SI. Raises UsageMistake, SimulationError.
+
+    ``values`` are those of the model that were changed; ``more`` are fields that people do not set.
+    """
+    kinds = {setting.name: setting for setting in settings_of(it.question)}
+    settings: dict[str, Any] = {
+        name: _READ[kinds[name].kind](kinds[name], what, problem) for name, what in it.given.items()
+    }
+    return it.question(
+        experiment=it.experiment,
+        values=values,
+        inputs=_tables(problem, it.inputs),
+        progress=it.progress,
+        **settings,
+        **more,
+    )
+
+
+def _time(setting: Setting, given: object, problem: Problem) -> float:
+    if not isinstance(given, str):
+        return _number(setting, given, problem)
+    value = read_value_of(setting.name, given)
+    if not value.single:
+        raise UsageMistake(f"'{setting.name}' is one time, not a list")
+    return value.in_unit(problem.time.unit, setting.name)[0]
+
+
+def _number(setting: Setting, given: Any, problem: Problem) -> float:
+    try:
+        return float(given)
+    except (TypeError, ValueError):
+        example = "1e-9" if setting.name == "tolerance" else "2.5"
+        name = "the tolerance" if setting.name == "tolerance" else f"'{setting.name}'"
+        raise UsageMistake(f"{name} is a number such as {example}, not {given!r}") from None
+
+
+def _count(setting: Setting, given: Any, problem: Problem) -> int:
+    try:
+        number = float(given)
+    except (TypeError, ValueError):
+        number = -1.0
+    if number < 1 or number != int(number):
+        raise UsageMistake(f"'{setting.name}' is a whole number from 1 on, not {given!r}")
+    return int(number)
+
+
+def _flag(setting: Setting, given: object, problem: Problem) -> bool:
+    if not isinstance(given, bool):
+        raise UsageMistake(f"'{setting.name}' is True or False, not {given!r}")
+    return given
+
+
+def _text(setting: Setting, given: object, problem: Problem) -> str:
+    if not isinstance(given, str):
+        raise UsageMistake(f"'{setting.name}' is a text, not {given!r}")
+    return given
+
+
+def _names(setting: Setting, given: Any, problem: Problem) -> tuple[str, ...]:
+    """Read names of quantities; that of a vector stands for its elements."""
+    wanted = names_in(given) if isinstance(given, str) else [tidy(name) for name in given]
+    known = [q.name for q in (*problem.states, *problem.outputs, *problem.inputs) if q.kind != "account"]
+    return chosen_names(wanted, known)
+
+
+def names_in(text: str) -> list[str]:
+    """Take ``x, grid[1, 2].m`` apart: commas between names, not those in indices."""
+    return [name for name in re.split(r",(?![^\[]*\])", tidy(text)) if name]
+
+
+def chosen_names(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]:
+    """Return the quantities that are meant; the name of a vector stands for its elements. Raises UsageMistake."""
+    names: list[str] = []
+    for name in wanted:
+        found = elements_of(name, known) or [n for n in known if n.startswith((f"{name}[", f"{name}."))]
+        if not found:
+            raise unknown_name("coordinate, state, output, input or discrete variable", name, known)
+        names += found
+    return tuple(dict.fromkeys(names))
+
+
+_READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
+    "time": _time,
+    "number": _number,
+    "count": _count,
+    "flag": _flag,
+    "text": _text,
+    "names": _names,
+}
+"""How each kind of setting (``runtime/settings.py``) is read."""
+
+
+def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Table]:
+    """Read the CSV file of each input. Raises UsageMistake, SimulationError."""
+    units = {quantity.name: quantity.unit for quantity in problem.inputs}
+    tables: dict[str, Table] = {}
+
+    def convert(name: str, unit: str) -> float:
+        wanted = problem.time.unit if name == "time" else units[name]
+        if not unit:
+            return 1.0
+        try:
+            given, known = parse_unit(unit), parse_unit(wanted or "1")
+        except UnitError as error:
+            raise SimulationError(str(error)) from None
+        if given.dimension != known.dimension:
+            raise SimulationError(f"the column '{name}' is in {unit}, the input has the unit {wanted or '1'}")
+        return float(given.factor)
+
+    for name, path in files.items():
+        if name not in units:
+            raise unknown_name("input", name, units)
+        interpolations = {quantity.name: quantity.interpolation for quantity in problem.inputs}
+        tables |= read_tables(Path(path), interpolations, convert, column=name)
+    return tables

@@ -1,0 +1,129 @@
+"""``mechc study``: put one of the known questions to a model."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from .options import PICTURES, Command, ending, input_option, model_argument, model_option, set_option
+
+if TYPE_CHECKING:
+    from ..runtime.settings import Setting
+    from ..runtime.studies.table import Kind
+
+METAVARS = {"time": "TIME", "number": "NUMBER", "count": "N", "text": "NAME", "names": "A,B"}
+
+
+class Studies(click.Group):
+    """A group with a command for each row of the table of studies."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        from ..runtime.studies.table import STUDIES
+
+        return list(STUDIES)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        from ..runtime.studies.table import STUDIES
+
+        return _command(STUDIES[cmd_name]) if cmd_name in STUDIES else None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        from ..lang.suggest import closest
+        from ..runtime.studies.table import STUDIES
+
+        name = args[0]
+        if name not in STUDIES and not name.startswith("-"):
+            near = closest(name, list(STUDIES))
+            hint = f" Did you mean '{near}'?" if near else f" There are {', '.join(STUDIES)}."
+            ctx.fail(f"There is no study '{name}'.{hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        from ..runtime.studies.table import STUDIES
+
+        with formatter.section("Studies"):
+            formatter.write_dl([(kind.name, kind.asks) for kind in STUDIES.values()])
+
+
+@click.command(
+    cls=Studies, name="study", no_args_is_help=True, short_help="Put one of the known questions to a model."
+)
+def command() -> None:
+    """Put a question to a model.
+
+    \b
+    mechc study virial kepler.mech --stop "100 s" --plot averages.png
+    """
+
+
+def _command(kind: Kind) -> click.Command:
+    """Make the command of one kind: its options are the settings of its question."""
+    from ..runtime.settings import settings_of
+
+    def run(file: str, **given: Any) -> int:
+        from ..settings import UsageMistake
+
+        try:
+            return _run(kind, file, given)
+        except UsageMistake as mistake:
+            raise click.UsageError(str(mistake)) from None
+
+    made: Callable[..., Any] = run
+    made = click.option(
+        "--json", "as_json", is_flag=True, help="Print the answer as one JSON object, and nothing else."
+    )(made)
+    made = click.option(
+        "-o",
+        "--output",
+        metavar="FILE.json",
+        callback=ending((".json",), "answers"),
+        help="Write the answer as JSON.",
+    )(made)
+    made = click.option(
+        "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw it (png, pdf, svg)."
+    )(made)
+    for setting in reversed(settings_of(kind.question())):
+        made = _option(setting)(made)
+    made = input_option(set_option(made))
+    made = click.option("--experiment", metavar="NAME", help="Which experiment of the model.")(made)
+    return click.command(cls=Command, name=kind.name, help=kind.asks)(model_argument(model_option(made)))
+
+
+def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    name = setting.name.replace("_", "-")
+    if setting.kind == "flag":
+        return click.option(f"--{name}/--no-{name}", setting.name, default=None, help=setting.description)
+    return click.option(f"--{name}", setting.name, metavar=METAVARS[setting.kind], help=setting.description)
+
+
+def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
+    from ..answering import answer
+    from ..api import load
+    from ..asking import asked
+    from ..presentation.answers import save, text
+    from ..presentation.style import style_for
+
+    as_json, output, plot = given.pop("as_json"), given.pop("output"), given.pop("plot")
+    model = load(file, model=given.pop("model"), set=given.pop("settings"))
+    question = asked(kind.question(), given)
+    found = answer(model.for_experiment(question.experiment), question)
+    written = json.dumps({"study": kind.name, **found.summary()}, indent=1, ensure_ascii=False)
+    if output:
+        Path(output).write_text(written + "\n", encoding="utf-8")
+    if plot:
+        save(found, Path(plot))
+    click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
+    return _exit_code(found.outcome.value)
+
+
+def _exit_code(outcome: str) -> int:
+    from .failures import COMPLETED, FAILED, INTERRUPTED
+
+    return {"failed": FAILED, "interrupted": INTERRUPTED}.get(outcome, COMPLETED)

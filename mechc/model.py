@@ -1,0 +1,232 @@
+"""A compiled model: its names and units, its values, and its functions ready to be called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+from fractions import Fraction
+from itertools import product
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Self, TypeVar
+
+from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
+from .compiler.flat.model import Experiment
+from .compiler.flat.model import Literal as LiteralValue
+from .compiler.pipeline import Compilation, program_with
+from .lang.diagnostics import Diagnostic
+from .lang.source import SourceFile
+from .settings import Given, UsageMistake, elements_of, settings_in_si, tidy, unknown_name
+
+if TYPE_CHECKING:
+    from .compiler.equations.model import Entry
+    from .runtime.problem import Problem
+
+Structural = Mapping[str, Exact]
+Target = Literal["auto", "c", "python"]
+
+
+class CompiledModel:
+    """A compiled model with the values that were set: what questions are put to. Immutable; ``with_values`` gives a
+    changed one."""
+
+    def __init__(self, code: Code, settings: dict[str, Given]) -> None:
+        self._code = code
+        self._settings = settings
+
+    def __repr__(self) -> str:
+        return f"<mechc model {self.name}>"
+
+    def __reduce__(self) -> tuple[Callable[..., CompiledModel], tuple[object, ...]]:
+        """Pickle as the source text and the values that were set; it is compiled again where it arrives."""
+        code = self._code
+        structural = tuple(sorted(code.structural.items()))
+        return _arrived, (
+            type(self),
+            code.source.name,
+            code.source.text,
+            code.folder.absolute(),
+            code.model,
+            structural,
+            code.keep,
+            self._settings,
+        )
+
+    @property
+    def compilation(self) -> Compilation:
+        """What every stage of the compiler made of the model."""
+        return self._code.compilation
+
+    @property
+    def name(self) -> str:
+        return self.compilation.flat.name
+
+    @property
+    def doc(self) -> str:
+        return self.compilation.flat.doc
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The warnings and notes of the compiler."""
+        return self.compilation.diagnostics
+
+    @property
+    def parameters(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.parameters
+
+    @property
+    def structural_parameters(self) -> Structural:
+        return self.compilation.flat.structural
+
+    @property
+    def coordinates(self) -> tuple[Entry, ...]:
+        return tuple(entry for entry in self.compilation.equations.states if entry.kind == "coordinate")
+
+    @property
+    def states(self) -> tuple[Entry, ...]:
+        """The first-order states; ``coordinates`` has the others."""
+        return tuple(entry for entry in self.compilation.equations.states if entry.kind == "state")
+
+    @property
+    def inputs(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.inputs
+
+    @property
+    def outputs(self) -> tuple[Entry, ...]:
+        return self.compilation.equations.outputs
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """The names of the experiments in their order; the default one has the name ``""``."""
+        return tuple(experiment.name for experiment in self.compilation.flat.experiments)
+
+    def with_values(self, values: Mapping[str, Given]) -> Self:
+        """Return this model with other values of parameters; structural ones compile it again."""
+        if not values:
+            return self
+        values = {tidy(name): value for name, value in values.items()}
+        known = self.structural_parameters
+        structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
+        settings = {name: value for name, value in values.items() if name not in known}
+        changed = type(self)(self._code.variant(self._code.structural | structural), self._settings)
+        new = changed._in_si(settings)  # a mistake is told here, not when the run begins
+        units = changed.settable_units()
+        kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
+        return type(self)(changed._code, kept | settings)
+
+    def for_experiment(self, name: str | None) -> Self:
+        """Return this model with the structural parameters that an experiment sets.
+
+        Raises UsageMistake for an unknown experiment.
+        """
+        chosen = self._experiment(name)
+        if chosen is None or not chosen.structural:
+            return self
+        return type(self)(self._code.variant({**chosen.structural, **self._code.structural}), self._settings)
+
+    def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Self]]:
+        """Return the combinations of structural values that an experiment sweeps, each with its model."""
+        plan = self._experiment(experiment)
+        swept = {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
+        points: list[tuple[dict[str, float | bool | str], Self]] = []
+        for row in product(*swept.values()):
+            values = {name: structural_literal(value) for name, value in zip(swept, row, strict=True)}
+            model = type(self)(self._code.variant({**self._code.structural, **values}), self._settings)
+            points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
+        return points
+
+    def _experiment(self, name: str | None) -> Experiment | None:
+        """Find an experiment. Raises UsageMistake for an unknown name."""
+        experiments = self.compilation.flat.experiments
+        if name is None:
+            return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
+        for experiment in experiments:
+            if experiment.name == name:
+                return experiment
+        if experiments and not any(e.name for e in experiments):
+            raise UsageMistake(
+                f"the model has no experiment '{name}'", "its only one has no name: leave the name out"
+            )
+        raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
+
+    def settable_units(self) -> dict[str, str]:
+        """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
+        equations = self.compilation.equations
+        settable = (*equations.parameters, *equations.states, *equations.inputs)
+        return {entry.name: entry.unit for entry in settable if entry.kind != "account"}
+
+    @property
+    def settings(self) -> dict[str, float]:
+        """The changed values, in SI."""
+        return self._in_si(self._settings)
+
+    def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
+        rotations = {c.variable.name for c in self.compilation.system.symbols.coordinates if c.is_rotation}
+        return settings_in_si(settings, self.settable_units(), rotations)
+
+    def problem(
+        self,
+        target: Target = "auto",
+        *,
+        method: str = "",
+        reproducible: bool = False,
+        parts: Collection[str] = (),
+    ) -> Problem:
+        """Return the functions of the model ready to be called, compiled by the C compiler if there is one.
+
+        ``target="python"`` does without. ``method`` names an integrator that works on further functions: the
+        Jacobian (radau5, auto, gauss), momenta (rattle, lobatto); ``parts`` are those that a study works on
+        (``PARTS`` of the compiler). Raises CompilerMissing, BuildError.
+        """
+        from .runtime.methods import parts_for
+
+        wanted = parts_for(method).union(parts)
+        problems, key = self._code.problems, (target, reproducible, wanted)
+        if key not in problems:
+            from .compiler.problem import make_problem
+
+            program = program_with(self.compilation, wanted)
+            problems[key] = make_problem(program, target, reproducible=reproducible)
+        return problems[key]
+
+    def method(self, experiment: str | None) -> str:
+        """Return the method that an experiment asks for, or an empty text."""
+        plan = self._experiment(experiment)
+        said = plan.options.get("method") if plan else None
+        return str(said.value) if isinstance(said, LiteralValue) else ""
+
+    def keeping(self, parts: Collection[str]) -> Self:
+        """Return this model with parts built whether they are needed or not."""
+        code, wanted = self._code, frozenset(parts)
+        if wanted not in code.kept:
+            code.kept[wanted] = Code.make(code.source, code.folder, code.model, code.structural, wanted)
+        return type(self)(code.kept[wanted], self._settings)
+
+
+M = TypeVar("M", bound=CompiledModel)
+
+
+def compiled(
+    kind: type[M],
+    source: SourceFile,
+    folder: Path,
+    model: str | None,
+    given: dict[str, Given],
+    keep: Collection[str],
+) -> M:
+    """Compile a source text with the values that are given, structural ones first."""
+    given = {tidy(name): value for name, value in given.items()}
+    declared = structural_names(source) if given else ()
+    early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}
+    return kind(Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
+
+
+def _arrived(
+    kind: type[M],
+    name: str,
+    text: str,
+    folder: Path,
+    model: str | None,
+    structural: tuple[tuple[str, Exact], ...],
+    keep: frozenset[str],
+    settings: dict[str, Given],
+) -> M:
+    return kind(compiled_again(name, text, folder, model, structural, keep), settings)

@@ -1,0 +1,98 @@
+"""Answers to studies as people see them: text and picture of each type of answer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..runtime.outcome import Outcome
+from ..runtime.studies.findings import Findings, Panel, Value
+from ..runtime.studies.sweep import Runs
+from ..shown import ShownSolution
+from .numbers import number, with_unit
+from .style import PLAIN, Style, pad, width
+
+if TYPE_CHECKING:
+    from ..runtime.studies.study import Answer
+
+WIDTH, HEIGHT = 8.0, 2.8
+"""Inches of a panel."""
+
+
+def text(answer: Answer, style: Style = PLAIN) -> str:
+    """Return an answer as text, without an end of line."""
+    match answer:
+        case ShownSolution():
+            from .report import report
+
+            return report(answer, style)
+        case Runs():
+            from .report import report, sweep_report
+
+            return sweep_report(answer, style) if answer.points[0] else report(answer.solutions[0], style)
+        case Findings():
+            return _findings(answer, style)
+    raise AssertionError(f"no text for {type(answer).__name__}")
+
+
+def _findings(found: Findings, style: Style) -> str:
+    good = found.outcome in (Outcome.COMPLETED, Outcome.TERMINATED)
+    head = f"{style.bold(found.model)}, {found.study}: {found.message}"
+    rows = [head if good else style.red(head), ""]
+    table = [["", "value", "error"], *(_row(value) for value in found.values)]
+    widths = [max(width(row[i]) for row in table) for i in range(3)]
+    if found.values:
+        rows += [
+            "  " + "  ".join((pad(row[0], widths[0]), row[1].ljust(widths[1]), row[2])).rstrip()
+            for row in table
+        ]
+        rows += [f"  errors: {found.errors_from}"]
+    rows += [f"  note: {remark}" for remark in found.remarks]
+    return "\n".join(rows).rstrip()
+
+
+def _row(value: Value) -> list[str]:
+    error = "cannot be told" if value.error is None else f"{value.error:.1e}"
+    return [value.name, number(value.value) + with_unit(value.unit), error]
+
+
+def save(answer: Answer, path: Path) -> None:
+    """Write the picture of an answer (png, pdf, svg)."""
+    if isinstance(answer, ShownSolution):
+        from . import plots
+
+        plots.save(answer, path)
+        return
+    if not isinstance(answer, Findings):
+        raise AssertionError(f"no picture for {type(answer).__name__}")
+    figure(answer).savefig(path)
+
+
+def figure(found: Findings) -> Any:
+    """Draw the panels of an answer below one another; return the Matplotlib figure."""
+    import matplotlib
+
+    from .notebook import Picture
+    from .plots import COLOURS, STYLE
+
+    with matplotlib.rc_context(STYLE):
+        made = Picture(figsize=(WIDTH, HEIGHT * max(1, len(found.panels))), layout="constrained")
+        for place, panel in enumerate(found.panels, start=1):
+            _draw(made.add_subplot(max(1, len(found.panels)), 1, place), panel, COLOURS)
+    return made
+
+
+def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
+    for k, curve in enumerate(panel.curves):
+        axes.plot(curve.x, curve.y, color=colours[k % len(colours)], label=curve.name)
+    axes.set_title(panel.title)
+    axes.set_xlabel(_label(panel.x_label, panel.x_unit))
+    axes.set_ylabel(_label(panel.y_label, panel.y_unit))
+    if panel.equal:
+        axes.set_aspect("equal")
+    if len(panel.curves) > 1:
+        axes.legend(loc="best")
+
+
+def _label(name: str, unit: str) -> str:
+    return f"{name} [{unit}]" if unit and unit != "1" else name

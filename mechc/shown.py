@@ -1,0 +1,69 @@
+"""The result of a run with the units that it is shown in: what reports and pictures are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .display import Display, factor
+from .runtime.results.quantities import Display as Unit
+from .runtime.results.solution import Motion
+from .runtime.results.solution import Solution as Run
+
+if TYPE_CHECKING:
+    from .runtime.problem import Array
+
+
+class ShownSolution(Run):
+    """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
+
+    ``display`` are the units that it is shown in; ``swept`` the values that this run of a sweep has, in SI: they are
+    written into files as columns.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        display: Display = Display(),  # noqa: B008, a frozen value
+        swept: Mapping[str, float | bool | str] = MappingProxyType({}),
+    ) -> None:
+        super().__init__(motion)
+        self.display = display
+        self.swept = swept
+
+    def columns(
+        self, names: Sequence[str] | None = None, display: Unit | None = None
+    ) -> dict[str, tuple[str, Array]]:
+        """Give unit and values by name, time first, swept parameters last."""
+        columns = super().columns(names, display)
+        units = {quantity.name: quantity.unit for quantity in self.problem.parameters}
+        for name, value in self.swept.items():
+            if name not in self and isinstance(value, float | int):
+                unit, factor = (
+                    display(name, units[name]) if display and name in units else (units.get(name, ""), 1.0)
+                )
+                columns[name] = (unit, np.full_like(self.time, value * factor))
+        return columns
+
+    def shown_unit(self, name: str, si: str | None = None) -> tuple[str, float]:
+        """Return the unit that a quantity is shown in, and the factor from SI to it.
+
+        A rate follows its coordinate: where that is shown in deg, its rate is shown in deg/s.
+        """
+        si = self.unit(name) if si is None else si
+        quantity = self.quantities.get(name)
+        declared = quantity.display if quantity else ""
+        if quantity and not declared and quantity.kind == "rate" and name.startswith("der("):
+            base = name.removeprefix("der(").replace(")", "", 1)
+            coordinate = self.quantities.get(base)
+            if coordinate and coordinate.display and coordinate.unit and si.startswith(f"{coordinate.unit}/"):
+                declared = coordinate.display + si.removeprefix(coordinate.unit)
+        unit = self.display.unit(si, declared)
+        return unit, factor(si) / factor(unit)
+
+    def shown(self, name: str) -> Array:
+        """Return the values of a quantity in the unit that it is shown in."""
+        return self[name] * self.shown_unit(name)[1]

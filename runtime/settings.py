@@ -1,0 +1,39 @@
+"""Settings of a question: fields of a frozen struct, each with what it means and how people write it.
+
+A field whose type is ``Annotated[..., settable(description, kind)]`` can be set from outside: by the command line, from Python
+and in files, all of which read this one place. Fields without it are for callers in Python only.
+"""
+
+from __future__ import annotations
+
+from typing import get_type_hints
+
+from msgspec import Meta, Struct
+
+KINDS = ("time", "number", "count", "flag", "text", "names")
+"""How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
+names of quantities."""
+
+
+class Setting(Struct, frozen=True):
+    """One setting of a question: the name of its field, what it means, and how it is written (``KINDS``)."""
+
+    name: str
+    description: str
+    kind: str
+
+
+def settable(description: str, kind: str) -> Meta:
+    """Mark a field as one that can be set from outside."""
+    assert kind in KINDS
+    return Meta(description=description, extra={"kind": kind})
+
+
+def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
+    """Give the settings of a question in the order of its fields."""
+    found = []
+    for name, hint in get_type_hints(question, include_extras=True).items():
+        for meta in getattr(hint, "__metadata__", ()):
+            if isinstance(meta, Meta) and meta.extra and meta.description:
+                found.append(Setting(name, meta.description, meta.extra["kind"]))
+    return tuple(found)

@@ -1,0 +1,80 @@
+"""What most studies find: values with their errors, remarks, and curves for a picture; data and no more."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from msgspec import Struct
+
+from ..outcome import Outcome
+from ..problem import Array
+from ..results.files import json_number
+from ..results.solution import Solution
+
+
+class Value(Struct, frozen=True):
+    """One value in SI. ``error``: how far it may be off, in the same unit; None where that cannot be told."""
+
+    name: str
+    unit: str
+    value: float
+    error: float | None = None
+
+
+class Curve(Struct, frozen=True, eq=False):
+    """``x`` [n] and ``y`` [n], in SI."""
+
+    name: str
+    x: Array
+    y: Array
+
+
+class Panel(Struct, frozen=True, eq=False):
+    """One diagram: labels and units of its axes, curves, and whether both scales are equal."""
+
+    title: str
+    x_label: str
+    x_unit: str
+    y_label: str
+    y_unit: str
+    curves: tuple[Curve, ...]
+    equal: bool = False
+
+
+class Findings(Struct, frozen=True, eq=False, kw_only=True):
+    """The answer to a study that is made of values. ``details``: what else its JSON object holds, by name."""
+
+    study: str
+    model: str
+    outcome: Outcome
+    message: str
+    values: tuple[Value, ...]
+    errors_from: str
+    remarks: tuple[str, ...] = ()
+    panels: tuple[Panel, ...] = ()
+    runs: tuple[Solution, ...] = ()
+
+    def __getitem__(self, name: str) -> float:
+        """Return a value by its name."""
+        for value in self.values:
+            if value.name == name:
+                return value.value
+        raise KeyError(f"there is no '{name}'; there are {', '.join(value.name for value in self.values)}")
+
+    def summary(self) -> dict[str, Any]:
+        """Give the answer as JSON knows it, in SI; not-a-number and infinity are null."""
+        return {
+            "study": self.study,
+            "model": self.model,
+            "outcome": self.outcome.value,
+            "message": self.message,
+            "values": {value.name: json_number(value.value) for value in self.values},
+            "accuracy": {
+                "errors": {
+                    value.name: None if value.error is None else json_number(value.error)
+                    for value in self.values
+                },
+                "errors_from": self.errors_from,
+            },
+            "remarks": list(self.remarks),
+        }

@@ -1,0 +1,38 @@
+"""The kinds of studies: one row each, through which the command line, Python and files reach them."""
+
+from __future__ import annotations
+
+from importlib import import_module
+
+from msgspec import Struct
+
+from .study import Study
+
+
+class Kind(Struct, frozen=True):
+    """One kind: its name, what it asks in one line, and where its question is defined (``module:class``)."""
+
+    name: str
+    asks: str
+    home: str
+
+    def question(self) -> type[Study]:
+        """Import the question; the others stay unread."""
+        module, _, name = self.home.partition(":")
+        found: object = getattr(import_module(f".{module}", __package__), name)
+        assert isinstance(found, type) and issubclass(found, Study)
+        return found
+
+
+STUDIES = {
+    kind.name: kind
+    for kind in (
+        Kind("simulate", "How does it move, and how accurate is that?", "simulate:Simulate"),
+        Kind("sweep", "How does it move for each of several values?", "sweep:Sweep"),
+        Kind(
+            "virial",
+            "What are the averages over a long motion, of energies and of named quantities?",
+            "virial:Virial",
+        ),
+    )
+}
