@@ -172,8 +172,17 @@ def _tables(problem: Problem, files: Mapping[str, str | Path]) -> dict[str, Tabl
         return float(given.factor)
 
     for name, path in files.items():
-        if name not in units:
+        elements = elements_of(tidy(name), units)
+        if not elements:
             raise unknown_name("input", name, units)
-        interpolations = {quantity.name: quantity.interpolation for quantity in problem.inputs}
-        tables |= read_tables(Path(path), interpolations, convert, column=name)
+        interpolations = {q.name: q.interpolation for q in problem.inputs if q.name in elements}
+        if len(elements) == 1:
+            tables |= read_tables(Path(path), interpolations, convert, column=elements[0])
+            continue
+        found = read_tables(Path(path), interpolations, convert)
+        if missing := [n for n in elements if n not in found]:
+            raise SimulationError(
+                f"the table {path} has no column '{missing[0]}', which '{name}' stands for too"
+            )
+        tables |= found
     return tables
