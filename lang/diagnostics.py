@@ -50,12 +50,28 @@ class Diagnostic(Struct, frozen=True):
     labels: tuple[Label, ...] = ()
     help: str = ""
 
+    def __str__(self) -> str:
+        """Return all that it says, as plain lines; ``mechc.render`` draws it beside the text."""
+        lines = [f"{self.severity.value}[{self.code}]: {self.message}"]
+        if self.span is not None:
+            lines.append(f"  --> {_place(self.span)}{': ' if self.caption else ''}{self.caption}")
+        lines += [
+            f"  ::: {_place(label.span)}{': ' if label.text else ''}{label.text}" for label in self.labels
+        ]
+        lines += [f"  = help: {self.help}"] if self.help else []
+        return "\n".join(lines)
+
+
+def _place(span: Span) -> str:
+    line, column = span.file.position(span.start)
+    return f"{span.file.name}:{line}:{column}"
+
 
 class CompileError(Exception):
     """Compilation stopped; ``diagnostics`` says why (at least one is an error)."""
 
     def __init__(self, diagnostics: tuple[Diagnostic, ...]) -> None:
-        super().__init__("\n".join(f"{d.severity.value}[{d.code}]: {d.message}" for d in diagnostics))
+        super().__init__("\n\n".join(map(str, diagnostics)))
         self.diagnostics = diagnostics
 
     def __reduce__(self) -> tuple[type[CompileError], tuple[object, ...]]:

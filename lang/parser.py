@@ -14,7 +14,7 @@ from msgspec import Struct, field
 from . import ast
 from .build.builder import Builder
 from .build.rules import ACTIONS
-from .diagnostics import Reporter
+from .diagnostics import Diagnostic, Reporter
 from .grammar.keywords import RESERVED
 from .grammar.lexer import MOST_ERRORS, Token, tokenise
 from .grammar.tables import END, Mode, Tables, load_tables
@@ -158,7 +158,7 @@ class _Machine(Struct):
         situation = self.situation()
         problem, repair = diagnose(situation)
         line = self.builder.source.position(self.tokens[self.index].start)[0]
-        unbalanced = any(d.code in ("E0115", "E0116") for d in problems.diagnostics)
+        unbalanced = any(d.code in ("E0115", "E0116", "E0120") for d in problems.diagnostics)
         consequence = unbalanced and isinstance(repair, Panic) and repair.stray_end
         if self.index >= self.trusted and line not in mended and not consequence:
             problems.add(problem)
@@ -181,9 +181,16 @@ class _Machine(Struct):
         return True
 
 
+def _line(d: Diagnostic) -> int:
+    return d.span.file.position(d.span.start)[0] if d.span else 0
+
+
 def _hand_over(problems: Reporter, reporter: Reporter) -> None:
     """Pass the errors on in the order of the text, and stop on any."""
-    for d in sorted(problems.diagnostics, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
+    found = problems.diagnostics
+    foreign = {_line(d) for d in found if d.code == "E0120"}  # 'def f(x):' is no component with modifications
+    found = tuple(d for d in found if d.code != "E0127" or _line(d) not in foreign)
+    for d in sorted(found, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
         reporter.add(d)
     reporter.stop_on_errors()
 

@@ -48,3 +48,30 @@ def closest(name: str, candidates: Iterable[str]) -> str | None:
         if distance <= allowed and (best is None or rank < best):
             best, found = rank, word
     return found
+
+
+_SETTINGS = {
+    "stop": (
+        "stoptime",
+        "tstop",
+        "tend",
+        "tfinal",
+        "endtime",
+        "end",
+        "duration",
+        "until",
+        "tmax",
+        "finaltime",
+    ),
+    "start": ("starttime", "tstart", "t0", "begin"),
+    "every": ("interval", "outputinterval", "dtout", "sampling", "numberofintervals"),
+    "step": ("dt", "h", "stepsize", "timestep", "fixedstep"),
+    "tolerance": ("tol", "rtol", "reltol", "atol", "abstol", "eps", "accuracy", "precision"),
+    "method": ("solver", "integrator", "scheme"),
+}
+
+
+def setting_meant(name: str) -> str | None:
+    """Return the setting of a run that is called ``name`` elsewhere: ``StopTime``, ``t_end``, ``rtol``."""
+    plain = name.replace("_", "").casefold()
+    return next((setting for setting, others in _SETTINGS.items() if plain in others), None)

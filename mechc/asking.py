@@ -10,7 +10,7 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from .lang.suggest import closest
+from .lang.suggest import closest, setting_meant
 from .lang.units import UnitError, parse_unit
 from .model import Target
 from .runtime.case import Progress
@@ -50,6 +50,12 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     known = [setting.name for setting in settings_of(question)]
     for name in given:
         if name not in known and name not in AROUND:
+            meant = setting_meant(name)
+            if meant in known:
+                raise UsageMistake(
+                    f"there is no option '{name}' of a {question.__name__.lower()}",
+                    f"that is called '{meant}' here",
+                )
             near = closest(name, [*known, *AROUND])
             raise UsageMistake(
                 f"there is no option '{name}' of a {question.__name__.lower()}",

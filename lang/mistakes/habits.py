@@ -48,6 +48,33 @@ _MODELICA: Mapping[str, str] = {
 }
 
 
+# Words of Python at the beginning of a statement, with what to write.
+_PYTHON: Mapping[str, str] = {
+    "class": "write 'model {name} .. end {name};'",
+    "def": "a function is a formula: 'function {name}(Real x) = x^2;'",
+    "from": "write 'import mech.planar.*;' or 'import mech.planar.{{Bar, Spring}};'",
+    "import": "an import names a file of models, 'import mech.planar.*;'; functions such as 'sin' are always there",
+    "return": "a function is a formula: 'function f(Real x) = x^2;'",
+    "print": "write 'output name = ..;': outputs are reported at all times",
+    "while": "what happens at instants is written 'when condition then .. end when;'",
+    "elif": "write 'elseif'",
+}
+
+
+def python(s: Situation) -> Finding | None:
+    """Words of Python at the beginning of a statement."""
+    first, second = s.tokens[s.first], s.tokens[min(s.first + 1, len(s.tokens) - 1)]
+    if first.text not in _PYTHON:
+        return None
+    third = s.tokens[min(s.first + 2, len(s.tokens) - 1)]
+    if first.text == "class" and third.kind not in ("COLON", "LPAR"):
+        return None
+    if first.text == "import" and s.token.text != "as":
+        return None
+    help = _PYTHON[first.text].format(name=second.text)
+    return error("E0120", f"'{first.text}' is Python", s.span(first), help=help), Panic()
+
+
 def modelica(s: Situation) -> Finding | None:
     """Words of Modelica at the beginning of a statement, or before a modification."""
     first = s.tokens[s.first]
@@ -181,6 +208,10 @@ def statement_without_keyword(s: Situation) -> Finding | None:
     if s.token.kind != "LPAR" and s.index > s.first + 1 and s.tokens[s.index - 2].kind != "DOT":
         return None
     left = s.source.text[first.start : s.tokens[s.index - 1].end]
+    whole, _, attribute = left.rpartition(".")
+    if whole and attribute == "start":
+        help = f"write 'initial {whole} = ..;' for a known value, 'initial {whole} ~ ..;' for a guess"
+        return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
     help = f"write 'let {left} = ..;', 'initial {left} = ..;' or 'constraint {left} = ..;'"
     return error("E0125", "a statement begins with a keyword", s.span(first), help=help), Panic()
 
@@ -198,7 +229,11 @@ def foreign_brackets(s: Situation) -> Finding | None:
     """Vectors, units and decimals as other languages write them."""
     before, token, after = s.previous, s.token, s.following
     help = ""
-    if token.kind == "LSQB" and "LBRACE" in s.expected:
+    if token.kind == "LSQB" and before and before.kind == "RSQB":
+        help = (
+            "indices stand together, as in 'x[1, 2]'; each bracket of components has its name: 'part[1].x[2]'"
+        )
+    elif token.kind == "LSQB" and "LBRACE" in s.expected:
         help = "a vector is written '{1, 2, 3}'"
     elif token.kind == "LSQB" and before and before.kind == "NUMBER" and after.kind == "NAME":
         help = f"a unit has no brackets: '{before.text} {after.text}'"

@@ -25,6 +25,7 @@ from .habits import (
     foreign_brackets,
     missing_operator,
     modelica,
+    python,
     reserved_word,
     several_at_once,
     statement_without_keyword,
@@ -203,6 +204,7 @@ def _no_else(s: Situation) -> Finding | None:
 
 
 _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
+    python,
     modelica,
     _block_not_closed,
     _stray_end,

@@ -18,10 +18,10 @@ from .options import Command
 
 REQUIRED = ("lark", "numpy", "scipy", "sympy", "fmpy", "click", "rich", "matplotlib", "platformdirs")
 OPTIONAL = {
-    "ziglang": "a C compiler from pip, also for other platforms: pip install 'mechc[cc]'",
-    "pandas": "Solution.to_dataframe(): pip install 'mechc[data]'",
-    "pin": "comparison with Pinocchio: pip install 'mechc[peers]'",
-    "mujoco": "comparison with MuJoCo: pip install 'mechc[peers]'",
+    "ziglang": "a C compiler from pip, also for other platforms: pip install ziglang",
+    "pandas": "Solution.to_dataframe(): pip install pandas",
+    "pin": "comparison with Pinocchio: pip install pin",
+    "mujoco": "comparison with MuJoCo: pip install mujoco",
 }
 
 
@@ -78,15 +78,16 @@ def _package(name: str, missing: str, help: str) -> Finding:
 def _compiler() -> Finding:
     """Find the C compiler and try it."""
     from ..runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
+    from .failures import COMPILER_HELP
 
     try:
         compiler = find_compiler()
         if compiler is None:
             return Finding(
                 "C compiler",
-                "none found: models run on Python, which is slower",
+                "none found: models run on Python, slower; those with events and FMUs need one",
                 "optional",
-                "install gcc or clang, or: pip install 'mechc[cc]'",
+                COMPILER_HELP,
             )
         build_shared({"probe.c": "int mechc_probe(void) { return 1; }\n"}, model_flags(), name="probe")
     except (BuildError, CompilerMissing) as error:

@@ -12,6 +12,9 @@ import click
 
 COMPLETED, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
+COMPILER_HELP = "install gcc or clang, or: pip install ziglang"
+"""What helps where a C compiler is needed; ziglang is what the extra ``cc`` brings, wherever mechc itself came from."""
+
 REPORT = "Please report it as an issue of the project, with the model and this file:"
 
 STAGES = {
@@ -101,7 +104,7 @@ def show_runtime_error(error: BaseException) -> bool:
             say(
                 "error",
                 str(error),
-                "install gcc or clang, or: pip install 'mechc[cc]'; 'mechc run --target python' does without",
+                f"{COMPILER_HELP}; 'mechc run --target python' does without where nothing switches",
             )
         case _:
             return False

@@ -40,6 +40,42 @@ end {name};
 """
 
 
+DOUBLE = """\
+// Two bars on hinges, released at an angle.
+//
+//   mechc run {file} --plot                run it, draw the motion
+//   mechc run {file} --set c=0             the same without friction
+//   mechc equations {file}                 the equations of motion
+//
+// It is made of parts of the library: a joint places the body behind it. The language page says how energies are
+// written instead, and how both mix.
+import mech.planar.*;
+
+model {name} "two uniform bars on hinges with a little friction"
+  parameter c = 0.02 N.m.s "friction in both hinges; 0 keeps the energy constant";
+
+  gravity {{0, -9.81}} m/s^2;
+  Bar upper(m = 1 kg, l = 1 m);
+  Bar lower(m = 0.5 kg, l = 80 cm);
+  Revolute shoulder(world -> upper.a, angle = 30 deg);
+  Revolute elbow(upper.b -> lower.a, angle = -60 deg);
+  damping c on shoulder.angle;
+  damping c on elbow.angle;
+
+  output tip = pos(lower.b) "end of the lower bar";
+
+  experiment(stop = 10 s);
+  experiment undamped(c = 0, stop = 10 s, tolerance = 1e-10);
+end {name};
+"""
+
+
+def template_for(stem: str) -> tuple[str, str]:
+    """Return the model that a name asks for, and what it is."""
+    words = re.sub(r"[^a-z]", "", stem.casefold())
+    return (DOUBLE, "a double pendulum") if "doublependulum" in words else (TEMPLATE, "a pendulum")
+
+
 def model_name(stem: str) -> str:
     """Make the name of a model from that of a file: ``my-pendulum`` gives ``MyPendulum``."""
     return "".join(word[:1].upper() + word[1:] for word in re.split(r"[^A-Za-z0-9]+", stem) if word)
@@ -48,18 +84,20 @@ def model_name(stem: str) -> str:
 @click.command(cls=Command, name="new", short_help="Write a first model to start from.")
 @click.argument("name")
 def command(name: str) -> None:
-    """Write NAME.mech, a pendulum that runs, to start from. An existing file is never overwritten."""
+    """Write NAME.mech, a model that runs, to start from: a double pendulum if that is its name, else a pendulum.
+    An existing file is never overwritten."""
     path = Path(name if name.endswith(".mech") else f"{name}.mech")
     title = model_name(path.stem)
+    template, what = template_for(path.stem)
     if not re.fullmatch(r"[A-Za-z]\w*", title, re.ASCII):
         raise click.UsageError(
             f"'{path.stem}' gives no name for a model: begin it with a letter, as in 'pendulum'"
         )
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(TEMPLATE.format(file=shlex.quote(str(path)), name=title))
+            file.write(template.format(file=shlex.quote(str(path)), name=title))
     except FileExistsError:
         raise click.UsageError(f"{path} exists and is left as it is; choose another name") from None
     except FileNotFoundError:
         raise click.UsageError(f"there is no folder {path.parent}") from None
-    click.echo(f"wrote {path}; run it with: mechc run {shlex.quote(str(path))} --plot", err=True)
+    click.echo(f"wrote {path}, {what}; run it with: mechc run {shlex.quote(str(path))} --plot", err=True)

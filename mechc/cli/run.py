@@ -214,13 +214,13 @@ def _objects(sweep: Runs[Solution]) -> list[dict[str, object]]:
 
 def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
     """Say that compiled code would be faster where Python was not asked for."""
-    from .failures import say
+    from .failures import COMPILER_HELP, say
 
     if not solution.compiled and given["target"] == "auto":
         say(
             "note",
             "no C compiler was found, so this ran on Python, which is much slower",
-            "install gcc or clang, or: pip install 'mechc[cc]'",
+            COMPILER_HELP,
         )
 
 

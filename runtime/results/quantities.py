@@ -132,7 +132,7 @@ class Results(Mapping[str, Array]):
         try:
             import pandas
         except ImportError:
-            raise ImportError("a data frame needs pandas: pip install 'mechc[data]'", name="pandas") from None
+            raise ImportError("a data frame needs pandas: pip install pandas", name="pandas") from None
 
         columns = {
             header(name, unit): values for name, (unit, values) in self.columns(names, display).items()

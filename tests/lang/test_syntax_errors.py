@@ -96,6 +96,11 @@ MISTAKES = [
     ("parameter m == 1 kg;", "E0119", "=="),
     ("constraint a == b;", "E0119", "=="),
     ("connect(a.b, c.d);", "E0120", "connect"),
+    ("def f(x):\n    return", "E0120", "def"),
+    ("from mech.planar import *;", "E0120", "from"),
+    ("import numpy as np;", "E0120", "import"),
+    ("x.start = 3;", "E0125", "x"),
+    ("let a = tip[i][2];", "E0110", "["),
     ("equation\n    m*der(v) = F;", "E0120", "equation"),
     ("initial equation x = 0;", "E0120", "initial equation"),
     ("Bar b(each m = 1);", "E0120", "each"),
@@ -157,7 +162,37 @@ def test_no_message_shows_a_terminal_or_begins_with_a_capital() -> None:
         assert not error.message[0].isupper()
 
 
+@pytest.mark.parametrize(
+    ("statement", "advice"),
+    [
+        ("def f(x):\n    return", "'function f(Real x) = x^2;'"),
+        ("import numpy as np;", "functions such as 'sin' are always there"),
+        ("from mech.planar import *;", "write 'import mech.planar.*;'"),
+        ("x.start = 3;", "'initial x = ..;' for a known value, 'initial x ~ ..;' for a guess"),
+        ("part.x.start = 3;", "'initial part.x = ..;'"),
+        ("let a = tip[i][2];", "'x[1, 2]'"),
+    ],
+)
+def test_habits_of_python_and_modelica_are_translated(statement: str, advice: str) -> None:
+    (error,) = errors_of(in_a_model(statement))
+    assert advice in error.help
+
+
 # ---------------------------------------------------------------- whole files
+
+
+@pytest.mark.parametrize(
+    ("text", "advice"),
+    [
+        ("class A:\n  x = 3\n", "write 'model A .. end A;'"),
+        ("class A(Base):\n  x = 3\n", "write 'model A .. end A;'"),
+        ("class A\n  parameter m = 1 kg;\nend A;\n", "write 'model'"),
+        ("def f(x):\n  return x\n", "'function f(Real x) = x^2;'"),
+    ],
+)
+def test_files_of_other_languages_get_one_message(text: str, advice: str) -> None:
+    (error,) = errors_of(text)
+    assert error.code == "E0120" and advice in error.help
 
 
 @pytest.mark.parametrize(

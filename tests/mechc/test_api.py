@@ -85,7 +85,7 @@ def test_a_data_frame_without_pandas_says_how_to_get_it(
     model: mechc.Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r"needs pandas: pip install 'mechc\[data\]'"):
+    with pytest.raises(ImportError, match=r"needs pandas: pip install pandas"):
         model.simulate(stop=0.1, estimate_error=False).to_dataframe()
 
 
@@ -162,6 +162,27 @@ def test_loads_reports_diagnostics() -> None:
         mechc.loads("model A parameter m = 1 kg; kinetic m; end A;", name="a.mech")
     (found,) = caught.value.diagnostics
     assert found.span is not None and found.span.file.name == "a.mech"
+
+
+def test_the_text_of_an_error_says_all() -> None:
+    with pytest.raises(mechc.CompileError) as caught:
+        mechc.loads("parameter m = 1 kg;\npotential m;\nparameter m = 2 kg;", name="a.mech")
+    text, whole = str(caught.value), mechc.render(caught.value.diagnostics)
+    for d in caught.value.diagnostics:
+        assert all(
+            part in text for part in (d.code, d.message, d.caption, d.help, *(x.text for x in d.labels))
+        )
+    for place in ("a.mech:3:11",):
+        assert place in text and place in whole
+    assert "\n  = help: " in text and "again here" in text and "first here" in text
+
+
+@pytest.mark.parametrize(
+    ("option", "meant"), [("tol", "tolerance"), ("stop_time", "stop"), ("tEnd", "stop"), ("solver", "method")]
+)
+def test_options_by_their_names_elsewhere(model: mechc.Model, option: str, meant: str) -> None:
+    with pytest.raises(UsageMistake, match=f"that is called '{meant}' here"):
+        model.simulate(**{option: 1})  # type: ignore[arg-type]
 
 
 def test_compile_to_python_and_c(model: mechc.Model, tmp_path: Path) -> None:

@@ -126,6 +126,17 @@ def test_new_writes_a_model_in_canonical_layout_once(capsys: pytest.CaptureFixtu
     assert Path("my-pendulum.mech").read_text() == "mine"
 
 
+@pytest.mark.parametrize("name", ["double_pendulum", "DoublePendulum", "my-double-pendulum"])
+def test_new_writes_a_double_pendulum_where_the_name_asks_for_one(
+    name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    code, _, err = call(capsys, "new", name)
+    assert code == 0 and "a double pendulum" in err
+    assert call(capsys, "fmt", "--check", f"{name}.mech")[0] == 0
+    assert "2 coordinates" in "".join(call(capsys, "check", f"{name}.mech")[1:])
+    assert call(capsys, "run", "-q", f"{name}.mech")[0] == 0
+
+
 @pytest.mark.parametrize("name", ["3body", "no/such/folder/pendulum"])
 def test_new_refuses_names_it_cannot_use(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert call(capsys, "new", name)[0] == 2
@@ -221,7 +232,7 @@ def test_new_says_commands_that_can_be_copied(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     _, _, err = call(capsys, "new", "my pendulum")
-    assert err == "wrote my pendulum.mech; run it with: mechc run 'my pendulum.mech' --plot\n"
+    assert err == "wrote my pendulum.mech, a pendulum; run it with: mechc run 'my pendulum.mech' --plot\n"
     assert "mechc run 'my pendulum.mech' --plot" in (tmp_path / "my pendulum.mech").read_text()
 
 

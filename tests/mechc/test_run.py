@@ -317,7 +317,7 @@ def test_without_a_compiler_the_run_says_that_it_is_slower(
     monkeypatch.setattr("mechc.compiler.problem.find_compiler", lambda: None)
     code, out, err = call(capsys)
     assert (code, "Python" in out) == (0, True)
-    assert "no C compiler was found" in err and "pip install 'mechc[cc]'" in err
+    assert "no C compiler was found" in err and "pip install ziglang" in err
 
 
 def test_a_model_without_stop_time(capsys: pytest.CaptureFixture[str]) -> None:

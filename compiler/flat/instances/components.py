@@ -8,12 +8,14 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
 from mechc.lang.suggest import closest
+from mechc.lang.units import NAMED_TYPES
 
 from ..names.classes import Class
 from ..names.instance import STATED, ComponentMember, Instance, Modifier, Pick, Progress, Source, rank_of
 from ..names.scope import Poisoned, Scope
 from ..subscripts import Index, element_name, subscript_text, subscripts
 from ..values.evaluate import truth, whole_number
+from .declared_types import PLAIN_TYPES
 from .instantiate import element_scope, extents, make_instance, modifier_of
 
 DEEPEST = 60
@@ -108,6 +110,8 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
     if found is None or not isinstance(found.definition, ast.Model):
         if scope.namespace.broken:
             raise Poisoned
+        if found is None and declaration.type.rpartition(".")[2] in (*PLAIN_TYPES, *NAMED_TYPES):
+            raise _no_keyword(scope, declaration)
         near = closest(declaration.type, scope.namespace.names())
         raise scope.fail(
             "E0203",
@@ -132,6 +136,23 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
         raise _dimensions_differ(scope, cls, span)
     _check_depth(scope, cls, declaration)
     return cls
+
+
+def _no_keyword(scope: Scope, declaration: ast.Component) -> Poisoned:
+    """Report ``Real x(start = 1);``: a variable that does not say what it is."""
+    given = {m.target.span.text: m.value.span.text for m in declaration.modifications if m.kind == "="}
+    name, start = declaration.name, given.get("start")
+    known = given.get("fixed") == "true"
+    value = f" {'=' if known else '~'} {start}" if start is not None else " = .."
+    help = f"say what '{name}' is: 'coordinate {name}{value};'" + (
+        f" ({'known' if known else 'a guess; = if it is known'})" if start is not None else ""
+    )
+    return scope.fail(
+        "E0125",
+        f"a declaration begins with a keyword, not with the type '{declaration.type}'",
+        declaration.span,
+        help=help + f", 'state {name}{value};', 'parameter {name} = ..;' or 'let {name} = ..;'",
+    )
 
 
 def _dimensions_differ(scope: Scope, cls: Class, span: Span) -> Poisoned:

@@ -17,7 +17,7 @@ from ..names.scope import Poisoned, Scope
 from ..values.angles import warn_of_bare_angle
 from ..values.evaluate import pick
 
-_PLAIN = {
+PLAIN_TYPES = {
     "Real": types.NUMBER,
     "Integer": types.INTEGER,
     "Boolean": types.BOOLEAN,
@@ -29,7 +29,7 @@ _PLAIN = {
 
 def declared_type(scope: Scope, name: str, span: Span) -> Type:
     """Return the scalar type that a type name stands for."""
-    plain = _PLAIN.get(name)
+    plain = PLAIN_TYPES.get(name)
     if plain is not None:
         return plain
     named = NAMED_TYPES.get(name)
@@ -45,7 +45,7 @@ def declared_type(scope: Scope, name: str, span: Span) -> Type:
         return types.real(unit.dimension, angle=unit.angle)
     if scope.namespace.broken:
         raise Poisoned
-    near = closest(name, [*NAMED_TYPES, *_PLAIN, *scope.namespace.names()])
+    near = closest(name, [*NAMED_TYPES, *PLAIN_TYPES, *scope.namespace.names()])
     raise scope.fail(
         "E0203",
         f"there is no type '{name}'",

@@ -65,6 +65,9 @@ def _resolve_variable(member: VariableMember) -> None:
         member.type = _inferred(member)
     else:
         winner = strongest(member.modifiers)
+        if winner is None and scope.flattening.dimensionless:
+            member.type = types.with_shape(types.NUMBER, extents(scope, declaration.dimensions))
+            return
         if winner is None:
             raise scope.fail(
                 "E0327",
@@ -100,15 +103,35 @@ def _default(declaration: ast.Declaration) -> ast.Expression | None:
             return None
 
 
+_GREEK = ("phi", "theta", "th", "psi", "alpha", "beta", "gamma", "angle")
+
+
+def _with_a_type(member: VariableMember) -> str:
+    name = member.declaration.name
+    usual = "Angle" if name.rstrip("0123456789_").casefold() in _GREEK else "Length"
+    return f"write for example '{member.role.value} {usual} {name};'"
+
+
+def _start_of_modelica(declaration: ast.Declaration) -> str:
+    """Say how an attribute ``start`` is written, if there is one."""
+    for node in declaration.attributes:
+        if node.target.span.text == "start":
+            value = node.value.span.text
+            return f"write '{declaration.name} = {value}' for a known value, '{declaration.name} ~ {value}' for a guess"
+    return ""
+
+
 def _inferred(member: VariableMember) -> Type:
     declaration, scope = member.declaration, member.scope
     default = _default(declaration)
+    if default is None and scope.flattening.dimensionless:
+        return types.with_shape(types.NUMBER, extents(scope, declaration.dimensions))
     if default is None:
         raise scope.fail(
             "E0327",
             f"'{declaration.name}' needs a type or an initial value",
             declaration.name_span,
-            help=f"write for example '{member.role.value} Length {declaration.name};'",
+            help=_start_of_modelica(declaration) or _with_a_type(member),
         )
     value = elementwise(declaration, scope, default)
     type = value.type

@@ -9,7 +9,7 @@ from msgspec import Struct, field
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest
+from mechc.lang.suggest import closest, setting_meant
 
 from .. import model, types
 from ..expressions.coordinates import Target, slice_elements, target_of
@@ -130,13 +130,18 @@ def _unknown(scope: Scope, name: str, span: Span) -> Poisoned:
     assert scope.instance is not None
     if scope.instance.cls.broken:
         return Poisoned()
+    meant = setting_meant(name)
     near = closest(name, [*scope.instance.members, *OPTIONS])
     return scope.fail(
         "E0801",
         f"there is no '{name}' that an experiment could set",
         span,
         caption="neither a name of the model nor a setting",
-        help=f"did you mean '{near}'?" if near else f"the settings are {', '.join(OPTIONS)}",
+        help=f"that is called '{meant}' here"
+        if meant
+        else f"did you mean '{near}'?"
+        if near
+        else f"the settings are {', '.join(OPTIONS)}",
     )
 
 

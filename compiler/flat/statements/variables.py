@@ -21,6 +21,14 @@ from ..values.known_late import input_changes, parameter_changes
 from .initial_values import rate_type, stated_starts, winner
 from .record import Record
 
+_ELSEWHERE = {
+    "start": "the initial value stands behind the name: 'x = 1 m' is known, 'x ~ 1 m' a guess",
+    "fixed": "'x = 1 m' is a known initial value, 'x ~ 1 m' a guess",
+    "unit": "a value carries its unit, as in 'x = 1 m', or a type says it: 'Length x'",
+    "displayUnit": "write 'display = \"mm\"'",
+    "quantity": "a type says it: 'Length x'",
+}
+"""What attributes of Modelica are here."""
 _NUMERIC_ATTRIBUTES = ("nominal", "min", "max")
 _TEXT_ATTRIBUTES = ("display", "chart", "interpolation")
 _CHOICES = {"chart": ("zxz", "zyx", "xyz"), "interpolation": ("linear", "step", "spline")}
@@ -127,7 +135,8 @@ def _attribute(scope: Scope, node: ast.Modification, name: str, type: Type) -> f
             "E0415",
             f"there is no attribute '{name}'",
             node.span,
-            help=f"did you mean '{near}'?" if near else f"the attributes are {', '.join(known)}",
+            help=_ELSEWHERE.get(name)
+            or (f"did you mean '{near}'?" if near else f"the attributes are {', '.join(known)}"),
         )
     value = scope.elaborate(node.value)
     known_value = constant(value)

@@ -71,7 +71,7 @@ def chosen_platforms(names: Sequence[str]) -> tuple[str, ...]:
             "E0903",
             f"a binary for {next(p for p in chosen if p != HOST)} needs zig's C compiler, which is not installed",
             None,
-            help="pip install ziglang (or 'mechc[cross]'); --platform host takes the compiler of this machine",
+            help="pip install ziglang; --platform host takes the compiler of this machine",
         )
     if HOST in chosen:
         host_name()

@@ -510,3 +510,30 @@ def test_no_warning_where_the_check_would_tell() -> None:
         codes(CART + "parameter nu = 2 Hz; parameter s = 1 m; parameter v = 2 m/s; parameter F = 2 N/m;")
         == []
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "advice"),
+    [
+        ("Real y(start = 1);", "E0125", "'coordinate y ~ 1;' (a guess"),
+        ("Length y(start = 2 m, fixed = true);", "E0125", "'coordinate y = 2 m;' (known)"),
+        ("Modelica.Units.SI.Length y;", "E0125", "'coordinate y = ..;'"),
+        ("coordinate y(start = 1 m);", "E0327", "'y = 1 m' for a known value, 'y ~ 1 m' for a guess"),
+        ("coordinate Length y(start = 1 m);", "E0415", "'x ~ 1 m' a guess"),
+        ("coordinate phi2;", "E0327", "'coordinate Angle phi2;'"),
+        ("experiment(tol = 1e-6);", "E0801", "that is called 'tolerance' here"),
+        ("experiment(stopTime = 1 s);", "E0801", "that is called 'stop' here"),
+        ("experiment(StopTime = 1 s);", "E0801", "that is called 'stop' here"),
+        ("experiment(t_end = 1 s);", "E0801", "that is called 'stop' here"),
+    ],
+)
+def test_habits_of_other_languages_are_translated(text: str, code: str, advice: str) -> None:
+    (found,) = [d for d in said(CART + text) if d.code != "W0402"]
+    assert found.code == code and advice in found.help
+
+
+def test_names_without_type_or_value_are_numbers_in_a_dimensionless_model() -> None:
+    model = flat(
+        "dimensionless; coordinate phi1; coordinate r[2]; input u; kinetic 1/2*(der(phi1)^2 + dot(der(r), der(r))); force u on phi1;"
+    )
+    assert [type_text(v.type) for v in model.variables] == ["1", "1 [2]", "1"]
