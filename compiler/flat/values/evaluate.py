@@ -7,8 +7,10 @@ from collections.abc import Callable, Mapping
 from fractions import Fraction
 
 from mechc.lang import ast
+from mechc.lang.builtins import BUILTINS
 from mechc.lang.source import Span
 
+from ...graph.operations import OPERATIONS
 from .. import types
 from ..model import (
     Apply,
@@ -33,12 +35,10 @@ _MOST_TURNS = 300_000
 Value = Constant | tuple["Value", ...]
 
 _FLOATS: Mapping[str, Callable[..., float]] = {
-    name: getattr(math, name)
-    for name in (
-        *("sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh"),
-        *("asinh", "acosh", "atanh", "exp", "log", "log10"),
-    )
+    "log10": math.log10,
+    **{row.name: row.value for row in OPERATIONS if row.value is not None and row.name in BUILTINS},
 }
+"""Functions whose values are rounded: those that are operations of the graph under the same name, and others."""
 
 EXACT: Mapping[str, Callable[..., Constant]] = {
     "add": lambda a, b: a + b,
@@ -63,6 +63,8 @@ EXACT: Mapping[str, Callable[..., Constant]] = {
     "div": lambda a, b: Fraction(math.trunc(a / b)),
     "min": lambda *a: min(a),
     "max": lambda *a: max(a),
+    "clamp": lambda x, low, high: min(max(x, low), high),
+    "deadzone": lambda x, width: x - min(max(x, -width), width),
 }
 """Functions whose values are exact; those that divide may raise ZeroDivisionError."""
 
