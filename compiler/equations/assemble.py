@@ -12,7 +12,7 @@ from ..graph.elimination.path_elimination import ZeroPivot
 from ..graph.rewrite import substitute
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
-from .hybrid.functions import add_events
+from .hybrid.switching import add_events
 from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .reported.assembly import assembly

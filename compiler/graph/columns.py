@@ -8,9 +8,9 @@ from fractions import Fraction
 from msgspec import Struct
 
 from .field import HALF, P
+from .interning import NONE, Node
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, PARTIAL, SELECT, SYMBOL
-from .store import NONE, Node
 from .table import Table
 
 _BYTES = 16

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from .guard import Guard, guards
+from .branches import Guard, guards
 from .node import Graph, Node
 from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SUB, SYMBOL
 

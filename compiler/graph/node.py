@@ -9,8 +9,8 @@ from typing import Final
 from . import operations as ops
 from .field import HALF, P, hashed
 from .fold import is_short
+from .interning import NONE, Node, Store
 from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, Parity
-from .store import NONE, Node, Store
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
 

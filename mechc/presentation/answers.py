@@ -83,6 +83,8 @@ def figure(found: Findings) -> Any:
 
 
 def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
+    from .plots import legend
+
     for k, curve in enumerate(panel.curves):
         axes.plot(curve.x, curve.y, color=colours[k % len(colours)], label=curve.name)
     axes.set_title(panel.title)
@@ -91,7 +93,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
     if panel.equal:
         axes.set_aspect("equal")
     if len(panel.curves) > 1:
-        axes.legend(loc="best")
+        legend(axes)
 
 
 def _label(name: str, unit: str) -> str:

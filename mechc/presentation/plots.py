@@ -159,7 +159,7 @@ def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
         axes.set_title(panel.names[0])
     else:
         axes.set_title(_title(panel.title, panel.left_out, len(panel.names)))
-        _legend(axes)
+        legend(axes)
     axes.set_ylabel(_unit_label(view.unit(panel.names[0])))
     _calm(axes)
     _time_axis(axes, view)
@@ -193,7 +193,7 @@ def _draw_paths(axes: Any, panel: Paths, view: View) -> None:
     else:
         axes.set_aspect("equal", adjustable="datalim")
     if len(panel.names) > 1:
-        _legend(axes)
+        legend(axes)
 
 
 def _equal_box(axes: Any) -> None:
@@ -226,7 +226,7 @@ def _draw_energies(axes: Any, panel: Energies, view: View) -> None:
             )
         axes.set_title("energies")
         axes.set_ylabel(_unit_label(view.unit(panel.names[0]) if panel.names else "J"))
-        _legend(axes)
+        legend(axes)
         _calm(axes)
     _time_axis(axes, view)
 
@@ -264,7 +264,7 @@ def _time_axis(axes: Any, view: View) -> None:
             axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=1.5)
 
 
-def _legend(axes: Any) -> None:
+def legend(axes: Any) -> None:
     """Put the legend beside the title where it fits, else between the title and the curves."""
     labels = axes.get_legend_handles_labels()[1]
     beside = sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS

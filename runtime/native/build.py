@@ -24,7 +24,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from .cache import prune_cache
-from .entries import build_folder, find_entry, keep_entry
+from .kept_files import build_folder, find_entry, keep_entry
 
 NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 
 from ..case import Case
 from ..native.cache import prune_cache
-from ..native.entries import build_folder, find_entry, keep_entry
+from ..native.kept_files import build_folder, find_entry, keep_entry
 from ..problem import Array
 from .high_precision import LADDERS, SHORT_LADDERS, Reference, reference_library
 

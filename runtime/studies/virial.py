@@ -11,20 +11,24 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
+from ..results.accuracy import companion_tolerance
 from ..results.solution import Solution
 from ..settings import settable
 from .findings import Curve, Findings, Panel, Value
-from .simulate import run
+from .simulate import part_of, plan_run, run
 from .study import Study
 
 KINETIC, POTENTIAL = "energy.kinetic", "energy.potential"
 SAMPLES_A_STEP, FEWEST, MOST = 8, 4_000, 400_000
 """Samples of the average: so many in a step of the method, within bounds."""
-PARTS = ((0.0, 1.0), (0.0, 2 / 3), (1 / 3, 1.0))
-"""Parts of the motion whose averages are compared: the whole, its beginning, its end."""
+PARTS = ((0.0, 1.0), (0.0, 0.9), (0.1, 1.0), (0.0, 2 / 3), (1 / 3, 1.0))
+"""Parts of the motion whose averages are compared: the whole first."""
+TOLERANCES = (1 / 3, 1.0)
+"""Shares of the work that the run at the tolerance asked for and the tighter one have done."""
 SMALL = 1e-9
 """Of the largest potential energy: an average below that gives no ratio."""
 
@@ -36,8 +40,20 @@ class Virial(Study, frozen=True, kw_only=True):
     of: Annotated[tuple[str, ...], settable("Quantities to average beside the energies.", "names")] = ()
 
     def solve(self, problem: Problem) -> Findings:
-        """Run the model once and average. Raises SimulationError for models that have neither energies nor names."""
-        solution = run(problem, self)
+        """Run the model at two tolerances and average the tighter motion.
+
+        Raises SimulationError for models that have neither energies nor names.
+        """
+        rough, tight = TOLERANCES
+        once = replace(self, estimate_error=False)
+        first = run(problem, replace(once, progress=part_of(self.progress, 0.0, rough)))
+        plan = plan_run(problem, once)
+        tightened = (
+            {"step": plan.case.step / 2}
+            if plan.method.fixed_step and plan.case.step is not None
+            else {"tolerance": companion_tolerance(plan.case.tolerance)[0]}
+        )
+        solution = run(problem, replace(once, progress=part_of(self.progress, rough, tight), **tightened))
         names = [name for name in (KINETIC, POTENTIAL, *self.of) if name in solution]
         if not names:
             raise SimulationError(
@@ -45,7 +61,7 @@ class Virial(Study, frozen=True, kw_only=True):
                 help="it has no energies; name quantities: --of x,y, or of=('x', 'y')",
             )
         finished = solution.outcome in (Outcome.COMPLETED, Outcome.TERMINATED)
-        averages = averaged(solution, names) if finished and len(solution.time) > 1 else []
+        averages = averaged(solution, names, first) if finished and len(solution.time) > 1 else []
         found = {value.name: value for value in averages}
         ratio = _ratio(found, float(np.abs(solution[POTENTIAL]).max()) if POTENTIAL in solution else 0.0)
         return Findings(
@@ -54,15 +70,18 @@ class Virial(Study, frozen=True, kw_only=True):
             outcome=solution.outcome,
             message=solution.message,
             values=(*averages, *ratio),
-            errors_from="averages over the first and the last two thirds, and with half of the samples",
+            errors_from="averages over parts of the motion, with half of the samples, and at a looser tolerance",
             remarks=solution.remarks,
             panels=tuple(_running(solution, name) for name in names),
-            runs=(solution,),
+            runs=(solution, first),
         )
 
 
-def averaged(solution: Solution, names: list[str]) -> list[Value]:
-    """Give the average of each quantity over the motion, with the largest difference of its other averages."""
+def averaged(solution: Solution, names: list[str], rough: Solution) -> list[Value]:
+    """Give the average of each quantity over the motion, with the largest difference of its other averages.
+
+    ``rough``: the same motion at a looser tolerance.
+    """
     count = min(max(SAMPLES_A_STEP * solution.statistics.steps, FEWEST), MOST) // 2 * 2
     begin, end = float(solution.time[0]), float(solution.time[-1])
     results: dict[str, list[float]] = {name: [] for name in names}
@@ -76,6 +95,10 @@ def averaged(solution: Solution, names: list[str]) -> list[Value]:
             if first == 0.0 and last == 1.0:
                 half = weights[::2]
                 results[name].append(float(half @ values[::2] / half.sum()))
+    times = np.linspace(begin, float(rough.time[-1]), count + 1)
+    weights, columns = _weights(count), rough(times)
+    for name in names:
+        results[name].append(float(weights @ columns[name] / weights.sum()))
     return [
         Value(name, solution.unit(name), found[0], max(abs(other - found[0]) for other in found[1:]))
         for name, found in results.items()

@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 import mechc
-from mechc.runtime.native import cache, entries, holding, trust
+from mechc.runtime.native import cache, holding, trust
+from mechc.runtime.native import kept_files as entries
 from mechc.runtime.native.build import BuildError, build_shared, find_compiler, model_flags
 from mechc.runtime.native.cache import cache_folder, clear_cache, prune_cache
 
@@ -227,7 +228,7 @@ def test_clearing_and_pruning_leave_what_others_work_with(tmp_path: Path) -> Non
     script = (
         "import sys\n"
         "from mechc.runtime.native.build import build_shared, model_flags\n"
-        "from mechc.runtime.native.entries import build_folder\n"
+        "from mechc.runtime.native.kept_files import build_folder\n"
         f"build_shared({SOURCE!r}, model_flags())\n"
         "with build_folder() as folder:\n"
         "    (folder / 'a.c').write_text('int x;')\n"

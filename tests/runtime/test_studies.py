@@ -1,0 +1,116 @@
+"""Studies: each row of the table, and what their answers promise."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.cli.main import run as run_command
+from mechc.runtime.outcome import Outcome
+from mechc.runtime.settings import KINDS, settings_of
+from mechc.runtime.studies.findings import Findings
+from mechc.runtime.studies.study import Study
+from mechc.runtime.studies.table import STUDIES
+
+ROOT = Path(__file__).resolve().parents[2]
+PAGE = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
+
+WELL = """\
+model Well
+  dimensionless;
+  coordinate x = 1;
+  kinetic 1/2*der(x)^2;
+  potential {potential};
+  output square = x^2;
+  experiment(stop = 300);
+end Well;
+"""
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Its settings, its page, its command, its method and its JSON object go through the table."""
+    kind = STUDIES[name]
+    question = kind.question()
+    assert issubclass(question, Study) and question.__doc__
+    assert all(
+        setting.kind in KINDS and setting.description.endswith(".") for setting in settings_of(question)
+    )
+    assert f"| `{name}` | {kind.asks} |" in PAGE, f"a row of {name} in docs/studies.md"
+    file = tmp_path / "well.mech"
+    file.write_text(WELL.format(potential="1/2*x^2"), encoding="utf-8")
+    picture = tmp_path / "picture.png"
+    command = ["study", name, str(file), "--stop", "3", "--json"]
+    if name != "sweep":
+        command += ["--plot", str(picture)]
+    assert run_command(command) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["study"] == name
+    answers = found["runs"] if name == "sweep" else [found]
+    assert all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
+    assert picture.exists() is (name != "sweep")
+    answer = getattr(mechc.load(file), name)(stop=3)
+    assert answer.outcome is Outcome.COMPLETED and answer.runs
+
+
+def test_questions_are_frozen_and_ask_for_no_parts_that_nobody_has() -> None:
+    from mechc.compiler.equations.needs import PARTS
+
+    for kind in STUDIES.values():
+        assert kind.question().needs <= set(PARTS)
+        with pytest.raises(AttributeError):
+            kind.question()().stop = 1.0  # type: ignore[misc]
+
+
+@pytest.mark.parametrize(
+    ("potential", "degree"), [("1/2*x^2", 2), ("x^4", 4), ("x^6/6", 6)], ids=["harmonic", "quartic", "sextic"]
+)
+def test_virial_theorem(potential: str, degree: int) -> None:
+    """2 <T> = n <V> in a potential of degree n, and the stated error holds."""
+    found = mechc.loads(WELL.format(potential=potential)).virial()
+    assert isinstance(found, Findings)
+    (ratio,) = (value for value in found.values if value.name == "2 <T>/<V>")
+    assert ratio.error is not None and ratio.error < 1e-5
+    assert abs(ratio.value - degree) <= ratio.error
+
+
+def test_averages_of_named_quantities() -> None:
+    """<x^2> = 1/2 for x = cos t; <T> = -E for gravitation."""
+    found = mechc.loads(WELL.format(potential="1/2*x^2")).virial(of="square")
+    square = next(value for value in found.values if value.name == "square")
+    assert square.error is not None and abs(square.value - 0.5) <= square.error < 1e-6
+    kepler = mechc.load(ROOT / "examples" / "kepler.mech").virial(stop=200)
+    energy = kepler.runs[0]["energy.total"][0]
+    assert kepler["energy.kinetic"] == pytest.approx(-energy, abs=1e-6)
+
+
+def test_an_average_of_a_chaotic_motion_says_how_bad_it_is() -> None:
+    found = mechc.load(ROOT / "examples" / "double_pendulum.mech").virial(stop="100 s")
+    errors = [value.error for value in found.values if value.error is not None]
+    assert max(errors) > 0.05
+
+
+def test_mistakes() -> None:
+    model = mechc.loads(WELL.format(potential="1/2*x^2"))
+    with pytest.raises(mechc.UsageMistake, match="there is no study 'viral'; did you mean 'virial'"):
+        model.study("viral")
+    with pytest.raises(
+        mechc.UsageMistake, match=re.escape("no option 'stopp' of a virial; did you mean 'stop'?")
+    ):
+        model.virial(stopp=3)
+    with pytest.raises(mechc.UsageMistake, match="'sqare'; did you mean 'square'"):
+        model.virial(of="sqare")
+    with pytest.raises(AttributeError, match="'vrial'"):
+        _ = model.vrial
+
+
+def test_a_run_that_fails_gives_no_averages() -> None:
+    text = WELL.format(potential="1/2*x^2").replace("experiment", 'assert x > 0.5, "too far in"; experiment')
+    found = mechc.loads(text).virial(stop=10)
+    assert found.outcome is Outcome.FAILED and found.values == ()
+    assert np.isfinite(found.runs[0]["x"]).all()
