@@ -67,6 +67,7 @@ class Meaning:
         self._parameters()
         self.drive_names = [self.drive_name(d)[0] for d in model.drives]
         self.kinds: dict[tuple[str, int], str] = {}
+        self.force_names: dict[Any, list[str]] = {}
         self.plain = True
         self.law_questions = self._law_questions()
         self._kinds()

@@ -14,7 +14,7 @@ from scipy.integrate import DOP853
 from mechc.compiler.flat import model as flat
 from oracle import impacts
 from oracle.expressions import der
-from oracle.point import items_of
+from oracle.point import Point, items_of
 from oracle.poses import Pose
 from oracle.series import real
 from oracle.solving import Solution, choices, margins, solve, solve_in
@@ -201,7 +201,7 @@ class Run:
         return []
 
     def fallen(self, state: State) -> list[Any]:
-        return [k for k, value in self.surfaces(self.solution(state)).items() if value < -MARGIN]
+        return [k for k, value in self.surfaces(self.solution(state, quick=True)).items() if value < -MARGIN]
 
     def arrive(self, t0: float, t: float, dense: Any) -> None:
         """Go to a time on the way, back onto all constraints."""
@@ -295,7 +295,7 @@ class Run:
             self.fastest[c.name] = max(self.fastest[c.name], -impacts.approach(point, c))
             own = m.option(c.options, "rest", None)
             rest[c.name] = 1e-9 * self.fastest[c.name] + 1e-13 if own is None else own
-        pressed = [c for c in touching if self.modes.get(c.name, "open") != "open"]
+        pressed = [c for c in touching if self.modes.get(c.name, "open") != "open" and self.presses(point, c)]
         self.state, hit = impacts.impacts(m, self.state, touching, pressed, rest)
         for name in dict.fromkeys(hit):
             self.note(name, "impact")
@@ -315,6 +315,13 @@ class Run:
                 elif len(slip) == 1:
                     self.modes[c.name] = "slip+" if slip[0] > 0 else "slip-"
         self.renew(still)
+
+    def presses(self, point: Point, c: flat.Contact) -> bool:
+        """Whether a closed contact has carried a load up to now; one that merely touches can be hit."""
+        s = self.solution(self.state)
+        force = abs(float(np.real(s.unknowns.forces[c.name][0])))
+        loads = np.abs(point.meaning.point(self.state).inertial()[:, 0]) + np.abs(s.point.inertial()[:, 0])
+        return bool(force * np.abs(point.moved(point.at(c.gap))).max() > 1e-9 * loads.max(initial=0))
 
     def cross(self, keys: list[Any]) -> None:
         """Surfaces of laws: the other branch, or an impulse where the potential jumps (events, section 5)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import Any
 
@@ -78,16 +79,20 @@ def norm(v: Vector) -> Any:
 
 def quaternion(q: Vector) -> Pose:
     """The rotation of a quaternion of any length, scalar part first."""
-    w, x, y, z = np.asarray(q, object)
+    w, x, y, z = q
     n = w * w + x * x + y * y + z * z
+    s = 2.0 / n
+    xx, yy, zz = x * x * s, y * y * s, z * z * s
+    xy, xz, yz = x * y * s, x * z * s, y * z * s
+    wx, wy, wz = w * x * s, w * y * s, w * z * s
     R = matrix(
         [
-            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+            [1.0 - (yy + zz), xy - wz, xz + wy],
+            [xy + wz, 1.0 - (xx + zz), yz - wx],
+            [xz - wy, yz + wx, 1.0 - (xx + yy)],
         ]
     )
-    return Pose(R / n, vector(0.0, 0.0, 0.0))
+    return Pose(R, vector(0.0, 0.0, 0.0))
 
 
 def quaternion_of(pose: Pose) -> Vector:
@@ -126,8 +131,8 @@ def times(p: Vector, q: Vector) -> Vector:
 
 def spin(R: Vector, rate: Vector) -> Vector:
     """The angular velocity in world components: the axial vector of R' R^T."""
-    W = rate @ R.T
-    return vector(*((W[i, j] - W[j, i]) / 2 for i, j in ((2, 1), (0, 2), (1, 0))))
+    W = {(i, j): sum(rate[i] * R[j]) for i, j in itertools.permutations(range(3), 2)}
+    return vector(*((W[i, j] - W[j, i]) * 0.5 for i, j in ((2, 1), (0, 2), (1, 0))))
 
 
 def heading(pose: Pose) -> Any:

@@ -89,7 +89,13 @@ class Series:
 
 def product(a: Array, b: Array) -> Array:
     """The product of two series in time, as far as both are known."""
-    return np.stack([sum(a[j] * b[n - j] for j in range(n + 1)) for n in range(min(len(a), len(b)))])
+    k = min(len(a), len(b))
+    out = np.empty((k, *np.broadcast_shapes(a.shape[1:], b.shape[1:])), complex)
+    for n in range(k):
+        out[n] = a[0] * b[n]
+        for j in range(1, n + 1):
+            out[n] += a[j] * b[n - j]
+    return out
 
 
 def real(x: Any) -> float:

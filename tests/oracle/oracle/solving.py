@@ -96,11 +96,14 @@ def solve_in(
     modes: Mapping[str, str],
     frozen: dict[Any, Any] | None,
     quick: bool = False,
+    angle: float = 0.1,
 ) -> Solution:
     """Newton's method on all unknowns at once; where the laws are affine it ends after one step."""
-    names = force_names(
-        meaning, Point(meaning, state, Unknowns(meaning.unasked), frozen=frozen, modes=modes), modes
-    )
+    key = (*modes.items(), *((k, v) for k, v in state.items() if k.startswith("held(")))
+    if key not in meaning.force_names:
+        bare = Point(meaning, state, Unknowns(meaning.unasked), frozen=frozen, modes=modes)
+        meaning.force_names[key] = force_names(meaning, bare, modes)
+    names = meaning.force_names[key]
     n, states, asked = meaning.size, meaning.states, meaning.law_questions
     widths = [
         1
@@ -129,14 +132,26 @@ def solve_in(
         return point, np.array([np.broadcast_to(r, steps.shape[1]) for r in rows]).reshape(N, steps.shape[1])
 
     def scan(z: Array) -> tuple[Array, Array]:
-        rows = look(z, np.eye(N))[1]
+        try:
+            rows = look(z, np.eye(N))[1]
+        except ValueError:  # a law that is no number there
+            return np.full(N, np.nan), np.full((N, N), np.nan)
         return rows[:, 0].real, rows.imag / STEP
 
     z, superfluous = np.zeros(N), frozenset[str]()
-    z[n : n + len(names)][[name.endswith("/angle") for name in names]] = 0.1
+    z[n : n + len(names)] = [
+        angle if name.endswith("/angle") else 0.0 if meaning.plain else 1.0 for name in names
+    ]
+    dz = np.zeros(N)
     for attempt in range(80 if N else 0):
         r, J = scan(z)
-        if not (np.isfinite(r).all() and np.isfinite(J).all()):
+        for _ in range(40):
+            if np.isfinite(r).all() and np.isfinite(J).all():
+                break
+            dz = dz / 2
+            z = z + dz
+            r, J = scan(z)
+        else:
             raise Undetermined("the laws are no numbers here")
         dz, loose = least(J, r)
         size = np.abs(J) @ np.abs(z) + np.abs(J) @ np.abs(dz) + np.abs(r) + 1e-300
@@ -285,12 +300,14 @@ def solve(
         pattern = tuple(taken[c.name] != "open" for c in meaning.flat.contacts)
         if pattern in fitting:
             continue
-        try:
-            s = solve_in(meaning, state, taken, dict(frozen) if frozen is not None else None)
-        except Undetermined:
-            continue
-        if min(margins(meaning, s, options).values(), default=0) >= -NEAR:
-            fitting[pattern] = s
+        for angle in np.arange(8) * np.pi / 4 + 0.1 if "slip*" in combination else [0.1]:
+            try:
+                s = solve_in(meaning, state, taken, dict(frozen) if frozen is not None else None, angle=angle)
+            except Undetermined:
+                continue
+            if min(margins(meaning, s, options).values(), default=0) >= -NEAR:
+                fitting[pattern] = s
+                break
     if not fitting:
         raise Undetermined("no combination of touching, sticking and sliding fits")
     first, *others = fitting.values()

@@ -1,0 +1,312 @@
+"""The oracle against answers that can be written down."""
+
+import math
+
+import numpy as np
+import pytest
+from oracle import Meaning, Undetermined
+
+import mechc
+
+
+def meaning(text: str, **options: object) -> Meaning:
+    return Meaning(mechc.loads(text).compilation.flat, **options)  # type: ignore[arg-type]
+
+
+def test_pendulum_turns_back_as_gravity_says() -> None:
+    m = meaning(
+        "parameter l = 0.7 m; coordinate Angle a = 1 rad; gravity {0, -9.81} m/s^2;"
+        "mass 2 kg at world * rot(a) * {0, -l};"
+    )
+    assert m.accelerations({"a": 0.4, "der(a)": 3.0})["der(a, 2)"] == pytest.approx(
+        -9.81 / 0.7 * math.sin(0.4), rel=1e-14
+    )
+
+
+def test_period_of_a_pendulum() -> None:
+    """T = 4 K(sin(a0/2)) sqrt(l/g), by the arithmetic-geometric mean."""
+    m = meaning("coordinate Angle a = 1 rad; kinetic 1/2*1 kg.m^2*der(a)^2; potential -9 J*cos(a);")
+    x, y = 1.0, math.cos(0.5)
+    for _ in range(8):
+        x, y = (x + y) / 2, math.sqrt(x * y)
+    period = 2 * math.pi / x / 3
+    end = m.motion(period).states[-1]
+    assert end["a"] == pytest.approx(1, abs=1e-10) and end["der(a)"] == pytest.approx(0, abs=1e-9)
+
+
+def test_free_body_obeys_euler() -> None:
+    m = meaning(
+        "coordinate Rotation R; initial der(R) = {1, 2, 3} rad/s; frame b = world * R;"
+        "inertia diag({2, 3, 5} kg.m^2) on b; output L = direction(b, {2*der(R)[1], 3*der(R)[2], 5*der(R)[3]});"
+    )
+    a = m.accelerations(m.start())
+    assert [a[f"der(R, 2)[{k}]"] for k in (1, 2, 3)] == pytest.approx(
+        [-2 * 6 / 2, 3 * 3 / 3, -1 * 2 / 5], rel=1e-14
+    )
+    motion = m.motion(0.5)
+    first, last = m.outputs(motion.states[0]), m.outputs(motion.states[-1])
+    assert [last[f"L[{k}]"] for k in (1, 2, 3)] == pytest.approx(
+        [first[f"L[{k}]"] for k in (1, 2, 3)], abs=1e-9
+    )
+
+
+def test_steady_precession_of_a_top() -> None:
+    """(C (psi' + phi' cos) - A phi' cos) phi' = m g l, in a frame that follows the body."""
+    A, C, mgl, tilt, turn = 0.5, 0.2, 4.905, 0.6, 1.3
+    spin = (mgl / turn + A * turn * math.cos(tilt)) / C
+    m = meaning(
+        "gravity {0, 0, -9.81} m/s^2; coordinate Rotation R = rotx(0.6 rad); frame b = world * R;"
+        "mass 1 kg at b * {0, 0, 0.5 m}; inertia diag({0.25, 0.25, 0.2} kg.m^2) on b;"
+        "output w = angvel(b);"
+    )
+    state = m.start() | {"der(R)[2]": turn * math.sin(tilt), "der(R)[3]": spin}
+    a = m.accelerations(state)
+    assert a["der(R, 2)[3]"] == pytest.approx(0, abs=1e-12)
+    own = spin - turn * math.cos(tilt)
+    assert a["der(R, 2)[1]"] == pytest.approx(turn * math.sin(tilt) * own, rel=1e-12)
+    assert a["der(R, 2)[2]"] == pytest.approx(0, abs=1e-12)
+
+
+def test_parallelogram_of_four_bars_is_a_pendulum() -> None:
+    m = meaning(
+        """import mech.planar.*;
+model A
+  gravity {0, -9.81} m/s^2;
+  Rod left(m = 1 kg, l = 1 m);
+  Rod right(m = 1 kg, l = 1 m);
+  Bar top(m = 2 kg, l = 3 m);
+  Revolute p(world -> left.a, angle = 0.5 rad);
+  Revolute q(world * trans({3, 0} m) -> right.a, angle ~ 0.4 rad);
+  Revolute r(left.b -> top.a, angle ~ -0.5 rad);
+  cut Revolute s(top.b -> right.b);
+end A;"""
+    )
+    state = m.start()
+    assert state["q.angle"] == pytest.approx(0.5, abs=1e-12)
+    a = m.accelerations(state)
+    expected = -(2 * 0.5 + 2) * 9.81 * math.sin(0.5) / (2 / 3 + 2)
+    assert a["der(p.angle, 2)"] == pytest.approx(expected, rel=1e-12)
+    assert a["der(r.angle, 2)"] == pytest.approx(-expected, rel=1e-12)
+
+
+def test_ball_bounces_at_the_times_of_a_geometric_series() -> None:
+    m = meaning(
+        "coordinate Length y = 1 m; kinetic 1/2*1 kg*der(y)^2; potential 9.81 N*y; contact floor: y restitution 0.3;"
+    )
+    motion = m.motion(1.2)
+    fall = math.sqrt(2 / 9.81)
+    hits = [e.time for e in motion.events if e.kind == "impact"]
+    assert hits[0] == pytest.approx(fall, abs=1e-10)
+    assert hits[1] - hits[0] == pytest.approx(2 * 0.3 * fall, abs=1e-10)
+    rest = next(e.time for e in motion.events if e.kind == "rest")
+    assert rest == pytest.approx(fall * (1 + 2 * 0.3 / 0.7), abs=1e-8)  # 1e-9 of the first speed is left out
+    assert motion.states[-1]["y"] == pytest.approx(0, abs=1e-12)
+
+
+def test_block_slides_stops_and_stays() -> None:
+    m = meaning(
+        "coordinate Length x = 0 m; initial der(x) = 2 m/s; kinetic 1/2*1 kg*der(x)^2; friction 4 N on x;"
+    )
+    motion = m.motion(1)
+    assert [(e.kind, round(float(e.time), 9)) for e in motion.events] == [("stick", 0.5)]
+    assert motion.states[-1]["x"] == pytest.approx(0.5, abs=1e-10)
+
+
+def test_two_dimensional_slip_starts_along_the_force() -> None:
+    m = meaning(
+        "gravity {0, 0, -10} m/s^2; coordinate Length x[3] = {0, 0, 0} m; point P = world * x; mass 1 kg at P;"
+        "contact floor: x[3] friction 0.2 along {der(x[1]), der(x[2])}; force {-3, 4, 0} N on P;"
+    )
+    a = m.accelerations(m.start())
+    assert [a[f"der(x[{k}], 2)"] for k in (1, 2, 3)] == pytest.approx([-3 + 1.2, 4 - 1.6, 0], abs=1e-10)
+    assert m.modes(m.start())["floor"] == "slip*"
+
+
+REACTION = """import mech.{space}.*;
+model A
+  Body b(m = 1 kg, J = {J});
+  Revolute h(world -> b.a, angle = 0 rad);
+  {law}
+  output F = reaction(h);
+  output N = moment(h);
+end A;"""
+
+
+@pytest.mark.parametrize(
+    ("law", "moment"),
+    [
+        ("Spring s(world * trans({3, 4} m) -> b.a, k = 10 N/m);", 0.0),
+        ("potential 1/2*10 N/m*dot(pos(b.a) - {3, 4} m, pos(b.a) - {3, 4} m);", 0.0),
+        ("force {30, 40} N on b.a;", 0.0),
+        ("lagrangian 30 N*pos(b.a)[1] + 40 N*pos(b.a)[2];", 0.0),
+        ("force {30, 40} N on b.a; torque 2 N.m on b.a; force 5 N.m on h.angle;", 5.0),
+    ],
+)
+def test_reaction_holds_whatever_acts(law: str, moment: float) -> None:
+    """A cut carries all loads; a force on the coordinate of the joint itself goes through the joint."""
+    m = meaning(REACTION.format(space="planar", J="1 kg.m^2", law=law))
+    y = m.outputs(m.start())
+    assert [y["F[1]"], y["F[2]"], y["N"]] == pytest.approx([-30, -40, moment], abs=1e-10)
+
+
+def test_reaction_of_the_same_joint_in_the_tree_and_in_a_loop() -> None:
+    text = """import mech.planar.*;
+model A
+  gravity {0, -9.81} m/s^2;
+  Bar arm(m = 1 kg, l = 1 m);
+  Revolute shoulder(world -> arm.a, angle = 0.3 rad, der(angle) = 2 rad/s);
+  Bar fore(m = 0.5 kg, l = 0.7 m);
+  %s
+  force 3 N.m on elbow.angle;
+  damping 0.2 N.m.s on elbow.angle;
+  output F = reaction(elbow);
+  output N = moment(elbow);
+end A;"""
+    tree = meaning(text % "Revolute elbow(arm.b -> fore.a, angle = 0.4 rad, der(angle) = -1 rad/s);")
+    loop = meaning(
+        text
+        % "Planar free(world -> fore.a); cut Revolute elbow(arm.b -> fore.a, angle = 0.4 rad, der(angle) = -1 rad/s);"
+    )
+    a, b = tree.outputs(tree.start()), loop.outputs(loop.start())
+    assert [a[k] for k in ("F[1]", "F[2]", "N")] == pytest.approx(
+        [b[k] for k in ("F[1]", "F[2]", "N")], abs=1e-10
+    )
+    assert a["N"] == pytest.approx(3 + 0.2, abs=1e-10)
+
+
+def test_questions_inside_of_laws() -> None:
+    pump = meaning(
+        "coordinate Length x = 1 m; initial der(x) = 0.5 m/s; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*x^2;"
+        "force -0.1 s/m^2*(energy() - 2 J)*der(x) on x;"
+    )
+    assert pump.accelerations(pump.start())["der(x, 2)"] == pytest.approx(
+        -1 - 0.1 * (0.625 - 2) * 0.5, rel=1e-14
+    )
+    weight = meaning(
+        "gravity {0, -10} m/s^2; coordinate Length x = 0 m; coordinate Length y = 0 m; initial der(x) = 1 m/s;"
+        "mass 2 kg at world * {x, y}; contact floor: y; state Force N = 5 N;"
+        "equation der(N) = (multiplier(floor) - N)/0.1 s; force (if closed(floor) then -1 N else 0 N) on x;"
+    )
+    a = weight.accelerations(weight.start())
+    assert a["der(N)"] == pytest.approx(150, rel=1e-12) and a["der(x, 2)"] == pytest.approx(-0.5, rel=1e-12)
+
+
+def test_friction_that_follows_from_a_reaction() -> None:
+    """The guide carries the weight and a spring across; N^(1/3) makes the law nonlinear."""
+    text = """import mech.planar.*;
+model A
+  gravity {0, -10} m/s^2;
+  Particle b(m = 2 kg);
+  Translation t(world -> b.a, der(position) = {1, 0} m/s);
+  constraint rail: t.position[2] = 0.5 m*(t.position[1]/1 m)^2;
+  %s
+end A;"""
+    m = meaning(text % "force -3 N*(multiplier(rail)/1 N)^(1/3) on t.position[1];")
+    N = 20 + 2  # the curve asks for an acceleration 1 m/s^2 upwards
+    assert m.accelerations(m.start())["der(t.position[1], 2)"] == pytest.approx(
+        -1.5 * N ** (1 / 3), rel=1e-12
+    )
+    guide = meaning(
+        """import mech.planar.*;
+model A
+  gravity {0, -10} m/s^2;
+  Body b(m = 2 kg, J = 1 kg.m^2);
+  Prismatic g(world -> b.a, der(position) = 1 m/s);
+  Spring s(world * trans({0, 1} m) -> b.a, k = 6 N/m);
+  friction 0.2*abs(reaction(g)[2]) on g.position;
+end A;"""
+    )
+    assert guide.accelerations(guide.start())["der(g.position, 2)"] == pytest.approx(-0.2 * 14 / 2, rel=1e-12)
+
+
+def test_coulombs_law_with_no_solution_or_several_is_refused() -> None:
+    """Painlevé's rod: its tip slides, the friction is large; the normal force would have to be negative (or is not unique)."""
+    text = """gravity {0, -10} m/s^2;
+coordinate Length x = 0 m; coordinate Length y = 0.5 m*sin(1.1); coordinate Angle a = 1.1 rad;
+initial der(x) = -5 m/s; initial der(a) = %s rad/s; initial der(y) = 0.5 m*cos(1.1)*%s rad/s;
+frame rod = world * trans({x, y}) * rot(a);
+mass 1 kg at rod; inertia 1/12*1 kg.m^2 on rod;
+point tip = rod * {-0.5, 0} m;
+contact floor: tip[2] friction 3 along vel(tip)[1];"""
+    for rate in (0, 6):  # at rest gravity closes: none; spinning fast the centripetal force opens: two
+        m = meaning(text % (rate, rate))
+        with pytest.raises(Undetermined):
+            m.accelerations(m.start())
+
+
+@pytest.mark.parametrize(
+    ("body", "value"),
+    [
+        ("cos(200*s) for s in 0:1", math.sin(200) / 200),
+        ("1/sqrt(1 - s^2) for s in 0:1", math.pi / 2),
+        ("abs(s - 0.3) for s in 0:1", (0.09 + 0.49) / 2),
+        ("exp(-((s - 0.4)/0.001)^2) for s in 0:1", 0.001 * math.sqrt(math.pi)),
+        ("(if s < 0.25 then 1 else 3) for s in 0:1", 0.25 + 2.25),
+    ],
+)
+def test_definite_integrals(body: str, value: float) -> None:
+    m = meaning(f"coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; output I = integral({body});")
+    assert m.outputs(m.start())["I"] == pytest.approx(value, rel=1e-9)
+
+
+def test_integral_with_a_kink_that_moves() -> None:
+    """V = k int_0^1 |s - x| ds = k (x^2 + (1 - x)^2)/2: the force is -k (2 x - 1), its rate is -2 k x'."""
+    m = meaning(
+        "dimensionless; coordinate x = 0.3; initial der(x) = 2; kinetic 1/2*der(x)^2;"
+        "potential 5*integral(abs(s - x) for s in 0:1); output r = der(integral(abs(s - x) for s in 0:1), 2);"
+    )
+    a = m.accelerations(m.start())["der(x, 2)"]
+    assert a == pytest.approx(-5 * (2 * 0.3 - 1), rel=1e-9)
+    assert m.outputs(m.start())["r"] == pytest.approx(2 * 4 + (2 * 0.3 - 1) * a, rel=1e-9)
+
+
+def test_conditions_act_when_they_become_true() -> None:
+    m = meaning(
+        "discrete Integer n = 0; discrete Real late = 0; coordinate Length x = 0 m; initial der(x) = 1 m/s;"
+        "kinetic 1/2*1 kg*der(x)^2;"
+        "when x > 0.1 m*(n + 1) then n := n + 1; reinit(der(x), 2*der(x)); end when;"
+        "when sample(0.05 s) then late := time/1 s; end when;"
+        'when time >= 0.17 s then terminate("enough"); end when;'
+    )
+    motion = m.motion(1)
+    assert motion.outcome == "terminated" and motion.time[-1] == pytest.approx(0.17, abs=1e-11)
+    assert motion.states[-1]["n"] == 2 and motion.states[-1]["late"] == pytest.approx(0.15, abs=1e-12)
+    assert motion.states[-1]["x"] == pytest.approx(0.2 + 4 * 0.02, abs=1e-10)
+
+
+def test_potential_step_refracts_and_reflects() -> None:
+    text = (
+        "coordinate Length x = -1 m; coordinate Length y = 0 m; initial der(x) = %s m/s; initial der(y) = 1 m/s;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); potential if x > 0 m then 1.5 J else 0 J;"
+    )
+    end = meaning(text % 2).motion(1).states[-1]
+    assert (end["der(x)"], end["der(y)"]) == pytest.approx((1, 1), abs=1e-12)
+    end = meaning(text % 1).motion(1.5).states[-1]
+    assert (end["der(x)"], end["der(y)"], end["x"]) == pytest.approx((-1, 1, -0.5), abs=1e-10)
+
+
+def test_known_values_stay_where_guesses_move() -> None:
+    m = meaning(
+        "coordinate Length x = 3 m; coordinate Length y ~ 1 m; initial der(x) ~ 0; initial der(y) = 6 m/s;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); constraint rod: norm({x, y}) = 5 m;"
+    )
+    s = m.start()
+    assert (s["x"], s["y"], s["der(x)"], s["der(y)"]) == pytest.approx((3, 4, -8, 6), abs=1e-12)
+
+
+def test_a_momentum_may_be_given() -> None:
+    m = meaning(
+        "coordinate Angle a = 1 rad; coordinate Length r = 2 m; kinetic 1/2*3 kg*(der(r)^2 + r^2*der(a)^2);"
+        "initial momentum(a) = 6 kg.m^2/s;"
+    )
+    assert m.start()["der(a)"] == pytest.approx(0.5, rel=1e-12)
+
+
+def test_random_states_lie_on_the_constraints() -> None:
+    m = meaning(
+        "coordinate Length x ~ 3 m; coordinate Length y ~ 4 m; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+        "constraint rod: norm({x, y}) = 5 m;"
+    )
+    s = m.random(np.random.default_rng(0))
+    assert math.hypot(s["x"], s["y"]) == pytest.approx(5, abs=1e-12)
+    assert s["x"] * s["der(x)"] + s["y"] * s["der(y)"] == pytest.approx(0, abs=1e-12)
