@@ -43,7 +43,7 @@ def test_free_body_obeys_euler() -> None:
     assert [a[f"der(R, 2)[{k}]"] for k in (1, 2, 3)] == pytest.approx(
         [-2 * 6 / 2, 3 * 3 / 3, -1 * 2 / 5], rel=1e-14
     )
-    motion = m.motion(0.5)
+    motion = m.motion(0.2)
     first, last = m.outputs(motion.states[0]), m.outputs(motion.states[-1])
     assert [last[f"L[{k}]"] for k in (1, 2, 3)] == pytest.approx(
         [first[f"L[{k}]"] for k in (1, 2, 3)], abs=1e-9
@@ -238,7 +238,8 @@ contact floor: tip[2] friction 3 along vel(tip)[1];"""
     ("body", "value"),
     [
         ("cos(200*s) for s in 0:1", math.sin(200) / 200),
-        ("1/sqrt(1 - s^2) for s in 0:1", math.pi / 2),
+        ("sqrt(1 - s^2) for s in 0:1", math.pi / 4),
+        ("1/sqrt(s) for s in 0:1", 2.0),
         ("abs(s - 0.3) for s in 0:1", (0.09 + 0.49) / 2),
         ("exp(-((s - 0.4)/0.001)^2) for s in 0:1", 0.001 * math.sqrt(math.pi)),
         ("(if s < 0.25 then 1 else 3) for s in 0:1", 0.25 + 2.25),

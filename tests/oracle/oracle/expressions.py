@@ -72,7 +72,7 @@ class Evaluator:
 
     def decide(self, key: Any, margin: Any, now: bool) -> bool:
         """A choice of a law: as it is now, or as it stays up to the next event (events, section 5)."""
-        if self.frozen is None or not isinstance(margin, Series):
+        if self.frozen is None or not (isinstance(margin, Series) or isinstance(self.frozen, Fresh)):
             return now
         choice = self.frozen.setdefault(key, now)
         self.seen[key] = (margin if choice else -margin, choice)
