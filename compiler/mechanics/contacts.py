@@ -61,7 +61,7 @@ def _contact(
 ) -> list[ConstraintRows]:
     """Return the row of the gap, then those of the friction."""
     graph, name = lowering.graph, contact.name
-    gap = lowering.scalar(contact.gap)
+    (gap,) = lowering.switching(lowering.numbers(contact.gap))
     lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
     support = set(graph.support(gap))
     if support & symbols.velocities or not support & symbols.positions:
@@ -101,7 +101,7 @@ def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) 
             help="add 'along s' with the slip velocity s",
         )
         return []
-    slips = lowering.numbers(contact.along)
+    slips = lowering.switching(lowering.numbers(contact.along))
     lowering.questions.refuse(slips, "a slip", contact.along, "write the velocity of what slides")
     kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", reporter)
     static = kinetic
@@ -130,7 +130,7 @@ def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) 
 
 def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter: Reporter) -> ConstraintRows:
     graph, name = lowering.graph, friction.name
-    slips = rate_of(lowering, friction.on, symbols)
+    slips = lowering.switching(rate_of(lowering, friction.on, symbols))
     kinetic = lowering.scalar(friction.kinetic)
     static = kinetic if friction.static is None else lowering.scalar(friction.static)
     for value, expression in ((kinetic, friction.kinetic), (static, friction.static or friction.kinetic)):

@@ -12,7 +12,7 @@ from collections.abc import Collection
 from msgspec import Struct
 
 from ...graph import Graph, Node
-from ...graph import operations as ops
+from ...graph.kinks import as_choice
 from ...graph.rewrite import rebuild
 
 
@@ -41,19 +41,9 @@ def take_sides(graph: Graph, law: Node, unknowns: Collection[Node], sides: dict[
             continue
         depends.add(n)
         new = tuple(images.get(a, a) for a in arguments)
-        match graph.op(n):
-            case ops.ABS:
-                images[n] = graph.select(below(new[0], graph.zero), graph.neg(new[0]), new[0])
-            case ops.SIGN:
-                images[n] = graph.select(below(new[0], graph.zero), graph.minus_one, graph.one)
-            case ops.LESS:
-                images[n] = below(*new)
-            case ops.LESS_EQUAL:
-                images[n] = graph.logical_not(below(new[1], new[0]))
-            case ops.MINIMUM:
-                images[n] = graph.select(below(*new), *new)
-            case ops.MAXIMUM:
-                images[n] = graph.select(below(*new), new[1], new[0])
-            case _ if new != arguments:
-                images[n] = rebuild(graph, n, graph, new)
+        choice = as_choice(graph, n, new, below)
+        if choice is not None:
+            images[n] = choice
+        elif new != arguments:
+            images[n] = rebuild(graph, n, graph, new)
     return images.get(law, law)

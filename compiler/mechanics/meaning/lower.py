@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from fractions import Fraction
 from itertools import pairwise
@@ -28,6 +28,7 @@ from ...flat.model import (
 )
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
+from ...graph.kinks import COMPARING, as_choices
 from ...graph.table import Table, monotone_table
 from ...graph.vector import quaternion_rotation
 from ..kinematics.frames import Frame, Kinematics, Point
@@ -184,6 +185,15 @@ class Lowering:
     def numbers(self, expression: Expression) -> tuple[Node, ...]:
         """Return the entries of a numeric expression in row-major order; a point gives its position."""
         return self.questions.settle(self.reported(expression))
+
+    def switching(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """Return nodes whose kinks and jumps are switches like those of ``if``: where their rates jump, a run stops."""
+        symbols = self._symbols
+        fixed = {s.node for s in (*symbols.parameters, *symbols.discretes)}
+        bent = as_choices(self.graph, nodes, fixed)
+        compared = (n for n in self.graph.reach(bent) if self.graph.op(n) in COMPARING)
+        self.relations |= dict.fromkeys(compared)
+        return bent
 
     def reported(self, expression: Expression) -> tuple[Node, ...]:
         """Return the entries of what nothing depends on: its questions are answered when the equations are solved."""
