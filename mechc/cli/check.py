@@ -38,8 +38,8 @@ def command(
     with_structure: bool,
     quiet: bool,
 ) -> int:
-    """Check each FILE: syntax, names, units, mechanics, and whether it can be assembled where its experiments begin. Exit
-    with 1 if a model is wrong."""
+    """Check each FILE: syntax, names, units, mechanics, and whether its experiments can begin: settings, assembly, what
+    holds at the first instant. Exit with 1 if a model is wrong."""
     from ..api import load
     from ..lang.diagnostics import CompileError
     from ..presentation.render import render
