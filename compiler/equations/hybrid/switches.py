@@ -71,7 +71,9 @@ def find_switches(
     not write; ``fixed`` are the symbols that change at events only.
     """
     graph = system.graph
-    relations = [*system.lowering.relations, *further]
+    written = list(system.lowering.relations)
+    settled = system.lowering.questions.settle(written)  # as they stand in what is differentiated
+    relations = [*written, *(n for n, m in zip(settled, written, strict=True) if n != m), *further]
     if not relations and not sides:
         return Switches((), (), {})
     images = substitute(graph, relations, resolve)

@@ -17,6 +17,7 @@ from msgspec.structs import replace
 from ...graph import Graph, Node
 from ...graph.rewrite import transfer
 from ...malformed import Malformed
+from ...mechanics.questions import PREFIX
 from ..model import Equations, Function
 
 ELSEWHERE = Fraction(1_299_709, 1_299_721)
@@ -36,8 +37,10 @@ def without_dead_symbols(equations: Equations) -> Equations:
         target.add_table(table)
     images = transfer(source, outputs, target, dict.fromkeys(dead, target.zero))
     others = transfer(source, outputs, target, dict.fromkeys(dead, target.constant(ELSEWHERE)))
-    if not all(map(target.identical, images, others)):
-        names = ", ".join(source.name(n) for n in dead)
+    # without identities of values only symbols that cancel term by term are gone
+    forgotten = dead if source.by_value else [n for n in dead if source.name(n).startswith(PREFIX)]
+    if forgotten and not all(map(target.identical, images, others)):
+        names = ", ".join(source.name(n) for n in forgotten)
         raise Malformed(
             "equations", f"the values of functions depend on {names}, without a place at run time"
         )

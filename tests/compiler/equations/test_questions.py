@@ -8,6 +8,7 @@ from it in any way. Accelerations, rates of states and the answer are compared a
 from __future__ import annotations
 
 import itertools
+import math
 
 import mpmath
 import pytest
@@ -379,3 +380,47 @@ def test_place_that_cannot_know_forces(text: str, code: str, question: str) -> N
         return  # it jumps, and has the rate 0
     found = refused("contact e2: s + 5 m;" + text.replace("Q", question))
     assert found == [code]
+
+
+SPACE = """import mech.spatial.*;
+gravity {0, 1, -9.81} m/s^2;
+Body top(m = 2 kg, J = diag({0.3, 0.4, 0.5} kg.m^2), com = {0.4, -0.1, 0.2} m);
+Body low(m = 1 kg, J = diag({0.1, 0.2, 0.15} kg.m^2), com = {0, 0.3, -0.2} m);
+Spherical ball(world -> top.a);
+Universal cross(top.a*trans({0.5, 0, 0.2} m) -> low.a);
+Spring line(world*trans({1, 2, 0} m) -> low.a*trans({0, 1, 0} m), k = 8 N/m, rest = 0.4 m);
+constraint held: pos(low.a)[3] = 0.1 m;
+force push: 0.3 N/m*pos(low.a) on top.a*{0, 0, 1} m;
+"""
+ANSWERS = {
+    "energy()": ("J", 0.01), "momentum(ball.orientation)[2]": ("N.m.s", 0.3), "mass_centre()[3]": ("m", 1.0),
+    "mass_centre(low.a)[1]": ("m", 1.0), "inertia_tensor(top.a)[1,1]": ("kg.m^2", 1.0), "power(push)": ("W", 0.1),
+    "reaction(ball)[2]": ("N", 0.02), "moment(cross)[1]": ("N.m", 0.1), "reaction(cross)[3]": ("N", 0.02),
+    "multiplier(held)": ("N", 0.03),
+}  # fmt: skip
+USES = {
+    "force": "force {0.1, 0.2, 0.3} N*(Q) on low.a;",
+    "torque": "torque {0.1, -0.2, 0.3} N.m*(Q) on top.a;",
+    "law": "force {0.1, 0.2, 0.3} N*cos(Q) on low.a; torque {0.1, 0, 0.2} N.m*exp(-(Q)^2) on top.a;",
+}
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("asked", ANSWERS)
+def test_answer_in_space_is_what_the_output_says(asked: str, use: str) -> None:
+    """Where the answer stands, an input with its value gives the same accelerations."""
+    unit, size = ANSWERS[asked]
+    number = f"{size}*{asked}/(1 {unit})"
+    model = compiled(f"{SPACE}{USES[use].replace('Q', number)}\noutput answer = {number};")
+    twin = compiled(f"{SPACE}input Real k;\n{USES[use].replace('Q', 'k')}\noutput answer = {number};")
+    moving = [e.name for e in model.equations.states if e.kind in ("coordinate", "rate")]
+    values = {name: 0.3 + 0.4 * math.sin(7.0 * k) for k, name in enumerate(moving)}
+    length = math.hypot(*(values[f"ball.orientation[{k}]"] for k in range(1, 5)))
+    values |= {f"ball.orientation[{k}]": values[f"ball.orientation[{k}]"] / length for k in range(1, 5)}
+    values["time"] = 0.2
+    answer = outcome(model, "outputs", values)["answer"]
+    assert abs(answer) > 1e-3
+    found, expected = outcome(model, "rhs", values), outcome(twin, "rhs", values | {"k": answer})
+    assert outcome(twin, "outputs", values | {"k": answer})["answer"] == pytest.approx(answer, rel=1e-9)
+    rates = [n for n in found if n.startswith("der(")]
+    assert [found[n] for n in rates] == pytest.approx([expected[n] for n in rates], rel=1e-8, abs=1e-8)
