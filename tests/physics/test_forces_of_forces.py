@@ -116,7 +116,7 @@ def test_standalone_c(name: str, tmp_path: Path) -> None:
     assert found == pytest.approx(expected, rel=NEAR)
 
 
-@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("name", [pytest.param("pump", marks=pytest.mark.slow), "sled"])
 @pytest.mark.parametrize("kind", ["CoSimulation", "ModelExchange"])
 def test_fmu(name: str, kind: str, tmp_path: Path) -> None:
     text, names, expected = MODELS[name]
@@ -200,6 +200,75 @@ def test_no_force_agrees_with_its_law() -> None:
     solution = mechc.loads(text).simulate(stop=1)
     assert solution.outcome is Outcome.FAILED
     assert "not a number" in solution.message
+
+
+@pytest.mark.parametrize("load", ["0", "(1 - time)"])
+def test_force_that_is_nothing_without_its_law(load: str) -> None:
+    """N = load + 1/N: the quotient has no value where the iteration would begin."""
+    text = f"""dimensionless;
+  coordinate q = 1; coordinate r = 0; kinetic 1/2*der(q)^2 + 1/2*der(r)^2;
+  constraint c: q = 1;
+  force -{load} - 1/multiplier(c) on q;
+  force multiplier(c) on r;
+  output N = multiplier(c);
+"""
+    solution = mechc.loads(text).simulate(stop=1, every=0.125)
+    assert solution.outcome is Outcome.COMPLETED
+    b = 0.0 if load == "0" else 1 - solution.time
+    np.testing.assert_allclose(solution["N"], b / 2 + np.sqrt(1 + b * b / 4), rtol=1e-12)
+
+
+TWO = """
+coordinate Length x = 1 m; coordinate Length y = 2 m; initial der(x) = 1 m/s; initial der(y) ~ 0.5 m/s;
+mass 2 kg at world*{x, 0 m}; mass 1 kg at world*{0 m, y}; potential 1/2*3 N/m*(x^2 + y^2);
+"""
+KINETIC = "(1 kg*der(x)^2 + 1/2*1 kg*der(y)^2)"
+ENERGY = f"({KINETIC} + 1/2*3 N/m*(x^2 + y^2))"
+FORMULAS = (
+    ("kinetic_energy()", KINETIC), ("energy()", ENERGY), ("momentum(x)", "(2 kg*der(x))"),
+    ("mass_centre()[1]", "(2*x/3)"), ("mass_centre()[2]", "(y/3)"),
+)  # fmt: skip
+OFTEN = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "constraint c: mass_centre()[1] + mass_centre()[2]^2/(1 m) = 10/9*1 m; initial y ~ 2 m;",
+        "constraint c: momentum(x) + 1 kg*der(y) = 2.5 N.s;",
+        "when x > 1.1 m then impulse 0.3 s/m*energy() on y; reinit(der(x), 0.1 m/s*energy()/(1 J)); end when;",
+        "discrete n = 0; when sample(0.1 s) then n := pre(n) + kinetic_energy()/(1 J); end when; force 0.1 N*n on y;",
+        pytest.param(
+            "when energy() - 0.5 N*x > 8.2 J then reinit(der(x), 0.1 m/s); end when; force 9 N on y;",
+            marks=OFTEN,
+        ),
+        pytest.param("contact c: mass_centre()[1] - 0.6 m restitution 0.5; force -5 N on x;", marks=OFTEN),
+        pytest.param("contact c: y friction 0.1 along der(mass_centre()[1]); force -10 N on y;", marks=OFTEN),
+        pytest.param("friction 0.1 m^-1*energy() on x;", marks=OFTEN),
+        pytest.param("force (if momentum(x) > 1 N.s then 1 N else 0 N) on y;", marks=OFTEN),
+        pytest.param("potential (if mass_centre()[1] > 0.75 m then 0.2 J else 0 J);", marks=OFTEN),
+        pytest.param("potential 1 N*max(mass_centre()[1] - 0.7 m, 0 m);", marks=OFTEN),
+        pytest.param("kinetic 0.1 kg*der(mass_centre()[1])^2;", marks=OFTEN),
+        pytest.param("output p = der(energy()); damping 0.2 N.s/m on x;", marks=OFTEN),
+        pytest.param(
+            "frame g = world*trans({mass_centre()[1], mass_centre()[2]}); force {1, 2} N on g;", marks=OFTEN
+        ),
+        pytest.param(
+            "let g = mass_centre()[1]; force 1 N on g; output v = der(g); output a = der(g, 2);", marks=OFTEN
+        ),
+    ],
+)
+def test_formula_in_the_place_of_a_question(text: str) -> None:
+    """Places that are differentiated, or in which events ask: the motion is that of the formula written out."""
+    plain = text
+    for question, formula in FORMULAS:
+        plain = plain.replace(question, formula)
+    assert plain != text
+    asked, written_out = (mechc.loads(TWO + t).simulate(stop=1, tolerance=1e-10) for t in (text, plain))
+    assert asked.outcome is written_out.outcome is Outcome.COMPLETED
+    assert [e.kind for e in asked.events] == [e.kind for e in written_out.events]
+    for name in written_out:
+        np.testing.assert_allclose(asked[name][-1], written_out[name][-1], rtol=1e-9, atol=1e-9)
 
 
 def test_spring_at_a_hinged_body() -> None:

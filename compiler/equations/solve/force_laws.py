@@ -95,7 +95,7 @@ def _is_linear(graph: Graph, n: Node, dependent: set[Node]) -> bool:
 def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[Node, Node]:
     """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
     equations = _Equations(graph, laws, affine)
-    point = equations.at(equations.base)
+    point = equations.begin()
     fraction = graph.one
     found: list[tuple[Node, tuple[Node, ...]]] = []
     for _ in range(STEPS):
@@ -132,7 +132,7 @@ def _chosen(graph: Graph, condition: Node, a: _Point, b: _Point) -> _Point:
     def choose(x: tuple[Node, ...], y: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(graph.select(condition, m, n) for m, n in zip(x, y, strict=True))
 
-    (merit, small) = choose((a.merit, a.small), (b.merit, b.small))
+    merit, small = choose((a.merit, a.small), (b.merit, b.small))
     return _Point(
         choose(a.forces, b.forces), choose(a.residual, b.residual), choose(a.slopes, b.slopes), merit, small
     )
@@ -178,6 +178,14 @@ class _Equations:
                 small, graph.less_equal(graph.abs(h), graph.mul(graph.constant(TOLERANCE), size))
             )
         return _Point(forces, tuple(residual), tuple(matrix), merit, small)
+
+    def begin(self) -> _Point:
+        """Return the forces without the laws, or where these have no value there, as 1/N at zero, one unit beside."""
+        graph = self.graph
+        first = self.at(tuple(graph.one if graph.is_zero(s) else s for s in self.base))
+        beside = self.at(tuple(graph.add(s, graph.one) for s in self.base))
+        largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
+        return _chosen(graph, graph.less(first.merit, largest), first, beside)
 
     def step(self, point: _Point) -> tuple[Node, ...]:
         """Return the step of Newton's method."""
