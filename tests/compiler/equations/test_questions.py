@@ -327,6 +327,16 @@ def test_question_in_its_place(name: str, there: str) -> None:
     compare(QUESTIONS[name], PLACES[there])
 
 
+@pytest.mark.parametrize("there", [name for name in PLACES if name != "nothing"])
+def test_reaction_that_is_asked_for_nowhere_else(there: str) -> None:
+    """The joint is cut for the sake of any place that asks."""
+    text = BASE.text + HINGE.text + PLACES[there].text.replace("Q", "reaction(h)[1]/(1 N)")
+    alone, reported = compiled(text), compiled(f"{text}\noutput F = reaction(h)[1];")
+    values = values_of(alone)
+    expected = outcome(reported, "rhs", values)
+    assert outcome(alone, "rhs", values) == pytest.approx(expected, rel=1e-12, abs=1e-12)
+
+
 @pytest.mark.parametrize(("name", "there"), sorted(NOT_CIRCULAR))
 def test_question_in_an_energy(name: str, there: str) -> None:
     compare(QUESTIONS[name], ENERGIES[there])
