@@ -17,7 +17,7 @@ from msgspec.structs import replace
 from ...graph import Graph, Node
 from ...graph.rewrite import transfer
 from ...malformed import Malformed
-from ...mechanics.questions import PREFIX
+from ...mechanics.meaning.questions import PREFIX
 from ..model import Equations, Function
 
 ELSEWHERE = Fraction(1_299_709, 1_299_721)
