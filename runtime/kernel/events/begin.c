@@ -68,7 +68,11 @@ int mech_begin_look(mech_solver *s)
             return mech_fail(s, MECH_PENETRATION, i);
         }
     if (h->initial >= 0) e->z[h->initial] = 0;
-    if (h->n_branches) mech_branches_read(s, e->held);
+    if (h->n_branches) {
+        const int before = mech_schedule_begin_before(s);
+        mech_branches_read(s, e->held);
+        if (before) mech_schedule_set(s, 0);
+    }
     if (h->initial >= 0) e->z[h->initial] = 1;
     return MECH_RUNNING;
 }

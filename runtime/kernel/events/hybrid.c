@@ -216,7 +216,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     status = accept_row(s, t_new, h);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
-    return hit >= 0 || t_new == next ? reach(s, hit) : check_limits(s);
+    return hit >= 0 || mech_schedule_due(next, t_new) ? reach(s, hit) : check_limits(s);
 }
 
 int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
