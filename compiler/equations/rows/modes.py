@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
+from mechc.lang.diagnostics import Reporter
+
 from ...graph import Node
 from ...graph.differentiate import jacobian
 from ...graph.rewrite import substitute
@@ -52,6 +54,27 @@ def with_modes(
         )
         result.append(replace(row, equation=equation))
     return tuple(result)
+
+
+MOST_ROWS = 64
+"""Rows that the kernel decides over at an instant: ``MECH_MOST_ROWS``, compared by a test."""
+
+
+def check_count(rows: Sequence[Row], reporter: Reporter) -> None:
+    """Report more rows that switch than a run could decide over, before their equations are solved."""
+    switching = [
+        row for row in rows if row.constraint.mode is not None and row.constraint.mode.smooth is None
+    ]
+    if len(switching) <= MOST_ROWS:
+        return
+    raise reporter.fail(
+        "E0720",
+        f"the model has {len(switching)} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
+        switching[MOST_ROWS].constraint.origin.shown,
+        caption=f"number {MOST_ROWS + 1} comes from here",
+        help="a run decides over all of them at once: replace some by potentials, or by friction with "
+        'law = "regularized"; friction on a surface has two rows',
+    )
 
 
 def frictions(rows: Sequence[Row]) -> dict[Node, list[Row]]:

@@ -21,7 +21,7 @@ from ..model import COMPLIANCE
 from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies
-from ..rows.modes import friction_loss, with_modes
+from ..rows.modes import check_count, friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
 from ..rows.residual import energy_efforts, residual, seeds_of
 from ..rows.signs import Side
@@ -88,6 +88,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     every_row = without_empty(
         rows_of(system, multipliers, before), system, reporter, lambda: default_values(system)
     )
+    check_count(every_row, reporter)
     check_held(system, every_row, reporter)
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)

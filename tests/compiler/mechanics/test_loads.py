@@ -98,3 +98,26 @@ def test_sticking_holds_at_least_as_much_as_sliding(statement: str, wrong: bool)
         assert [d.code for d in raised.value.diagnostics] == ["E0706"]
     else:
         assert codes_of(text) == []
+
+
+ROWS = (
+    "structural parameter Integer n = {n}; coordinate Length x[n] = 1 m; kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:n);"
+    "for i in 1:n loop {statement} end for;"
+)
+
+
+def test_more_rows_than_a_run_decides_over_are_told_when_compiling() -> None:
+    for statement in ("contact c[i]: x[i];", "friction 1 N on x[i];"):
+        with pytest.raises(mechc.CompileError, match=r"E0720.*has 65 rows"):
+            mechc.loads(ROWS.format(n=65, statement=statement))
+    smooth = 'friction 1 N on x[i], law = "regularized", v_stick = 1 mm/s;'
+    assert codes_of(ROWS.format(n=65, statement=smooth)) == []
+
+
+def test_the_kernel_has_room_for_as_many_rows() -> None:
+    from mechc.compiler.equations.rows.modes import MOST_ROWS
+    from mechc.runtime.integrate import kernel_failure
+    from mechc.runtime.native.kernel import kernel_sources
+
+    assert f"MECH_MOST_ROWS = {MOST_ROWS} " in kernel_sources()["event_state.h"]
+    assert kernel_failure.MOST_ROWS == MOST_ROWS
