@@ -23,6 +23,7 @@ PAGES = (
     "work_precision",
     "examples",
     "calibration",
+    "doubts",
     "leaving_out",
 )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from enum import Enum
 
 from msgspec import Struct
@@ -18,10 +18,23 @@ LISTED = 6
 
 
 class Outcome(Enum):
+    """How a run ends, the better one first. Doubtful: it reached its end, and a check contradicts its estimated error."""
+
     COMPLETED = "completed"
     TERMINATED = "terminated"
+    DOUBTFUL = "doubtful"
     FAILED = "failed"
     INTERRUPTED = "interrupted"
+
+
+ENDED = (Outcome.COMPLETED, Outcome.TERMINATED, Outcome.DOUBTFUL)
+"""Outcomes of runs that reached their end."""
+
+
+def worst(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the worst of some outcomes; of none, completed."""
+    order = list(Outcome)
+    return max(outcomes, key=order.index, default=Outcome.COMPLETED)
 
 
 class SimulationError(Exception):

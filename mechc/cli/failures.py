@@ -6,11 +6,15 @@ import os
 import sys
 import tempfile
 import traceback
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
 
-COMPLETED, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+COMPLETED, FAILED, USAGE, DOUBTFUL, INTERRUPTED = 0, 1, 2, 3, 130
+
+OUTCOMES = {"doubtful": DOUBTFUL, "failed": FAILED, "interrupted": INTERRUPTED}
+"""Exit codes of how runs end, where they do not end well; the last one is the worst."""
 
 COMPILER_HELP = "install gcc or clang, or: pip install ziglang"
 """What helps where a C compiler is needed; ziglang is what the extra ``cc`` brings, wherever mechc itself came from."""
@@ -33,6 +37,12 @@ STAGES = {
 
 PACKAGES = {package.partition(".")[0] for package in STAGES if package != "mechc"}
 """Those that lie beside ``mechc`` in a checkout, and in it where it is installed."""
+
+
+def code_of(outcomes: Iterable[str]) -> int:
+    """Return the exit code of the worst of some outcomes."""
+    met = set(outcomes)
+    return next((code for word, code in reversed(OUTCOMES.items()) if word in met), COMPLETED)
 
 
 def explain_failure(error: BaseException) -> int:

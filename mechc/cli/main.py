@@ -1,6 +1,7 @@
 """Find the command, run it, and turn whatever happens into words and an exit code.
 
-Exit codes: 0 done, 1 the model is wrong or the run failed, 2 wrong usage, 130 interrupted.
+Exit codes: 0 done, 1 the model is wrong or the run failed, 2 wrong usage, 3 a run reached its end but is doubtful (its own
+checks contradict its estimated error), 130 interrupted.
 """
 
 from __future__ import annotations

@@ -126,12 +126,13 @@ def _run_all(
     model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
 ) -> int:
     """Run the experiments that were asked for; the exit code is that of the worst."""
-    from .failures import INTERRUPTED, say
+    from .failures import INTERRUPTED, code_of, say
 
     experiments: list[str | None] = [given["experiment"]]
     if given["experiment"] == "all":
         experiments = [*model.experiments] or [None]
     objects: list[dict[str, object]] = []
+    outcomes: list[str] = []
     code = 0
     for experiment in experiments:
         try:
@@ -144,7 +145,7 @@ def _run_all(
             break
         for solution in sweep.solutions:
             solution.display = display or solution.display
-            code = max(code, _exit_code(solution))
+            outcomes.append(solution.outcome.value)
         if given["as_json"]:
             objects += _objects(sweep)
         elif not given["quiet"]:
@@ -166,6 +167,7 @@ def _run_all(
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
+        code = code_of(outcomes)
         if not sweep.complete:
             code = INTERRUPTED
             say("warning", f"interrupted after {len(sweep.solutions)} runs; the others were not made")
@@ -196,12 +198,6 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
             target=given["target"],
             progress=progress,
         )
-
-
-def _exit_code(solution: Solution) -> int:
-    from .failures import COMPLETED, FAILED, INTERRUPTED
-
-    return {"failed": FAILED, "interrupted": INTERRUPTED}.get(solution.outcome.value, COMPLETED)
 
 
 def _objects(sweep: Runs[Solution]) -> list[dict[str, object]]:

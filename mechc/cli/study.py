@@ -109,6 +109,7 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     from ..asking import asked
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
+    from .failures import code_of
 
     as_json, output, plot = given.pop("as_json"), given.pop("output"), given.pop("plot")
     model = load(file, model=given.pop("model"), set=given.pop("settings"))
@@ -120,10 +121,4 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     if plot:
         save(found, Path(plot))
     click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
-    return _exit_code(found.outcome.value)
-
-
-def _exit_code(outcome: str) -> int:
-    from .failures import COMPLETED, FAILED, INTERRUPTED
-
-    return {"failed": FAILED, "interrupted": INTERRUPTED}.get(outcome, COMPLETED)
+    return code_of([found.outcome.value])

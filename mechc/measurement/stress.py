@@ -39,6 +39,7 @@ MARGIN = 20.0
 WORDS = {
     "right": "right within its claim",
     "refused": "refused",
+    "doubtful": "doubtful, and says so",
     "open": "not checked",
     "long": "stopped, too long",
     "wrong": "WRONG SILENTLY",
@@ -197,6 +198,8 @@ def _checked(
     """Give the kind of the row, the true error, what told it, and a reason."""
     if solution.outcome is Outcome.FAILED:
         return "refused", None, "", solution.message
+    if solution.outcome is Outcome.DOUBTFUL:
+        return "doubtful", None, "its own checks", solution.message
     unfinished = [q for q in solution.final() if not np.isfinite(solution[q][-1])]
     estimate = solution.accuracy.error
     if estimate is None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from .numbers import count, duration, number, with_unit
@@ -19,13 +20,14 @@ MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
 MOST_OUTPUTS = 12
 MOST_EVENTS = 8
+DOUBT_WIDTH = 100
 MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
 
 
 def report(solution: ShownSolution, style: Style = PLAIN) -> str:
     """Return the whole report as text, without an end of line."""
-    blocks = [[_headline(solution, style)], _cost(solution, style)]
+    blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
     blocks.append(_energy(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
@@ -78,6 +80,21 @@ def _headline(solution: ShownSolution, style: Style) -> str:
     text = f"{style.bold(_title(solution))}: {colour(word)}{end if len(solution.time) else ''}"
     reason = solution.message.rpartition(" at ")[0]  # the time is there already
     return f"{text}: {reason}" if word == "terminated" and reason else text
+
+
+def _doubts(solution: ShownSolution, style: Style) -> list[str]:
+    """What disagrees with the estimated errors, and what is likely to be the cause."""
+    rows: list[tuple[str, str]] = []
+    for doubt in solution.accuracy.contradictions:
+        name = "energy.total" if doubt.kind == "energy" else doubt.name
+        unit, factor = solution.shown_unit(name, doubt.unit) if name in solution else (doubt.unit, 1.0)
+        said = doubt.text(unit, factor, with_unit(solution.problem.time.unit))
+        rows += [("doubtful", said), ("likely", doubt.causes)]
+    return [
+        f"  {style.red(pad(label if i == 0 else '', 10))} {line}"
+        for label, text in dict.fromkeys(rows)
+        for i, line in enumerate(wrap(text, DOUBT_WIDTH))
+    ]
 
 
 def _title(solution: ShownSolution) -> str:

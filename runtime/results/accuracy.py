@@ -10,6 +10,7 @@ from msgspec.structs import replace
 
 from ..outcome import Failure
 from ..problem import Array, Problem
+from .doubts import Contradiction
 
 COMPANION_RATIO = 100.0
 LOWEST_COMPANION = 1e-14
@@ -62,6 +63,8 @@ class Accuracy(Struct, frozen=True):
     remark: str = ""
     constraints: tuple[ConstraintDrift, ...] = ()
     failure: Failure | None = None
+    contradictions: tuple[Contradiction, ...] = ()
+    """The checks that disagree with ``error``."""
 
 
 def companion_tolerance(tolerance: float) -> tuple[float, float]:

@@ -14,6 +14,7 @@ from ..integrate.trajectory import Statistics
 from ..outcome import Failure, Outcome
 from ..problem import Array, Problem, Quantity
 from .accuracy import Accuracy, Drift
+from .doubts import Contradiction
 from .energy_accounts import energy_accounts
 from .files import json_number
 from .quantities import Results, Values
@@ -253,6 +254,21 @@ def _accuracy_summary(accuracy: Accuracy) -> dict[str, Any]:
             for drift in accuracy.constraints
         },
         "remark": accuracy.remark,
+        "contradictions": [_contradiction_summary(doubt) for doubt in accuracy.contradictions],
+    }
+
+
+def _contradiction_summary(doubt: Contradiction) -> dict[str, Any]:
+    numbers = {name: json_number(getattr(doubt, name)) for name in ("found", "allowed")}
+    return {
+        "kind": doubt.kind,
+        "name": doubt.name,
+        "unit": doubt.unit,
+        **numbers,
+        "since": doubt.since,
+        "persists": doubt.persists,
+        "message": doubt.text(),
+        "likely": doubt.causes,
     }
 
 

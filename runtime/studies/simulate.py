@@ -17,7 +17,7 @@ from ..integrate.nominal_run import nominal_of
 from ..integrate.scipy_methods import run_scipy
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory, with_unit_rotations
-from ..outcome import Failure, Outcome, SimulationError, time_text
+from ..outcome import ENDED, Failure, Outcome, SimulationError, time_text
 from ..problem import Array, Problem
 from ..results.accuracy import (
     Accuracy,
@@ -30,7 +30,9 @@ from ..results.accuracy import (
     looser_companion,
 )
 from ..results.constraint_drift import constraint_drifts
+from ..results.contradictions import Pair, contradictions
 from ..results.diagnosis import undefined_energy, with_cause
+from ..results.doubts import Contradiction
 from ..results.evaluate import evaluate_rows, solution_columns
 from ..results.solution import Motion, Solution
 from .study import Study
@@ -50,6 +52,17 @@ class Plan(Struct, frozen=True):
     case: Case
     method: Method
     nominal: Array
+
+
+class Estimated(Struct, frozen=True):
+    """What the companion run told: the ``error`` and both runs side by side, or a ``remark`` why there are none and the
+    ``failure`` of the companion."""
+
+    remark: str = ""
+    error: ErrorEstimate | None = None
+    pair: Pair | None = None
+    failure: Failure | None = None
+    interrupted: bool = False
 
 
 class Simulate(Study, frozen=True, kw_only=True):
@@ -120,13 +133,13 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
     outcome, message = _outcome(problem, main)
-    error, remark, missed = None, "no companion run was asked for", None
-    if options.estimate_error and outcome in (Outcome.COMPLETED, Outcome.TERMINATED):
-        error, remark, missed, interrupted = _estimate(plan, main, part_of(options.progress, share, 1.0))
-        if interrupted:
+    estimated = Estimated("no companion run was asked for")
+    if options.estimate_error and outcome in ENDED:
+        estimated = _estimate(plan, main, part_of(options.progress, share, 1.0))
+        if estimated.interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
-        remark = "no companion run was made, as the run did not complete"
+        estimated = Estimated("no companion run was made, as the run did not complete")
     times, states, happened = main.t, main.y, main.happened
     modes: Array | None = None
     if happened is not None:
@@ -138,6 +151,12 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         failure = undefined_energy(problem, times, states, outputs)
         if failure is not None:
             outcome, message = Outcome.FAILED, failure.message
+    drifts = constraint_drifts(case, plan.nominal, main)
+    doubts: tuple[Contradiction, ...] = ()
+    if outcome in ENDED and estimated.error is not None and estimated.pair is not None:
+        doubts = contradictions(case, estimated.pair, estimated.error, drifts, as_stated=as_stated)
+    if doubts:
+        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubts[0].text()}"
     interpolated = main.dense or _hermite(plan, times, states, modes)
 
     def at(t: Array) -> Array:
@@ -158,12 +177,13 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         failure=failure,
         statistics=main.statistics,
         accuracy=Accuracy(
-            error,
+            estimated.error,
             energy_drift(problem, outputs),
             conserved_drifts(problem, outputs),
-            remark,
-            constraint_drifts(case, plan.nominal, main),
-            missed,
+            estimated.remark,
+            drifts,
+            estimated.failure,
+            doubts,
         ),
         events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
@@ -189,10 +209,8 @@ def _run(
     return run(plan.case, options)
 
 
-def _estimate(
-    plan: Plan, main: Trajectory, progress: Progress | None
-) -> tuple[ErrorEstimate | None, str, Failure | None, bool]:
-    """Make the companion run; give the estimate, a remark, how it failed, and whether it was interrupted."""
+def _estimate(plan: Plan, main: Trajectory, progress: Progress | None) -> Estimated:
+    """Make the companion run, and compare."""
     most: int | None = None
     if plan.method.fixed_step:
         assert plan.case.step is not None
@@ -212,28 +230,35 @@ def _estimate(
         unbounded = replace(bounded, options=replace(plan.options, max_steps=None))
         companion = _run(unbounded, tolerance, step, False, progress)
     if companion.interrupted:
-        return None, "the companion run was interrupted", None, True
+        return Estimated("the companion run was interrupted", interrupted=True)
     if companion.failure is not None:
-        return None, f"the companion run failed: {companion.failure.message}", companion.failure, False
+        return Estimated(f"the companion run failed: {companion.failure.message}", failure=companion.failure)
     if (companion.terminated is None) is not (main.terminated is None):
-        return None, f"the companion run {_ending(companion)}, the main run {_ending(main)}", None, False
-    ours, theirs = _paired(main, companion)
+        return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
+    pair = _paired(plan.case, main, companion, factor, 0.0 if plan.method.fixed_step else tolerance)
     estimate = compare(
-        plan.case.problem, ours, theirs, plan.nominal, factor, main.statistics.steps, tightened
+        plan.case.problem, pair.ours, pair.theirs, plan.nominal, factor, main.statistics.steps, tightened
     )
-    return estimate, "", None, False
+    return Estimated(error=estimate, pair=pair)
 
 
 def _ending(run: Trajectory) -> str:
     return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
 
 
-def _paired(main: Trajectory, companion: Trajectory) -> tuple[Array, Array]:
-    """Give the states of both runs at the output times that both have, and at their ends: a model may end one of them
-    just before an output time and the other just behind it."""
+def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, tolerance: float) -> Pair:
+    """Give both runs at the output times that both have, and at their ends: a model may end one of them just before an
+    output time and the other just behind it."""
     shared = min(main.t.size, companion.t.size) - 1
     ours, theirs = (np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
-    return ours, theirs
+    t, their_t = (np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
+    ny = case.problem.ny
+    our_z, their_z = (
+        None if run.happened is None else run.happened.discretes(times, ny)
+        for run, times in ((main, t), (companion, their_t))
+    )
+    steps = max(main.statistics.steps, companion.statistics.steps)
+    return Pair(t, their_t, ours, theirs, our_z, their_z, steps, factor, tolerance)
 
 
 def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:

@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..outcome import Outcome
+from ..outcome import Outcome, worst
 from ..problem import Problem
 from ..results.solution import Solution
 from .simulate import is_as_stated, part_of, run, swept_axes
@@ -33,8 +33,8 @@ class Runs(Struct, Generic[S_co], frozen=True):
 
     @property
     def outcome(self) -> Outcome:
-        """How the last run ended: an interrupted one ends the sweep."""
-        return self.solutions[-1].outcome
+        """How the worst run ended: an interrupted one ends the sweep."""
+        return worst(solution.outcome for solution in self.solutions)
 
     def summary(self) -> dict[str, Any]:
         rows = zip(self.points, self.solutions, strict=True)

@@ -1,0 +1,231 @@
+"""Do the checks that every run makes agree with its estimated errors? Energy balance, momenta, constraints, closed
+solutions.
+
+A check is a function B(t, y) that a motion keeps: what it changes by is an error of the run, known without any estimate.
+It contradicts the estimate where it is more than ``FACTOR`` times one of two bounds:
+
+- what the errors that are stated for the states do to B, to first order: sum_i |dB/dy_i| e_i;
+- the estimate for B itself, made like that of a state from the companion run: c |B(main) - B(companion)|, plus what
+  rounding and the tolerance of the companion do to B. An error of the integration shrinks with the tolerance; a fault of
+  the equations or of an account is the same in both runs, so that their difference does not hold it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from msgspec import Struct
+
+from ..case import Case
+from ..problem import Array, Problem
+from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
+from .doubts import Contradiction
+from .evaluate import evaluate_rows
+
+FACTOR = 10.0
+"""What an estimate may be off by. With the second bound that is an error of which a run that is 100 times tighter
+leaves more than nine tenths."""
+
+HELD = 0.5
+"""Share of what a check is off by that a tighter run keeps if that is no error of the integration."""
+
+MOST_POINTS, MOST_ROWS = 64, 40_000
+"""Times at which derivatives of the checks are taken, and states that are evaluated for them."""
+SHARE = 1e-6
+"""Of the size of a state: the step of a derivative; it is longer where the error is."""
+CONDITION = 1e5
+"""Of the equations of a projection: what magnifies rounding in a state that was projected (kernel, ``projection.c``)."""
+
+
+class Check(Struct, frozen=True):
+    """What ought to stay: the sum of ``outputs`` by weight, less the state or output that it ought to equal.
+
+    ``anchored``: it is zero all along; otherwise it stays what it is at the start.
+    """
+
+    kind: str
+    name: str
+    unit: str
+    outputs: Mapping[int, float]
+    states: Mapping[int, float]
+    anchored: bool
+
+
+class Pair(Struct, frozen=True, eq=False):
+    """Both runs at the times ``t`` [n], of which the last ones may differ: states [n, ny] and discrete variables, None
+    without events."""
+
+    t: Array
+    their_t: Array
+    ours: Array
+    theirs: Array
+    our_z: Array | None
+    their_z: Array | None
+    steps: int
+    """Of the longer one of both runs."""
+    factor: float
+    """From their difference to the error of the main run."""
+    tolerance: float
+    """Of the companion, relative to the sizes of the states: what its single steps may be off by, and share with those of
+    the main run. Zero for methods of fixed step, of which no step is the same in both."""
+
+
+def checks(problem: Problem, *, as_stated: bool) -> tuple[Check, ...]:
+    """List what the motions of a problem keep; closed solutions hold for runs ``as_stated`` only."""
+    found = []
+    if problem.energy_balance:
+        weights = zip(problem.energy_balance, (1.0, 1.0, -1.0), strict=True)
+        unit = problem.outputs[problem.energy_balance[0]].unit
+        balance = {i: w for i, w in weights if i >= 0}
+        found.append(Check("energy", "energy balance", unit, balance, {}, anchored=False))
+    for i in problem.conserved:
+        q = problem.outputs[i]
+        found.append(Check("momentum", q.name, q.unit, {i: 1.0}, {}, anchored=False))
+    states = {q.name: i for i, q in enumerate(problem.states)}
+    outputs = {q.name: i for i, q in enumerate(problem.outputs) if q.kind != "exact"}
+    for i, q in enumerate(problem.outputs if as_stated else ()):
+        if q.kind != "exact":
+            continue
+        name = q.name.removeprefix("exact(")[:-1]
+        same_state = {states[name]: -1.0} if name in states else {}
+        same_output = {} if name in states else {outputs[name]: -1.0}
+        found.append(
+            Check("closed solution", name, q.unit, {i: 1.0} | same_output, same_state, anchored=True)
+        )
+    return tuple(found)
+
+
+def contradictions(
+    case: Case,
+    pair: Pair,
+    estimate: ErrorEstimate,
+    drifts: tuple[ConstraintDrift, ...],
+    *,
+    as_stated: bool,
+) -> tuple[Contradiction, ...]:
+    """Return the checks of a run that contradict its estimated errors."""
+    made = compared(case, pair, estimate, drifts, as_stated=as_stated)
+    return tuple(one for one, ratio in made if ratio > FACTOR)
+
+
+def compared(
+    case: Case,
+    pair: Pair,
+    estimate: ErrorEstimate,
+    drifts: tuple[ConstraintDrift, ...],
+    *,
+    as_stated: bool,
+) -> list[tuple[Contradiction, float]]:
+    """Compare every check with the estimated errors: what would be said of it, and the largest ratio of both."""
+    listed = checks(case.problem, as_stated=as_stated)
+    found = [_constraint(drift, estimate) for drift in drifts]
+    if listed and pair.t.size > 1:
+        ours = _values(case, listed, pair.t, pair.ours, pair.our_z)
+        theirs = _values(case, listed, pair.their_t, pair.theirs, pair.their_z)
+        scales = _scales(case, listed, pair, estimate)
+        found += [
+            _compared(check, pair, ours[:, k], theirs[:, k], scales[k]) for k, check in enumerate(listed)
+        ]
+    return found
+
+
+def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contradiction, float]:
+    """Compare what a further projection would change with the largest error: both are relative to the same sizes."""
+    expected = estimate.largest + CONDITION * EPSILON
+    made = Contradiction("constraints", drift.level, "1", drift.after, FACTOR * expected, None, None)
+    return made, drift.after / expected
+
+
+def _compared(
+    check: Check, pair: Pair, ours: Array, theirs: Array, scale: tuple[float, float]
+) -> tuple[Contradiction, float]:
+    """Compare one check [n] of both runs; ``scale``: by the stated errors, and by what both share."""
+    stated, shared = scale
+    defined = np.isfinite(ours) & np.isfinite(theirs)
+    t, ours, theirs = pair.t[defined], ours[defined], theirs[defined]
+    if not check.anchored:
+        ours, theirs = ours - ours[:1], theirs - theirs[:1]
+    off = np.abs(ours)
+    own = np.maximum.accumulate(pair.factor * np.abs(ours - theirs))
+    expected = np.minimum(stated, own + shared)
+    ratio = np.divide(off, expected, out=np.where(off > 0, np.inf, 0.0), where=expected > 0)
+    at = int(np.argmax(off)) if off.size else 0
+    beyond = np.flatnonzero(ratio > FACTOR)
+    if not beyond.size:
+        return Contradiction(check.kind, check.name, check.unit, 0.0, 0.0, None, None), _largest(ratio)
+    made = Contradiction(
+        check.kind,
+        check.name,
+        check.unit,
+        float(off[at]),
+        float(FACTOR * expected[at]),
+        float(t[beyond[0]]),
+        bool(np.abs(theirs[at]) > HELD * off[at]),
+    )
+    return made, float(ratio.max())
+
+
+def _values(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Array | None) -> Array:
+    """Give the checks [n, k] at times [n] and states [n, ny]."""
+    outputs = evaluate_rows(case, "outputs", t, y, z)
+    columns = []
+    for check in listed:
+        parts = [w * outputs[:, i] for i, w in check.outputs.items()]
+        parts += [w * y[:, i] for i, w in check.states.items()]
+        columns.append(np.sum(parts, axis=0))
+    return np.array(columns).T
+
+
+def _scales(
+    case: Case, listed: tuple[Check, ...], pair: Pair, estimate: ErrorEstimate
+) -> list[tuple[float, float]]:
+    """Give for each check the largest sum_i |dB/dy_i| e_i, for the stated errors, and for those that both
+    runs share."""
+    problem = case.problem
+    ny = problem.ny
+    count = int(np.clip(MOST_ROWS // (2 * (ny + 1)), 4, MOST_POINTS))
+    chosen = np.unique(np.linspace(0, pair.t.size - 1, min(count, pair.t.size)).astype(int))
+    t, y = pair.t[chosen], pair.ours[chosen]
+    z = None if pair.our_z is None else pair.our_z[chosen]
+    names = [q.name for q in problem.states]
+    floor = EPSILON * np.sqrt(max(pair.steps, 1))  # rounding adds up like a random walk
+    size = np.array([estimate.nominal[n] for n in names]) + np.abs(y)
+    error = np.array([estimate.by_state[n] for n in names]) * size
+    # a check of what depends on time feels the rounding of time
+    error, size = (np.column_stack([e, s]) for e, s in ((error, np.abs(t)), (size, np.abs(t))))
+    error[:, ny] = floor * np.abs(t)
+    step = np.maximum(error, SHARE * size)
+    slopes = _slopes(case, listed, (t, y, z), step)
+    stated = np.einsum("nik,ni->nk", slopes, error)
+    shared = np.einsum("nik,ni->nk", slopes[:, :ny], (pair.tolerance + floor) * size[:, :ny])
+    shared += slopes[:, ny] * error[:, ny:]
+    outputs = np.abs(evaluate_rows(case, "outputs", t, y, z))
+    terms = [outputs[:, [*check.outputs]].sum(axis=1) for check in listed]
+    own = floor * np.array([_largest(term) for term in terms])
+    return [(_largest(stated[:, k]) + own[k], _largest(shared[:, k]) + own[k]) for k in range(len(listed))]
+
+
+def _slopes(
+    case: Case, listed: tuple[Check, ...], at: tuple[Array, Array, Array | None], step: Array
+) -> Array:
+    """Give |dB/dy_i| [n, ny + 1, k] by differences to both sides, the larger one; the last is the derivative by time."""
+    t, y, z = at
+    n, many = step.shape
+    both = np.zeros((n, 2, many, many))
+    for i in range(many):
+        both[:, 0, i, i], both[:, 1, i, i] = step[:, i], -step[:, i]
+    moved = both.reshape(n, 2 * many, many)
+    states = (y[:, None, :] + moved[:, :, :-1]).reshape(-1, many - 1)
+    times = (t[:, None] + moved[:, :, -1]).ravel()
+    there = _values(case, listed, times, states, None if z is None else np.repeat(z, 2 * many, axis=0))
+    here = _values(case, listed, t, y, z)
+    change = np.abs(there.reshape(n, 2, many, -1) - here[:, None, None, :]).max(axis=1)
+    width = step[:, :, None]
+    slopes: Array = np.divide(change, width, out=np.zeros_like(change), where=width > 0)
+    return slopes
+
+
+def _largest(values: Array) -> float:
+    """Largest value; infinite where a check is undefined beside the motion, so that nothing contradicts it."""
+    return float(np.nan_to_num(values, nan=np.inf).max(initial=0.0))

@@ -1,0 +1,75 @@
+"""What a run says where a check contradicts its estimated errors: what disagrees, and what is likely to be the cause."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+CAUSES = {
+    ("energy", True): (
+        "a tighter run is off as much, so that it is not the steps: a force or a jump whose work is counted wrongly, "
+        "a kink or an event that was passed over, or equations that are wrong. Compare a model that says the same in "
+        "other words; if that agrees with this one, the motion may be right and its account of energy is not"
+    ),
+    ("momentum", True): (
+        "a tighter run is off as much, so that it is not the steps: a kink or an event that was passed over, an "
+        "impulse of an event, or equations that are wrong"
+    ),
+    ("closed solution", True): (
+        "a tighter run is off as much: the closed solution belongs to other values or to a simpler model, or a kink or "
+        "an event was passed over"
+    ),
+    ("", False): (
+        "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
+        "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
+    ),
+    ("constraints", None): (
+        "the mechanism is near a position in which its constraints depend on each other, or it was not projected"
+    ),
+}
+"""By kind of the check, and whether a tighter run is off as much; "" for any kind."""
+
+
+class Contradiction(Struct, frozen=True):
+    """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints.
+
+    ``found``: its largest size in SI, beyond what is ``allowed`` by the estimates from the time ``since`` on.
+    ``persists``: a run at a tighter tolerance is off as much; None where that is not known.
+    """
+
+    kind: str
+    name: str
+    unit: str
+    found: float
+    allowed: float
+    since: float | None
+    persists: bool | None
+
+    @property
+    def subject(self) -> str:
+        match self.kind:
+            case "momentum":
+                return f"'{self.name}', which ought to stay,"
+            case "closed solution":
+                return f"'{self.name}', against its closed solution,"
+            case "constraints":
+                return f"the constraints of {self.name}"
+            case _:
+                return f"the {self.name}"
+
+    @property
+    def causes(self) -> str:
+        """Name what is likely to be the cause."""
+        persists = self.persists
+        return CAUSES["", False] if persists is False else CAUSES[self.kind, persists]
+
+    def text(self, unit: str | None = None, factor: float = 1.0, time_unit: str = "") -> str:
+        """Say what disagrees, in SI or in another ``unit``, which is ``factor`` times as small."""
+        verb = "are" if self.kind == "constraints" else "is"
+        unit = self.unit if unit is None else unit
+        unit = f" {unit}" if unit and unit != "1" else ""
+        begin = "" if self.since is None else f" from t = {self.since:.6g}{time_unit} on"
+        found, allowed = self.found * factor, self.allowed * factor
+        return (
+            f"{self.subject} {verb} off by {found:.2g}{unit}{begin}, "
+            f"and the estimated errors allow {allowed:.2g}{unit}"
+        )

@@ -1,0 +1,161 @@
+"""Runs whose own checks contradict their estimated error are doubtful; runs that are right are not."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from msgspec.structs import replace
+
+import mechc
+from mechc.cli.main import run
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.outcome import Outcome, worst
+from mechc.runtime.problem import Problem
+from mechc.runtime.results import accuracy
+from mechc.runtime.results.accuracy import ConstraintDrift
+from mechc.runtime.studies import simulate as simulating
+from mechc.runtime.studies.simulate import simulate
+
+DAMPED = """\
+model Damped
+  parameter c = 0.5 N.s/m;
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*4 N/m*x^2;
+  damping c on x;
+  experiment(stop = 3 s);
+end Damped;
+"""
+STATED = """\
+model Stated
+  parameter A = 1 m;
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*4 N/m*x^2;
+  exact x = A*cos(2 rad/s*time);
+  experiment(A = 1 m, stop = 3 s);
+end Stated;
+"""
+THROWN = """\
+model Thrown
+  coordinate Length x = 0 m;
+  coordinate Length y = 1 m;
+  initial der(x) = 1 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1 kg*9.81 m/s^2*y;
+  experiment(stop = 3 s);
+end Thrown;
+"""
+ROD = """\
+model Rod
+  coordinate Length x = 1 m;
+  coordinate Length y = 0 m;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1 kg*9.81 m/s^2*y;
+  constraint x^2 + y^2 = 1 m^2;
+  experiment(stop = 1 s);
+end Rod;
+"""
+OPTIONS = SimulationOptions(stop=3)
+
+
+def problem(text: str) -> Problem:
+    return mechc.loads(text).problem("c")
+
+
+def output(made: Problem, name: str) -> int:
+    return [quantity.name for quantity in made.outputs].index(name)
+
+
+@pytest.mark.parametrize("text", [DAMPED, STATED, THROWN, ROD])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-8, 1e-13])
+@pytest.mark.parametrize("method", ["dop853", "radau5"])
+def test_what_is_right_is_not_doubtful(text: str, tolerance: float, method: str) -> None:
+    solution = mechc.loads(text).simulate(tolerance=tolerance, method=method)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    assert solution.summary()["accuracy"]["contradictions"] == []
+
+
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_an_account_that_is_left_out_is_told_and_persists(target: Literal["c", "python"]) -> None:
+    made = mechc.loads(DAMPED).problem(target)
+    total, _, supplied = made.energy_balance
+    solution = simulate(replace(made, energy_balance=(total, -1, supplied)), OPTIONS)
+    assert solution.outcome is Outcome.DOUBTFUL
+    (doubt,) = solution.accuracy.contradictions
+    lost = np.abs(solution["energy.total"] - solution["energy.total"][0]).max()
+    assert (doubt.kind, doubt.persists) == ("energy", True)
+    assert doubt.found == pytest.approx(lost, rel=1e-3)  # at output points and at both sides of events
+    assert doubt.found > doubt.allowed
+    assert "the energy balance is off by" in solution.message and solution.message.startswith("completed at")
+
+
+def test_a_momentum_that_does_not_stay_is_told() -> None:
+    made = problem(THROWN)
+    wrong = replace(made, conserved=(output(made, "energy.potential"),))
+    (doubt,) = simulate(wrong, OPTIONS).accuracy.contradictions
+    assert (doubt.kind, doubt.name, doubt.persists) == ("momentum", "energy.potential", True)
+    assert "'energy.potential', which ought to stay, is off by" in doubt.text()
+
+
+def test_a_closed_solution_that_does_not_hold_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    solution = mechc.loads(STATED.replace("A = 1 m", "A = 1.001 m")).simulate()
+    (doubt,) = solution.accuracy.contradictions
+    assert (doubt.kind, doubt.name) == ("closed solution", "x")
+    assert doubt.found == pytest.approx(1e-3, rel=1e-4)
+    changed = mechc.loads(STATED).simulate(set={"A": 2.0})  # not as it was stated: nothing is said
+    assert changed.outcome is Outcome.COMPLETED
+
+
+def test_an_estimate_that_is_too_small_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The energy shows more than 1e-12 of an error at this tolerance; a tighter run is off less."""
+
+    def small(*given: Any) -> Any:
+        made = accuracy.compare(*given)
+        return replace(made, largest=1e-12, by_state=dict.fromkeys(made.by_state, 1e-12))
+
+    monkeypatch.setattr(simulating, "compare", small)
+    solution = simulate(problem(DAMPED), replace(OPTIONS, tolerance=1e-5))
+    (doubt,) = solution.accuracy.contradictions
+    assert (doubt.kind, doubt.persists) == ("energy", False)
+    assert "errors are larger than estimated" in " ".join(doubt.causes.split())
+
+
+@pytest.mark.parametrize("level", ["positions", "velocities"])
+def test_states_off_their_constraints_are_told(monkeypatch: pytest.MonkeyPatch, level: str) -> None:
+    made = problem(ROD)
+    monkeypatch.setattr(simulating, "constraint_drifts", lambda *_: (ConstraintDrift(level, 0.0, 1e-5),))
+    (doubt,) = simulate(made, OPTIONS).accuracy.contradictions
+    assert (doubt.kind, doubt.name) == ("constraints", level)
+    assert f"the constraints of {level} are off by 1e-05" in doubt.text()
+
+
+def test_without_an_estimate_nothing_is_contradicted() -> None:
+    made = problem(DAMPED)
+    wrong = replace(made, energy_balance=(made.energy_balance[0], -1, -1))
+    assert simulate(wrong, replace(OPTIONS, estimate_error=False)).outcome is Outcome.COMPLETED
+
+
+def test_a_sweep_ends_as_its_worst_run() -> None:
+    swept = mechc.loads(STATED.replace("A = 1 m, stop", "A in {1.001, 1} m, stop")).sweep()
+    assert [s.outcome for s in swept.solutions] == [Outcome.DOUBTFUL, Outcome.COMPLETED]
+    assert swept.outcome is Outcome.DOUBTFUL
+    assert worst([Outcome.FAILED, Outcome.DOUBTFUL, Outcome.COMPLETED]) is Outcome.FAILED
+    assert worst([]) is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("command", [["run"], ["study", "virial"]])
+def test_the_command_line_says_it_first_and_has_an_exit_code(
+    command: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "wrong.mech"
+    file.write_text(STATED.replace("A = 1 m", "A = 1.001 m"), encoding="utf-8")
+    assert run([*command, str(file)]) == 3
+    first = capsys.readouterr().out.split("\n\n")[0]
+    assert "doubtful" in first or "but 'x', against its closed solution, is off by" in first
+    assert run([*command, str(file), "--json"]) == 3
+    assert json.loads(capsys.readouterr().out)["outcome"] == "doubtful"
