@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
+from .compiler.pipeline import program_with
+from .runtime.methods import KERNEL_METHODS, parts_for
 from .settings import UsageMistake
 
 if TYPE_CHECKING:
@@ -24,7 +26,8 @@ MAIN = """\
  *   cc -std=c11 -O2 -o {name} *.c -lm
  *   ./{name} [stop [tolerance]]
  *
- * The model is in {name}.c; the other files are the kernel that integrates it (see solver.h).
+ * The model is in {name}.c; the other files are what it and its method need of the kernel that
+ * integrates it (see solver.h).
  */
 #include <math.h>
 #include <stdio.h>
@@ -88,7 +91,8 @@ int main(int argc, char **argv)
         grid[i] = stop * i / (ROWS - 1);
 
     mech_options options = {{0}};
-    options.method = mech_method_index("dop853");
+    options.method = mech_method_index("{method}");
+    options.dt = {step!r};
     options.n_grid = ROWS;
     options.dt_max = stop > 0 ? stop / 10 : 1;
     options.rtol = tolerance;
@@ -100,8 +104,10 @@ int main(int argc, char **argv)
     options.grid_y = rows;
     options.grid_z = zs;
     mech_solver *solver = mech_create(model, &options);
-    if (solver == NULL)
+    if (solver == NULL) {{
+        fputs("the solver cannot be made\\n", stderr);
         return 1;
+    }}
     int status;
     do
         status = mech_advance(solver, stop, 100000);
@@ -141,6 +147,8 @@ class Defaults(Struct, frozen=True):
     tolerance: float = 1e-9
     parameters: tuple[tuple[int, float], ...] = ()
     initial: tuple[tuple[int, float], ...] = ()
+    method: str = "dop853"
+    step: float = 0.0
 
 
 def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path, ...]:
@@ -162,7 +170,10 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             folder = output or Path(f"{name}_c")
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
-            files = c_files(program, defaults_of(model.problem("python")))
+            defaults = defaults_of(model.problem("python"))
+            parts = model.compilation.parts
+            program = program_with(model.compilation, parts_for(defaults.method))
+            files = c_files(program, defaults, parts)
             return _write({folder / file: text for file, text in files.items()})
         case _:
             raise UsageMistake(f"there is no target '{target}'", "python or c")
@@ -188,16 +199,22 @@ def defaults_of(problem: Problem) -> Defaults:
         case.tolerance,
         tuple((s.index, float(case.p[s.index])) for s in settings if s.array == "p"),
         tuple((s.index, float(case.y0[s.index])) for s in settings if s.array == "y"),
+        case.method if case.method in KERNEL_METHODS and case.method != "auto" else Defaults().method,
+        case.step or 0.0,
     )
 
 
-def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
-    """Return the C files by name: the model, the kernel, and a main program that prints CSV."""
+def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -> dict[str, str]:
+    """Return the C files by name: the model, what it and its method need of the kernel, and a main program.
+
+    ``parts``: what is kept though the model does not need it (equations/needs.py).
+    """
     from .compiler.targets.c import emit_c
+    from .compiler.targets.kernel_files import needed_kernel
     from .runtime.native.kernel import kernel_sources
 
     name = file_stem(program.name)
-    model = f"{name}_model.c" if f"{name}.c" in (kernel := kernel_sources()) else f"{name}.c"
+    model = f"{name}_model.c" if f"{name}.c" in kernel_sources() else f"{name}.c"
     states, outputs = program.arrays["y"], program.arrays["out"]
     known = {e.name for e in states}  # accounts of energy are states and outputs
     twice = [k for k, e in enumerate(outputs) if e.name in known]
@@ -205,6 +222,8 @@ def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
     parameters = [f"    p[{i}] = {value!r};\n    set[{i}] = 1;\n" for i, value in defaults.parameters]
     main = MAIN.format(
         name=name,
+        method=defaults.method,
+        step=defaults.step,
         stop=defaults.stop,
         tolerance=defaults.tolerance,
         parameters="".join(parameters),
@@ -212,7 +231,8 @@ def c_files(program: Program, defaults: Defaults) -> dict[str, str]:
         header=_csv_row(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries).replace('"', '\\"'),
         unless=f"            if ({' && '.join(f'k != {k}' for k in twice)})\n    " if twice else "",
     )
-    return {model: emit_c(program), "main.c": main, **kernel}
+    own = {model: emit_c(program), "main.c": main}
+    return {**own, **needed_kernel(program, defaults.method, own, parts)}
 
 
 def _csv_row(cells: Iterable[str]) -> str:

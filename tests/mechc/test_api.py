@@ -224,6 +224,66 @@ def test_the_main_program_in_c_has_a_stop_time_where_the_model_says_none() -> No
     ) == Defaults(tolerance=1e-8)
 
 
+LEAN = "coordinate x = 1 m; initial der(x) = -0.3 m/s; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2;"
+EVENTS, IMPLICIT, CONSERVING = (
+    {"hybrid.c", "impacts.c", "locate.c"},
+    {"radau5.c", "newton.c"},
+    {"gauss.c", "lobatto.c"},
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "present", "absent"),
+    [
+        (
+            "experiment(stop = 1 s);",
+            {"dop853.c", "solver.h"},
+            {*EVENTS, *IMPLICIT, *CONSERVING, "verlet.c", "rk4.c"},
+        ),
+        ("contact c: x; experiment(stop = 1 s);", {"dop853.c", *EVENTS}, {*IMPLICIT, *CONSERVING, "rk4.c"}),
+        ('experiment(stop = 1 s, method = "radau5");', IMPLICIT, {*EVENTS, *CONSERVING, "dop853.c"}),
+        (
+            'experiment(stop = 1 s, method = "gauss4", step = 10 ms);',
+            {"gauss.c"},
+            {*EVENTS, "radau5.c", "dop853.c"},
+        ),
+        (
+            'experiment(stop = 1 s, method = "verlet", step = 0.1 ms);',
+            {"verlet.c"},
+            {*EVENTS, "radau5.c", "dop853.c"},
+        ),
+        ('experiment(stop = 1 s, method = "scipy:LSODA");', {"dop853.c"}, {*EVENTS, *IMPLICIT, *CONSERVING}),
+    ],
+)
+def test_the_c_files_are_what_model_and_method_need(
+    text: str, present: set[str], absent: set[str], tmp_path: Path
+) -> None:
+    """And they are whole: the program is built, and its last row is that of a run."""
+    from mechc.runtime.native.build import find_compiler
+    from mechc.runtime.results.files import read_results
+
+    model = mechc.loads(LEAN + text)
+    files = {path.name for path in model.compile("c", tmp_path)}
+    assert present <= files and not absent & files
+    compiler = find_compiler()
+    if compiler is None:
+        pytest.skip("needs a C compiler")
+    build = [*compiler.command, "-std=c11", "-O0", "-Wall", "-Wextra", "-Werror", "-o", "lean"]
+    subprocess.run([*build, *sorted(p.name for p in tmp_path.glob("*.c")), "-lm"], cwd=tmp_path, check=True)
+    table = subprocess.run([str(tmp_path / "lean")], capture_output=True, text=True, check=True).stdout
+    (tmp_path / "c.csv").write_text(table)
+    own, here = read_results(tmp_path / "c.csv"), model.simulate(estimate_error=False)
+    assert own["x"][-1] == pytest.approx(here["x"][-1], abs=1e-6)
+
+
+def test_everything_kept_is_the_whole_kernel(tmp_path: Path) -> None:
+    from mechc.compiler.equations.needs import EVERYTHING
+    from mechc.runtime.methods import KERNEL_METHODS
+
+    files = {path.name for path in mechc.loads(LEAN, keep=EVERYTHING).compile("c", tmp_path)}
+    assert {row.file or f"{name}.c" for name, row in KERNEL_METHODS.items()} | EVENTS <= files
+
+
 AWKWARD = """
 model Awkward
   parameter c = 0.1 N.s/m;

@@ -1,14 +1,11 @@
-"""The C sources of an FMU: the model, its description, the interface, and of the kernel what the method needs."""
+"""The C sources of an FMU: the model, its description, the interface, and of the kernel what these need."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
-from mechc.runtime.methods import KERNEL_METHODS, methods_for, with_components
-
-from ...equations.needs import EVERYTHING
 from ...program.model import Program
+from ..kernel_files import METHOD_FILES, defined, needed_kernel
 from .prefix import with_prefix
 from .variables import Start, Table
 
@@ -18,21 +15,8 @@ _TYPES = ("real", "integer", "boolean")
 STARTS = ("start_tangent", "start_adjoint")
 """Functions for derivatives during initialisation, where formulas give the initial state."""
 
-METHOD_FILES = {name: row.file for name, row in KERNEL_METHODS.items() if row.file}
-"""Where methods are defined whose names a macro puts together."""
-
-_DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|fmu_\w+)\s*(?:\(|=|\[)", re.M)
-_USE = re.compile(r"\b(?:mech|fmu)_\w+\b")
-_TABLE = re.compile(r"(const mech_method \*const mech_methods\[\] = \{)[^}]*(\};)")
 _EXPORTS = ('__attribute__((visibility("default")))', "__declspec(dllexport)")
-_NO_EVENTS = """\
-/* Nothing switches in this model: the files that events take are left out. */
-#include "events.h"
-
-const mech_event_support *const mech_events = NULL;
-"""
 _TOKEN = '    .token = "{}",'
-_COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 
 def sources(
@@ -55,29 +39,17 @@ def sources(
 
     kernel, glue = kernel_sources(), kernel_sources(("fmi",))
     visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]
-    visible += _defined({**kernel, **glue}.values())
+    visible += defined({**kernel, **glue}.values())
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
-    if not EVERYTHING.issubset(parts):
-        methods = [*with_components(method), *methods_for(parts)]
-        kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
-        states = program.nq + program.nv + program.nx
-        kernel["explicit_step.h"] = f"#define MECH_STATES {states}\n{kernel['explicit_step.h']}"
     if program.hybrid is None:
-        kernel["events.c"] = _NO_EVENTS
         del glue["fmi_events.c"]
     own = {
         "model.c": code,
         "description.c": _description(program, start, table, method, sizes),
     }
-    chosen = _closure(kernel, {**glue, **own})
+    chosen = needed_kernel(program, method, {**glue, **own}, parts)
     # only the functions of the standard are exported
     return {name: _hidden(text) for name, text in sorted(with_prefix(chosen | glue | own, visible).items())}
-
-
-def _defined(texts: Iterable[str]) -> Iterator[str]:
-    """Yield what files define for others, and what they declare."""
-    for text in texts:
-        yield from (found[1] for found in _DEFINITION.finditer(_COMMENT.sub("", text)))
 
 
 def with_token(texts: Mapping[str, str], token: str) -> dict[str, str]:
@@ -86,49 +58,10 @@ def with_token(texts: Mapping[str, str], token: str) -> dict[str, str]:
     return {**texts, name: texts[name].replace(_TOKEN.format(""), _TOKEN.format(token), 1)}
 
 
-def _methods(text: str, names: Sequence[str]) -> str:
-    entries = ", ".join(f"&mech_{name}" for name in names)
-    changed, count = _TABLE.subn(rf"\1 {entries} \2", text)
-    if count != 1:
-        raise RuntimeError("methods.c does not list the methods in one table")
-    return changed
-
-
 def _hidden(text: str) -> str:
     for attribute in _EXPORTS:
         text = text.replace(attribute, "")
     return text
-
-
-def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, str]:
-    """Return the files of the kernel that the roots need, directly or not."""
-    plain = {name: _COMMENT.sub("", text) for name, text in kernel.items()}
-    where = {f"mech_{method}": file for method, file in METHOD_FILES.items()}
-    for name, text in plain.items():
-        if name.endswith(".c"):
-            for found in _DEFINITION.finditer(text):
-                if found[0].endswith("=") or not _declares(text, found.end()):
-                    where[found[1]] = name
-    needed: set[str] = set()
-    pending = [_COMMENT.sub("", text) for text in roots.values()]
-    while pending:
-        text = pending.pop()
-        used = {where[s] for s in _USE.findall(text) if s in where}
-        used |= {h for h in re.findall(r'#include "([^"]+)"', text) if h in kernel}
-        for name in used - needed:
-            needed.add(name)
-            # a header offers more than a file uses: only its own includes count
-            pending.append(
-                "\n".join(re.findall(r"#include.*", plain[name])) if name.endswith(".h") else plain[name]
-            )
-    return {name: kernel[name] for name in needed}
-
-
-def _declares(text: str, position: int) -> bool:
-    """Whether a semicolon comes before any brace: a prototype."""
-    return min(text.find(";", position) % (1 << 60), 1 << 59) < min(
-        text.find("{", position) % (1 << 60), 1 << 59
-    )
 
 
 def _description(program: Program, start: Start, table: Table, method: str, sizes: Sequence[int]) -> str:
