@@ -10,7 +10,7 @@
 #include "journal.h"
 #include "rows.h"
 
-enum { ROUNDS_PER_ROW = 50, MOST_PIVOTS = 2000 };
+enum { ROUNDS_PER_ROW = 50, ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000 };
 
 static int engaged(const mech_solver *s, int i)
 {
@@ -53,64 +53,157 @@ static void set_impulses(mech_solver *s, int n, const int *set, const mech_real 
     for (int k = 0; k < n; k++) s->events->impulse[set[k]] = x[k];
 }
 
-/* The contact slides: its impulse and that of its friction lie on the cone and act as one. `push`: the direction of
- * the impulse of friction, in one row or two from `first` on; `set`: n rows, the last one the contact. */
-static int hit_sliding(mech_solver *s, int n, const int *set, const mech_real *target, int first,
-                       const mech_real *push)
+/* A contact that hits, with the rows of its friction from `slips` on; it aims at the rate after the impact. */
+typedef struct hit {
+    int contact, slips, count;
+    enum { HIT_STICKS, HIT_SLIDES, HIT_SPARED } state;
+    mech_real aim;     /* change of its rate                                              */
+    mech_real push[2]; /* direction of the impulse of friction, where it slides           */
+} hit;
+
+static hit begin_hit(mech_solver *s, int contact)
 {
-    mech_event_state *e = s->events;
-    const int width = s->model->nv + e->n_rows, count = mech_row_partner(s, first) < 0 ? 1 : 2;
-    mech_real *b = e->response + set[n - 1] * width, x[MECH_MOST_ROWS];
-    const mech_real kinetic = mech_row_value(s, first, MECH_EXTRA);
-    for (int k = 0; k < count; k++)
-        for (int i = 0; i < width; i++) b[i] += kinetic * push[k] * e->response[(first + k) * width + i];
-    const int rank = mech_rows_solve(s, n, set, target, x);
-    for (int k = 0; k < count; k++)
-        for (int i = 0; i < width; i++) b[i] -= kinetic * push[k] * e->response[(first + k) * width + i];
-    set_impulses(s, n, set, x);
-    for (int k = 0; k < count; k++) e->impulse[first + k] = kinetic * push[k] * x[n - 1];
-    return rank == n && x[n - 1] >= 0 ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, set[n - 1]);
+    hit h = {contact, -1, 0, HIT_STICKS, -(1 + restitution(s, contact)) * *mech_row_rate(s, contact), {0, 0}};
+    for (int i = s->events->n_rows - 1; i >= 0; i--)
+        if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact &&
+            mech_row_value(s, i, MECH_COEFFICIENT) > 0)
+            h.slips = i;
+    if (h.slips >= 0) h.count = mech_row_partner(s, h.slips) < 0 ? 1 : 2;
+    return h;
 }
 
-/* One contact hits: its impulse, that of its friction, and those of constraints that are engaged. */
-static int hit_alone(mech_solver *s, int contact)
+/* Contacts that slide: the impulses of contact and friction lie on the cone and act as one, or (`sign` -1) no longer. */
+static void join(mech_solver *s, int n, const hit *hits, int sign)
+{
+    const int width = s->model->nv + s->events->n_rows;
+    for (int k = 0; k < n; k++) {
+        if (hits[k].state != HIT_SLIDES) continue;
+        mech_real *b = s->events->response + hits[k].contact * width;
+        for (int c = 0; c < hits[k].count; c++) {
+            const mech_real share = sign * mech_row_value(s, hits[k].slips, MECH_EXTRA) * hits[k].push[c];
+            for (int i = 0; i < width; i++) b[i] += share * s->events->response[(hits[k].slips + c) * width + i];
+        }
+    }
+}
+
+/* The impulses of hits, of their frictions, and of constraints that are engaged; gives whether they reach their aims. */
+static int solve_hits(mech_solver *s, int n, const hit *hits)
 {
     mech_event_state *e = s->events;
-    int set[MECH_MOST_ROWS], n = 0, slips = -1;
+    int set[MECH_MOST_ROWS], m = 0, sure = 1;
     mech_real target[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     for (int i = 0; i < e->n_rows; i++)
         if (engaged(s, i)) {
-            set[n] = i;
-            target[n++] = -*mech_row_rate(s, i);
+            set[m] = i;
+            target[m++] = -*mech_row_rate(s, i);
         }
-    set[n] = contact;
-    target[n++] = -(1 + restitution(s, contact)) * *mech_row_rate(s, contact);
-    for (int i = e->n_rows - 1; i >= 0; i--)
-        if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact &&
-            mech_row_value(s, i, MECH_COEFFICIENT) > 0)
-            slips = i;
-    if (slips < 0) {
-        mech_rows_solve(s, n, set, target, x);
-        set_impulses(s, n, set, x);
+    for (int k = 0; k < n; k++) {
+        if (hits[k].state == HIT_SPARED) continue;
+        sure &= hits[k].state == HIT_STICKS;
+        set[m] = hits[k].contact;
+        target[m++] = hits[k].aim;
+        for (int c = 0; hits[k].state == HIT_STICKS && c < hits[k].count; c++) {
+            set[m] = hits[k].slips + c;
+            target[m++] = -*mech_row_rate(s, hits[k].slips + c);
+        }
+    }
+    join(s, n, hits, 1);
+    const int rank = mech_rows_solve(s, m, set, target, x);
+    int reached = rank == m || (n == 1 && sure);
+    if (!reached && n > 1) { /* rows that depend on others may have what they want all the same */
+        reached = 1;
+        for (int k = 0; k < m; k++) {
+            mech_real change = 0, size = mech_abs(target[k]);
+            for (int j = 0; j < m; j++) {
+                const mech_real part = mech_row_response(s, set[k], set[j]) * x[j];
+                change += part;
+                size += mech_abs(part);
+            }
+            reached &= mech_abs(change - target[k]) <= MECH_C(1e-9) * size;
+        }
+    }
+    join(s, n, hits, -1);
+    set_impulses(s, m, set, x);
+    for (int k = 0; k < n; k++)
+        for (int c = 0; hits[k].state == HIT_SLIDES && c < hits[k].count; c++)
+            e->impulse[hits[k].slips + c] =
+                mech_row_value(s, hits[k].slips, MECH_EXTRA) * hits[k].push[c] * e->impulse[hits[k].contact];
+    return reached;
+}
+
+/* Mends the state of one hit that does not fit; gives whether there was one. */
+static int mend_hit(mech_solver *s, hit *h, int alone)
+{
+    const mech_event_state *e = s->events;
+    const mech_real normal = e->impulse[h->contact];
+    if (h->state == HIT_SPARED) {
+        mech_real change = 0, size = mech_abs(h->aim);
+        for (int j = 0; j < e->n_rows; j++) {
+            const mech_real part = mech_row_response(s, h->contact, j) * e->impulse[j];
+            change += part;
+            size += mech_abs(part);
+        }
+        if (change - h->aim >= -MECH_C(1e-12) * size) return 0;
+        h->state = HIT_STICKS;
+        return 1;
+    }
+    if (normal < 0 && !alone) {
+        h->state = HIT_SPARED;
+        return 1;
+    }
+    if (h->state == HIT_SLIDES || !h->count) return 0;
+    const mech_real *tangential = e->impulse + h->slips;
+    const mech_real size =
+        h->count == 1 ? mech_abs(tangential[0]) : mech_sqrt(tangential[0] * tangential[0] + tangential[1] * tangential[1]);
+    if (size <= mech_row_value(s, h->slips, MECH_COEFFICIENT) * normal) return 0;
+    const mech_real slip = mech_row_size(s, h->slips, MECH_RATE);
+    for (int c = 0; c < h->count; c++)
+        h->push[c] =
+            slip > mech_row_still(s, h->slips) ? -*mech_row_rate(s, h->slips + c) / slip : tangential[c] / size;
+    h->state = HIT_SLIDES;
+    return 1;
+}
+
+/* Contacts that hit at once: 1 with their impulses, 0 where no combination of sticking, sliding and sparing fits. */
+static int fit_hits(mech_solver *s, int n, hit *hits)
+{
+    for (int round = 0; round < ROUNDS_PER_HIT * n; round++) {
+        int mended = 0;
+        const int reached = solve_hits(s, n, hits);
+        for (int k = 0; k < n && !mended; k++) mended = mend_hit(s, &hits[k], n == 1);
+        if (mended) continue;
+        return reached && !(n == 1 && hits[0].state == HIT_SLIDES && s->events->impulse[hits[0].contact] < 0);
+    }
+    return 0;
+}
+
+/* The contact that approaches fastest hits, together with all that approach as fast: which of them stands first in the
+ * text says nothing. Where these have no common solution, it hits alone. */
+static int hit_fastest(mech_solver *s, int contact)
+{
+    mech_event_state *e = s->events;
+    const mech_real least = -*mech_row_rate(s, contact) * (1 - MECH_C(1e-9));
+    hit hits[MECH_MOST_ROWS];
+    mech_real size, hit_before[MECH_MOST_ROWS], delay_before[MECH_MOST_ROWS];
+    int n = 1;
+    hits[0] = begin_hit(s, contact);
+    for (int i = 0; i < e->n_rows; i++) {
+        if (i == contact || !mech_row_touches(s, i) || !(-*mech_row_rate(s, i) >= least)) continue;
+        hit_before[n] = e->last_hit[i];
+        delay_before[n] = e->delay[i];
+        hits[n++] = begin_hit(s, i);
+    }
+    if (n > 1 && fit_hits(s, n, hits) && energy_lost(s, &size) >= -MECH_C(1e-9) * size) {
+        for (int k = 1; k < n; k++)
+            mech_journal_note(s, MECH_IMPACT, hits[k].contact, -*mech_row_rate(s, hits[k].contact));
         return MECH_RUNNING;
     }
-    const int count = mech_row_partner(s, slips) < 0 ? 1 : 2;
-    for (int k = 0; k < count; k++) {
-        set[n + k] = slips + k;
-        target[n + k] = -*mech_row_rate(s, slips + k);
+    for (int k = 1; k < n; k++) {
+        e->last_hit[hits[k].contact] = hit_before[k];
+        e->delay[hits[k].contact] = delay_before[k];
     }
-    mech_rows_solve(s, n + count, set, target, x);
-    const mech_real normal = x[n - 1], *tangential = x + n;
-    const mech_real size = count == 1 ? mech_abs(x[n]) : mech_sqrt(x[n] * x[n] + x[n + 1] * x[n + 1]);
-    if (size <= mech_row_value(s, slips, MECH_COEFFICIENT) * normal) {
-        set_impulses(s, n + count, set, x);
-        return MECH_RUNNING;
-    }
-    const mech_real slip = mech_row_size(s, slips, MECH_RATE);
-    mech_real push[2];
-    for (int k = 0; k < count; k++)
-        push[k] = slip > mech_row_still(s, slips) ? -*mech_row_rate(s, slips + k) / slip : tangential[k] / size;
-    return hit_sliding(s, n, set, target, slips, push);
+    hits[0].state = HIT_STICKS;
+    return fit_hits(s, 1, hits) ? MECH_RUNNING : mech_fail(s, MECH_NO_IMPACT, contact);
 }
 
 /* All hits at once: 0 <= p, r+ + e r- >= 0, one of them zero in each touching row; r+ = 0 where engaged. */
@@ -232,7 +325,7 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                     mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
             }
         mech_journal_note(s, MECH_IMPACT, contact, approach);
-        status = together ? hit_together(s) : hit_alone(s, contact);
+        status = together ? hit_together(s) : hit_fastest(s, contact);
         if (!status) status = apply_checked(s, contact);
         (*count)++;
     }
