@@ -106,8 +106,8 @@ static int moves_off(const mech_solver *s, int i)
     return mech_row_size(s, i, MECH_SECOND) > MECH_C(1e-9) * scale;
 }
 
-/* Lets go the row that pulls, or that sticks beyond its limit, by the most; -1 where there is none. */
-static int let_go(mech_solver *s, int hit)
+/* The row that pulls, or that sticks beyond its limit, by the most; -1 where there is none. */
+static int most_overdone(const mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
     const mech_event_state *e = s->events;
@@ -126,9 +126,16 @@ static int let_go(mech_solver *s, int hit)
             worst = i;
         }
     }
+    return worst;
+}
+
+/* Lets it go; -1 where there is none. */
+static int let_go(mech_solver *s, int hit)
+{
+    const int worst = most_overdone(s, hit);
     if (worst < 0) return worst;
     if (mech_row_of(s, worst)->kind == MECH_CONTACT)
-        e->open[worst] = 1;
+        s->events->open[worst] = 1;
     else
         let_slide(s, worst);
     return worst;
@@ -173,6 +180,38 @@ static int take_back(mech_solver *s, int aims)
     return -1;
 }
 
+/* What fits, but for the contacts of friction that press: 1 where one of them may as well be open, since the others
+ * stay as they are and it rises. Coulomb's law has a second solution there, and nothing says which one comes. */
+static int fits_open(mech_solver *s, int *contact)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_event_state *e = s->events;
+    int found = 0;
+    for (int i = 0; i < h->n_rows && !found; i++) {
+        if (h->rows[i].kind != MECH_CONTACT || !mech_row_holds(s, i)) continue;
+        const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
+        if (!(mech_row_value(s, i, MECH_FORCE) > MECH_C(1e-7) * e->force[i])) continue;
+        int rows[3], n = 0;
+        mech_real flag[3], sign[3];
+        rows[n++] = i;
+        for (int k = 0; k < h->n_rows && n < 3; k++)
+            if (h->rows[k].kind == MECH_FRICTION && h->rows[k].normal == i) rows[n++] = k;
+        if (n == 1) continue;
+        for (int k = 0; k < n; k++) {
+            const mech_row *row = &h->rows[rows[k]];
+            flag[k] = e->z[row->flag];
+            sign[k] = row->sign < 0 ? 0 : e->z[row->sign];
+            set(s, rows[k], 0, 0);
+        }
+        mech_rows_read(s);
+        found = mech_row_value(s, i, MECH_SECOND) > slack && most_overdone(s, -1) < 0;
+        for (int k = 0; k < n; k++) set(s, rows[k], flag[k] > MECH_C(0.5), sign[k]);
+        mech_rows_read(s);
+        *contact = i;
+    }
+    return found;
+}
+
 /* Mends the row that fits least, and gives it; -1 where all fit. `hit` was located where its mode ends. */
 static int mend_misfit(mech_solver *s, int hit, int aims)
 {
@@ -200,6 +239,8 @@ int mech_modes_choose(mech_solver *s, int hit)
                     s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
                     return mech_fail(s, MECH_NO_MODE, i);
                 }
+            int contact;
+            if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
             mech_hold_state(s);
             mech_slides_begin(s);
             return mech_rows_check(s, 1);

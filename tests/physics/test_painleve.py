@@ -1,0 +1,64 @@
+"""A rough rod that slides on its foot: one solution, none, or two (P. Painlevé 1895)."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.outcome import Outcome
+
+ROD = """
+parameter tilt = 60 deg;
+parameter mu = 2;
+parameter I = 0.3 kg.m^2;
+parameter speed = 1 m/s;
+parameter w = 0 rad/s;
+gravity {0, -9.81} m/s^2;
+coordinate Length x = 0 m;
+coordinate Length y ~ 1 m;
+coordinate Angle a = tilt;
+initial der(x) = speed;
+initial der(a) = w;
+frame rod = world * trans({x, y}) * rot(a);
+mass 1 kg at rod;
+inertia I on rod;
+point foot = rod * {-1, 0} m;
+initial foot[2] = 0 m;
+initial der(foot[2]) = 0 m/s;
+contact ground: foot[2] friction mu along vel(foot)[1];
+output N = multiplier(ground);
+"""
+
+
+@pytest.fixture(scope="module")
+def rod() -> mechc.Model:
+    return mechc.loads(ROD)
+
+
+def test_none_and_two_are_refused_and_one_is_found(rod: mechc.Model) -> None:
+    """With the force N the foot has the acceleration b + S N upwards: S < 0 has no solution for b < 0, two for b > 0."""
+    random = np.random.default_rng(5)
+    seen = {"one": 0, "open": 0, "none": 0, "two": 0}
+    for _ in range(60):
+        tilt, mu, inertia = random.uniform(0.2, 1.4), random.uniform(0.1, 4), random.uniform(0.05, 0.5)
+        speed, w = random.uniform(-20, 20), random.uniform(0, 6)
+        c, s = math.cos(tilt), math.sin(tilt)
+        along = speed + s * w
+        S = 1 + (c * c + math.copysign(mu, along) * c * s) / inertia
+        b = s * w * w - 9.81
+        if abs(S) < 0.05 or abs(b) < 0.05 or abs(along) < 0.5:
+            continue
+        case = ("open" if b > 0 else "one") if S > 0 else ("two" if b > 0 else "none")
+        seen[case] += 1
+        settings = {"tilt": tilt, "mu": mu, "I": inertia, "speed": speed, "w": w}
+        solution = rod.simulate(stop=1e-6, set=settings, estimate_error=False)
+        if case in ("none", "two"):
+            assert solution.outcome is Outcome.FAILED
+            assert "no solution, or more than one" in solution.message
+        else:
+            assert solution.outcome is Outcome.COMPLETED
+            assert solution["N"][0] == pytest.approx(max(0, -b / S), rel=1e-9)
+    assert min(seen.values()) >= 3
