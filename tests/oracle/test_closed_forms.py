@@ -311,3 +311,36 @@ def test_random_states_lie_on_the_constraints() -> None:
     s = m.random(np.random.default_rng(0))
     assert math.hypot(s["x"], s["y"]) == pytest.approx(5, abs=1e-12)
     assert s["x"] * s["der(x)"] + s["y"] * s["der(y)"] == pytest.approx(0, abs=1e-12)
+
+
+def test_a_force_at_a_point_turns_its_body() -> None:
+    """The moment about a ball joint of F at r, written as a torque."""
+    text = (
+        "import mech.spatial.*; model A Box b(m = 1 kg, size = {0.1, 0.2, 0.3} m);"
+        "Spherical u(world -> b.a * trans({0.1, 0.2, 0.05} m)); %s end A;"
+    )
+    at = meaning(text % "force {1, 2, 3} N on b.a at b.a * {0.3, 0.1, 0.2} m;")
+    moved = meaning(text % "force {1, 2, 3} N on b.a; torque cross({0.3, 0.1, 0.2} m, {1, 2, 3} N) on b.a;")
+    assert at.accelerations(at.start()) == pytest.approx(moved.accelerations(moved.start()), rel=1e-12)
+
+
+def test_table_goes_through_its_points_without_overshoot() -> None:
+    m = meaning(
+        "coordinate Length x = 0.3 m; kinetic 1/2*1 kg*der(x)^2;"
+        "output y = table(x, {0, 1, 3} m, {0, 2, 2} m); output z = table(x, {0, 1} m, {0, 2} m);"
+    )
+    heights = [m.outputs({"x": x, "der(x)": 0.0})["y"] for x in (0, 1, 2, 3, 4)]
+    assert heights == pytest.approx([0, 2, 2, 2, 2], abs=1e-12)
+    assert m.outputs({"x": -1.0, "der(x)": 0.0})["z"] == pytest.approx(-2, rel=1e-14)
+
+
+def test_belt_whose_speed_jumps() -> None:
+    """Slip 0.4 m/s turns to -0.1 at once: friction pushes on until the block goes with the belt."""
+    m = meaning(
+        "coordinate Length x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2;"
+        "friction 2 N on x - max(0 m, 0.5 m/s*(time - 0.3 s));"
+    )
+    motion = m.motion(0.5)
+    assert motion.at(0.32)["der(x)"] == pytest.approx(0.4 + 2 * 0.02, abs=1e-9)
+    assert motion.states[-1]["der(x)"] == pytest.approx(0.5, abs=1e-9)
+    assert motion.events[-1].kind == "stick" and motion.events[-1].time == pytest.approx(0.35, abs=1e-9)

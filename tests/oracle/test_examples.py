@@ -53,6 +53,7 @@ HYBRID = [
     "spinning_bounce",
     "string_pendulum",
     "double_pendulum_stops",
+    "tilted_plane",
 ]
 
 

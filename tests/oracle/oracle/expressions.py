@@ -8,7 +8,7 @@ from functools import reduce
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PchipInterpolator
 
 from mechc.compiler.flat import model as flat
 from oracle import poses
@@ -329,9 +329,12 @@ def multiply(a: Value, b: Value) -> Value:
 
 
 def curve(x: Any, xs: Value, ys: Value) -> Any:
-    """``table``: a cubic spline through the points, its first and last piece going on outside of them."""
+    """``table``: a smooth curve that does not overshoot its points (PCHIP), going on straight outside of them."""
     knots, values = np.array([real(v) for v in xs]), np.array([real(v) for v in ys])
-    piece = CubicSpline(knots, values, bc_type="not-a-knot")
+    piece = PchipInterpolator(knots, values)
+    if not knots[0] <= real(x) <= knots[-1]:
+        end = knots[0] if real(x) < knots[0] else knots[-1]
+        return float(piece(end)) + (x - end) * float(piece(end, 1))
     i = int(np.clip(np.searchsorted(knots, real(x), side="right") - 1, 0, len(knots) - 2))
     h = x - knots[i]
     c = piece.c[:, i]

@@ -155,7 +155,7 @@ def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
     z = np.linalg.lstsq(K, right, rcond=1e-12)[0]
     if np.abs(K @ z - right).max(initial=0) > 1e-8 * (1 + np.abs(right).max(initial=0)):
         return None
-    dv, impulses, k = z[:n], z[n + len(blow.held) :], 0
+    dv, impulses, k, turned = z[:n], z[n + len(blow.held) :], 0, False
     size = 1e-9 * (1e-300 + np.abs(impulses).max(initial=0))
     for c, way, _ in closed:
         J = impulses[k]
@@ -168,12 +168,16 @@ def _combined(blow: Blow, closed: list[Any], opened: list[Any]) -> Array | None:
         if way in ("slip+", "slip-"):
             slip = point.slip(c)[0]
             end = real(slip) + gradient(point, slip, "rate") @ dv
-            if end * (1 if way == "slip+" else -1) < -1e-9 * (abs(real(slip)) + np.abs(dv).max()):
+            sign = 1 if way == "slip+" else -1
+            if end * sign < -1e-9 * (abs(real(slip)) + np.abs(dv).max()):
                 return None
+            turned = turned or real(slip) * sign < -1e-9 * (abs(real(slip)) + np.abs(dv).max())
         k += 2 if way == "stick" else 1
     for c, _, change in opened:
         if gradient(point, point.at(c.gap), "position") @ dv < change - 1e-9 * np.abs(dv).max(initial=0):
             return None
+    if turned:
+        raise NotCovered("an impact in which sliding turns round: the page has no law of friction for it")
     return dv
 
 

@@ -261,13 +261,21 @@ class Run:
         hints: State = {}
         for c in self.m.flat.contacts:
             hints[f"closed({c.name})"] = float(self.modes.get(c.name, "open") != "open")
-        for name, mode in self.modes.items():
-            if name in still:
+        point = self.m.point(self.state, modes=self.modes)
+        speed = 1 + max((abs(self.state[x]) for x in self.m.all_rates), default=0)
+        slips = {c.name: point.slip(c) for c in self.m.flat.contacts if c.friction is not None}
+        slips.update({f.name: [der(point.at(f.on))] for f in self.m.flat.frictions})
+        for name, (first, *more) in slips.items():
+            mode, rate = self.modes.get(name, "slip"), real(first)
+            if more:
+                if name in still or (mode == "stick" and max(abs(rate), abs(real(more[0]))) <= 1e-6 * speed):
+                    hints[f"slips({name})"] = 0.0
+            elif abs(rate) > 1e-6 * speed:  # measured, since laws and velocities may have jumped
+                hints[f"slips({name})"] = rate
+            elif name in still or mode == "stick":
                 hints[f"slips({name})"] = 0.0
             elif mode in ("slip+", "slip-"):
                 hints[f"slips({name})"] = 1.0 if mode == "slip+" else -1.0
-            elif mode == "stick":
-                hints[f"slips({name})"] = 0.0
         before = dict(self.modes)
         s = solve(self.m, {**self.state, **hints}, frozen=self.frozen, without=ended)
         self.modes = dict(s.modes)

@@ -323,7 +323,8 @@ class Point:
             return np.asarray(position(x), object)
         if not isinstance(x, Pose):
             raise NotCovered("a force on a point `at` another")
-        still = numbers(position(self.at(load.at))) - numbers(x.p)
+        arm = numbers(position(self.at(load.at))) - numbers(x.p)
+        still = vector(*(Series(np.atleast_1d(np.asarray(s, complex))[None]) for s in arm))
         turning = self.turned(x)
         if self.space == 2:
             return x.p + vector(-(turning[0] * still[1]), turning[0] * still[0])

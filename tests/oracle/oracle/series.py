@@ -124,6 +124,7 @@ def with_derivative(x: Series, v: Array, rate: Array) -> Series:
     return Series(v, None if x.e is None else product(rate[:, None], x.e))
 
 
+@np.errstate(all="ignore")  # what is no number is refused where it is used
 def reciprocal(v: Array) -> Array:
     out = [1 / v[0]]
     for n in range(1, len(v)):
@@ -131,6 +132,7 @@ def reciprocal(v: Array) -> Array:
     return np.stack(np.broadcast_arrays(*out))
 
 
+@np.errstate(all="ignore")  # what is no number is refused where it is used
 def root(v: Array) -> Array:
     out = [np.sqrt(v[0])]
     for n in range(1, len(v)):
@@ -139,6 +141,7 @@ def root(v: Array) -> Array:
     return np.stack(np.broadcast_arrays(*out))
 
 
+@np.errstate(all="ignore")  # what is no number is refused where it is used
 def constant_power(v: Array, p: float) -> Array:
     """v^p in time: by products for whole p, else from p v^(p-1), which needs v > 0."""
     if p == int(p) and abs(p) <= 64:
@@ -235,6 +238,7 @@ _RATES: dict[str, tuple[Callable[[Any], Any], Callable[[Array], Array], Callable
 FUNCTIONS = frozenset(_RATES)
 
 
+@np.errstate(all="ignore")
 def apply(name: str, x: Any) -> Any:
     """An elementary function of one number (section 12)."""
     value, rate, domain = _RATES[name]
