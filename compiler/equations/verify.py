@@ -16,7 +16,7 @@ KINDS = {
     "u": ("input",),
     "z": ("discrete", "mode", "seed"),
     "p": ("parameter",),
-    "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep"),
+    "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep", "quadrature"),
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
 

@@ -22,6 +22,9 @@ from .quantities import Results, Values
 ROUNDING = 1e-12
 """Of the largest kinetic energy: what may be negative for rounding alone."""
 
+FINE_INTEGRAL = 1e-9
+"""Estimated relative error of a definite integral that is not worth a word."""
+
 FED = 0.01
 """Of the largest energy: what is worth a word when it is fed in where energy ought to be lost."""
 
@@ -96,6 +99,7 @@ class Solution(Results):
             *motion.remarks,
             *_stillness(listed, motion.time, values),
             *_creeps(listed, values),
+            *_coarse_integrals(listed, values, motion.accuracy),
             *_negative_inertia(self, values),
             *_feeding(self, values),
         )
@@ -225,6 +229,20 @@ def _creeps(listed: Sequence[Quantity], values: Mapping[str, Array]) -> list[str
         if fastest > 0:
             name, unit = quantity.name.removeprefix("creep(")[:-1], quantity.unit
             found.append(f"'{name}' creeps where it ought to stick, at up to {fastest:.3g} {unit}".rstrip())
+    return found
+
+
+def _coarse_integrals(
+    listed: Sequence[Quantity], values: Mapping[str, Array], accuracy: Accuracy
+) -> list[str]:
+    """Tell which definite integrals are less accurate than the motion is said to be."""
+    claimed = accuracy.error.largest if accuracy.error is not None else FINE_INTEGRAL
+    found = []
+    for quantity in listed:
+        off = float(np.max(values[quantity.name], initial=0.0)) if quantity.kind == "quadrature" else 0.0
+        if off > max(claimed, FINE_INTEGRAL):
+            name = quantity.name.removeprefix("error(")[:-1]
+            found.append(f"'{name}' is known to about {off:.1e} of its size only, and with it the motion")
     return found
 
 

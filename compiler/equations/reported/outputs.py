@@ -61,6 +61,7 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
     for name in layout.accounts:
         rows.append((Entry(name, "energy", joule), layout.account_symbols[name]))
     rows += _creeps(system, layout)
+    rows += _quadratures(system)
     described = {entry.name: entry for entry in (*layout.states, *(entry for entry, _ in rows))}
     for exact in system.exacts:
         unit = described[exact.name].unit
@@ -111,6 +112,16 @@ def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Entry, Node]
         unit = "" if layout.dimensionless else mode.smooth.unit
         found.append((Entry(f"creep({name})", "creep", unit), creep))
     return found
+
+
+def _quadratures(system: MechanicalSystem) -> list[tuple[Entry, Node]]:
+    """Return the estimated relative errors of the definite integrals."""
+    found: dict[str, tuple[Entry, Node]] = {}
+    for integral in system.lowering.integrals.errors.values():
+        text = " ".join(integral.span.text.split())
+        name = text if text not in found else f"{text}, {len(found) + 1}"
+        found[name] = (Entry(f"error({name})", "quadrature", "", span=integral.span), integral.error)
+    return list(found.values())
 
 
 def _multipliers(system: MechanicalSystem, solved: Solved) -> list[tuple[Entry, Node]]:

@@ -36,7 +36,7 @@ from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
 from .functions import FUNCTIONS
-from .quadrature import panels
+from .integrals import Integrals
 from .questions import Questions, title
 from .symbols import Symbols
 from .values import Placement, Value, each, elements, node
@@ -77,6 +77,7 @@ class Lowering:
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
+        self.integrals = Integrals(graph, symbols, self.numbers, reporter)
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
@@ -344,18 +345,12 @@ class Lowering:
         return tuple(result)
 
     def _quadrature(self, expression: Quadrature) -> Value:
-        """Gauss-Legendre quadrature of the body on 4 panels of 12 points (exact to degree 23 on each)."""
-        graph = self.graph
+        def integrand(place: Node) -> Node:
+            self._values[expression.variable] = place
+            try:
+                return node(self.value(expression.body))
+            finally:
+                del self._values[expression.variable]
+
         lower, upper = self.scalar(expression.lower), self.scalar(expression.upper)
-        width = graph.sub(upper, lower)
-        result = graph.zero
-        saved = self._values.get(expression.variable)
-        for place, weight in panels():
-            self._values[expression.variable] = graph.add(lower, graph.mul(graph.constant(place), width))
-            body = node(self.value(expression.body))
-            result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), body))
-        if saved is None:
-            del self._values[expression.variable]
-        else:
-            self._values[expression.variable] = saved
-        return result
+        return self.integrals.value(expression, integrand, lower, upper)

@@ -1,0 +1,254 @@
+"""Definite integrals inside expressions: split at kinks, by a rule that was seen to suffice, with an estimate of its error.
+
+A rule is chosen when the model is compiled, with the default values of parameters and a few values of all that moves.
+As these change, the estimate, which is formed in the same way at run time, is what tells.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from fractions import Fraction
+
+from msgspec import Struct
+
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.source import Span
+
+from ...flat.model import Expression, Quadrature
+from ...graph import Graph, Node
+from ...graph import operations as ops
+from ...graph.differentiate import jvp
+from ...graph.evaluate import Tape, evaluate
+from ...graph.rewrite import substitute
+from .quadrature import Points, Rule, rules
+from .symbols import Symbols
+
+ENOUGH = 1e-12
+"""Error, relative to the integral of |integrand|, with which a rule is taken and no finer one is tried."""
+WORTH_A_WORD = 1e-9
+"""Error that is told when the model is compiled."""
+MOST_KINKS = 6
+"""Kinks at which an integral is split; of more, the others are left to the rule."""
+OTHERWISE = 2.0
+"""A rule that finds the integral of |integrand| smaller or larger by this factor misses, or sees twice, a part of it."""
+AT_THE_END = Fraction(1, 100_000)
+"""Places so close to the upper end are reckoned from it, which keeps their distance exact where that end is 0."""
+SAMPLES = (0.618, -0.414, 0.271)
+"""Values of what moves, at which rules are compared: of no consequence but that they are of no special kind."""
+
+WIDEST = 3
+"""The rule that looks at the most places: where the first agrees with it, no other is tried."""
+
+Integrand = Callable[[Node], Node]
+
+
+class Integral(Struct, frozen=True):
+    """One integral as it stands in the model: ``error`` is its estimated error over the integral of |integrand|."""
+
+    span: Span
+    error: Node
+
+
+class Integrals:
+    """The definite integrals of a model. ``errors``: of those that stand alone, by their variables; an inner one is part
+    of the outer."""
+
+    def __init__(
+        self,
+        graph: Graph,
+        symbols: Symbols,
+        numbers: Callable[[Expression], Sequence[Node]],
+        reporter: Reporter,
+    ) -> None:
+        """``numbers`` gives the entries of an expression in row-major order."""
+        self._graph = graph
+        self._parameters = {s.node: s for s in symbols.parameters}
+        self._numbers = numbers
+        self._reporter = reporter
+        self._rules: dict[str, Rule] = {}
+        self._depth = 0
+        self.errors: dict[str, Integral] = {}
+
+    def value(self, expression: Quadrature, integrand: Integrand, lower: Node, upper: Node) -> Node:
+        """Return an integral by the rule that is chosen once for each that stands in the text."""
+        graph, name = self._graph, expression.variable
+        s = graph.symbol(f"?{name}")
+        self._depth += 1
+        if name not in self._rules:
+            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self._settled)
+            tell(self._reporter, expression.span, error, self._rules[name])
+        value, off = definite(graph, integrand, s, lower, upper, self._rules[name])
+        self._depth -= 1
+        if not self._depth:
+            self.errors[name] = Integral(expression.span, off)
+        return value
+
+    def _settled(self, symbols: Iterable[Node]) -> dict[Node, float]:
+        """Return the values of those symbols that are parameters with a value, and of what these depend on."""
+        found: dict[Node, float] = {}
+        for symbol in symbols:
+            scalar = self._parameters.get(symbol)
+            if scalar is None or scalar.variable.value is None:
+                continue
+            numbers = self._numbers(scalar.variable.value)
+            ours = [n for n, s in self._parameters.items() if s.variable is scalar.variable]
+            value = numbers[ours.index(symbol) if len(numbers) > 1 else 0]
+            known = self._settled(self._graph.support(value))
+            if known.keys() >= set(self._graph.support(value)):
+                found[symbol] = float(evaluate(self._graph, [value], known)[0])
+        return found
+
+
+def definite(
+    graph: Graph,
+    integrand: Integrand,
+    s: Node,
+    lower: Node,
+    upper: Node,
+    rule: Rule,
+) -> tuple[Node, Node]:
+    """Return the integral over ``s`` and the estimate of its error over the integral of |integrand|."""
+    value, rough, size = graph.zero, graph.zero, graph.zero
+    bounds = _bounds(graph, integrand, s, lower, upper)
+    for a, b in zip(bounds, bounds[1:], strict=False):
+        value = graph.add(value, _sum(graph, integrand, a, b, rule.points))
+        rough = graph.add(rough, _sum(graph, integrand, a, b, rule.companion))
+        size = graph.add(size, graph.abs(_sum(graph, lambda s: graph.abs(integrand(s)), a, b, rule.points)))
+    off = graph.abs(graph.sub(value, rough))
+    return value, graph.select(graph.less(graph.zero, size), graph.div(off, size), graph.zero)
+
+
+def _sum(graph: Graph, integrand: Integrand, a: Node, b: Node, points: Points) -> Node:
+    width, result = graph.sub(b, a), graph.zero
+    for place, weight in points:
+        if 1 - place < AT_THE_END:
+            at = graph.sub(b, graph.mul(graph.constant(1 - place), width))
+        else:
+            at = graph.add(a, graph.mul(graph.constant(place), width))
+        result = graph.add(result, graph.mul(graph.mul(graph.constant(weight), width), integrand(at)))
+    return result
+
+
+def _bounds(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Node) -> list[Node]:
+    """Return the ends of the pieces: the bounds, and between them, in order, the kinks that the formula shows."""
+    kinks = _kinks(graph, integrand(s), s)[:MOST_KINKS]
+    if not kinks:
+        return [lower, upper]
+    low, high = graph.minimum(lower, upper), graph.maximum(lower, upper)
+    inside = [graph.minimum(graph.maximum(kink, low), high) for kink in kinks]
+    for end in range(len(inside) - 1, 0, -1):  # bubbles, as the order is not known before
+        for i in range(end):
+            a, b = inside[i], inside[i + 1]
+            inside[i], inside[i + 1] = graph.minimum(a, b), graph.maximum(a, b)
+    turned = graph.less(upper, lower)
+    ordered = [graph.select(turned, b, a) for a, b in zip(inside, reversed(inside), strict=True)]
+    return [lower, *ordered, upper]
+
+
+def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
+    """Return where relations, absolute values and extremes change inside a formula, as far as they are linear in s."""
+    found: dict[Node, None] = {}
+    for n in graph.reach([body], [s]):
+        match graph.op(n):
+            case ops.ABS | ops.SIGN:
+                argument = graph.args(n)[0]
+            case ops.MINIMUM | ops.MAXIMUM | ops.LESS | ops.LESS_EQUAL:
+                argument = graph.sub(*graph.args(n))
+            case _:
+                continue
+        (slope,) = jvp(graph, [argument], {s: graph.one})
+        if slope == graph.zero or s in graph.support(slope):
+            continue
+        (start,) = substitute(graph, [argument], {s: graph.zero})
+        flat = graph.equal(slope, graph.zero)
+        divisor = graph.select(flat, graph.one, slope)
+        found[graph.neg(graph.div(start, divisor))] = None
+    return list(found)
+
+
+def chosen_rule(
+    graph: Graph,
+    integrand: Integrand,
+    s: Node,
+    lower: Node,
+    upper: Node,
+    defaults: Callable[[Iterable[Node]], Mapping[Node, float]],
+) -> tuple[Rule, float]:
+    """Return the first rule that is good enough, or the best, and its error over the integral of |integrand|.
+
+    ``defaults`` gives the values of those symbols that have one before a run.
+    """
+    bounds = _bounds(graph, integrand, s, lower, upper)
+    body = integrand(s)
+    settled = defaults(n for n in graph.support(body, *bounds) if n != s)
+    moving = [n for n in graph.support(body, *bounds) if n != s and n not in settled]
+    sampled = [
+        {**settled, **{n: value * (1 + 0.1 * k) for k, n in enumerate(moving)}}
+        for value in (SAMPLES if moving else SAMPLES[:1])
+    ]
+    seen = [_errors(graph, body, s, bounds, values) for values in sampled]
+    defined = [found for found in seen if min(found) < math.inf] or seen[
+        :1
+    ]  # some values may lie out of its domain
+    errors = [max(found) for found in zip(*defined, strict=True)]
+    best = min(range(len(errors)), key=lambda k: (max(errors[k], ENOUGH), k))
+    return rules()[best], errors[best]
+
+
+def _errors(
+    graph: Graph, body: Node, s: Node, bounds: Sequence[Node], values: Mapping[Node, float]
+) -> list[float]:
+    """Return the error of each rule over the integral of |integrand|: its difference from the one that agrees best with
+    its companion, and the difference of these two."""
+    ends = evaluate(graph, list(bounds), values)
+    known = {**values, s: 0.0}
+    tape = Tape(graph, [body], known)
+
+    def at(place: float) -> float:
+        return float(tape({**known, s: place})[body])
+
+    def total(points: Points) -> tuple[float, float]:
+        value, size = 0.0, 0.0
+        for a, b in zip(ends, ends[1:], strict=False):
+            terms = [
+                float(w)
+                * (b - a)
+                * at(b - float(1 - x) * (b - a) if 1 - x < AT_THE_END else a + float(x) * (b - a))
+                for x, w in points
+            ]
+            value, size = value + math.fsum(terms), size + abs(math.fsum(map(abs, terms)))
+        return value, size
+
+    first, widest = total(rules()[0].points), total(rules()[WIDEST].points)
+    if math.isfinite(widest[1]) and abs(first[0] - widest[0]) <= ENOUGH * widest[1]:
+        return [0.0] * len(rules())
+    found = [(*total(rule.points), total(rule.companion)[0]) for rule in rules()]
+    finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
+    if not finite:
+        return [math.inf] * len(found)
+    size = found[WIDEST if WIDEST in finite else finite[-1]][1]
+    if size == 0:
+        return [0.0 if found[k][1] == 0 else math.inf for k in range(len(found))]
+    seeing = [k for k in finite if size < OTHERWISE * found[k][1] < OTHERWISE**2 * size]
+    truth, _, companion = found[min(reversed(seeing), key=lambda k: abs(found[k][0] - found[k][2]))]
+    return [
+        (abs(value - truth) + abs(truth - companion)) / size if k in seeing else math.inf
+        for k, (value, _, _) in enumerate(found)
+    ]
+
+
+def tell(reporter: Reporter, span: Span, error: float, rule: Rule) -> None:
+    """Warn of an integral that no rule gives to nine digits."""
+    if error <= WORTH_A_WORD:
+        return
+    known = error < 0.01
+    amount = f"known to {error:.0e} of its size only" if known else "not known"
+    look = rule.words if known else "512 places in each of its pieces, which do not show its shape"
+    reporter.warning(
+        "W0538",
+        f"this integral is {amount}",
+        span,
+        caption=f"with the default values and {look}",
+        help="split it where the integrand has a peak or a kink, or write what is singular in another variable",
+    )

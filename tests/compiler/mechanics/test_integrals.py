@@ -1,0 +1,115 @@
+"""Definite integrals against closed forms: values, and errors that are told where they are not known."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+
+import pytest
+
+import mechc
+
+TEXT = """\
+model Integrals
+  parameter k = {k};
+  parameter c = {c};
+  coordinate Length x = {x} m;
+  kinetic 1/2*(1 kg)*der(x)^2;
+  output I = {integral};
+  experiment(stop = 1 s);
+end Integrals;
+"""
+
+
+def solved(integral: str, k: float = 3.0, c: float = 0.3, x: float = 0.7, **values: float) -> mechc.Solution:
+    model = mechc.loads(TEXT.format(integral=integral, k=k, c=c, x=x))
+    return model.simulate(target="python", set=values)
+
+
+def told(solution: mechc.Solution) -> float:
+    """The estimated error, relative to the integral of |integrand|, as the run has it."""
+    (name,) = (q.name for q in solution.problem.outputs if q.kind == "quadrature")
+    return float(solution[name].max())
+
+
+CLOSED: dict[str, Callable[[float, float, float], float]] = {
+    "integral(cos(k*s) for s in 0:x/(1 m))": lambda k, c, x: math.sin(k * x) / k,
+    "integral(abs(s - c) for s in 0:1)": lambda k, c, x: (c * abs(c) + (1 - c) * abs(1 - c)) / 2,
+    "integral(abs(s - c) for s in 1:0)": lambda k, c, x: -(c * abs(c) + (1 - c) * abs(1 - c)) / 2,
+    "integral(if s < c then s else k for s in 0:1)": lambda k, c, x: c**2 / 2 + k * (1 - c),
+    "integral(max(s, c)*min(s, x/(1 m)) for s in 0:1)": lambda k, c, x: (
+        c * c**2 / 2 + (x**3 - c**3) / 3 + x * (1 - x**2) / 2
+    ),
+    "integral(exp(s)/sqrt(s) for s in 0:1)": lambda k, c, x: 2.9253034918143632,
+    "integral(log(s) for s in 0:c)": lambda k, c, x: c * math.log(c) - c,
+    "integral(1/sqrt(-s) for s in -x/(1 m):0)": lambda k, c, x: 2 * math.sqrt(x),
+    "integral(integral(s*t for t in 0:s) for s in 0:c)": lambda k, c, x: c**4 / 8,
+}
+
+
+@pytest.mark.parametrize("integral", CLOSED)
+def test_integrals_that_are_known(integral: str) -> None:
+    """Kinks and jumps at places linear in the variable, ends that are singular, bounds that move and that are turned."""
+    source = random.Random(integral)
+    for _ in range(3):
+        k, c, x = source.uniform(1, 9), source.uniform(0.1, 0.45), source.uniform(0.5, 0.9)
+        solution = solved(integral, k, c, x)
+        expected = CLOSED[integral](k, c, x)
+        assert solution["I"][0] == pytest.approx(expected, rel=2e-10)
+        assert told(solution) < 1e-8
+        assert "is known to" not in str(solution.remarks)
+        assert "W0538" not in [
+            d.code for d in mechc.loads(TEXT.format(integral=integral, k=k, c=c, x=x)).diagnostics
+        ]
+
+
+@pytest.mark.parametrize("k", [3.0, 200.0, 700.0])
+def test_a_rule_is_chosen_by_what_the_integrand_does(k: float) -> None:
+    assert solved("integral(cos(k*s) for s in 0:1)", k=k)["I"][0] == pytest.approx(math.sin(k) / k, abs=1e-12)
+
+
+def test_a_value_that_outgrows_the_rule_is_told_by_the_run() -> None:
+    """The rule was chosen for k = 3; the estimate is at least as large as the error."""
+    solution = mechc.loads(TEXT.format(integral="integral(cos(k*s) for s in 0:1)", k=3, c=0, x=1)).simulate(
+        target="python", set={"k": 300.0}
+    )
+    error = abs(solution["I"][0] - math.sin(300) / 300)
+    assert error > 1e-3
+    assert told(solution) * 0.64 >= 0.1 * error  # the integral of |cos| is about 2/pi
+    assert any("is known to about" in remark for remark in solution.remarks)
+
+
+@pytest.mark.parametrize(
+    ("integral", "value", "words"),
+    [
+        ("integral(1/sqrt(1 - s^2) for s in 0:1)", math.pi / 2, "known to"),
+        ("integral(1/sqrt(s - c) for s in c:2)", 2 * math.sqrt(1.7), "known to"),
+        ("integral(exp(-((s - 0.4)/0.0005)^2) for s in 0:1)", None, "not known"),
+        ("integral(1/s for s in 0:1)", None, "not known"),
+    ],
+)
+def test_what_no_rule_gives_is_told_when_compiling(integral: str, value: float | None, words: str) -> None:
+    model = mechc.loads(TEXT.format(integral=integral, k=3, c=0.3, x=1))
+    (warning,) = (d for d in model.diagnostics if d.code == "W0538")
+    assert words in warning.message
+    solution = model.simulate(target="python")
+    if value is not None:
+        assert abs(solution["I"][0] - value) <= told(solution) * value < 1e-6
+
+
+def test_a_potential_by_an_integral_moves_as_its_closed_form() -> None:
+    """V = int_0^x k|s - c| ds has the force -k|x - c|."""
+    text = """
+model M
+  coordinate Length x = 1 m;
+  kinetic 1/2*(1 kg)*der(x)^2;
+  potential {};
+  experiment(stop = 1 s, tolerance = 1e-10);
+end M;
+"""
+    by_integral = mechc.loads(text.format("integral((3 N/m)*abs(s - 0.2 m) for s in 0 m:x)")).simulate()
+    closed = "(3 N/m)*((0.2 m)^2/2 + (x - 0.2 m)*abs(x - 0.2 m)/2)"
+    assert by_integral["x"][-1] == pytest.approx(
+        mechc.loads(text.format(closed)).simulate()["x"][-1], abs=1e-9
+    )
