@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, TypeVar
 
+from msgspec.structs import replace
+
 from .asking import Asked, study
 from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
@@ -82,9 +84,7 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
     return plan_run(*_posed(model, asked))
 
 
-def _posed(
-    model: CompiledModel, asked: Asked, method: str | None = None, **more: object
-) -> tuple[Problem, Study]:
+def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
     """Return the model with what the question needs, and the question in SI."""
     said = asked.given.get("method") or model.method(asked.experiment)
     problem = model.problem(
@@ -93,7 +93,7 @@ def _posed(
         reproducible=bool(asked.given.get("reproducible", False)),
         parts=asked.question.needs,
     )
-    return problem, study(asked, problem, model.settings, **more)
+    return problem, study(asked, problem, model.settings)
 
 
 def _moving_inputs(model: CompiledModel) -> frozenset[str]:
@@ -152,12 +152,12 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     problem, question = _posed(model, asked)
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
-    found = solve(*_posed(model, asked, max_steps=FEW_STEPS))
+    found = solve(problem, replace(question, max_steps=FEW_STEPS))
     if all(run.failure is None or run.failure.kind != TOO_MANY_STEPS for run in found.runs):
         return problem, found
-    stiff = any(run.statistics.stiff_time is not None for run in found.runs)
-    posed = _posed(model, asked, method="auto" if stiff else None)
-    return posed[0], solve(*posed)
+    if any(run.statistics.stiff_time is not None for run in found.runs):
+        problem, question = _posed(model, asked, method="auto")
+    return problem, solve(problem, question)
 
 
 def _shown(run: Run, asked: Asked, swept: Mapping[str, float | bool | str] | None = None) -> Solution:

@@ -67,10 +67,10 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
 
 
-def study(it: Asked, problem: Problem, values: Mapping[str, float], **more: Any) -> Study:
+def study(it: Asked, problem: Problem, values: Mapping[str, float]) -> Study:
     """Return the question in SI. Raises UsageMistake, SimulationError.
 
-    ``values`` are those of the model that were changed; ``more`` are fields that people do not set.
+    ``values`` are those of the model that were changed.
     """
     kinds = {setting.name: setting for setting in settings_of(it.question)}
     settings: dict[str, Any] = {
@@ -82,7 +82,6 @@ def study(it: Asked, problem: Problem, values: Mapping[str, float], **more: Any)
         inputs=_tables(problem, it.inputs),
         progress=it.progress,
         **settings,
-        **more,
     )
 
 

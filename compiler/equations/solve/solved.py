@@ -109,7 +109,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         from ..rows.integrable import note_integrable
 
         note_integrable(system, rows, values, reporter)
-    laws = substitute(graph, [row.equation for row in switched], absent)
+    laws = substitute(graph, [row.equation for row in switched], before | absent)
     unknowns = (*system.a, *(lam for group in multipliers for lam in group))
     formulas, forces = unknown_forces(system, (*r, *laws), xdot, answered, unknowns, sides, reporter)
     forces = replace_fields(forces, equations=tuple(substitute(graph, forces.equations, absent)))
