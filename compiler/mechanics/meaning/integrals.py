@@ -6,6 +6,7 @@ As these change, the estimate, which is formed in the same way at run time, is w
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
@@ -111,7 +112,7 @@ def definite(
     """Return the integral over ``s`` and the estimate of its error over the integral of |integrand|."""
     value, rough, size = graph.zero, graph.zero, graph.zero
     bounds = _bounds(graph, integrand, s, lower, upper)
-    for a, b in zip(bounds, bounds[1:], strict=False):
+    for a, b in itertools.pairwise(bounds):
         value = graph.add(value, _sum(graph, integrand, a, b, rule.points))
         rough = graph.add(rough, _sum(graph, integrand, a, b, rule.companion))
         size = graph.add(size, graph.abs(_sum(graph, lambda s: graph.abs(integrand(s)), a, b, rule.points)))
@@ -210,7 +211,7 @@ def _errors(
 
     def total(points: Points) -> tuple[float, float]:
         value, size = 0.0, 0.0
-        for a, b in zip(ends, ends[1:], strict=False):
+        for a, b in itertools.pairwise(ends):
             terms = [
                 float(w)
                 * (b - a)
