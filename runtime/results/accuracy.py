@@ -30,11 +30,12 @@ class Drift(Struct, frozen=True):
 class ConstraintDrift(Struct, frozen=True):
     """Distance from the constraints on the ``level`` of positions or velocities: the largest change that a
     projection makes, over nominal + |value|. ``before``: the steps of the method; None where nothing projects them.
-    ``after``: the states that are kept."""
+    ``after``: the states that are kept; ``rounding``: what the next projection of the same state would change."""
 
     level: str
     before: float | None
     after: float
+    rounding: float = 0.0
 
 
 class ErrorEstimate(Struct, frozen=True):

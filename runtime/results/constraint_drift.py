@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..case import Case
@@ -24,12 +26,12 @@ def constraint_drifts(case: Case, nominal: Array, main: Trajectory) -> tuple[Con
         return ()
     t, y, z = _projected_states(case, main)
     u = input_rows(case, t)
-    largest: dict[str, float] = {}
+    largest: dict[str, tuple[float, float]] = {}
     for k in range(t.size):
         here = _corrections(case, (float(t[k]), y[k], u[k], z[k]), nominal)
-        largest = {level: max(size, largest.get(level, 0.0)) for level, size in here.items()}
+        largest = {level: max(sizes, largest.get(level, (0.0, 0.0))) for level, sizes in here.items()}
     before = {"positions": main.statistics.drift_position, "velocities": main.statistics.drift_velocity}
-    return tuple(ConstraintDrift(level, before[level], size) for level, size in largest.items())
+    return tuple(ConstraintDrift(level, before[level], *sizes) for level, sizes in largest.items())
 
 
 def _projected_states(case: Case, main: Trajectory) -> tuple[Array, Array, Array]:
@@ -48,23 +50,42 @@ def _projected_states(case: Case, main: Trajectory) -> tuple[Array, Array, Array
     return t, y, np.tile(case.z, (t.size, 1))
 
 
-def _corrections(case: Case, at: tuple[float, Array, Array, Array], nominal: Array) -> dict[str, float]:
-    """Give the relative corrections of one state ``at`` (t, y, u, z), by level; positions if anything holds them."""
+def _corrections(
+    case: Case, at: tuple[float, Array, Array, Array], nominal: Array
+) -> dict[str, tuple[float, float]]:
+    """Give the relative correction of one state ``at`` (t, y, u, z), by level, and what another one would change after
+    it; positions if anything holds them."""
     t, y, u, z = at
     functions, p = case.functions, case.p
     nq, nv = case.problem.nq, case.problem.nv
     coordinates, rates = slice(nq), slice(nq, nq + nv)
     assert functions.project_position is not None and functions.project_velocity is not None
-    assert functions.displace is not None
+    project, project_velocity, displace = (
+        functions.project_position,
+        functions.project_velocity,
+        functions.displace,
+    )
+    assert displace is not None
+
+    def displaced(state: Array) -> Array:
+        moved = np.array(state)
+        moved[rates] = project(t, state, u, z, p)[:nv]
+        return displace(t, moved, u, z, p)
+
+    def turned(state: Array) -> Array:
+        return project_velocity(t, state, u, z, p)[:nv]
+
+    def sizes(correct: Callable[[Array], Array], part: slice) -> tuple[float, float]:
+        first = correct(y)
+        then = np.array(y)
+        then[part] += first
+        size, again = (_relative(change, y[part], nominal[part]) for change in (first, correct(then)))
+        return size, again
+
     result = {}
-    correction = functions.project_position(t, y, u, z, p)
-    if correction.size > nv:  # followed by the residuals
-        moved = np.array(y)
-        moved[rates] = correction[:nv]
-        change = functions.displace(t, moved, u, z, p)
-        result["positions"] = _relative(change, y[coordinates], nominal[coordinates])
-    change = functions.project_velocity(t, y, u, z, p)[:nv]
-    result["velocities"] = _relative(change, y[rates], nominal[rates])
+    if project(t, y, u, z, p).size > nv:  # followed by the residuals
+        result["positions"] = sizes(displaced, coordinates)
+    result["velocities"] = sizes(turned, rates)
     return result
 
 

@@ -36,6 +36,9 @@ SHARE = 1e-6
 """Of the size of a state: the step of a derivative; it is longer where the error is."""
 CONDITION = 1e5
 """Of the equations of a projection: what magnifies rounding in a state that was projected (kernel, ``projection.c``)."""
+TOUCH = 1e-9
+"""Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``impacts.c``), whatever
+the tolerance: as far it moves a state without a force."""
 
 
 class Check(Struct, frozen=True):
@@ -132,7 +135,7 @@ def compared(
 
 def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contradiction, float]:
     """Compare what a further projection would change with the largest error: both are relative to the same sizes."""
-    expected = estimate.largest + CONDITION * EPSILON
+    expected = estimate.largest + max(drift.rounding, CONDITION * EPSILON)
     made = Contradiction("constraints", drift.level, "1", drift.after, FACTOR * expected, None, None)
     return made, drift.after / expected
 
@@ -203,6 +206,9 @@ def _scales(
     outputs = np.abs(evaluate_rows(case, "outputs", t, y, z))
     terms = [outputs[:, [*check.outputs]].sum(axis=1) for check in listed]
     own = floor * np.array([_largest(term) for term in terms])
+    if problem.hybrid is not None and problem.hybrid.rows:
+        moved = slice(problem.nq + problem.nv)
+        own += TOUCH * np.einsum("nik,ni->nk", slopes[:, moved], size[:, moved]).max(axis=0)
     return [(_largest(stated[:, k]) + own[k], _largest(shared[:, k]) + own[k]) for k in range(len(listed))]
 
 
