@@ -72,7 +72,7 @@ def _joint_rows(lowering: Lowering, joint: Joint) -> list[ConstraintRows]:
     for equation in joint.closures:
         if _computed(joint, equation.left):
             continue
-        residuals = _differences(lowering, equation.left, equation.right)
+        residuals = lowering.switching(_differences(lowering, equation.left, equation.right))
         unit = _unit(equation.left, equation.right)
         rows.append(
             ConstraintRows(
@@ -91,6 +91,7 @@ def constraint_rows(
         residuals = _differences(lowering, constraint.left, constraint.right)
         for side in (constraint.left, constraint.right):
             lowering.questions.refuse(lowering.numbers(side), "a constraint", side, HELP)
+        residuals = lowering.switching(residuals)
         level = _level(lowering.graph, constraint, residuals, symbols, reporter)
         if level is not None:
             units = (_unit(constraint.left, constraint.right),) * len(residuals)

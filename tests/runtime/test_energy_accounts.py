@@ -106,3 +106,31 @@ def test_the_report_and_the_json_tell_it() -> None:
     assert told["dissipated"] == pytest.approx(0.35316) and told["supplied"] is None
     quiet = run(BALL, stop=0.1)
     assert quiet.summary()["energy"] is None and "at the start" not in report(quiet)
+
+
+@pytest.mark.parametrize("guide", ["abs(x)", "max(x, -x)", "(if x > 0 m then x else -x)"])
+@pytest.mark.parametrize("form", ["constraint y = {};", "contact below: y - {} restitution 0;"])
+def test_what_a_bend_takes(form: str, guide: str) -> None:
+    """Of a speed v along the one side of a bend of 2 atan(1/2), v cos(2 atan(1/2)) = 0.6 v is left."""
+    text = """
+    coordinate Length x = -1 m;
+    coordinate Length y = 0.5 m;
+    initial der(x) = 2 m/s;
+    kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);
+    """ + form.format(f"0.5*{guide}")
+    solution = run(text, stop=2)
+    found = solution.energy
+    assert solution.outcome.value == "completed", solution.message
+    assert found is not None and found.supplied is None and found.dissipated is not None
+    if form.startswith("constraint"):
+        assert found.end == pytest.approx(0.36 * 2.5, rel=1e-9)
+        assert solution["x"][-1] == pytest.approx(1.5 * 0.6 * 2, rel=1e-9)
+    assert found.start - found.dissipated == pytest.approx(found.end, rel=1e-9)
+
+
+def test_a_guide_that_begins_to_move_supplies() -> None:
+    found = run(
+        "coordinate x = 0 m; kinetic 1/2*(3 kg)*der(x)^2; constraint x = (2 m/s)*max(0 s, time - 1 s);",
+        stop=2,
+    ).energy
+    assert found is not None and found.supplied == pytest.approx(1 / 2 * 3 * 2**2, rel=1e-9)

@@ -10,9 +10,10 @@ from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_uni
 
 from ...flat.model import Kind
 from ...graph import Node
+from ...graph.operations import SELECT
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.modes import ImpulseAction, SetAction
-from ...mechanics.system import MechanicalSystem
+from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..model import Entry, Slot
 from ..solve.energies import Energies, supplied_at_instants
 
@@ -53,9 +54,17 @@ def booked_by_events(system: MechanicalSystem) -> frozenset[str]:
         for branch in system.branches
         for action in branch.actions
     )
-    switched = any(rows.mode is not None for rows in system.constraints)
+    switched = any(rows.mode is not None or _bends(system, rows) for rows in system.constraints)
     names = {"energy.dissipated"} if jumps or switched else set()
     return frozenset(names | ({"energy.supplied"} if jumps else set()))
+
+
+def _bends(system: MechanicalSystem, rows: ConstraintRows) -> bool:
+    """Tell whether a constraint turns somewhere on the way, where it takes what the velocity has across it."""
+    graph = system.graph
+    chosen = [n for n in graph.reach(list(rows.residuals)) if graph.op(n) == SELECT]
+    moving = system.symbols.positions | system.symbols.velocities
+    return bool(chosen) and not moving.isdisjoint(graph.support(*(graph.args(n)[0] for n in chosen)))
 
 
 def layout_of(

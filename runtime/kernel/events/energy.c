@@ -22,10 +22,25 @@ void mech_energy_book(mech_solver *s, mech_real gain)
         s->y[h->dissipated] -= gain;
 }
 
+int mech_energy_booked(const mech_solver *s)
+{
+    return s->model->hybrid->supplied >= 0 || s->model->hybrid->dissipated >= 0;
+}
+
+/* What the energy changed by since it was `before`, or zero where that is rounding. */
+static mech_real change(mech_solver *s, mech_real before)
+{
+    const mech_real after = mech_energy_total(s), gain = after - before;
+    return mech_abs(gain) > MECH_C(1e-12) * (mech_abs(before) + mech_abs(after)) ? gain : 0;
+}
+
+void mech_energy_book_beyond_rounding(mech_solver *s, mech_real before)
+{
+    mech_energy_book(s, change(s, before));
+}
+
 void mech_energy_supply(mech_solver *s, mech_real before)
 {
     const int account = s->model->hybrid->supplied;
-    if (account < 0) return;
-    const mech_real after = mech_energy_total(s), gain = after - before;
-    if (mech_abs(gain) > MECH_C(1e-12) * (mech_abs(before) + mech_abs(after))) s->y[account] += gain;
+    if (account >= 0) s->y[account] += change(s, before);
 }

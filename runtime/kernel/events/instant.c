@@ -16,14 +16,16 @@
 
 enum { MOST_ROUNDS = 100, MOST_TURNS = 6, CROWD = 1000 };
 
-/* Lets the state follow a law that has changed: a constraint may hold another rate now. */
+/* Lets the state follow a law that has changed: a constraint may hold another rate now. What the law itself brings is
+ * supplied; what the constraint takes out of the velocities, as a bend of a guide does, is lost. */
 static int follow(mech_solver *s, mech_real before)
 {
-    if (s->project) {
-        const int status = mech_project(s, s->run->report.t, s->y);
-        if (status) return mech_fail(s, status, -1);
-    }
     mech_energy_supply(s, before);
+    if (!s->project) return MECH_RUNNING;
+    const mech_real free = mech_energy_booked(s) ? mech_energy_total(s) : 0;
+    const int status = mech_project(s, s->run->report.t, s->y);
+    if (status) return mech_fail(s, status, -1);
+    if (mech_energy_booked(s)) mech_energy_book_beyond_rounding(s, free);
     return MECH_RUNNING;
 }
 
