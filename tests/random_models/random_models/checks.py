@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from random import Random
 
 import numpy as np
 
 from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
+from random_models.components import grouped
 from random_models.meaning import Meaning
+from random_models.motions import difference, run, unbalanced
+from random_models.structure import STRUCTURES
 from random_models.tree import Model
-from random_models.twins import TWINS, Twin
+from random_models.twins import TWINS, Twin, renamed_name
 
 
 @dataclass(frozen=True)
@@ -99,21 +102,25 @@ def _structural(base: Compiled) -> set[str]:
     return driven | set(base.model.compilation.flat.structural)
 
 
-def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare with several twins in one; where that disagrees, find out which of them does."""
-    if base.switches:
-        return None
-    random = Random(seed)
+def composed(model: Model, random: Random) -> Twin | None:
+    """Say a model otherwise in several ways at once."""
     whole = Twin("composed", model)
-    parts: list[Twin] = []
     for make in TWINS:
         if random.random() < 0.25:
             continue
         twin = make(whole.model, random)
         if twin is not None:
-            parts.append(twin)
             whole = Twin("composed", twin.model, whole.ignored + twin.ignored)
-    if not parts:
+    return None if whole.model is model else whole
+
+
+def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with several twins in one; where that disagrees, find out which of them does."""
+    random = Random(seed + 1)
+    if base.switches or random.random() < 0.4:
+        return None
+    whole = composed(model, random)
+    if whole is None:
         return None
     try:
         found = compare_twin(base, whole, seed)
@@ -145,11 +152,19 @@ def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
 def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | None:
     """Compare a model with a twin at random states."""
     other = compiled(twin.model.text())
-    if other.switches:
+    if twin.base is not None:
+        base = compiled(twin.base.text())
+    mine = {renamed_name(twin, n): v for n, v in base.parameters().items()}
+    wrong = differences(mine, other.parameters(), relative=1e-12)
+    mine = {renamed_name(twin, n): v for n, v in base.start().items()}
+    wrong += differences(mine, other.start())
+    if wrong:
+        return [Disagreement(twin.name, "given", _lines(wrong) + twin.model.text())]
+    if other.switches or base.switches:
         return None
     rng = np.random.default_rng(seed)
     for k, state in enumerate(base.random_states(rng, 3)):
-        there = {twin.names.get(n, n): v for n, v in state.items()}
+        there = {renamed_name(twin, n): v for n, v in state.items()}
         there = {
             n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or n.startswith("energy.")
         }
@@ -157,21 +172,19 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             if k:
                 break
             there = other.start()  # other coordinates: only the start is the same
-        mine = {_renamed(twin, n): v for n, v in base.everything(state).items()}
+        mine = {renamed_name(twin, n): v for n, v in base.everything(state).items()}
         near = [
-            {_renamed(twin, n): v for n, v in base.everything(shaken(state, rng)).items()} for _ in range(2)
+            {renamed_name(twin, n): v for n, v in base.everything(shaken(state, rng)).items()}
+            for _ in range(2)
         ]
         wrong = differences(mine, other.everything(there), near, twin.ignored)
         if wrong:
-            lines = "\n".join(f"{n}: {x:.12g}, twin {y:.12g}" for n, x, y in wrong[:6])
-            return [Disagreement(twin.name, _kind(base, wrong[0][0]), f"{lines}\n{twin.model.text()}")]
+            return [Disagreement(twin.name, _kind(base, wrong[0][0]), _lines(wrong) + twin.model.text())]
     return []
 
 
-def _renamed(twin: Twin, name: str) -> str:
-    if name.startswith("d "):
-        return "d " + twin.names.get(name[2:], name[2:])
-    return twin.names.get(name, name)
+def _lines(wrong: list[tuple[str, float, float]]) -> str:
+    return "".join(f"{n}: {x:.12g}, twin {y:.12g}\n" for n, x, y in wrong[:6])
 
 
 def _kind(base: Compiled, name: str) -> str:
@@ -206,8 +219,69 @@ def still(check: str, key: str, seed: int) -> Callable[[Model], bool]:
     return fails
 
 
+def structured(model: Model, random: Random) -> Twin | None:
+    """Say a model with heirs, components, blocks, functions, one after the other."""
+    whole = Twin("structured", model)
+    first = random.random() < 0.6
+    if first:
+        twin = grouped(model, random)
+        whole = twin if twin is not None else whole
+    for make in random.sample(STRUCTURES, random.choice((1, 1, 2))):
+        if first and make.__name__ == "by_experiment":
+            continue
+        twin = make(whole.model, random)
+        whole = replace(whole, model=twin.model) if twin is not None else whole
+    return None if whole.model is model else replace(whole, name="structured")
+
+
+def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with one to three structured texts of the same, one after the other."""
+    random = Random(seed)
+    if random.random() < 0.4:
+        return None
+    whole = structured(model, random)
+    if whole is None:
+        return None
+    try:
+        return compare_twin(base, whole, seed)
+    except Refused as refused:
+        return [
+            Disagreement(
+                "structured", "refused " + ",".join(refused.codes), refused.text + whole.model.text()
+            )
+        ]
+
+
+def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare motions: of two methods, of two twins; every tenth model, and half of those that switch."""
+    if seed % 10 and not (base.switches and seed % 2):
+        return None
+    first = run(model.text())
+    found = []
+    if said := unbalanced(first):
+        found.append(Disagreement("motion", "balance", said))
+    if str(first.outcome) == "Outcome.FAILED":
+        return [Disagreement("motion", "failed", first.message)]
+    if said := difference(first, run(model.text(), "radau5")):
+        found.append(Disagreement("motion", "method", said))
+    random = Random(seed)
+    for make in (composed, structured):
+        twin = make(model, random)
+        if twin is None or twin.base is not None:
+            continue
+        if said := difference(first, run(twin.model.text()), twin):
+            found.append(Disagreement("motion", make.__name__, said + "\n" + twin.model.text()))
+    return found
+
+
 SINGLE: tuple[tuple[str, Check], ...] = tuple(
     (make.__name__.replace("_", " "), _twin(make)) for make in TWINS
 )
-CHECKS: tuple[tuple[str, Check], ...] = (("values", _values), ("composed", _composed), ("targets", _targets))
+CHECKS: tuple[tuple[str, Check], ...] = (
+    ("values", _values),
+    ("structured", _structured),
+    ("composed", _composed),
+    ("targets", _targets),
+    ("motion", _motion),
+)
 __all__ = ["CHECKS", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]

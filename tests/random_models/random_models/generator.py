@@ -43,7 +43,7 @@ def finished(s: Scope) -> Model:
     s.add(
         "experiment",
         "experiment(stop = ",
-        Slot("experiment.stop", quantity("0.5", TIME, s.random)),
+        Slot("experiment.stop", quantity(s.pick(("0.5", "1", "1.5")), TIME, s.random)),
         ");",
         name="",
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -47,7 +48,17 @@ class Twin:
     model: Model
     ignored: tuple[str, ...] = ()
     names: Mapping[str, str] = field(default_factory=dict)
-    """What is called otherwise there: names of states and outputs."""
+    """What is called otherwise there: heads of names."""
+    base: Model | None = None
+    """The model that it is a twin of, where that is not the one that was given."""
+
+
+_HEAD = re.compile(r"^(d )?(der\()?(\w+)")
+
+
+def renamed_name(twin: Twin, name: str) -> str:
+    """Return what a state, an output or a parameter is called in the twin."""
+    return _HEAD.sub(lambda m: f"{m[1] or ''}{m[2] or ''}{twin.names.get(m[3], m[3])}", name)
 
 
 def _kinds(model: Model) -> set[str]:

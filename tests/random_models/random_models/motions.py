@@ -1,0 +1,106 @@
+"""Short motions: by two methods, and of twins, which must agree within what both claim, events included."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any
+
+import numpy as np
+
+import mechc
+from random_models.compiled import Refused, Values
+from random_models.twins import Twin, renamed_name
+
+TOLERANCE = 1e-9
+FACTOR = 100.0
+"""Estimated errors are of the end of the run to a factor of ten; what comes off twice that far is no rounding."""
+FLOOR = 1e-6
+"""Relative; a thousand times the tolerance of a step."""
+
+
+def run(text: str, method: str = "auto", stop: float | None = None) -> Any:
+    """Run a model on a grid of eleven times."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            model = mechc.loads(text)
+            until = stop if stop is not None else 1.0
+            return model.simulate(stop=until, every=until / 10, tolerance=TOLERANCE, method=method)
+    except mechc.CompileError as error:
+        wrong = [d for d in error.diagnostics if d.code.startswith("E")]
+        raise Refused(tuple(d.code for d in wrong), mechc.render(wrong)) from None
+    except (mechc.SimulationError, mechc.UsageMistake) as error:
+        raise Refused(("run",), str(error)) from None
+
+
+def columns(solution: Any) -> dict[str, Any]:
+    """Return what a solution holds, by name."""
+    return {name: np.asarray(solution[name]) for name in solution if name != "time"}
+
+
+def errors(solution: Any) -> Values:
+    """Return the estimated error of each state."""
+    error = solution.accuracy.error
+    return {k: float(v) for k, v in error.items()} if hasattr(error, "items") else {}
+
+
+def difference(a: Any, b: Any, twin: Twin | None = None) -> str:
+    """Say how two motions differ, or nothing; each may claim its own estimated error."""
+    if str(a.outcome) != str(b.outcome):
+        return f"outcome {a.outcome} ({a.message}), then {b.outcome} ({b.message})"
+    if str(a.outcome) == "Outcome.FAILED":
+        return ""
+    kinds_a, kinds_b = sorted(e.kind for e in a.events), sorted(e.kind for e in b.events)
+    ca, cb = columns(a), columns(b)
+    estimate = [v for v in (*errors(a).values(), *errors(b).values()) if np.isfinite(v)]
+    allowed = FACTOR * max(estimate, default=0.0) + FLOOR
+    if allowed > 1e-2:
+        return ""
+    if kinds_a != kinds_b:
+        return f"events {kinds_a}, then {kinds_b}"
+    if len(a.time) != len(b.time):
+        return "another number of rows"
+    near_jump = [float(e.time) for e in a.events]
+    rows = np.array([all(abs(t - j) > 1e-4 for j in near_jump) for t in a.time])
+    ignored = twin.ignored if twin is not None else ()
+    for name, x in ca.items():
+        other = renamed_name(twin, name) if twin is not None else name
+        if other not in cb or name in ignored:
+            continue
+        y = cb[other]
+        if x.shape != y.shape:
+            return f"{name}: shape {x.shape}, then {y.shape}"
+        scale = 1 + np.max(np.abs(x[np.isfinite(x)]), initial=0.0)
+        off = np.abs(x - y)[rows]
+        off = off[np.isfinite(off)]
+        if off.size and float(np.max(off)) > allowed * scale * (100 if _asked(name) else 1):
+            k = int(
+                np.argmax(
+                    np.where(np.isfinite(np.abs(x - y)), np.abs(x - y) * (rows if x.ndim == 1 else 1), 0)
+                )
+            )
+            return f"{name} at row {k}: {np.ravel(x)[k]:.9g}, then {np.ravel(y)[k]:.9g}, allowed {allowed * scale:.2g}"
+    return ""
+
+
+def _asked(name: str) -> bool:
+    """Whether a name is an output, whose derivative by the states is not known here."""
+    return name.startswith("o") or ".o" in name
+
+
+def unbalanced(solution: Any) -> str:
+    """Say how far energy is off, where that is more than the motion can be."""
+    c = columns(solution)
+    if str(solution.outcome) == "Outcome.FAILED" or "energy.total" not in c:
+        return ""
+    total = c["energy.total"] - c.get("energy.supplied", 0.0) + c.get("energy.dissipated", 0.0)
+    if not np.all(np.isfinite(total)):
+        return ""
+    turned = np.max(np.abs(c["energy.kinetic"])) + np.max(np.abs(c["energy.potential"]))
+    turned += sum(np.max(np.abs(c[n])) for n in ("energy.supplied", "energy.dissipated") if n in c)
+    drift = float(np.max(np.abs(total - total[0])))
+    estimate = max((v for v in errors(solution).values() if np.isfinite(v)), default=0.0)
+    allowed = (FACTOR * estimate + FLOOR) * (1 + turned)
+    return (
+        f"energy is off by {drift:.3g} J of {turned:.3g} J, allowed {allowed:.2g}" if drift > allowed else ""
+    )
