@@ -10,6 +10,7 @@ import numpy as np
 
 from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
+from random_models.definition import along, undone
 from random_models.meaning import Meaning
 from random_models.motions import difference, run, unbalanced
 from random_models.structure import STRUCTURES
@@ -252,6 +253,13 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
         ]
 
 
+def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with the definition at states."""
+    if base.switches:
+        return None
+    return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed)]
+
+
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare motions: of two methods, of two twins; every tenth model, and half of those that switch."""
     if seed % 10 and not (base.switches and seed % 2):
@@ -264,6 +272,7 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return [Disagreement("motion", "failed", first.message)]
     if said := difference(first, run(model.text(), "radau5")):
         found.append(Disagreement("motion", "method", said))
+    found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in along(base, first)]
     random = Random(seed)
     for make in (composed, structured):
         twin = make(model, random)
@@ -279,6 +288,7 @@ SINGLE: tuple[tuple[str, Check], ...] = tuple(
 )
 CHECKS: tuple[tuple[str, Check], ...] = (
     ("values", _values),
+    ("oracle", _oracle),
     ("structured", _structured),
     ("composed", _composed),
     ("targets", _targets),
