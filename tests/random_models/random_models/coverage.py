@@ -1,0 +1,92 @@
+"""What may stand where: every construct at every place, compared, or refused in words: ``python -m random_models.coverage``."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+from random_models.compiled import Refused, compiled
+from random_models.definition import along, undone
+from random_models.motions import run
+from random_models.probes import CONSTRUCTS, LATER, PLACES, Construct, Place, probe
+
+PAGE = Path(__file__).resolve().parents[3] / "docs" / "what_may_stand_where.md"
+WORKS = "·"
+
+
+def cell(construct: Construct, place: Place) -> tuple[str, str]:
+    """Return what a pair does, and what is to be known about it: works, a code, or a fault in capitals."""
+    text = probe(construct, place)
+    if text is None:
+        return "", ""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            base = compiled(text)
+            if base.switches:
+                motion: Any = run(text, stop=LATER)
+                if str(motion.outcome) == "Outcome.FAILED":
+                    return "FAILS", motion.message
+                wrong = along(base, motion)
+            else:
+                wrong = undone(base, 1)
+    except Refused as refused:
+        return refused.codes[0], refused.text
+    except Exception as error:
+        return "CRASH", repr(error)[:300]
+    return ("WRONG", wrong[0][1] + text) if wrong else (WORKS, "")
+
+
+def table(
+    places: tuple[Place, ...] = PLACES, constructs: tuple[Construct, ...] = CONSTRUCTS
+) -> dict[tuple[str, str], tuple[str, str]]:
+    """Return all cells."""
+    return {(c.name, p.name): cell(c, p) for p in places for c in constructs}
+
+
+_HEAD = """\
+# What may stand where
+
+Each construct of the language at each place where an expression may stand. `·` is computed, and compared with the
+definition of the language; a code is the message with which mechc refuses it (`mechc explain CODE`). A blank is a number
+where a truth value belongs, or the other way round. Made by `python -m random_models.coverage`.
+"""
+
+
+def page(cells: dict[tuple[str, str], tuple[str, str]]) -> str:
+    """Write the page: a table for each group of places."""
+    text = [_HEAD]
+    groups: dict[str, list[Place]] = defaultdict(list)
+    for p in PLACES:
+        groups[p.group].append(p)
+    for group, places in groups.items():
+        text.append(f"\n## Places: {group}\n")
+        letters = [chr(ord("a") + k) for k in range(len(places))]
+        text += [
+            ", ".join(f"**{letter}** {p.name}" for letter, p in zip(letters, places, strict=True)) + "\n"
+        ]
+        text.append("| | " + " | ".join(letters) + " |")
+        text.append("|---|" + "---|" * len(places))
+        for c in CONSTRUCTS:
+            row = [cells[c.name, p.name][0] for p in places]
+            if any(row):
+                name = c.name.replace("|", "\\|")
+                text.append(f"| `{name}` | " + " | ".join(row) + " |")
+    return "\n".join(text) + "\n"
+
+
+def main() -> None:
+    """Write the page; what is wrong is said."""
+    cells = table()
+    if len(sys.argv) < 2 or sys.argv[1] != "--dry":
+        PAGE.write_text(page(cells), encoding="utf-8")
+    for (construct, place), (what, text) in cells.items():
+        if (what.isupper() and not what.startswith(("E0", "W0"))) or what == "run":
+            print(f"{what}: {construct} in {place}: {text}\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,77 @@
+"""Compare a compiled model with the oracle, which knows the page of the language and a flat model, and no more."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import numpy as np
+from oracle import Meaning, NotCovered, Undetermined
+
+from random_models.compiled import Compiled, Values, differences, shaken
+
+SKIPPED: Counter[str] = Counter()
+"""What the oracle had no answer for, by its reason."""
+
+
+def by_definition(meaning: Any, state: Values) -> Values:
+    """Return accelerations, under the names that derivatives of states have here, and outputs."""
+    found: Values = {}
+    for name, x in meaning.accelerations(state).items():
+        found[_derivative(name)] = float(x)
+    return found | {k: float(v) for k, v in meaning.outputs(state).items()}
+
+
+def _derivative(name: str) -> str:
+    """Turn ``der(q, 2)`` into ``d der(q)``, ``der(x)`` into ``d x``."""
+    if ", 2)" in name:
+        return "d " + name.replace(", 2)", ")")
+    return f"d {name[4:-1]}"
+
+
+def undone(base: Compiled, seed: int, states: int = 2) -> list[tuple[str, str]]:
+    """List (what kind of value, how it differs) at the start and at random states on the constraints."""
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="")
+        rng = np.random.default_rng(seed)
+        for k in range(states):
+            state = {n: float(v) for n, v in (meaning.random(rng) if k else meaning.start()).items()}
+            here = {n: state.get(n, 0.0) for n in base.states} | {"time": state.get("time", 0.0)}
+            there = by_definition(meaning, state)
+            near = [base.everything(shaken(here, rng)) for _ in range(2)]
+            wrong = differences(base.everything(here), there, near)
+            if wrong:
+                lines = "".join(f"{n}: {x:.12g} compiled, {y:.12g} by definition\n" for n, x, y in wrong[:6])
+                return [(kind_of(wrong[0][0]), lines + f"at {'the start' if not k else state}")]
+    except (NotCovered, Undetermined) as reason:
+        SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+    return []
+
+
+def kind_of(name: str) -> str:
+    """Name the kind of a value."""
+    if name.startswith("d "):
+        return "acceleration"
+    return "energy" if name.startswith("energy.") else "output"
+
+
+def along(base: Compiled, solution: Any) -> list[tuple[str, str]]:
+    """List how outputs along a run differ from the definition at the same states; rows next to events are left out."""
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="")
+        events = [float(e.time) for e in solution.events]
+        names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
+        for k, t in enumerate(solution.time):
+            if k % 3 or any(abs(t - e) < 1e-6 for e in events):
+                continue
+            state = {n: float(np.ravel(solution[n])[k]) for n in names} | {"time": float(t)}
+            there = meaning.outputs(state)
+            here = {n: float(solution[n][k]) for n in there if n in solution and np.ndim(solution[n]) == 1}
+            wrong = differences(here, {n: float(v) for n, v in there.items()}, relative=1e-6)
+            wrong = [w for w in wrong if w[0] not in ("energy.supplied", "energy.dissipated")]
+            if wrong:
+                lines = "".join(f"{n}: {x:.12g} run, {y:.12g} by definition\n" for n, x, y in wrong[:6])
+                return [(kind_of(wrong[0][0]), lines + f"at {state}")]
+    except (NotCovered, Undetermined) as reason:
+        SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+    return []
