@@ -11,6 +11,7 @@ import numpy as np
 from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
 from random_models.definition import along, undone
+from random_models.exports import exported
 from random_models.meaning import Meaning
 from random_models.motions import difference, run, unbalanced
 from random_models.structure import STRUCTURES
@@ -283,6 +284,15 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     return found
 
 
+def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare exports with the run: every fortieth model, every eightieth with FMUs."""
+    if seed % 40 != 7:
+        return None
+    return [
+        Disagreement("exports", what, said) for what, said in exported(model.text(), units=seed % 80 == 7)
+    ]
+
+
 SINGLE: tuple[tuple[str, Check], ...] = tuple(
     (make.__name__.replace("_", " "), _twin(make)) for make in TWINS
 )
@@ -293,5 +303,6 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("composed", _composed),
     ("targets", _targets),
     ("motion", _motion),
+    ("exports", _exports),
 )
 __all__ = ["CHECKS", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import sys
 import warnings
 from collections import defaultdict
+from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,8 @@ from random_models.probes import CONSTRUCTS, LATER, PLACES, Construct, Place, pr
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "what_may_stand_where.md"
 WORKS = "·"
+FAULTS = ("WRONG", "CRASH", "FAILS")
+KEPT = PAGE.parents[1] / "build" / "random_models" / "cells.jsonl"
 
 
 def cell(construct: Construct, place: Place) -> tuple[str, str]:
@@ -40,11 +44,24 @@ def cell(construct: Construct, place: Place) -> tuple[str, str]:
     return ("WRONG", wrong[0][1] + text) if wrong else (WORKS, "")
 
 
-def table(
-    places: tuple[Place, ...] = PLACES, constructs: tuple[Construct, ...] = CONSTRUCTS
-) -> dict[tuple[str, str], tuple[str, str]]:
-    """Return all cells."""
-    return {(c.name, p.name): cell(c, p) for p in places for c in constructs}
+def table(jobs: int = 1) -> dict[tuple[str, str], tuple[str, str]]:
+    """Return all cells; those that an earlier run of the same sources has found are read."""
+    KEPT.parent.mkdir(parents=True, exist_ok=True)
+    lines = [json.loads(line) for line in KEPT.read_text().splitlines()] if KEPT.exists() else []
+    kept = {line["text"]: (line["what"], line["said"]) for line in lines}
+    pairs = [(c, p, probe(c, p)) for p in PLACES for c in CONSTRUCTS]
+    todo = [(c, p) for c, p, text in pairs if text is not None and text not in kept]
+    with KEPT.open("a") as file, Pool(jobs) as pool:
+        for (c, p), (what, said) in zip(todo, pool.imap(_cell, todo, chunksize=8), strict=True):
+            text = probe(c, p) or ""
+            kept[text] = (what, said)
+            file.write(json.dumps({"text": text, "what": what, "said": said}) + "\n")
+            file.flush()
+    return {(c.name, p.name): kept[text] if text is not None else ("", "") for c, p, text in pairs}
+
+
+def _cell(pair: tuple[Construct, Place]) -> tuple[str, str]:
+    return cell(*pair)
 
 
 _HEAD = """\
@@ -80,11 +97,10 @@ def page(cells: dict[tuple[str, str], tuple[str, str]]) -> str:
 
 def main() -> None:
     """Write the page; what is wrong is said."""
-    cells = table()
-    if len(sys.argv) < 2 or sys.argv[1] != "--dry":
-        PAGE.write_text(page(cells), encoding="utf-8")
+    cells = table(int(sys.argv[1]) if len(sys.argv) > 1 else 1)
+    PAGE.write_text(page(cells), encoding="utf-8")
     for (construct, place), (what, text) in cells.items():
-        if (what.isupper() and not what.startswith(("E0", "W0"))) or what == "run":
+        if what in FAULTS:
             print(f"{what}: {construct} in {place}: {text}\n")
 
 

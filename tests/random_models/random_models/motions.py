@@ -39,9 +39,9 @@ def columns(solution: Any) -> dict[str, Any]:
 
 
 def errors(solution: Any) -> Values:
-    """Return the estimated error of each state."""
+    """Return the estimated error of each state, relative to its nominal value and size; of one that failed, nothing."""
     error = solution.accuracy.error
-    return {k: float(v) for k, v in error.items()} if hasattr(error, "items") else {}
+    return {} if error is None else {k: float(v) for k, v in error.by_state.items()}
 
 
 def difference(a: Any, b: Any, twin: Twin | None = None) -> str:

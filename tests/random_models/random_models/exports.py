@@ -1,0 +1,146 @@
+"""The same motion from what mechc exports: a Python module, a C program, and FMUs of both versions and kinds."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import fmpy
+import numpy as np
+
+import mechc
+from random_models.motions import columns, errors, run
+
+RELATIVE = 1e-4
+"""Programs have one method each, at a tolerance of 1e-8 and 1e-6: a hundred times the looser of both."""
+
+
+def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
+    """List (what, how it differs from the run) of the exports of a model; ``units`` makes FMUs too."""
+    model = mechc.loads(text)
+    native = run(text)
+    if str(native.outcome) != "Outcome.COMPLETED":
+        return []
+    found: list[tuple[str, str]] = []
+    with TemporaryDirectory() as folder, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        here = Path(folder)
+        if native.events == () or not native.events:
+            found += _said("python", native, _python(model, here))
+        found += _said("c", native, _program(model, here))
+        if units:
+            found += _units(text, native, here)
+    return found
+
+
+def _said(what: str, native: Any, other: dict[str, Any] | str) -> list[tuple[str, str]]:
+    if isinstance(other, str):
+        return [(what, other)] if other else []
+    times = other["time"]
+    events = [float(e.time) for e in native.events]
+    mine = columns(native)
+    estimate = max((v for v in errors(native).values() if np.isfinite(v)), default=0.0)
+    if estimate > 1e-6:
+        return []
+    for name, x in mine.items():
+        if name not in other or x.ndim != 1:
+            continue
+        y = other[name]
+        scale = 1 + float(np.max(np.abs(x[np.isfinite(x)]), initial=0.0))
+        for t, here in zip(native.time, x, strict=True):
+            k = int(np.argmin(np.abs(times - t)))
+            if abs(times[k] - t) > 1e-9 or any(abs(t - e) < 1e-3 for e in events) or not np.isfinite(here):
+                continue
+            if not abs(y[k] - here) <= RELATIVE * scale * (10 if name.startswith("o") else 1):
+                return [(what, f"{name} at {t:.3g}: {here:.9g} run, {y[k]:.9g} {what}")]
+    return []
+
+
+def _table(text: str) -> dict[str, Any]:
+    rows = list(csv.reader(text.splitlines()))
+    names = [h.split(" [")[0].strip() for h in rows[0]]
+    numbers = np.array([[float(v) for v in row] for row in rows[1:] if row])
+    return {n: numbers[:, k] for k, n in enumerate(names)}
+
+
+def _python(model: Any, here: Path) -> dict[str, Any] | str:
+    path = here / "m.py"
+    try:
+        model.compile("python", path)
+    except mechc.CompileError as error:
+        return f"refused: {mechc.render(error.diagnostics)[:300]}"
+    ran = subprocess.run(
+        [
+            sys.executable,
+            str(path),
+            "--stop",
+            "1",
+            "--every",
+            "0.1",
+            "--tolerance",
+            "1e-9",
+            "-o",
+            str(here / "o.csv"),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    if ran.returncode:
+        return f"fails: {ran.stderr[-300:]}{ran.stdout[-200:]}"
+    return _table((here / "o.csv").read_text())
+
+
+def _program(model: Any, here: Path) -> dict[str, Any] | str:
+    model.compile("c", here / "c")
+    sources = [str(f) for f in (here / "c").rglob("*.c")]
+    built = subprocess.run(
+        ["cc", "-O0", "-I", str(here / "c"), *sources, "-lm", "-o", str(here / "m")],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if built.returncode:
+        return f"does not build: {built.stderr[:300]}"
+    ran = subprocess.run(
+        [str(here / "m"), "1", "1e-9"], capture_output=True, text=True, timeout=60, check=False
+    )
+    if ran.returncode:
+        return f"fails: {ran.stderr[-300:]}"
+    return _table(ran.stdout)
+
+
+def _units(text: str, native: Any, here: Path) -> list[tuple[str, str]]:
+    """Export both versions, which checks them, and simulate both kinds by fmpy."""
+    path = here / "m.mech"
+    path.write_text(text)
+    found: list[tuple[str, str]] = []
+    made = subprocess.run(
+        [sys.executable, "-m", "mechc", "compile", str(path), "--target", "fmu", "--fmi", "both", "-o", str(here / "u.fmu")],
+        capture_output=True, text=True, timeout=300, check=False,
+    )  # fmt: skip
+    if made.returncode:
+        return [("fmu", f"export fails: {made.stdout[-400:]}{made.stderr[-400:]}")]
+    for unit in sorted(here.rglob("*.fmu")):
+        for kind in ("ModelExchange", "CoSimulation"):
+            result = fmpy.simulate_fmu(
+                str(unit),
+                fmi_type=kind,
+                stop_time=1.0,
+                output_interval=0.1,
+                relative_tolerance=1e-9,
+                solver="CVode",
+                step_size=0.1,
+            )
+            other = {n: np.asarray(result[n]) for n in result.dtype.names}
+            found += [
+                (f"{unit.parent.name} {kind}", said)
+                for _, said in _said(f"{unit.parent.name} {kind}", native, other)
+            ]
+    return found
