@@ -10,10 +10,11 @@ import numpy as np
 
 from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
-from random_models.definition import along, undone
+from random_models.definition import OPEN, along, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
 from random_models.motions import difference, run, unbalanced
+from random_models.rescaled import scaled_difference
 from random_models.structure import STRUCTURES
 from random_models.tree import Model
 from random_models.twins import TWINS, Twin, renamed_name
@@ -46,8 +47,8 @@ def crash(error: BaseException) -> Disagreement:
     return Disagreement("crash", f"{type(error).__name__} in {name}", repr(error)[:300])
 
 
-def examined(model: Model, seed: int, only: str = "") -> Report:
-    """Compile a model and compare it with its meaning and its twins; ``only`` the check of one name."""
+def examined(model: Model, seed: int, only: str = "", without: tuple[str, ...] = ()) -> Report:
+    """Compile a model and compare it with its meaning and its twins; ``only``, ``without``: names of checks."""
     try:
         base = compiled(model.text())
     except Refused as refused:
@@ -57,7 +58,7 @@ def examined(model: Model, seed: int, only: str = "") -> Report:
     done: list[str] = []
     wrong: list[Disagreement] = []
     for name, check in CHECKS if not only else (*CHECKS, *SINGLE):
-        if only and name != only:
+        if (only and name != only) or name in without:
             continue
         try:
             found = check(model, base, seed)
@@ -256,7 +257,7 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
 
 def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with the definition at states."""
-    if base.switches:
+    if base.switches or OPEN.keys() & {kind for kind, _ in model.pairs()}:
         return None
     return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed)]
 
@@ -273,7 +274,8 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return [Disagreement("motion", "failed", first.message)]
     if said := difference(first, run(model.text(), "radau5")):
         found.append(Disagreement("motion", "method", said))
-    found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in along(base, first)]
+    if not OPEN.keys() & {kind for kind, _ in model.pairs()}:
+        found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in along(base, first)]
     random = Random(seed)
     for make in (composed, structured):
         twin = make(model, random)
@@ -293,6 +295,14 @@ def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | No
     ]
 
 
+def _rescaled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with the same in units of another size, every third model."""
+    if seed % 3 or base.switches:
+        return None
+    wrong = scaled_difference(model, base, seed)
+    return None if wrong is None else [Disagreement("rescaled", "value", _lines(wrong))] if wrong else []
+
+
 SINGLE: tuple[tuple[str, Check], ...] = tuple(
     (make.__name__.replace("_", " "), _twin(make)) for make in TWINS
 )
@@ -301,6 +311,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("oracle", _oracle),
     ("structured", _structured),
     ("composed", _composed),
+    ("rescaled", _rescaled),
     ("targets", _targets),
     ("motion", _motion),
     ("exports", _exports),

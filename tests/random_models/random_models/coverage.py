@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from random_models.compiled import Refused, compiled
-from random_models.definition import along, undone
+from random_models.definition import OracleFails, along, undone
 from random_models.motions import run
 from random_models.probes import CONSTRUCTS, LATER, PLACES, Construct, Place, probe
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "what_may_stand_where.md"
 WORKS = "·"
+UNKNOWN = "?"
 FAULTS = ("WRONG", "CRASH", "FAILS")
 KEPT = PAGE.parents[1] / "build" / "random_models" / "cells.jsonl"
 
@@ -39,8 +40,12 @@ def cell(construct: Construct, place: Place) -> tuple[str, str]:
                 wrong = undone(base, 1)
     except Refused as refused:
         return refused.codes[0], refused.text
+    except OracleFails as error:
+        return UNKNOWN, f"the oracle: {error}"
     except Exception as error:
         return "CRASH", repr(error)[:300]
+    if wrong and ("table" in construct.name or "table" in place.name):
+        return UNKNOWN, "the page of the language does not say which smooth curve a table is"
     return ("WRONG", wrong[0][1] + text) if wrong else (WORKS, "")
 
 
@@ -69,7 +74,7 @@ _HEAD = """\
 
 Each construct of the language at each place where an expression may stand. `·` is computed, and compared with the
 definition of the language; a code is the message with which mechc refuses it (`mechc explain CODE`). A blank is a number
-where a truth value belongs, or the other way round. Made by `python -m random_models.coverage`.
+where a truth value belongs, or the other way round; `?` is computed, but has no definition to be compared with. Made by `python -m random_models.coverage`.
 """
 
 

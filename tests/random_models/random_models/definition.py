@@ -10,6 +10,13 @@ from oracle import Meaning, NotCovered, Undetermined
 
 from random_models.compiled import Compiled, Values, differences, shaken
 
+
+class OracleFails(Exception):
+    """The oracle ends with an error that is not one of its own answers."""
+
+
+OPEN = {"table": "the page of the language does not say which smooth curve it means"}
+"""Constructs that the definition leaves open: models with one are compared with their twins and targets alone."""
 SKIPPED: Counter[str] = Counter()
 """What the oracle had no answer for, by its reason."""
 
@@ -45,7 +52,21 @@ def undone(base: Compiled, seed: int, states: int = 2) -> list[tuple[str, str]]:
                 return [(kind_of(wrong[0][0]), lines + f"at {'the start' if not k else state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+    except Exception as error:
+        if _of_the_oracle(error):
+            raise OracleFails(repr(error)[:200]) from error
+        raise
     return []
+
+
+def _of_the_oracle(error: BaseException) -> bool:
+    """Whether an error was raised inside of the oracle."""
+    where = error.__traceback__
+    files = []
+    while where is not None:
+        files.append(where.tb_frame.f_code.co_filename)
+        where = where.tb_next
+    return any("/oracle/" in f for f in files)
 
 
 def kind_of(name: str) -> str:
@@ -74,4 +95,8 @@ def along(base: Compiled, solution: Any) -> list[tuple[str, str]]:
                 return [(kind_of(wrong[0][0]), lines + f"at {state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+    except Exception as error:
+        if _of_the_oracle(error):
+            raise OracleFails(repr(error)[:200]) from error
+        raise
     return []

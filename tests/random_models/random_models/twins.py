@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from random import Random
 
@@ -20,6 +20,7 @@ from random_models.operators import (
     relation,
     subtract,
     two,
+    vector,
 )
 from random_models.quantities import quantity
 from random_models.tree import (
@@ -33,6 +34,7 @@ from random_models.tree import (
     Slot,
     map_expression,
     node,
+    reference,
     statement,
 )
 
@@ -240,3 +242,136 @@ TWINS: tuple[Callable[[Model, Random], Twin | None], ...] = (
     shuffled, plain_units, without_kinks, energies_as_forces, dampings_as_functions, masses_as_energies,
     forces_by_components,
 )  # fmt: skip
+
+
+# ---------------------------------------------------------------- the world elsewhere
+
+
+_SHIFT = (Fraction("0.7"), Fraction("-0.4"), Fraction("0.5"))
+
+
+def turned_world(model: Model, random: Random) -> Twin | None:
+    """Put everything onto a frame that is turned and moved against the world; vectors follow it.
+
+    What is said in world components is said in those of the new frame: gravity, forces, positions, velocities.
+    """
+    space = _space(model)
+    if (
+        not space
+        or _kinds(model) & _ENERGIES
+        or any(
+            s.kind == "component" and (s.data or {}).get("class") == "UniformMagneticField"
+            for s in model.top.seq().items
+        )
+    ):
+        return None
+    angle = quantity(f"{random.uniform(0.3, 2.5):.2f}", NUMBER, None)
+    axis = "" if space == 2 else random.choice(("x", "y", "z"))
+    shift = vector(*(quantity(x, LENGTH) for x in _SHIFT[:space]))
+    base = reference("base", "frame", LENGTH, level="q", type="frame")
+    turn = call(f"rot{axis}", angle, type="pose")
+    pose = node(
+        "frame*", "world * ", call("trans", shift, type="pose"), " * ", turn, dim=LENGTH, type="frame"
+    )
+    new: list[S] = [statement("frame", "frame base = ", Slot("frame.value", pose), ";", name="base")]
+
+    def change(e: E) -> E:
+        o = e.operands
+        if e.kind == "ref:world":
+            return base
+        if e.kind == "pos":
+            return _as(e, call("local", base, o[0]))
+        if e.kind == "ref:point":
+            return e
+        if e.kind == "heading":
+            return (
+                _as(e, call("heading", o[0]))
+                if space == 3
+                else _as(e, node("parentheses", "(", subtract(e, angle), ")"))
+            )
+        if e.kind == "angvel" and len(o) == 1 and space == 2:
+            return e
+        if (
+            (e.kind in ("vel", "angvel") and len(o) == 1)
+            or (e.kind in ("vel_at", "reaction") and e.shape)
+            or (e.kind == "moment" and space == 3)
+        ):
+            return _as(e, call("components", base, e))
+        if e.kind == "mass_centre":
+            return _as(e, call("components", base, _minus(e, shift)))
+        if e.kind == "direction":
+            return _as(e, call("components", base, e))
+        if e.kind == "components":
+            return _as(
+                e, call("components", o[0], call("direction", base, o[1], dim=o[1].dim, shape=o[1].shape))
+            )
+        return e
+
+    for s in model.top.seq().items:
+        if _points_as_values(s):
+            return None
+        s = s.rebuilt(lambda e, place: map_expression(e, change))
+        places = {x.place for x in s.slots}
+        if s.kind == "gravity":
+            g = s.slots[0].expression
+            s = statement(
+                "gravity",
+                "gravity ",
+                Slot("gravity", call("direction", base, g, dim=g.dim, shape=g.shape)),
+                ";",
+            )
+        elif (s.kind == "force" and "force.vector" in places and "force.in" not in places) or (
+            s.kind == "torque" and space == 3 and "torque.in" not in places
+        ):
+            s = replace(s, parts=(*s.parts[:-1], " in ", Slot(f"{s.kind}.in", base), s.parts[-1]))
+        elif s.kind in ("impulse", "when") and "impulse" in s.text():
+            return None
+        new.append(s)
+    weight = ("energy.potential", "energy.total")  # its zero moves with the world
+    axes = tuple(f"{m}.{a}" for m in ("momentum", "angular_momentum") for a in "xyz")
+    return Twin("turned world", model.with_top(tuple(new)), weight + axes)
+
+
+def _space(model: Model) -> int:
+    texts = [str(s.parts[0]) for s in model.items]
+    return (
+        3 if any("mech.spatial" in t for t in texts) else 2 if any("mech.planar" in t for t in texts) else 0
+    )
+
+
+def _as(old: E, new: E) -> E:
+    return E(new.kind, new.parts, old.dim, old.shape, old.level, new.binding)
+
+
+def _minus(e: E, shift: E) -> E:
+    return subtract(e, shift)
+
+
+def _points_as_values(s: S) -> bool:
+    """Whether a point stands for its position in world components somewhere."""
+
+    def inside(e: E) -> bool:
+        if e.kind in ("ref:point",):
+            return True
+        if e.kind in ("pos", "vel", "local", "vel_at", "frame*point", "frame*"):
+            return False
+        return any(inside(o) for o in e.operands)
+
+    allowed = {
+        "force.point",
+        "force.from",
+        "force.at",
+        "mass.at",
+        "impulse.on",
+        "component.from",
+        "component.to",
+        "modification.frame",
+        "point.value",
+        "frame.value",
+    }
+    return any(
+        inside(slot.expression) for inner in s.walk() for slot in inner.slots if slot.place not in allowed
+    )
+
+
+TWINS = (*TWINS, turned_world)
