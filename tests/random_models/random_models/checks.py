@@ -10,7 +10,7 @@ import numpy as np
 
 from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
-from random_models.definition import OPEN, along, undone
+from random_models.definition import along, ignored, skipped, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
 from random_models.motions import difference, run, unbalanced
@@ -257,9 +257,9 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
 
 def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with the definition at states."""
-    if base.switches or OPEN.keys() & {kind for kind, _ in model.pairs()}:
+    if base.switches or skipped(model):
         return None
-    return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed)]
+    return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed, 2, ignored(model))]
 
 
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
@@ -274,8 +274,11 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return [Disagreement("motion", "failed", first.message)]
     if said := difference(first, run(model.text(), "radau5")):
         found.append(Disagreement("motion", "method", said))
-    if not OPEN.keys() & {kind for kind, _ in model.pairs()}:
-        found += [Disagreement("motion", f"definition of {kind}", said) for kind, said in along(base, first)]
+    if not skipped(model):
+        found += [
+            Disagreement("motion", f"definition of {kind}", said)
+            for kind, said in along(base, first, ignored(model))
+        ]
     random = Random(seed)
     for make in (composed, structured):
         twin = make(model, random)

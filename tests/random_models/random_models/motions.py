@@ -61,6 +61,7 @@ def difference(a: Any, b: Any, twin: Twin | None = None) -> str:
     if len(a.time) != len(b.time):
         return "another number of rows"
     near_jump = [float(e.time) for e in a.events]
+    near_jump += [float(t) for t, u in zip(a.time[1:], a.time[:-1], strict=True) if t == u]
     rows = np.array([all(abs(t - j) > 1e-4 for j in near_jump) for t in a.time])
     ignored = twin.ignored if twin is not None else ()
     for name, x in ca.items():

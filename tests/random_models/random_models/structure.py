@@ -173,7 +173,7 @@ def blocks(model: Model, random: Random) -> Twin | None:
             in ("energy", "force", "damping", "torque", "friction", "constraint", "contact", "equation")
             and r < 0.5
         ):
-            n = f"n{len(new)}"
+            n = f"choice{len(new)}"
             number = random.randint(1, 4)
             new.append(statement("parameter", f"structural parameter Integer {n} = {number};", name=n))
             c = relation(
