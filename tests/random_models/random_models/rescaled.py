@@ -17,8 +17,14 @@ from random_models.operators import multiply
 from random_models.quantities import quantity
 from random_models.tree import NUMBER, Dim, E, Model, map_expression, node
 
-_UNGIVEN = {"RollingOnCircle", "Coulomb"}  # have lengths and constants of their own
-_BODIES = {"Body", "Bar", "Rod", "Disk", "Box", "Sphere", "Cylinder", "Particle"}
+_GIVEN = {
+    "Body": "m", "Bar": "m l", "Rod": "m l", "Disk": "m r", "Box": "m size", "Sphere": "m r", "Cylinder": "m r l",
+    "Particle": "m", "Rolling": "r", "Screw": "pitch", "RollingOnCircle": "r track", "Spring": "k rest", "Damper": "c",
+    "CentralField": "V0 r0", "InverseSquare": "k", "Gravitation": "m1 m2 G", "Coulomb": "q1 q2 epsilon0",
+    "LinearDrag": "c", "QuadraticDrag": "k", "TorsionSpring": "k", "TorsionDamper": "c", "SpeedMotor": "gain",
+    "UniformMagneticField": "q B", "Gear": "r1 r2", "Belt": "r1 r2", "Rack": "r", "Planetary": "r_sun r_ring", "Distance": "l",
+}  # fmt: skip
+"""What must be given, since the library has numbers with dimensions of its own there."""
 
 
 def _size(d: Any, scale: tuple[int, int, int]) -> float:
@@ -28,8 +34,8 @@ def _size(d: Any, scale: tuple[int, int, int]) -> float:
 def rescaled(model: Model, scale: tuple[int, int, int]) -> Model | None:
     """Multiply all quantities; None where the library's own numbers enter."""
     for s in model.top.seq().items:
-        kind = (s.data or {}).get("class") if s.kind == "component" else None
-        if kind in _UNGIVEN or (kind in _BODIES and not any(m.name == "m" for m in s.seq().items)):
+        kind = str((s.data or {}).get("class", "")) if s.kind == "component" else ""
+        if set(_GIVEN.get(kind, "").split()) - {m.name for m in (s.seq().items if kind else ())}:
             return None
 
     def change(e: E) -> E:
