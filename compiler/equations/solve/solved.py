@@ -25,7 +25,7 @@ from ..rows.modes import check_count, friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
 from ..rows.residual import energy_efforts, residual, seeds_of
 from ..rows.signs import Side
-from .accelerations import accelerations
+from .accelerations import accelerations, massless
 from .energies import Energies, energies
 from .feeding import warn_of_feeding
 from .force_laws import solve_laws
@@ -135,6 +135,10 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     replies = replace_fields(replies, dropped=frozenset(absent))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
+    try:
+        projected = projection(system, r, free, rows, supports) if rows else None
+    except ZeroPivot as singular:  # what only friction or a constraint that switches holds
+        raise massless(system, r, free, rows, singular, reporter) from None
     return Solved(
         driven=driven,
         free=free,
@@ -143,7 +147,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         switched=switched,
         sides=tuple(sides.values()),
         residual=tuple(r),
-        projection=projection(system, r, free, rows, supports) if rows else None,
+        projection=projected,
         energies=energy,
         pivots=found.elimination.pivots,
         method=found.elimination.variant,

@@ -204,6 +204,20 @@ def test_friction_holds_nothing_that_has_no_mass() -> None:
     assert (found.code, found.message) == ("E0520", "nothing with mass moves with 'a'")
 
 
+def test_neither_a_constraint_nor_friction_holds_what_has_no_mass() -> None:
+    """Projections onto the constraint divide by its mass, too."""
+    text = """
+    coordinate Length h[2] = 1 m; coordinate x = 1 m;
+    kinetic 1/2*1 kg*der(x)^2;
+    constraint roll: der(h[1]) = der(h[2]);
+    friction 0.1 N on h[2];
+    """
+    with pytest.raises(CompileError) as caught:
+        compiled(text)
+    errors = [d for d in caught.value.diagnostics if d.code.startswith("E")]
+    assert [(d.code, d.message) for d in errors] == [("E0520", "nothing with mass moves with 'h'")]
+
+
 def test_a_combination_without_mass_is_named() -> None:
     text = "coordinate x[2] = {1, 2} m; kinetic 1/2*1 kg*(der(x[1]) + der(x[2]))^2; potential 1 N/m*x[1]^2;"
     with pytest.raises(CompileError) as caught:
