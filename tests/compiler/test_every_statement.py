@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -76,9 +77,21 @@ def result(compilation: Compilation) -> str:
     return emit_c(compilation.program) + emit_python(compilation.program) + repr(words)
 
 
+def compiled(source: SourceFile) -> str:
+    """Return what a text means. Raises CompileError. (The values in other tracebacks are too long to be shown.)"""
+    try:
+        return result(compile_source(source))
+    except CompileError:
+        raise
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        told = f"{source.name}: {type(error).__name__}: {error} at {place.filename}:{place.lineno}"
+    pytest.fail(f"the stages do not know all of the tour: {told}", pytrace=False)
+
+
 @cache
 def whole(path: Path) -> str:
-    return result(compile_source(read_source(path)))
+    return compiled(read_source(path))
 
 
 @EVERY
@@ -91,7 +104,7 @@ def test_it_is_in_the_tour_and_counts(kind: type[ast.Statement]) -> None:
         span, source = statement.span, read_source(path)
         text = source.text[: span.start] + source.text[span.end :].removeprefix(";")
         try:
-            changed = result(compile_source(SourceFile(source.name, text)))
+            changed = compiled(SourceFile(source.name, text))
         except CompileError:
             return
         if changed != whole(path):
