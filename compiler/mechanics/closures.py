@@ -15,6 +15,7 @@ from .kinematics.topology import Topology
 from .kinematics.virtual import VirtualDisplacement, displace
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit
+from .meaning.values import Value
 from .system import ConstraintRows
 
 HELP = "a constraint is a relation between coordinates or velocities; write what follows a force as a 'force'"
@@ -40,7 +41,8 @@ def closure_rows(
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead.
 
-    Joints in ``asked`` get a virtual displacement of their ``to`` frame, added to ``virtual``.
+    Joints in ``asked`` get a virtual displacement of their ``to`` frame, added to ``virtual``; of all else, only their
+    own coordinates see it.
     """
     rows: list[ConstraintRows] = []
     for joint in topology.closures:
@@ -53,18 +55,30 @@ def closure_rows(
                 for name in lowering.aliases(joint.name, joint.target) or [joint.target]:
                     lowering.assign(name, moved.frame)
                 rows += _joint_rows(lowering, joint)
+                # what acts on its coordinates acts within the joint, too
+                computed = _compute(lowering, joint)
+            for name, value in computed.items():
+                lowering.assign(name, value)
         else:
             rows += _joint_rows(lowering, joint)
-        for equation in joint.closures:
-            name = _computed(joint, equation.left)
-            if name:
-                lowering.assign(name, lowering.value(equation.right))
+            _compute(lowering, joint)
     return tuple(rows)
 
 
 def _computed(joint: Joint, left: Expression) -> str:
     """Return the coordinate that a closure equation computes, or nothing if it is a constraint."""
     return left.name if isinstance(left, Name) and left.name in joint.coordinates else ""
+
+
+def _compute(lowering: Lowering, joint: Joint) -> dict[str, Value]:
+    """Give the coordinates of a joint that closures compute their values."""
+    computed: dict[str, Value] = {}
+    for equation in joint.closures:
+        name = _computed(joint, equation.left)
+        if name:
+            computed[name] = lowering.value(equation.right)
+            lowering.assign(name, computed[name])
+    return computed
 
 
 def _joint_rows(lowering: Lowering, joint: Joint) -> list[ConstraintRows]:

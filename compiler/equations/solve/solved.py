@@ -330,8 +330,8 @@ def _joint_reactions(
 ) -> dict[str, tuple[tuple[Node, ...], tuple[Node, ...]]]:
     """Return (force, moment) on the ``to`` side of each joint that was asked for, in world components.
 
-    The residual along the virtual rates of a tree joint is the force that moves what it carries; for a closure it is
-    minus the force of its own multipliers.
+    The residual along the virtual rates of a tree joint is the force that moves what it carries. For a closure, where
+    the joint alone is displaced, it is minus the force of its own multipliers and of what acts on its coordinates.
     """
     graph, kinematics = system.graph, system.kinematics
     closing = {joint.name for joint in system.topology.closures}
@@ -339,12 +339,10 @@ def _joint_reactions(
     seeds = seeds_of(system, multipliers) if system.virtual else []
     for name, moved in system.virtual.items():
         rates = (*moved.force_rates, *moved.moment_rates)
-        efforts = vjp(graph, seeds, rates)
+        shares = energy_efforts(system, moved)
+        efforts = [graph.add(e, share) for e, share in zip(vjp(graph, seeds, rates), shares, strict=True)]
         if name in closing:
             efforts = [graph.neg(e) for e in efforts]
-        else:
-            shares = energy_efforts(system, moved)
-            efforts = [graph.add(e, share) for e, share in zip(efforts, shares, strict=True)]
         size = kinematics.size
         force = kinematics.to_world(moved.frame, tuple(efforts[:size]))
         moment = tuple(efforts[size:])

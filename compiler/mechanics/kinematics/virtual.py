@@ -2,8 +2,9 @@
 
 A joint whose reaction is asked for gets, on its ``to`` side, a displacement that is always zero but has a rate of
 its own. The row of the residual that belongs to this rate is the force (or moment) that the joint exerts there:
-inverse dynamics for a joint of the tree, -(dc'/dw)^T lam for one that closes a loop. One mechanism for both. Energies
-and dissipation written as formulas take part like everything else, by Lagrange's operator for the displacement.
+inverse dynamics for a joint of the tree; for one that closes a loop -(dc'/dw)^T lam and what acts on its coordinates,
+which are computed from the displaced frame. One mechanism for both. Energies and dissipation written as formulas take
+part like everything else, by Lagrange's operator for the displacement.
 """
 
 from __future__ import annotations

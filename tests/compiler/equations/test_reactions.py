@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -15,9 +17,9 @@ SPACE = (
 ASKED = "output F = reaction(hinge);\noutput M = moment(hinge);\n"
 
 
-def outputs(text: str) -> np.ndarray:
-    """The last values of force, moment and angle, after half a second from rest."""
-    solution = mechc.loads(text).simulate(stop=0.5, tolerance=1e-11, target="python", estimate_error=False)
+def outputs(text: str, target: Literal["c", "python"] = "python") -> np.ndarray:
+    """The last values of force and moment, after half a second from rest."""
+    solution = mechc.loads(text).simulate(stop=0.5, tolerance=1e-11, target=target, estimate_error=False)
     assert isinstance(solution, mechc.Solution)
     names = [n for n in solution if n.split("[")[0] in ("F", "M")]
     return np.array([solution[n][-1] for n in sorted(names)])
@@ -78,3 +80,69 @@ def test_reaction_under_energies_written_as_formulas(bodies: str, joint: str) ->
     assert np.max(np.abs(of_a_loop)) > 1
     # the loop is held to some 1e-11, and drifts within that
     assert in_the_tree == pytest.approx(of_a_loop, abs=1e-8)
+
+
+LOADED = {
+    "force": "force 3 FORCE on hinge.Q;",
+    "law": "force -4 FORCE*sin(hinge.Q/(1 STEP) + 1) on hinge.Q;",
+    "damping": "damping 0.7 DAMPING on hinge.Q;",
+    "dissipation": "dissipation 1/2*0.7 DAMPING*der(hinge.Q)^2;",
+    "potential": "potential 1/2*5 STIFFNESS*(hinge.Q - 1 STEP)^2;",
+    "kinetic": "kinetic 1/2*0.4 INERTIA*(1 + (hinge.Q/(1 STEP))^2)*der(hinge.Q)^2;",
+    "lagrangian": "lagrangian 0.2 DAMPING*hinge.Q*der(hinge.Q)*cos(time/(1 s)) + 3 FORCE*hinge.Q;",
+    "friction": "friction 0.2 FORCE on hinge.Q;",
+    "regularized": 'friction 0.2 FORCE on hinge.Q, law = "regularized", v_stick = 0.1 STEP/s;',
+    "coupling": "coordinate Real z = 0; kinetic 1/2*2 kg.m^2*der(z)^2; constraint hinge.Q = z*1 STEP;",
+    "drive": "MOVE hinge.Q = 1 STEP*sin(time/(1 s));",
+}
+UNITS = {
+    "Revolute": {
+        "Q": "angle",
+        "FORCE": "N.m",
+        "STEP": "rad",
+        "STIFFNESS": "N.m/rad",
+        "DAMPING": "N.m.s/rad",
+        "INERTIA": "kg.m^2",
+    },
+    "Prismatic": {
+        "Q": "position",
+        "FORCE": "N",
+        "STEP": "m",
+        "STIFFNESS": "N/m",
+        "DAMPING": "N.s/m",
+        "INERTIA": "kg",
+    },
+}
+
+
+@pytest.mark.parametrize("load", LOADED)
+@pytest.mark.parametrize("joint", UNITS)
+@pytest.mark.parametrize("bodies", [PLANE, SPACE], ids=["plane", "space"])
+def test_what_acts_on_the_coordinate_of_a_joint_is_part_of_its_load(
+    bodies: str, joint: str, load: str
+) -> None:
+    """In the tree the load is the inertia of what the joint carries, in a loop it is a sum of forces."""
+    text = f"{bodies}{LOADED[load]}\n{ASKED}"
+    for word, unit in UNITS[joint].items():
+        text = text.replace(word, unit)
+    target: Literal["c", "python"] = "c" if load == "friction" else "python"  # it switches
+    in_the_tree = outputs(f"{text.replace('MOVE', 'drive')}{joint} hinge(world -> body.a);\n", target)
+    free = f"Free free(world -> body.a);\ncut {joint} hinge(world -> body.a);\n"
+    of_a_loop = outputs(f"{text.replace('MOVE', 'constraint')}{free}", target)
+    assert np.max(np.abs(of_a_loop)) > 1
+    # the loop is held to some 1e-11, and drifts within that
+    assert in_the_tree == pytest.approx(of_a_loop, abs=1e-8)
+
+
+@pytest.mark.parametrize(("sides", "sign"), [("world -> fore.a", 1), ("fore.a -> world", -1)])
+@pytest.mark.parametrize("cut", ["", "Planar free(world -> fore.a); cut "])
+def test_moment_of_a_hinge_that_a_torque_turns(cut: str, sides: str, sign: int) -> None:
+    """Nothing but the torque turns the bar about its hinge: 3 N.m on the bar, minus that on the world."""
+    text = (
+        f"Bar fore(m = 0.5 kg, l = 0.7 m); {cut}Revolute hinge({sides}); force {sign}*3 N.m on hinge.angle;\n"
+    )
+    solution = mechc.loads(f"import mech.planar.*;\n{text}output N = moment(hinge);").simulate(
+        stop=0.1, target="python", estimate_error=False
+    )
+    assert isinstance(solution, mechc.Solution)
+    assert solution["N"] == pytest.approx(np.full(len(solution["N"]), sign * 3.0), abs=1e-7)
