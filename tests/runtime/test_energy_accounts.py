@@ -134,3 +134,29 @@ def test_a_guide_that_begins_to_move_supplies() -> None:
         stop=2,
     ).energy
     assert found is not None and found.supplied == pytest.approx(1 / 2 * 3 * 2**2, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("load", "taken"),
+    [
+        ("", 0.0),
+        ("force 2 N on x;", 0.0),
+        ("damping 0.5 N.s/m on x;", 0.5),
+        ("dissipation 0.25 N.s/m*der(x)^2;", 0.5),
+        ("force -0.7 N.s/m*der(x) on x;", 0.7),
+    ],
+)
+def test_where_all_is_driven_the_energy_is_what_the_bodies_have(load: str, taken: float) -> None:
+    """x = a sin(w t): T + V in closed form, and c a^2 w^2 (t/2 + sin(2 w t)/(4 w)) that damping takes."""
+    a, w, t = 0.3, 2.0, 3.0
+    found = run(
+        f"coordinate x = 0 m; drive x = {a} m*sin({w} rad/s*time); kinetic 1/2*1 kg*der(x)^2; "
+        f"potential 1/2*3 N/m*x^2; {load}",
+        stop=3,
+    ).energy
+    heat = taken * (a * w) ** 2 * (t / 2 + math.sin(2 * w * t) / (4 * w))
+    energies = [(w * a * math.cos(w * s)) ** 2 / 2 + 3 / 2 * (a * math.sin(w * s)) ** 2 for s in (0, t)]
+    assert found is not None and found.supplied is not None
+    assert [found.start, found.end] == pytest.approx(energies, rel=1e-9)
+    assert (found.dissipated or 0.0) == pytest.approx(heat, rel=1e-9)
+    assert found.supplied == pytest.approx(energies[1] - energies[0] + heat, rel=1e-8)

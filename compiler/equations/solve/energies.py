@@ -66,7 +66,11 @@ def energies(
     total = total_energy(graph, lagrangian, velocities, accelerations, momenta, seconds)
     if graph.equal_up_to_sign(total, plain_total):
         total = plain_total
-    supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    if not velocities and system.v:
+        total = plain_total  # nothing answers to forces: h would be -L
+        supplied, dissipated, reason = _prescribed_powers(system, total, driven)
+    else:
+        supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
     dissipated = graph.add(dissipated, friction_loss)
     forces, cyclic = _forces(system, lagrangian, free)
     all_momenta = dict(zip(free, momenta, strict=True))
@@ -92,11 +96,9 @@ def _powers(
 ) -> tuple[Node, Node, str]:
     """Return the supplied and the dissipated power, and why there is no balance if there is none."""
     graph = system.graph
-    inputs = {s.node: s for s in system.symbols.inputs}
-    for n in graph.support(lagrangian):
-        if n in inputs:
-            reason = f"the energy depends on the input '{inputs[n].name}', whose rate is unknown"
-            return graph.zero, graph.zero, reason
+    reason = _unknown_rate(system, lagrangian)
+    if reason:
+        return graph.zero, graph.zero, reason
     explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = jvp(graph, [lagrangian], explicit)
     supplied = graph.sub(constraint_power, drift)
@@ -124,6 +126,33 @@ def _powers(
         else:
             dissipated = graph.sub(dissipated, power)
     return supplied, dissipated, ""
+
+
+def _prescribed_powers(
+    system: MechanicalSystem, total: Node, driven: Mapping[Node, Node]
+) -> tuple[Node, Node, str]:
+    """Return the powers where every velocity is prescribed: what damping and forces that depend on velocities take, and
+    what drives and forces together must bring in for that and for the change of the energy."""
+    graph = system.graph
+    reason = _unknown_rate(system, total)
+    if reason:
+        return graph.zero, graph.zero, reason
+    along = {s.node: s.node for s in system.v}
+    parts = list(jvp(graph, [system.dissipation], along))
+    for effort in system.efforts:
+        if not effort.supplied:
+            rates = jvp(graph, [rate for rate, _ in effort.pairs], along)
+            parts.append(graph.neg(graph.dot(rates, [value for _, value in effort.pairs])))
+    (dissipated,) = substitute(graph, [graph.sum(parts)], driven)
+    (change,) = jvp(graph, [total], {system.symbols.time: graph.one, **system.xdot})
+    return graph.add(change, dissipated), dissipated, ""
+
+
+def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:
+    """Say why an energy has no rate that is known; nothing if it has one."""
+    inputs = {s.node: s for s in system.symbols.inputs}
+    found = [inputs[n].name for n in system.graph.support(energy) if n in inputs]
+    return f"the energy depends on the input '{found[0]}', whose rate is unknown" if found else ""
 
 
 def _forces(
