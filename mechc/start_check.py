@@ -41,8 +41,9 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     """Prepare a run and take it to its first instant. Raises SimulationError."""
     from .runtime.case import SimulationOptions, find_experiment, prepare
     from .runtime.functions import load_functions
+    from .runtime.integrate.methods import choose_method
     from .runtime.outcome import AT_SINGULAR_POSITIONS, SimulationError
-    from .runtime.studies.simulate import simulate
+    from .runtime.results.diagnosis import failure_at_start
 
     if _without_value(model):
         return
@@ -58,10 +59,15 @@ def _begin(model: CompiledModel, name: str | None) -> None:
         dense=False,
     )
     case = prepare(problem, load_functions(problem), options)
-    if problem.hybrid is not None and problem.library is None:
+    if problem.library is not None:
+        from .runtime.studies.simulate import simulate  # with scipy
+
+        failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
+    elif problem.hybrid is None:
+        choose_method(case)
+        failure = failure_at_start(case)
+    else:
         return
-    solution = simulate(problem, replace(options, start=case.begin, stop=case.begin))
-    failure = solution.failure
     # where constraints are dependent a run begins anew with others
     if failure is not None and failure.kind not in AT_SINGULAR_POSITIONS:
         raise SimulationError(failure.message, failure.origin)

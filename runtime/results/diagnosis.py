@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
-from ..outcome import Failure, state_at, time_text, value_text
+from ..outcome import Failure, assertion_failed, not_finite, state_at, time_text, value_text
 from ..problem import Array, Problem
 
 ZERO = 1e-13
@@ -15,6 +15,22 @@ VANISHING = 1e-8
 """Share of the inertia at the start."""
 MOST = 200
 """Velocities beyond which nothing is looked for: the time grows with the square."""
+
+
+def failure_at_start(case: Case) -> Failure | None:
+    """Look at the first instant of a case that nothing switches: rates that are no numbers, assertions that do not hold."""
+    t, y, functions = case.begin, case.y0, case.functions
+    u = inputs_at(case, t)
+    rates = functions.rhs(t, y, u, case.z, case.p)
+    undefined = np.flatnonzero(~np.isfinite(rates))
+    if undefined.size:
+        index = int(undefined[0])
+        return with_cause(case, not_finite(case.problem, index, float(rates[index]), t, y))
+    if functions.assertions is not None:
+        wrong = np.flatnonzero(~(functions.assertions(t, y, u, case.z, case.p) > 0.5))
+        if wrong.size:
+            return assertion_failed(case.problem, int(wrong[0]), t, y)
+    return None
 
 
 def with_cause(case: Case, failure: Failure) -> Failure:

@@ -36,8 +36,8 @@ def imported(*arguments: str, folder: Path) -> set[str]:
         (["--help"], set()),
         (["new", "swing"], set()),
         (["fmt", "--check", TREE], set()),
-        (["check", TREE], set()),
-        (["check", LOOP], {"numpy", "mechc.runtime"}),  # is assembled where its experiment begins
+        (["check", TREE], {"numpy", "mechc.runtime"}),  # its first instant is looked at
+        (["check", LOOP], {"numpy", "mechc.runtime"}),
         (["show", "system", TREE], set()),
         (["explain", "E0301"], set()),
         (["run", TREE], {"numpy", "mechc.runtime"}),

@@ -161,7 +161,8 @@ _VALUES = (Kind.REAL, Kind.INTEGER, Kind.BOOLEAN, Kind.STRING)
 
 def _check_kind(member: VariableMember, type: Type, span: Span) -> None:
     """Refuse coordinates that are whole numbers, parameters that are frames, and the like."""
-    if type.kind in _KINDS.get(member.role, _VALUES):
+    text = type.kind is Kind.STRING and not member.structural
+    if type.kind in _KINDS.get(member.role, _VALUES) and not text:
         return
     given = types.describe(type)
     raise member.scope.fail(
@@ -169,7 +170,11 @@ def _check_kind(member: VariableMember, type: Type, span: Span) -> None:
         f"{ROLE_WORDS[member.role]} cannot be {given}",
         span,
         caption=f"this is {given}",
-        help="a frame is declared by 'frame'" if type.kind in (Kind.FRAME, Kind.POSE) else "",
+        help=f"a text chooses while compiling: write 'structural parameter {member.declaration.name} = ..;'"
+        if text
+        else "a frame is declared by 'frame'"
+        if type.kind in (Kind.FRAME, Kind.POSE)
+        else "",
     )
 
 

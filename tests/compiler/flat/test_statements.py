@@ -537,3 +537,10 @@ def test_names_without_type_or_value_are_numbers_in_a_dimensionless_model() -> N
         "dimensionless; coordinate phi1; coordinate r[2]; input u; kinetic 1/2*(der(phi1)^2 + dot(der(r), der(r))); force u on phi1;"
     )
     assert [type_text(v.type) for v in model.variables] == ["1", "1 [2]", "1"]
+
+
+@pytest.mark.parametrize("text", ['parameter s = "abc";', 'input String s = "abc";', 'discrete s = "abc";'])
+def test_texts_are_structural(text: str) -> None:
+    (found,) = [d for d in said(CART + text) if d.code != "W0402"]
+    assert found.code == "E0303" and "'structural parameter s = ..;'" in found.help
+    assert codes(CART + 'structural parameter s = "abc"; output y = if s == "abc" then 1 else 2;') == []
