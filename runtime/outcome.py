@@ -139,6 +139,16 @@ def off_constraints(problem: Problem, time: float, y: Array) -> Failure:
     return Failure("off constraints", time, "", message, None, state_at(problem, y))
 
 
+def velocities_jump(problem: Problem, time: float, y: Array) -> Failure:
+    at = time_text(problem, time)
+    message = (
+        f"the constraints of velocities would have to change the velocities at once near {at}, which no force does: "
+        f"they depend on each other there and not beside it, with {configuration(problem, y)}; begin with velocities "
+        "that fit beside it, or write an impact as an event"
+    )
+    return Failure("velocities jump", time, "", message, None, state_at(problem, y))
+
+
 def configuration(problem: Problem, y: Array) -> str:
     """List the coordinates, the first ``LISTED`` of many."""
     shown = [

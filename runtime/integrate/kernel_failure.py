@@ -20,6 +20,7 @@ from ..outcome import (
     step_too_small,
     time_text,
     value_text,
+    velocities_jump,
 )
 from ..problem import Array, Hybrid, Origin, Problem, SwitchedRow
 
@@ -78,6 +79,8 @@ def kernel_failure(problem: Problem, status: Status, report: native.ReportStruct
             return not_converged(problem, report.t, y)
         case Status.OFF_CONSTRAINTS:
             return off_constraints(problem, report.t, y)
+        case Status.JUMPING:
+            return velocities_jump(problem, report.t, y)
         case Status.NEEDS_JACOBIAN | Status.NEEDS_SEPARABLE | Status.NEEDS_MOMENTA:
             raise AssertionError(f"a run began although {status.name}: methods.py refuses it before")
         case _:

@@ -41,6 +41,7 @@ enum mech_status {
     MECH_NEEDS_JACOBIAN = -6, /* the method needs what the model does not give: a Jacobian,    */
     MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
     MECH_NEEDS_MOMENTA = -8,  /* or momenta, forces and constraints (model.h, point 16)        */
+    MECH_JUMPING = -9,        /* constraints of velocities would have to change these at once         */
     MECH_TERMINATED = 3,      /* a branch ended the run                                        */
     MECH_EVENTS_FULL = 4,     /* give new buffers of events, then call again                   */
     MECH_AT_EVENT = 5,        /* an event is reached; it happens in the next call              */

@@ -67,6 +67,7 @@ class Status(IntEnum):
     NEEDS_JACOBIAN = -6
     NEEDS_SEPARABLE = -7
     NEEDS_MOMENTA = -8
+    JUMPING = -9
     EVENT_LOOP = -20
     ZENO = -21
     PENETRATION = -22

@@ -132,6 +132,8 @@ int fmu_failed(fmu *f, int outcome)
     case MECH_ASSERTION: return fmu_fail(f, FMU_ERROR, "at time %g: %s", at, f->d->assertions[r->failed_index]);
     case MECH_NOT_FINITE: return fmu_fail(f, status, "at time %g a derivative is not finite", at);
     case MECH_OFF_CONSTRAINTS: return fmu_fail(f, status, "at time %g the constraints cannot be met", at);
+    case MECH_JUMPING:
+        return fmu_fail(f, FMU_ERROR, "at time %g constraints of velocities would have to change these at once", at);
     case MECH_NOT_CONVERGED: return fmu_fail(f, status, "at time %g an implicit step did not converge", at);
     case MECH_STEP_TOO_SMALL:
         return fmu_fail(f, status, "at time %g the error bound cannot be met with any step size", at);

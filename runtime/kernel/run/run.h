@@ -19,6 +19,8 @@ typedef struct mech_run {
     int trouble;            /* status to give if the present step cannot be taken            */
     mech_real dense_of;     /* the step from the present time that dense holds; 0: none      */
     int near_singular;      /* the last step ended in the neighbourhood of a singular position */
+    mech_real corrected;    /* relative size of the last correction of velocities by projection   */
+    mech_real jumped;       /* sum of those beyond what errors explain                      */
     int avoided;            /* ends of steps that were refused for that                      */
     int dense_limits;       /* the error between the ends of the step is larger than at them */
     int turning;            /* something slides on a surface: no Jacobian lasts              */

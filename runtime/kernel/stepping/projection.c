@@ -35,6 +35,19 @@ static mech_real relative_size(const mech_solver *s, const mech_real *change, co
     return largest;
 }
 
+/* The largest change of a velocity over its nominal size, or a rounding of the others' where that is less than one. */
+static mech_real relative_jump(const mech_solver *s, const mech_real *change, const mech_real *v)
+{
+    const int nq = s->model->nq, nv = s->model->nv;
+    mech_real most = 0, largest = 0;
+    for (int i = 0; i < nv; i++) most = mech_max(most, mech_nominal(s, nq + i) + mech_abs(v[i]));
+    for (int i = 0; i < nv; i++) {
+        const mech_real size = mech_nominal(s, nq + i) + mech_abs(v[i]);
+        largest = mech_max(largest, mech_abs(change[i]) / mech_max(size, MECH_C(1e-8) * most));
+    }
+    return largest;
+}
+
 /* One correction of the coordinates; gives its relative size. `moved` is y with d in the place of v. */
 static mech_real correct_position(mech_solver *s, mech_real t, mech_real *y, mech_real *d, mech_real *moved,
                                   mech_real *change)
@@ -73,6 +86,7 @@ int mech_project(mech_solver *s, mech_real t, mech_real *y)
         if (!mech_finite(size)) return MECH_OFF_CONSTRAINTS;
         for (int i = 0; i < m->nv; i++) y[m->nq + i] += d[i];
         if (k == 0) {
+            s->run->corrected = relative_jump(s, d, y + m->nq);
             keep_largest(s->drift + m->n_position, d + m->nv, m->n_velocity);
             r->drift_velocity = mech_max(r->drift_velocity, size);
         }
