@@ -2,11 +2,65 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
-from .identity import CATEGORIES, Identity
-from .units import number, shown_unit
-from .variables import Variable
+from .identity import CATEGORIES, DATE, Identity, tool
+from .units import number, shown_unit, unit_definitions
+from .variables import Table, Variable
+
+
+def root_of(identity: Identity, version: str, token: str, **further: str) -> Element:
+    """Return the root; ``token`` is the name that the version has for the token, ``further`` its own attributes."""
+    root = Element(
+        "fmiModelDescription",
+        {
+            "fmiVersion": version,
+            "modelName": identity.name,
+            token: identity.token,
+            "generationTool": tool(),
+            "generationDateAndTime": DATE,
+            "variableNamingConvention": "structured",
+            **further,
+        },
+    )
+    if identity.doc.strip():
+        root.set("description", first_line(identity.doc))
+    return root
+
+
+def interfaces(
+    root: Element,
+    identity: Identity,
+    table: Table,
+    *,
+    both: Mapping[str, str],
+    exchange: Mapping[str, str],
+    simulation: Mapping[str, str],
+) -> list[Element]:
+    """Append the interfaces and return them: with the attributes of the version for both, and for either."""
+    common = {"modelIdentifier": identity.model_identifier, **both}
+    found = []
+    if "me" in identity.kinds:
+        found.append(SubElement(root, "ModelExchange", {**common, **exchange}))
+    if "cs" in identity.kinds:
+        steps = {
+            "canHandleVariableCommunicationStepSize": "true",
+            "maxOutputDerivativeOrder": "0" if table.inputs_move else "1",
+        }
+        found.append(SubElement(root, "CoSimulation", {**common, **steps, **simulation}))
+    return found
+
+
+def definitions(root: Element, identity: Identity, table: Table) -> None:
+    """Append what stands between the interfaces and the variables: units, categories of messages, the experiment."""
+    unit_definitions(root, [v.entry for v in table.variables])
+    log_categories(root)
+    default_experiment(root, identity)
+
+
+def truth(value: bool) -> str:
+    return "true" if value else "false"
 
 
 def text_of(root: Element) -> str:

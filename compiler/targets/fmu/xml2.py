@@ -4,55 +4,26 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element, SubElement
 
-from .elements import default_experiment, description_of, first_line, log_categories, range_of, text_of
-from .identity import DATE, Identity, tool
-from .units import number, unit_definitions
+from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth
+from .identity import Identity
+from .units import number
 from .variables import Table, Variable
 
 
 def write(identity: Identity, table: Table) -> str:
     """Return the text of ``modelDescription.xml``."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=identity.name,
-        guid=identity.token,
-        generationTool=tool(),
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-        numberOfEventIndicators=str(len(table.indicators)),
-    )
-    if identity.doc.strip():
-        root.set("description", first_line(identity.doc))
-    common = {
-        "modelIdentifier": identity.model_identifier,
+    root = root_of(identity, "2.0", "guid", numberOfEventIndicators=str(len(table.indicators)))
+    both = {
         "canNotUseMemoryManagementFunctions": "true",
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": "true",
     }
-    if "me" in identity.kinds:
-        # the inverse of the attribute of FMI 3
-        element = SubElement(
-            root,
-            "ModelExchange",
-            {**common, "completedIntegratorStepNotNeeded": _truth(not identity.needs_completed_step)},
-        )
+    # the inverse of the attribute of FMI 3
+    exchange = {"completedIntegratorStepNotNeeded": truth(not identity.needs_completed_step)}
+    for element in interfaces(root, identity, table, both=both, exchange=exchange, simulation={}):
         _sources(element, identity)
-    if "cs" in identity.kinds:
-        element = SubElement(
-            root,
-            "CoSimulation",
-            {
-                **common,
-                "canHandleVariableCommunicationStepSize": "true",
-                "maxOutputDerivativeOrder": "0" if table.inputs_move else "1",
-            },
-        )
-        _sources(element, identity)
-    unit_definitions(root, [v.entry for v in table.variables])
-    log_categories(root)
-    default_experiment(root, identity)
+    definitions(root, identity, table)
     variables = SubElement(root, "ModelVariables")
     for variable in table.variables:
         # event indicators are no variables in this version
@@ -60,10 +31,6 @@ def write(identity: Identity, table: Table) -> str:
             _variable(variables, variable, "me" in identity.kinds)
     _structure(root, table)
     return text_of(root)
-
-
-def _truth(value: bool) -> str:
-    return "true" if value else "false"
 
 
 def _sources(element: Element, identity: Identity) -> None:

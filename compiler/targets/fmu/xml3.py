@@ -6,52 +6,30 @@ from collections.abc import Mapping, Sequence
 from xml.etree.ElementTree import Element, SubElement
 
 from .arrays import Group
-from .elements import default_experiment, description_of, first_line, log_categories, range_of, text_of
-from .identity import DATE, Identity, tool
-from .units import number, unit_definitions
+from .elements import definitions, description_of, interfaces, range_of, root_of, text_of, truth
+from .identity import Identity
+from .units import number
 from .variables import Table, Variable
 
 
 def write(identity: Identity, table: Table, groups: Sequence[Group]) -> str:
     """Return the text of ``modelDescription.xml``; ``groups`` are its variables, arrays among them."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=identity.name,
-        instantiationToken=identity.token,
-        generationTool=tool(),
-        generationDateAndTime=DATE,
-        variableNamingConvention="structured",
-    )
-    if identity.doc.strip():
-        root.set("description", first_line(identity.doc))
-    common = {
-        "modelIdentifier": identity.model_identifier,
+    root = root_of(identity, "3.0", "instantiationToken")
+    both = {
         "canGetAndSetFMUState": "true",
         "canSerializeFMUState": "true",
         "providesDirectionalDerivatives": "true",
         "providesAdjointDerivatives": "true",
     }
-    if "me" in identity.kinds:
-        needed = "true" if identity.needs_completed_step else "false"
-        SubElement(root, "ModelExchange", {**common, "needsCompletedIntegratorStep": needed})
-    if "cs" in identity.kinds:
-        SubElement(
-            root,
-            "CoSimulation",
-            {
-                **common,
-                "canHandleVariableCommunicationStepSize": "true",
-                "maxOutputDerivativeOrder": "0" if table.inputs_move else "1",
-                "providesIntermediateUpdate": "true",
-                "mightReturnEarlyFromDoStep": "true",
-                "canReturnEarlyAfterIntermediateUpdate": "true",
-                "hasEventMode": "true",
-            },
-        )
-    unit_definitions(root, [v.entry for v in table.variables])
-    log_categories(root)
-    default_experiment(root, identity)
+    exchange = {"needsCompletedIntegratorStep": truth(identity.needs_completed_step)}
+    simulation = {
+        "providesIntermediateUpdate": "true",
+        "mightReturnEarlyFromDoStep": "true",
+        "canReturnEarlyAfterIntermediateUpdate": "true",
+        "hasEventMode": "true",
+    }
+    interfaces(root, identity, table, both=both, exchange=exchange, simulation=simulation)
+    definitions(root, identity, table)
     variables = SubElement(root, "ModelVariables")
     for group in groups:
         _variable(variables, group, table)
