@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from mechc.suggest import closest
+
 from .diagnostics import Reporter
 from .source import SourceFile
-from .suggest import closest
 
 LARGEST = 10_000_000
 """Most bytes of a source file."""

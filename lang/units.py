@@ -14,7 +14,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
-from .suggest import closest
+from mechc.suggest import closest
 
 Exponent = int | Fraction
 

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .lang.suggest import closest
 from .model import CompiledModel, Target, compiled
 from .settings import Given, UsageMistake
+from .suggest import closest
 
 if TYPE_CHECKING:
     from .asking import Asked

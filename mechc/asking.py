@@ -10,7 +10,6 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from .lang.suggest import closest, setting_meant
 from .lang.units import UnitError, parse_unit
 from .model import Target
 from .runtime.case import Progress
@@ -20,6 +19,7 @@ from .runtime.problem import Problem
 from .runtime.settings import Setting, settings_of
 from .runtime.studies.study import Study
 from .settings import UsageMistake, elements_of, read_value_of, tidy, unknown_name
+from .suggest import closest, setting_meant
 
 
 class Asked(Struct, frozen=True):

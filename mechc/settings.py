@@ -9,8 +9,8 @@ from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
 
-from .lang.suggest import closest
 from .lang.units import Unit, UnitError, parse_unit
+from .suggest import closest
 
 Scalar = float | int | bool | str
 

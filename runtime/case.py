@@ -14,13 +14,14 @@ import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from mechc.suggest import suggest
+
 from .functions import Functions
 from .inputs import Table, constant
 from .outcome import SimulationError
 from .problem import Array, Experiment, Problem, Quantity, Setting
 from .settings import settable
 from .start.initial import Assembled, assemble
-from .suggest import suggest
 
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.suggest import closest
+from mechc.suggest import closest
 
 from ..recursion import deep_recursion
 from . import model, types

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from mechc.suggest import closest
+
 from ..builtins import BUILTINS
 from ..grammar.keywords import ACTIONS, KEYWORDS, RESERVED, STATEMENTS
 from ..grammar.lexer import Token
 from ..source import Span
-from ..suggest import closest
 from ..units import NAMED_TYPES, suggest_unit, unit_end
 from .expected import OPERATORS, Finding, error, unexpected
 from .recovery import Edit, Panic, Situation

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
+from mechc.suggest import closest
+
 from ..diagnostics import Label
 from ..grammar.keywords import STATEMENTS
 from ..grammar.lexer import Token
 from ..grammar.tables import END
-from ..suggest import closest
 from ..units import NAMED_TYPES
 from .expected import OPERATORS, Finding, behind, error, unexpected
 from .habits import (

@@ -55,7 +55,7 @@ class Commands(click.Group):
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
         if not name.startswith("-") and name not in COMMANDS:
-            from ..lang.suggest import closest
+            from ..suggest import closest
 
             near = closest(name, list(COMMANDS))
             if name.endswith(".mech"):

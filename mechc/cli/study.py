@@ -35,8 +35,8 @@ class Studies(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        from ..lang.suggest import closest
         from ..runtime.studies.table import STUDIES
+        from ..suggest import closest
 
         name = args[0]
         if name not in STUDIES and not name.startswith("-"):

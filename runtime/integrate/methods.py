@@ -6,12 +6,13 @@ import ctypes
 
 from msgspec import Struct
 
+from mechc.suggest import suggest
+
 from ..case import Case
 from ..functions import Functions
 from ..native import kernel as native
 from ..native.kernel import Status
 from ..outcome import SimulationError
-from ..suggest import suggest
 from .scipy_methods import METHODS, PREFIX
 
 NEEDS = {

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.suggest import suggest
+
 from ..problem import Array
-from ..suggest import suggest
 
 if TYPE_CHECKING:
     import pandas

@@ -8,6 +8,8 @@ from collections.abc import Collection
 import numpy as np
 from msgspec.structs import replace
 
+from mechc.suggest import suggest
+
 from ..case import SimulationOptions, inputs_at
 from ..inputs import constant
 from ..integrate.kernel_failure import kernel_failure
@@ -16,7 +18,6 @@ from ..native import kernel as native
 from ..native.kernel import Status
 from ..outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
 from ..problem import Problem
-from ..suggest import suggest
 from .simulate import plan_run
 
 LONGEST = 1000

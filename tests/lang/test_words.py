@@ -6,8 +6,8 @@ import pytest
 
 from mechc.lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
 from mechc.lang.grammar.keywords import KEYWORDS
-from mechc.lang.suggest import closest, edit_distance
 from mechc.lang.units import NAMED_TYPES
+from mechc.suggest import closest, edit_distance
 
 
 @pytest.mark.parametrize(

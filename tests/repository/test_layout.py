@@ -112,10 +112,10 @@ def test_package_data_covers_every_other_file() -> None:
 
 
 def test_the_floors_name_every_module_that_shows_something() -> None:
-    """The contract against importing upwards lists the modules and packages of the top package."""
+    """The contract against importing upwards lists the modules and packages of the top package, but for its lowest."""
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
     shown = next(c for c in contracts["contracts"] if c["name"].startswith("nothing below"))
     modules = {f"mechc.{p.stem}" for p in (ROOT / "mechc").glob("*.py") if not p.stem.startswith("__")}
     packages = {f"mechc.{p.parent.name}" for p in (ROOT / "mechc").glob("*/__init__.py")}
     packages -= {f"mechc.{name}" for name in LINKS}
-    assert modules | packages == set(shown["forbidden_modules"])
+    assert modules | packages == set(shown["forbidden_modules"]) | {"mechc.suggest"}

@@ -8,7 +8,7 @@ from fractions import Fraction
 from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, Builtin, Category
 from mechc.lang.diagnostics import Label
-from mechc.lang.suggest import closest
+from mechc.suggest import closest
 
 from .. import types
 from ..instances.declared_types import declared_type, fit

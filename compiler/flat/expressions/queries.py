@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from mechc.lang import ast
-from mechc.lang.suggest import closest
 from mechc.lang.units import Dimension
+from mechc.suggest import closest
 
 from .. import types
 from ..model import Apply, Element, Expression, Kind, Query, Role, Type

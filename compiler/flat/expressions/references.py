@@ -8,8 +8,8 @@ from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest
 from mechc.lang.units import UnitError, parse_unit
+from mechc.suggest import closest
 
 from .. import types
 from ..instances.components import instances_of

@@ -7,8 +7,8 @@ from msgspec.structs import replace
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES
+from mechc.suggest import closest
 
 from ..names.classes import Class
 from ..names.instance import STATED, ComponentMember, Instance, Modifier, Pick, Progress, Source, rank_of

@@ -7,8 +7,8 @@ from fractions import Fraction
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES, parse_unit, preferred_unit
+from mechc.suggest import closest
 
 from .. import types
 from ..model import Array, Expression, Kind, Literal, Type

@@ -7,7 +7,7 @@ from math import prod
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
-from mechc.lang.suggest import closest
+from mechc.suggest import closest
 
 from .. import types
 from ..model import Expression, Literal, Role

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.suggest import closest
+from mechc.suggest import closest
 
 from ..model import Expression, Kind, Literal, Type
 from ..names.instance import Instance, VariableMember

@@ -8,7 +8,7 @@ from msgspec import Struct, field
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label, Reporter
-from mechc.lang.suggest import closest
+from mechc.suggest import closest
 
 from .namespace import Namespace
 

@@ -11,8 +11,8 @@ from mechc.lang import ast
 from mechc.lang.builtins import BUILTINS, CONSTANTS, PREDEFINED
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES, parse_unit
+from mechc.suggest import closest
 
 from .files import find, importable, load
 

@@ -9,7 +9,7 @@ from msgspec import Struct, field
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 from mechc.lang.source import Span
-from mechc.lang.suggest import closest, setting_meant
+from mechc.suggest import closest, setting_meant
 
 from .. import model, types
 from ..expressions.coordinates import Target, slice_elements, target_of

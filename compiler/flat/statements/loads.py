@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
-from mechc.lang.suggest import closest
 from mechc.lang.units import Dimension
+from mechc.suggest import closest
 
 from .. import model, types
 from ..expressions.coordinates import has_rates

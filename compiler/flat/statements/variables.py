@@ -5,8 +5,8 @@ from __future__ import annotations
 from fractions import Fraction
 
 from mechc.lang import ast
-from mechc.lang.suggest import closest
 from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
+from mechc.suggest import closest
 
 from .. import types
 from ..expressions.coordinates import definition_of

@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
-from mechc.lang.suggest import closest
 from mechc.runtime.native.build import LIBRARY_SUFFIX, Compiler, build_shared, kernel_flags
+from mechc.suggest import closest
 
 HOST = "host"
 ALL = "all"

@@ -1,4 +1,4 @@
-"""The nearest known word to a misspelt one."""
+"""The nearest known word to a misspelt one, for the messages of all floors: it imports nothing of them."""
 
 from __future__ import annotations
 
@@ -75,3 +75,9 @@ def setting_meant(name: str) -> str | None:
     """Return the setting of a run that is called ``name`` elsewhere: ``StopTime``, ``t_end``, ``rtol``."""
     plain = name.replace("_", "").casefold()
     return next((setting for setting, others in _SETTINGS.items() if plain in others), None)
+
+
+def suggest(name: str, candidates: Iterable[str]) -> str:
+    """Return ``; did you mean '...'?`` for the end of a sentence, or nothing where no candidate is near."""
+    near = closest(name, candidates)
+    return f"; did you mean '{near}'?" if near else ""
