@@ -24,7 +24,7 @@ def kinetic_energy(bodies: Massive, formulas: Node) -> Node:
 
 
 def potential_energy(bodies: Massive, formulas: Node) -> Node:
-    """Return V(q, t) of all weights, and of what is written as ``potential``."""
+    """Return V of all weights, and of what is written as ``potential``."""
     graph, kinematics = bodies.graph, bodies.kinematics
     terms = [
         graph.mul(mass.mass, kinematics.potential(mass.point, mass.field))

@@ -80,7 +80,7 @@ class Matter:
         return self._drives
 
     def energies(self) -> tuple[Node, Node, Node, Node]:
-        """Return T, V(q, t), further terms of the Lagrangian, and R."""
+        """Return T, V, further terms of the Lagrangian, and R."""
         kinetic, potential, lagrangian, dissipation = self._sums(
             "kinetic", "potential", "lagrangian", "dissipation"
         )
@@ -168,19 +168,13 @@ class Matter:
             )
 
     def _sums(self, *kinds: str) -> tuple[Node, ...]:
-        """Return the sum of each kind. Potentials that depend on velocities belong to the Lagrangian."""
+        """Return the sum of each kind."""
         graph = self.graph
-        sums = dict.fromkeys(("kinetic", "potential", "lagrangian", "dissipation"), graph.constant(0))
+        sums = dict.fromkeys(kinds, graph.constant(0))
         for k, energy in enumerate(self._model.energies):
-            kind = energy.kind
-            if kind not in kinds and not (kind == "potential" and "lagrangian" in kinds):
-                continue
-            value = self._value(k)
-            if kind == "potential" and self._symbols.velocities.intersection(graph.support(value)):
-                sums["lagrangian"] = graph.sub(sums["lagrangian"], value)
-            else:
-                sums[kind] = graph.add(sums[kind], value)
-        return tuple(sums[kind] for kind in kinds)
+            if energy.kind in kinds:
+                sums[energy.kind] = graph.add(sums[energy.kind], self._value(k))
+        return tuple(sums.values())
 
     # ------------------------------------------------------------ answers
 

@@ -170,7 +170,7 @@ class _Check:
         for k, inertia in enumerate(s.inertias):
             yield f"inertias[{k}]", [n for row in inertia.inertia for n in row], changing
         yield "kinetic", (s.kinetic,), a
-        yield "potential", (s.potential,), moving
+        yield "potential", (s.potential,), a
         yield "lagrangian", (s.lagrangian,), set()
         yield "dissipation", (s.dissipation,), a
         for k, effort in enumerate(s.efforts):

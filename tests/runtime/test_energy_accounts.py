@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import mechc
@@ -160,3 +161,22 @@ def test_where_all_is_driven_the_energy_is_what_the_bodies_have(load: str, taken
     assert [found.start, found.end] == pytest.approx(energies, rel=1e-9)
     assert (found.dissipated or 0.0) == pytest.approx(heat, rel=1e-9)
     assert found.supplied == pytest.approx(energies[1] - energies[0] + heat, rel=1e-8)
+
+
+def test_potential_that_contains_a_velocity_is_reported_as_it_is_written() -> None:
+    """V = c x v + k x^2/2: the first part is the rate of c x^2/2, so x = cos wt + sin wt; it is no part of h."""
+    text = """coordinate Length x = 1 m; initial der(x) = 1 m/s;
+    kinetic 1/2*1 kg*der(x)^2;
+    potential 0.5 N.s/m*x*der(x) + 1/2*1 N/m*x^2;
+    potential 2 N*x;
+    potential -2 N*x;
+    output asked = potential_energy();
+    """
+    solution = mechc.loads(text).simulate(stop=1.0, tolerance=1e-11, target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    t = solution.time
+    x, v = np.cos(t) + np.sin(t), np.cos(t) - np.sin(t)
+    # ten times the tolerance for each of some ten steps
+    for name in ("energy.potential", "asked"):
+        assert solution[name] == pytest.approx(0.5 * x * v + 0.5 * x**2, abs=1e-9)
+    assert solution["energy.total"] == pytest.approx(np.ones(len(t)), abs=1e-9)

@@ -40,7 +40,8 @@ def conserved_momenta(system: MechanicalSystem, solved: Solved, pure: bool) -> l
         return []
     if any(mass.field is not None for mass in system.masses) or not all(map(graph.is_constant, energies)):
         return []
-    if jumps(system, system.potential):
+    velocities = system.symbols.velocities
+    if jumps(system, system.potential) or velocities.intersection(graph.support(system.potential)):
         return []
     linear, angular = _totals(system)
     names = "xyz"

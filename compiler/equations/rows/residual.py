@@ -81,10 +81,15 @@ def highest(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
 
 
 def conservative(system: MechanicalSystem) -> list[Node]:
-    """Return N^T dV/dq of the potential that the user wrote (weights of bodies are in the inertia seeds)."""
+    """Return N^T dV/dq of the potential that the user wrote (weights of bodies are in the inertia seeds).
+
+    One that depends on velocities, as that of a magnetic field does, has Lagrange's operator.
+    """
     graph = system.graph
     if graph.is_constant(system.potential):
         return [graph.zero] * len(system.v)
+    if not system.symbols.velocities.isdisjoint(graph.support(system.potential)):
+        return lagrange(system, graph.neg(system.potential))
     gradient = vjp(graph, [(system.potential, graph.one)], [s.node for s in system.q])
     return projected(system, gradient)
 

@@ -115,7 +115,7 @@ BREAKS: dict[str, tuple[Callable[[MechanicalSystem], MechanicalSystem], str]] = 
         "places 'one.a' twice",
     ),
     "unknown symbol": (alien, "potential: depends on the unknown symbol 'alien'"),
-    "potential of velocities": (lambda s: replace(s, potential=s.v[0].node), "must not depend on 'der"),
+    "potential of accelerations": (lambda s: replace(s, potential=s.a[0]), "must not depend on"),
     "kinetic of accelerations": (lambda s: replace(s, kinetic=s.a[0]), "must not depend on"),
     "mass of positions": (lambda s: at(s, "masses", 0, mass=s.q[0].node), r"masses\[0\]: must not depend on"),
     "level": (
