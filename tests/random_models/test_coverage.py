@@ -1,0 +1,41 @@
+"""The page of what may stand where says what pairs do; a few are tried again."""
+
+from __future__ import annotations
+
+import re
+from random import Random
+
+import pytest
+from random_models.coverage import FAULTS, PAGE, cell
+from random_models.probes import CONSTRUCTS, PLACES, probe
+
+
+def _page() -> dict[tuple[str, str], str]:
+    """Read the cells of the page by construct and place."""
+    found: dict[tuple[str, str], str] = {}
+    places: list[str] = []
+    for line in PAGE.read_text(encoding="utf-8").splitlines():
+        if line.startswith("**a**"):
+            places = [part.split("** ", 1)[1] for part in line.split(", **") if part]
+        elif match := re.match(r"\| `(.*?)` \| (.*) \|$", line):
+            cells = match[2].split(" | ")
+            found |= {(match[1], place): what.strip() for place, what in zip(places, cells, strict=True)}
+    return found
+
+
+PAIRS = [(c, p) for c in CONSTRUCTS for p in PLACES if probe(c, p) is not None]
+
+
+def test_no_cell_is_empty() -> None:
+    page = _page()
+    assert [(c.name, p.name) for c, p in PAIRS if not page.get((c.name, p.name))] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("k", range(60))
+def test_cell(k: int) -> None:
+    construct, place = Random(k).choice(PAIRS)
+    stated = _page()[construct.name, place.name]
+    if stated in (*FAULTS, "?"):
+        pytest.skip(f"known to be {stated}")
+    assert cell(construct, place)[0] == stated
