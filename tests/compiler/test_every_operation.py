@@ -258,7 +258,8 @@ def test_it_says_whether_it_jumps(row: Operation) -> None:
     """And each that does is among those at which events are looked for."""
     places = [at for at in points(row, MODERATE) if is_regular(row, at)]
     found = [at for at in places if jumps_at(row, at)]
-    assert row.jumps == bool(found), f"'{row.name}' jumps at {found[:3]}: 'jumps' in {TABLE_ROW}"
+    seen = f"jumps at {found[:3]}" if found else "jumps nowhere"
+    assert row.jumps == bool(found), f"'{row.name}' {seen}: 'jumps' in {TABLE_ROW}"
     if row.jumps and row.code not in REFUSED:
         g = Graph()
         n = apply(g, row, [g.symbol(f"x{i}") for i in range(row.arity)])
@@ -272,7 +273,13 @@ def test_c_python_and_the_graph_give_the_same_bits(row: Operation, both: Callabl
     program = both(row)
     name = f"op_{row.name}"
     for at in points(row, SPECIAL, 200):
-        program.compare(name, list(padded(at)))
+        try:
+            program.compare(name, list(padded(at)))
+        except AssertionError as error:
+            told = (
+                f"C ({file_of(c_forms)}) and Python ({file_of(python_forms)}) differ for '{row.name}' at {at}"
+            )
+            pytest.fail(f"{told}: {error}")
         empty = np.empty(0)
         native = program.native.call(name, 0.7, padded(at), empty, empty, program.p)
         found = np.array([value(row, at)])
