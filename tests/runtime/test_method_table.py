@@ -8,6 +8,7 @@ import pytest
 from kernel_driver import Model, run
 from kernel_models import COUPLED_PENDULUM, PENDULUM, TWO_SPRINGS
 
+from mechc.cli.run import command as run_command
 from mechc.runtime.methods import KERNEL_METHODS, methods_for, parts_for, with_components
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.kernel import Status, kernel_sources
@@ -74,3 +75,14 @@ def test_parts_bring_their_methods() -> None:
     assert methods_for({"jacobian"})[:3] == ["auto", "dop853", "radau5"]
     assert methods_for({"projection"}) == []
     assert parts_for("scipy:LSODA") == frozenset()
+
+
+@EVERY
+def test_the_command_line_tells_it(method: str) -> None:
+    """By its name, or as one of ``gauss2 to gauss8``."""
+    (option,) = (p for p in run_command.params if p.name == "method")
+    words = str(getattr(option, "help", ""))
+    family = re.search(rf"{method.rstrip('0123456789')}(\d+) to \w+?(\d+)", words)
+    told = re.search(rf"\b{method}\b", words)
+    inside = family is not None and int(family[1]) <= int(method[-1]) <= int(family[2])
+    assert told or inside, f"'{method}' is not in the words of --method: mechc/cli/run.py"
