@@ -430,7 +430,6 @@ def test_more_rows_than_a_run_decides_over_are_told() -> None:
         .replace("} m;", "};")
         .replace(", 0}", ", 0 m}")
     )
-    solution = mechc.loads(masses).simulate(stop=1, estimate_error=False)
-    assert solution.outcome is Outcome.FAILED
-    assert "the model has 65 rows" in solution.message
-    assert "decides over 64" in solution.message
+    with pytest.raises(mechc.CompileError, match=r"65 rows .* that switch, more than 64") as caught:
+        mechc.loads(masses)
+    assert [d.code for d in caught.value.diagnostics] == ["E0720"]

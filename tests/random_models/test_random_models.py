@@ -13,10 +13,9 @@ from random_models.shrink import shrunk
 from random_models.tree import E, Model, map_expression
 from random_models.twins import Twin
 
-_STATIC_FRICTION = "friction of a joint whose reaction is asked for: symbols without a place at run time"
 KNOWN = {
-    10: _STATIC_FRICTION, 56: _STATIC_FRICTION, 106: _STATIC_FRICTION, 112: _STATIC_FRICTION, 115: _STATIC_FRICTION,
-    163: _STATIC_FRICTION, 210: _STATIC_FRICTION,
+    10: "a twin has another number of instants, where friction by a momentum comes to rest",
+    51: "a division by what is identically zero is met as a bug, without the place in the text",
     155: "its start is on a kink, where both sides are right",
     181: "a point that receives the opposite of a force at a point fails without words",
 }  # fmt: skip
