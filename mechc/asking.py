@@ -16,9 +16,9 @@ from .runtime.case import Progress
 from .runtime.inputs import Table, read_tables
 from .runtime.outcome import SimulationError
 from .runtime.problem import Problem
-from .runtime.settings import Setting, settings_of
+from .runtime.settings import EQUILIBRIUM, START, Place, Range, Setting, settings_of
 from .runtime.studies.study import Study
-from .settings import UsageMistake, elements_of, read_value_of, tidy, unknown_name
+from .settings import UsageMistake, elements_of, read_value_of, settings_in_si, tidy, unknown_name
 from .suggest import closest, setting_meant
 
 
@@ -148,6 +148,89 @@ def chosen_names(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]
     return tuple(dict.fromkeys(names))
 
 
+def _place(setting: Setting, given: Any, problem: Problem) -> Place:
+    """Read ``start``, ``equilibrium``, or values of coordinates, rates, states, parameters and inputs."""
+    if isinstance(given, str) and "=" not in given:
+        word = given.strip()
+        if word not in (START, EQUILIBRIUM):
+            raise UsageMistake(
+                f"'{setting.name}' is {START}, {EQUILIBRIUM}, or values of the state, not {given!r}",
+                f'values are given as {setting.name} = "theta = 30 deg, der(theta) = 0"',
+            )
+        return Place(word)
+    values = _assignments(setting, given) if isinstance(given, str) else dict(given)
+    return Place(START, settings_in_si(values, settable_units(problem), _rotations(problem)))
+
+
+def _assignments(setting: Setting, text: str) -> dict[str, str]:
+    """Take ``a = 1, b[1, 2] = {1, 2} m`` apart."""
+    found: dict[str, str] = {}
+    for part in _SEPARATOR.split(text):
+        name, sign, value = part.partition("=")
+        if not sign or not name.strip() or not value.strip():
+            raise UsageMistake(
+                f"'{setting.name}' takes values as in 'name = value, ...', not '{part.strip()}'"
+            )
+        found[tidy(name)] = value.strip()
+    return found
+
+
+_SEPARATOR = re.compile(r",(?=[^=,{}\[\]]*(?:\[[^\]]*\][^=,{}\[\]]*)*=)")
+"""The comma before the next name: those within indices and lists separate no assignments."""
+
+
+def _ranges(setting: Setting, given: Any, problem: Problem) -> tuple[Range, ...]:
+    """Read ``omega = 0 rad/s .. 10 rad/s``, with a number of values behind a comma where one is meant; several ones,
+    separated by commas; or a mapping from names to such texts or to (low, high) or (low, high, count)."""
+    pairs = _assignments(setting, given) if isinstance(given, str) else dict(given)
+    return tuple(_range(setting, tidy(name), what, problem) for name, what in pairs.items())
+
+
+def _range(setting: Setting, name: str, what: Any, problem: Problem) -> Range:
+    units = settable_units(problem)
+    if name not in units:
+        raise unknown_name("parameter, initial value or input", name, units)
+    example = f'{setting.name} = "{name} = 0 .. 1", or with a number of values "{name} = 0 .. 1, 20"'
+    count = None
+    if isinstance(what, str):
+        ends, _, number = what.partition(",")
+        if number.strip():
+            count = _count(setting, number.strip(), problem)
+        low, dots, high = ends.partition("..")
+        if not dots:
+            raise UsageMistake(f"the values of '{name}' are a range, not '{what}'", example)
+        pair: list[Any] = [low.strip(), high.strip()]
+    else:
+        pair = list(what)
+        if len(pair) == 3:
+            count = _count(setting, pair.pop(), problem)
+        if len(pair) != 2:
+            raise UsageMistake(f"the values of '{name}' are a range, not {what!r}", example)
+    if isinstance(pair[0], str) and isinstance(pair[1], str):
+        pair[0] = _unit_of_the_other(pair[0], pair[1])
+    low_value, high_value = (settings_in_si({name: end}, {name: units[name]})[name] for end in pair)
+    if not low_value < high_value:
+        raise UsageMistake(f"the range of '{name}' goes from a lower to a higher value, not {what!r}")
+    return Range(name, units[name], low_value, high_value, count)
+
+
+def _unit_of_the_other(low: str, high: str) -> str:
+    """Return ``0`` as ``0 rad/s`` where only the upper end has a unit."""
+    unit = high.lstrip("+-.0123456789eE ").strip()
+    bare = not low.strip("+-.0123456789eE ")
+    return f"{low} {unit}" if bare and unit else low
+
+
+def settable_units(problem: Problem) -> dict[str, str]:
+    """Return the SI unit of everything that a state consists of and a run can be given."""
+    quantities = (*problem.parameters, *problem.states, *problem.inputs)
+    return {q.name: q.unit for q in quantities if q.kind != "account"}
+
+
+def _rotations(problem: Problem) -> set[str]:
+    return {problem.states[i].name.removesuffix("[1]") for i in problem.rotations}
+
+
 _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "time": _time,
     "number": _number,
@@ -155,6 +238,8 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "flag": _flag,
     "text": _text,
     "names": _names,
+    "place": _place,
+    "ranges": _ranges,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

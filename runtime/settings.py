@@ -6,13 +6,33 @@ and in files, all of which read this one place. Fields without it are for caller
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import get_type_hints
 
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, field
 
-KINDS = ("time", "number", "count", "flag", "text", "names")
+KINDS = ("time", "number", "count", "flag", "text", "names", "place", "ranges")
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
-names of quantities."""
+names of quantities, a state (``Place``), ranges of values (``Range``)."""
+
+START, EQUILIBRIUM = "start", "equilibrium"
+
+
+class Place(Struct, frozen=True):
+    """A state that a study is asked about: the ``word`` start or equilibrium, or the start with other ``values`` (SI)."""
+
+    word: str = START
+    values: Mapping[str, float] = field(default_factory=dict)
+
+
+class Range(Struct, frozen=True):
+    """The values of a parameter, an initial value or an input from ``low`` to ``high`` in SI; ``count`` of them, where that was said."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    count: int | None = None
 
 
 class Setting(Struct, frozen=True):

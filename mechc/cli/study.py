@@ -14,9 +14,12 @@ from .options import PICTURES, Command, ending, input_option, model_argument, mo
 
 if TYPE_CHECKING:
     from ..runtime.settings import Setting
+    from ..runtime.studies.study import Answer
     from ..runtime.studies.table import Kind
 
+ANSWERS = (".json", ".npz", ".mat")
 METAVARS = {"time": "TIME", "number": "NUMBER", "count": "N", "text": "NAME", "names": "A,B"}
+METAVARS |= {"place": 'start|equilibrium|"NAME=VALUE,..."', "ranges": 'NAME="LOW .. HIGH"'}
 
 
 class Studies(click.Group):
@@ -82,9 +85,9 @@ def _command(kind: Kind) -> click.Command:
     made = click.option(
         "-o",
         "--output",
-        metavar="FILE.json",
-        callback=ending((".json",), "answers"),
-        help="Write the answer as JSON.",
+        metavar="FILE",
+        callback=ending(ANSWERS, "answers"),
+        help="Write the answer as JSON (.json), or its arrays (.npz, .mat).",
     )(made)
     made = click.option(
         "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw it (png, pdf, svg)."
@@ -117,8 +120,30 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     found = answer(model.for_experiment(question.experiment), question)
     written = json.dumps({"study": kind.name, **found.summary()}, indent=1, ensure_ascii=False)
     if output:
-        Path(output).write_text(written + "\n", encoding="utf-8")
+        _write(found, written, Path(output))
     if plot:
         save(found, Path(plot))
     click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
     return code_of([found.outcome.value])
+
+
+def _write(found: Answer, written: str, path: Path) -> None:
+    """Write an answer: as JSON, or the arrays that it holds."""
+    from ..settings import UsageMistake
+
+    if path.suffix == ".json":
+        path.write_text(written + "\n", encoding="utf-8")
+        return
+    arrays = getattr(found, "arrays", None)
+    if not arrays:
+        raise UsageMistake(
+            f"this answer holds no arrays to write to '{path}'", "write it as JSON: -o FILE.json"
+        )
+    if path.suffix == ".npz":
+        import numpy as np
+
+        np.savez(path, **arrays)
+    else:
+        from scipy.io import savemat
+
+        savemat(path, dict(arrays))

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.outcome import Outcome
-from ..runtime.studies.findings import Findings, Panel, Value
+from ..runtime.studies.findings import Cell, Findings, Panel, Table, Value
 from ..runtime.studies.sweep import Runs
 from ..shown import ShownSolution
 from .numbers import number, with_unit
@@ -47,6 +48,8 @@ def _findings(found: Findings, style: Style) -> str:
             for row in table
         ]
         rows += [f"  errors: {found.errors_from}"]
+    for one in found.tables:
+        rows += ["", *_table(one)] if rows[-1] else _table(one)
     rows += [f"  note: {remark}" for remark in found.remarks]
     return "\n".join(rows).rstrip()
 
@@ -54,6 +57,39 @@ def _findings(found: Findings, style: Style) -> str:
 def _row(value: Value) -> list[str]:
     error = "cannot be told" if value.error is None else f"{value.error:.1e}"
     return [value.name, number(value.value) + with_unit(value.unit), error]
+
+
+def _table(table: Table) -> list[str]:
+    """Return the lines of a table: numbers stand right, words left."""
+    cells = [[name + with_unit(f"[{unit}]" if unit and unit != "1" else "") for name, unit in table.head]]
+    cells += [[_cell(cell) for cell in row] for row in table.rows]
+    columns = range(len(table.head))
+    widths = [max(width(row[i]) for row in cells) for i in columns]
+    words = [all(isinstance(row[i], str) for row in table.rows) for i in columns]
+    lines = [table.title] if table.title else []
+    for row in cells:
+        texts = (
+            pad(row[i], widths[i]) if words[i] else " " * (widths[i] - width(row[i])) + row[i]
+            for i in columns
+        )
+        lines.append(("  " + "  ".join(texts)).rstrip())
+    return lines
+
+
+def _cell(cell: Cell) -> str:
+    match cell:
+        case None:
+            return "cannot be told"
+        case str():
+            return cell
+        case complex():
+            sign = "-" if math.copysign(1.0, cell.imag) < 0 else "+"
+            return (
+                number(cell.real)
+                if cell.imag == 0
+                else f"{number(cell.real)} {sign} {number(abs(cell.imag))}i"
+            )
+    return number(cell)
 
 
 def save(answer: Answer, path: Path) -> None:
@@ -85,14 +121,22 @@ def figure(found: Findings) -> Any:
 def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
     from .plots import legend
 
+    styles: dict[str, dict[str, Any]] = {
+        "line": {},
+        "dashed": {"linestyle": "--"},
+        "points": {"linestyle": "", "marker": "o", "markersize": 4},
+    }
     for k, curve in enumerate(panel.curves):
-        axes.plot(curve.x, curve.y, color=colours[k % len(colours)], label=curve.name)
+        colour = colours[(k if curve.colour is None else curve.colour) % len(colours)]
+        axes.plot(curve.x, curve.y, color=colour, label=curve.name or None, **styles[curve.style])
+    for axis in panel.logarithmic:
+        axes.set(**{f"{axis}scale": "log"})
     axes.set_title(panel.title)
     axes.set_xlabel(_label(panel.x_label, panel.x_unit))
     axes.set_ylabel(_label(panel.y_label, panel.y_unit))
     if panel.equal:
         axes.set_aspect("equal")
-    if len(panel.curves) > 1:
+    if sum(bool(curve.name) for curve in panel.curves) > 1:
         legend(axes)
 
 

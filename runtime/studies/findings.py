@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from msgspec import Struct
+from msgspec import Struct, field
 
 from ..outcome import Outcome
 from ..problem import Array
@@ -22,15 +23,18 @@ class Value(Struct, frozen=True):
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """``x`` [n] and ``y`` [n], in SI."""
+    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, or points; curves of one ``colour`` number look alike."""
 
     name: str
     x: Array
     y: Array
+    style: str = "line"
+    colour: int | None = None
 
 
 class Panel(Struct, frozen=True, eq=False):
-    """One diagram: labels and units of its axes, curves, and whether both scales are equal."""
+    """One diagram: labels and units of its axes, curves, whether both scales are equal, and which are logarithmic
+    (``"x"``, ``"y"``, ``"xy"``)."""
 
     title: str
     x_label: str
@@ -39,10 +43,26 @@ class Panel(Struct, frozen=True, eq=False):
     y_unit: str
     curves: tuple[Curve, ...]
     equal: bool = False
+    logarithmic: str = ""
+
+
+Cell = str | float | complex | None
+
+
+class Table(Struct, frozen=True):
+    """Rows of cells below a head of names with their units; numbers are in SI, None cannot be told."""
+
+    title: str
+    head: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[Cell, ...], ...]
 
 
 class Findings(Struct, frozen=True, eq=False, kw_only=True):
-    """The answer to a study that is made of values. ``details``: what else its JSON object holds, by name."""
+    """The answer to a study that is made of values, tables and curves.
+
+    ``details``: what else its JSON object holds, by name, as plain data; ``arrays``: what files of arrays hold (.npz,
+    .mat).
+    """
 
     study: str
     model: str
@@ -51,7 +71,10 @@ class Findings(Struct, frozen=True, eq=False, kw_only=True):
     values: tuple[Value, ...]
     errors_from: str
     remarks: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
     panels: tuple[Panel, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    arrays: Mapping[str, Array] = field(default_factory=dict)
     runs: tuple[Solution, ...] = ()
 
     def __getitem__(self, name: str) -> float:
@@ -77,4 +100,5 @@ class Findings(Struct, frozen=True, eq=False, kw_only=True):
                 "errors_from": self.errors_from,
             },
             "remarks": list(self.remarks),
+            **self.details,
         }

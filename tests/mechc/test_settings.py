@@ -145,3 +145,55 @@ def test_structural_values() -> None:
     values = [structural_value(text) for text in ("true", "7", "2.5", "stick", '"stick"')]
     assert values == [True, 7, 2.5, "stick", "stick"]
     assert type(values[1]) is int
+
+
+PLACES = """\
+model M
+  parameter l = 1 m;
+  coordinate theta = 0 rad;
+  coordinate Length x[2];
+  kinetic 1/2*(1 kg)*(l^2*der(theta)^2 + der(x[1])^2 + der(x[2])^2);
+end M;
+"""
+
+
+def _read(kind: str, given: object) -> object:
+    import mechc
+    from mechc.asking import _READ
+    from mechc.runtime.settings import Setting
+
+    return _READ[kind](Setting("at", "Where.", kind), given, mechc.loads(PLACES).problem("python"))
+
+
+def test_a_place_is_a_word_or_values_of_the_state() -> None:
+    from mechc.runtime.settings import Place
+
+    assert _read("place", "equilibrium") == Place("equilibrium")
+    assert _read("place", "theta = 30 deg, x[ 2 ] = 2 cm,der(theta)=1") == Place(
+        "start", {"theta": math.radians(30), "x[2]": 0.02, "der(theta)": 1.0}
+    )
+    assert _read("place", "x = {1, 2} cm, l = 2") == Place("start", {"x[1]": 0.01, "x[2]": 0.02, "l": 2.0})
+    assert _read("place", {"theta": "90 deg"}) == Place("start", {"theta": math.radians(90)})
+    with pytest.raises(UsageMistake, match="'at' is start, equilibrium, or values of the state"):
+        _read("place", "equilibrum")
+    with pytest.raises(UsageMistake, match="did you mean 'theta'"):
+        _read("place", "teta = 1")
+
+
+def test_ranges_have_units_and_may_have_a_number_of_values() -> None:
+    from mechc.runtime.settings import Range
+
+    assert _read("ranges", "l = 0 .. 50 cm") == (Range("l", "m", 0.0, 0.5),)
+    assert _read("ranges", "l=10 cm..2 m, 20, x[1] = -1 .. 1e-3, 3") == (
+        Range("l", "m", 0.1, 2.0, 20),
+        Range("x[1]", "m", -1.0, 1e-3, 3),
+    )
+    assert _read("ranges", {"l": (1, 2, 5)}) == (Range("l", "m", 1.0, 2.0, 5),)
+    for wrong, message in (
+        ("l = 3", "the values of 'l' are a range"),
+        ("l = 3 .. 1", "from a lower to a higher value"),
+        ("k = 0 .. 1", "no parameter, initial value or input 'k'"),
+        ("l = 0 s .. 1 s", "l"),
+    ):
+        with pytest.raises(UsageMistake, match=message):
+            _read("ranges", wrong)
