@@ -136,9 +136,10 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     record = Record()
     run(instance, record)
     hold_released_drives(record)
-    _add_integrals(flattening, record)
-    variables = _variables(record)
+    declared = _variables(record)
     found = experiments(instance)
+    _add_integrals(flattening, record)  # all that was elaborated until here may hold some
+    variables = (*declared, *record.hidden)
     if not reporter.has_errors:
         _check_gravity(instance, record)
         lint(instance)
@@ -220,7 +221,7 @@ def _variables(record: Record) -> tuple[model.Variable, ...]:
             result.append(variable(member, member.value, record))
         except Poisoned:
             continue
-    return (*result, *record.hidden)
+    return tuple(result)
 
 
 def _joints(record: Record) -> tuple[model.Joint, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mechc.lang.diagnostics import Reporter
+from mechc.lang.diagnostics import Label, Reporter
 
 from ..flat.model import (
     Definition,
@@ -108,7 +108,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         unknown_rates=unknown_rates,
         **initial_values(lowering, model, symbols, reporter),
         outputs=_outputs(lowering, model),
-        exacts=_exacts(lowering, model),
+        exacts=_exacts(lowering, model, reporter),
         assertions=tuple(
             AssertionRow(lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions
         ),
@@ -259,12 +259,22 @@ def _state_equations(
     return result
 
 
-def _exacts(lowering: Lowering, model: FlatModel) -> tuple[ExactRow, ...]:
-    """Return the closed solutions, one for each number of what they are of."""
-    rows = []
+def _exacts(lowering: Lowering, model: FlatModel, reporter: Reporter) -> tuple[ExactRow, ...]:
+    """Return the closed solutions, one for each number of what they are of; report a second one of the same."""
+    rows: list[ExactRow] = []
     for exact in model.exacts:
         values = lowering.reported(exact.value)
         names = _names(exact.target)
+        if stated := next((row for row in rows if row.name in names), None):
+            reporter.error(
+                "E0538",
+                f"the closed solution of '{stated.name}' is given twice",
+                exact.origin.span,
+                caption="second one",
+                labels=(Label(stated.origin.shown, "first one"),),
+                help="a run is compared with one solution: leave one of them out",
+            )
+            continue
         values = values * len(names) if len(values) == 1 else values
         rows += [ExactRow(name, n, exact.origin) for name, n in zip(names, values, strict=True)]
     return tuple(rows)

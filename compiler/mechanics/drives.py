@@ -37,9 +37,10 @@ def drive_rows(
         rows.append(row)
     q = [s.node for c in symbols.coordinates for s in c.q]
     v = [s.node for c in symbols.coordinates for s in c.v]
-    driven = {n for row in rows for n in (*(q[k] for k in row.q), *(v[i] for i in row.v))}
+    a = [n for c in symbols.coordinates for n in c.a]
+    driven = {n for row in rows for n in (*(q[k] for k in row.q), *(n for i in row.v for n in (v[i], a[i])))}
     for drive in model.drives:
-        _check_known(lowering, drive, symbols, {*q, *v} - driven, reporter)
+        _check_known(lowering, drive, symbols, {*q, *v, *a} - driven, reporter)
     return tuple(rows)
 
 

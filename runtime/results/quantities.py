@@ -31,9 +31,15 @@ class Values(dict[str, Array]):
         places = [tuple(int(i) for part in _INDEX.findall(one) for i in part.split(",")) for one in names]
         shape = tuple(max(axis) for axis in zip(*places, strict=True)) if names else ()
         if not names or places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
-            raise KeyError(f"there is no '{name}'{suggest(name, self)}")
+            raise KeyError(f"there is no '{name}'{suggest(name, names_of(self))}")
         first = np.asarray(self[names[0]])
         return np.stack([self[one] for one in names], axis=-1).reshape(*first.shape, *shape)
+
+
+def names_of(known: Iterable[str]) -> list[str]:
+    """Give all names that can be asked for: those of scalars, then of the vectors and matrices that they make up."""
+    scalars = list(known)
+    return list(dict.fromkeys((*scalars, *(_INDEX.sub("", name) for name in scalars))))
 
 
 def elements(known: Iterable[str], name: str) -> list[str]:
@@ -88,7 +94,7 @@ class Results(Mapping[str, Array]):
         for name in names:
             parts = [name] if name in self else elements(self._values, name)
             if not parts:
-                raise KeyError(f"there is no '{name}'{suggest(name, self._values)}")
+                raise KeyError(f"there is no '{name}'{suggest(name, names_of(self._values))}")
             found += parts
         return found
 
