@@ -12,9 +12,11 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
+from mechc.runtime.problem import Directions
 
 from .equations.assemble import assemble
 from .equations.model import Equations
+from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
 from .flat.model import FlatModel
 from .mechanics.build import build
@@ -89,5 +91,19 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
     wanted = compilation.parts.union(parts)
     if wanted == compilation.parts:
         return compilation.program
-    equations = verified(assemble(compilation.system, Reporter(), wanted))
-    return verified(lower(equations, hoist="constants" not in wanted))
+    return verified(lower(equations_with(compilation, parts), hoist="constants" not in wanted))
+
+
+def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
+    """Return the program of the motion together with its derivatives (equations/tangents.py)."""
+    with uncollected(), deep_recursion():
+        equations = verified(tangent_equations(equations_with(compilation, parts), directions))
+        return verified(lower(equations))
+
+
+def equations_with(compilation: Compilation, parts: Collection[str]) -> Equations:
+    """Return the equations with further parts (equations/needs.py)."""
+    wanted = compilation.parts.union(parts)
+    if wanted == compilation.parts:
+        return compilation.equations
+    return verified(assemble(compilation.system, Reporter(), wanted))

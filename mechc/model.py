@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Self, TypeVar
+
+from msgspec.structs import replace
 
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
 from .compiler.flat.model import Experiment
@@ -18,7 +21,7 @@ from .settings import Given, UsageMistake, elements_of, settings_in_si, tidy, un
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
-    from .runtime.problem import Problem
+    from .runtime.problem import Directions, Problem
 
 Structural = Mapping[str, Exact]
 Target = Literal["auto", "c", "python"]
@@ -184,8 +187,24 @@ class CompiledModel:
             from .compiler.problem import make_problem
 
             program = program_with(self.compilation, wanted)
-            problems[key] = make_problem(program, target, reproducible=reproducible)
+            problem = make_problem(program, target, reproducible=reproducible)
+            problems[key] = replace(problem, tangents=self._tangents(target, reproducible, wanted))
         return problems[key]
+
+    def _tangents(
+        self, target: Target, reproducible: bool, parts: frozenset[str]
+    ) -> Callable[[Directions], Problem]:
+        """Return what makes the problem of the motion with its derivatives, when it is asked for."""
+
+        @functools.cache
+        def tangents(directions: Directions) -> Problem:
+            from .compiler.pipeline import tangent_program
+            from .compiler.problem import make_problem
+
+            program = tangent_program(self.compilation, directions, parts)
+            return make_problem(program, target, reproducible=reproducible)
+
+        return tangents
 
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""

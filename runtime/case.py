@@ -100,6 +100,8 @@ class Case(Struct, frozen=True, eq=False):
     tolerance: float
     step: float | None
     max_step: float
+    asked: SimulationOptions | None = None
+    """The options that it was made from."""
 
 
 def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
@@ -178,6 +180,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         tolerance=span.tolerance,
         step=span.step,
         max_step=span.max_step,
+        asked=options,
     )
 
 

@@ -48,6 +48,19 @@ def load_functions(problem: Problem) -> Functions:
     return _from_python(problem) if problem.library is None else _from_library(problem)
 
 
+def named_function(problem: Problem, functions: Functions, name: str, size: int) -> ModelFunction:
+    """Give a function with ``size`` results that only some problems have. Raises ValueError if it is not there."""
+    if functions.library is None:
+        if name not in problem.functions:
+            raise ValueError(f"problem '{problem.name}' has no function '{name}'")
+        return _as_array(problem.functions[name])
+    if not hasattr(functions.library, name):
+        raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
+    address = ctypes.cast(getattr(functions.library, name), ctypes.c_void_p).value
+    assert address is not None
+    return _compiled(native.MODEL_FUNCTION(address), size)
+
+
 def _from_python(problem: Problem) -> Functions:
     given = problem.functions
 

@@ -118,6 +118,25 @@ class AssemblyRow(Struct, frozen=True):
     origin: Origin | None = None
 
 
+class Directions(Struct, frozen=True):
+    """The directions in which a motion is differentiated, in this order: ``states`` directions of the initial state,
+    parameters and inputs by their indices.
+
+    ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come
+    from their defaults.
+    """
+
+    states: int = 0
+    parameters: tuple[int, ...] = ()
+    inputs: tuple[int, ...] = ()
+    given: tuple[int, ...] = ()
+    tables: tuple[int, ...] = ()
+
+    @property
+    def count(self) -> int:
+        return self.states + len(self.parameters) + len(self.inputs)
+
+
 class Problem(Struct, frozen=True):
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
@@ -162,6 +181,8 @@ class Problem(Struct, frozen=True):
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None
+    tangents: Callable[[Directions], Problem] | None = None
+    """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
 
     @property
     def ny(self) -> int:

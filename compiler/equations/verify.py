@@ -12,11 +12,11 @@ from .model import Entry, Equations, Function, HybridPlan, Slot
 
 KINDS = {
     "t": ("time",),
-    "y": ("coordinate", "rate", "state", "account"),
+    "y": ("coordinate", "rate", "state", "account", "tangent"),
     "u": ("input",),
-    "z": ("discrete", "mode", "seed"),
+    "z": ("discrete", "mode", "seed", "tangent"),
     "p": ("parameter",),
-    "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep", "quadrature"),
+    "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep", "quadrature", "tangent"),
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
 
@@ -78,7 +78,7 @@ class _Check:
         counted = (
             kinds.count("coordinate"),
             kinds.count("rate"),
-            kinds.count("state") + kinds.count("account"),
+            kinds.count("state") + kinds.count("account") + kinds.count("tangent"),
         )
         if counted != (e.nq, e.nv, e.nx):
             raise Malformed("equations", f"nq, nv, nx are {(e.nq, e.nv, e.nx)}, the states say {counted}")
@@ -157,7 +157,17 @@ class _Check:
                 "equations", "two functions have one name", [f.name for f in self.equations.functions]
             )
         promised = self.promised()
+        directions = sum(
+            x.kind == "tangent" and x.name.startswith("d(time)") for x in self.equations.discretes
+        )
         for name, function in self.functions.items():
+            if directions and name.startswith(
+                "tangent_"
+            ):  # derivatives of a function that may not be there itself
+                if len(function.outputs) % directions:
+                    what = f"has {len(function.outputs)} results for {directions} directions"
+                    raise Malformed(f"equations, function {name}", what, [function.doc])
+                continue
             if name not in promised:
                 raise Malformed(f"equations, function {name}", "nothing asks for it", sorted(promised))
             if len(function.outputs) != promised[name]:

@@ -12,6 +12,7 @@ from ..start.initial import unmoved
 from .kernel_run import run_kernel
 from .scipy_methods import PREFIX, run_scipy
 from .solver_options import SolverOptions
+from .trajectory import Trajectory
 
 TOLERANCE = 1e-6
 POINTS = 200
@@ -45,7 +46,21 @@ def largest_values(case: Case, nominal: Array) -> Array:
     Of a run that fails, the part before. It multiplies and compares nothing of different units, so that a change of
     units changes it by their factors alone.
     """
-    grid = np.linspace(case.begin, case.stop, POINTS) if case.stop > case.begin else case.grid
+    done = _pilot(case, nominal, POINTS)
+    if not done.y.size:
+        return np.abs(case.y0)
+    sizes: Array = np.nanmax(np.abs(np.where(np.isfinite(done.y), done.y, np.nan)), axis=0)
+    return sizes
+
+
+def pilot_rows(case: Case, nominal: Array, count: int) -> Array:
+    """Give [n, 1 + ny]: times and states at up to ``count`` points of such a run."""
+    done = _pilot(case, nominal, count)
+    return np.column_stack([done.t, done.y])
+
+
+def _pilot(case: Case, nominal: Array, count: int) -> Trajectory:
+    grid = np.linspace(case.begin, case.stop, count) if case.stop > case.begin else case.grid
     pilot = replace(case, grid=grid, step=None)
     run, method = (
         (run_kernel, "dop853") if case.functions.struct is not None else (run_scipy, PREFIX + "DOP853")
@@ -53,7 +68,4 @@ def largest_values(case: Case, nominal: Array) -> Array:
     done = run(pilot, SolverOptions(method, TOLERANCE, nominal, max_steps=MOST_STEPS))
     if done.interrupted:
         raise KeyboardInterrupt
-    if not done.y.size:
-        return np.abs(case.y0)
-    sizes: Array = np.nanmax(np.abs(np.where(np.isfinite(done.y), done.y, np.nan)), axis=0)
-    return sizes
+    return done

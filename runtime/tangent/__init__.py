@@ -1,0 +1,1 @@
+"""The derivatives of a motion in its initial state, parameters and inputs."""

@@ -1,0 +1,102 @@
+"""The motion with its derivatives as a case of its own: y and W in one state, integrated and error-controlled together."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ..case import Case, input_values
+from ..functions import Functions, load_functions, named_function
+from ..integrate.kernel_run import run_kernel
+from ..integrate.methods import Method
+from ..integrate.scipy_methods import run_scipy
+from ..integrate.solver_options import SolverOptions
+from ..integrate.trajectory import Trajectory
+from ..outcome import SimulationError
+from ..problem import Array, Directions, ModelFunction, Problem
+
+MOST = 40_000
+"""Numbers in the state of the motion and its derivatives."""
+
+
+class Augmented(Struct, frozen=True, eq=False):
+    """A case and the problem of its motion with k derivatives. ``p`` and ``z``: those of that problem at the start."""
+
+    case: Case
+    directions: Directions
+    problem: Problem
+    functions: Functions
+    p: Array
+
+    @property
+    def count(self) -> int:
+        return self.directions.count
+
+    def split(self, rows: Array, size: int) -> tuple[Array, Array]:
+        """Give values [..., size] and derivatives [..., size, k] from rows of both."""
+        parts = rows.reshape(*rows.shape[:-1], self.count + 1, size)
+        return parts[..., 0, :], np.moveaxis(parts[..., 1:, :], -2, -1)
+
+    def joined(self, y: Array, w: Array) -> Array:
+        """Give y [n] and W [n, k] as one row."""
+        return np.concatenate([y, w.T.ravel()])
+
+    def discretes(self, z: Array, dz: Array | None = None, dt: Array | None = None) -> Array:
+        """Give z of this problem: discrete variables, their derivatives [real ones, k] and those of the time [k]."""
+        rest = np.zeros(len(self.problem.discretes) - z.size)
+        if dz is not None:
+            rest[: dz.size] = dz.T.ravel()
+        if dt is not None:
+            rest[rest.size - self.count :] = dt
+        return np.concatenate([z, rest])
+
+    def function(self, name: str, size: int) -> ModelFunction:
+        """Give a function of the tangent by its name, with ``size`` results for each direction."""
+        return named_function(self.problem, self.functions, name, size * self.count)
+
+    def inputs(self, t: float) -> Array:
+        return input_values(self.functions, self.case.tables, t, self.p, len(self.problem.inputs))
+
+    def run(
+        self, method: Method, tolerance: float, nominal: Array, begin: float, y: Array, z: Array, grid: Array
+    ) -> Trajectory:
+        """Integrate from ``begin`` over the times of ``grid`` [n]. ``y``: state and derivatives, ``nominal`` their sizes."""
+        case = replace(
+            self.case,
+            problem=self.problem,
+            functions=self.functions,
+            p=self.p,
+            z=z,
+            y0=y,
+            known=np.ones(y.size, dtype=bool),
+            wanted=y,
+            assembled=None,
+            begin=begin,
+            stop=float(grid[-1]),
+            grid=grid,
+        )
+        run = run_kernel if method.in_kernel else run_scipy
+        step = case.step if method.fixed_step else None
+        return run(case, SolverOptions(method.name, tolerance, nominal, step))
+
+
+def augment(case: Case, directions: Directions) -> Augmented:
+    """Make the problem of a motion with its derivatives. Raises SimulationError where that cannot be made."""
+    problem = case.problem
+    if problem.tangents is None:
+        raise SimulationError(
+            f"the functions of '{problem.name}' were not made by the compiler, which alone differentiates them"
+        )
+    size = problem.ny * (1 + directions.count)
+    if size > MOST:
+        raise SimulationError(
+            f"{directions.count} derivatives of {problem.ny} states are {size} numbers, more than {MOST}",
+            help="ask for fewer directions at once",
+        )
+    found = problem.tangents(directions)
+    functions = load_functions(found)
+    count = len(problem.parameters)
+    p = np.concatenate([case.p[:count], np.full(found.nh, np.nan)])
+    functions.parameters(p, np.ones(count, dtype=np.uint8))
+    return Augmented(case, directions, found, functions, p)
