@@ -446,6 +446,18 @@ class Stationary(Statement, frozen=True):
     value: Expression
 
 
+class Draw(Statement, frozen=True):
+    """``draw shape(arguments, name = value, s in a:b) on frame at point, option = value;``"""
+
+    shape: str
+    arguments: tuple[Expression | Aggregate, ...] = ()
+    keywords: tuple[Keyword, ...] = ()
+    samples: tuple[Generator, ...] = ()
+    on: Expression | None = None
+    at: Expression | None = None
+    options: tuple[Option, ...] = ()
+
+
 class For(Statement, frozen=True):
     name: str
     range: Expression

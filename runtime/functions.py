@@ -36,6 +36,8 @@ class Functions(Struct, frozen=True):
     project_position: ModelFunction | None = None
     project_velocity: ModelFunction | None = None
     displace: ModelFunction | None = None
+    scene: ModelFunction | None = None
+    scene_still: ModelFunction | None = None
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
@@ -93,6 +95,8 @@ def _from_python(problem: Problem) -> Functions:
         project_position=given_only("project_position"),
         project_velocity=given_only("project_velocity"),
         displace=given_only("displace"),
+        scene=needed("scene", problem.scene.n_moving if problem.scene else 0),
+        scene_still=needed("scene_still", problem.scene.n_still if problem.scene else 0),
     )
 
 
@@ -165,6 +169,8 @@ def _from_library(problem: Problem) -> Functions:
         project_position=projection("project_position", problem.nv + model.n_position),
         project_velocity=projection("project_velocity", problem.nv + model.n_velocity),
         displace=projection("displace", problem.nq),
+        scene=exported("scene", problem.scene.n_moving if problem.scene else 0),
+        scene_still=exported("scene_still", problem.scene.n_still if problem.scene else 0),
         struct=model,
         library=library,
     )

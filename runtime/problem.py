@@ -137,6 +137,39 @@ class Directions(Struct, frozen=True):
         return self.states + len(self.parameters) + len(self.inputs)
 
 
+class Shape(Struct, frozen=True):
+    """One shape of the picture. ``numbers``: places in what ``scene_still``, then ``scene`` give, in SI and world axes.
+
+    box, sphere, cylinder, cone, torus, disk, polygon, mesh, frame, curve and surface begin with origin and axes x, y, z
+    (12 numbers); then box: 3 edges; sphere, mesh, frame: 1 length; cylinder, cone, torus: 2 lengths and the axis in
+    these axes; disk: 1 length and the axis; polygon: 3 for each corner; curve and surface: 3 for each point of
+    ``grid``, the last variable fastest. line: 3 for each point; spring: both ends, radius, turns; trail: 3; arrow:
+    3 and the vector; text: 3; mass: 3 and the mass [kg]. ``relative``: its length is a factor of what
+    suits the picture. ``colour``: ``#rrggbb``, or empty. ``text``: of a text; of a mesh the path of its file.
+    """
+
+    kind: str
+    numbers: tuple[int, ...]
+    name: str = ""
+    colour: str = ""
+    text: str = ""
+    relative: bool = False
+    grid: tuple[int, ...] = ()
+
+
+class Scene(Struct, frozen=True):
+    """What is drawn. ``size``: 2 in the plane, 3 in space; ``by_rule``: the model itself says nothing of it.
+
+    The functions ``scene_still`` and ``scene`` give ``n_still`` numbers of the parameters and ``n_moving`` others.
+    """
+
+    size: int
+    shapes: tuple[Shape, ...]
+    n_still: int
+    n_moving: int
+    by_rule: bool
+
+
 class Problem(Struct, frozen=True):
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
@@ -178,6 +211,8 @@ class Problem(Struct, frozen=True):
     dissipated and supplied are -1 where the model has none."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
+    scene: Scene | None = None
+    """None where nobody asked for a picture."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None

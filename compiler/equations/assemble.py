@@ -19,6 +19,7 @@ from .reported.assembly import assembly
 from .reported.entries import Layout, layout_of
 from .reported.experiments import experiment_plans
 from .reported.outputs import OutputList, list_outputs
+from .reported.scene import scene_of
 from .rows.constraints import Projection
 from .rows.defaults import default_formulas
 from .solve.accelerations import massless
@@ -68,7 +69,10 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     if "jacobian" in parts:
         derivatives, pattern = _jacobian(system, layout, functions)
         functions = (*functions, derivatives)
-    everything = (*functions, *plan_functions)
+    scene, scene_functions = None, tuple[Function, ...]()
+    if "scene" in parts:
+        scene, scene_functions = scene_of(system, solved, layout, reporter)
+    everything = (*functions, *plan_functions, *scene_functions)
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     return Equations(
         name=system.model.name,
@@ -101,6 +105,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         assembly=assembled,
         separable=_separable(system, layout, functions),
         hybrid=hybrid.plan if hybrid is not None else None,
+        scene=scene,
     )
 
 

@@ -193,6 +193,37 @@ class HybridPlan(Struct, frozen=True):
     total: int
 
 
+class SceneShape(Struct, frozen=True):
+    """One shape of the picture; ``numbers`` are places in what ``scene_still``, then ``scene`` give.
+
+    Lengths in SI, in the axes of the world. Solids (box, sphere, cylinder, cone, torus, disk, polygon, mesh, frame) and
+    curve and surface begin with origin and axes x, y, z (12 numbers); then box: 3 edges; sphere, mesh, frame: 1 length;
+    cylinder, cone, torus: 2 lengths and the axis in these axes; disk: 1 length and the axis; polygon: 3 for each
+    corner; curve and surface: 3 for each point of ``grid``, the last variable fastest. line: 3 for each point; spring:
+    both ends, radius, turns; trail: 3; arrow: 3 and the vector; text: 3; mass: 3 and the mass [kg].
+    ``relative``: its length is a factor of what suits the picture. ``colour``: ``#rrggbb``, or empty. ``name``: the
+    instance it belongs to. ``text``: of a text; of a mesh the path of its file.
+    """
+
+    kind: str
+    numbers: tuple[int, ...]
+    name: str = ""
+    colour: str = ""
+    text: str = ""
+    relative: bool = False
+    grid: tuple[int, ...] = ()
+
+
+class ScenePlan(Struct, frozen=True):
+    """What is drawn. ``size``: 2 in the plane, 3 in space; ``by_rule``: the model itself says nothing of it."""
+
+    size: int
+    shapes: tuple[SceneShape, ...]
+    n_still: int
+    n_moving: int
+    by_rule: bool
+
+
 class Equations(Struct, frozen=True):
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -236,3 +267,5 @@ class Equations(Struct, frozen=True):
     """q' = v, no first-order states, and accelerations that do not depend on velocities."""
     hybrid: HybridPlan | None = None
     """None where nothing switches."""
+    scene: ScenePlan | None = None
+    """None where nothing asks for a picture."""

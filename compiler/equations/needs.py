@@ -68,6 +68,7 @@ PARTS = {
     ),
     "reactions": Part("the multipliers as outputs", (), "what is not asked for is not reported"),
     "positions": Part("the place of every mass as an output", (), "what is not asked for is not reported"),
+    "scene": Part("places and sizes of what is drawn", (), "nothing asks for a picture"),
     "constants": Part(
         "formulas of parameters in each evaluation", (), "they are computed once, before the run"
     ),

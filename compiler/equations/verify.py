@@ -20,7 +20,7 @@ KINDS = {
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
 
-READS = {"initial": "puzt", "discretes": "p", "inputs": "pt"}
+READS = {"initial": "puzt", "discretes": "p", "inputs": "pt", "scene_still": "p"}
 """Arrays that functions read which are called before a run; others read all."""
 
 
@@ -140,6 +140,8 @@ class _Check:
             "start_tangent": ny,
             "start_adjoint": nu + 1 + np_,
         }
+        if e.scene is not None:
+            promised |= {"scene_still": e.scene.n_still, "scene": e.scene.n_moving}
         if (h := e.hybrid) is not None:
             promised |= {
                 **dict.fromkeys(("indicators", "indicator_rates"), len(h.switches) + len(h.rows)),
@@ -256,6 +258,11 @@ class _Check:
         slots = [e.layout[s] for s in e.graph.support(*forces)]
         if e.separable and any(slot.array == "y" and slot.index in rates for slot in slots):
             raise Malformed("equations", "are said to be separable, but accelerations depend on velocities")
+
+        if e.scene is not None:
+            size = e.scene.n_still + e.scene.n_moving
+            for k, shape in enumerate(e.scene.shapes):
+                self.indices(f"scene, shape {k} '{shape.kind}'", shape.numbers, size)
 
     def hybrid(self, h: HybridPlan) -> None:
         e, nz = self.equations, len(self.equations.discretes)

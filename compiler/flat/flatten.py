@@ -29,6 +29,7 @@ from .names.instance import Instance, VariableMember
 from .names.namespace import Library, Namespace
 from .names.scope import Flattening, Poisoned, Scope
 from .names.space import look_ahead
+from .statements.drawings import drawings, is_quiet
 from .statements.elaborate import run
 from .statements.experiments import experiments
 from .statements.record import Record
@@ -140,6 +141,8 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     found = experiments(instance)
     _add_integrals(flattening, record)  # all that was elaborated until here may hold some
     variables = (*declared, *record.hidden)
+    space = flattening.space.size
+    draws = drawings(record.draws, flattening)
     if not reporter.has_errors:
         _check_gravity(instance, record)
         lint(instance)
@@ -151,7 +154,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     return FlatModel(
         name=cls.model.name,
         doc=cls.model.doc,
-        space=flattening.space.size,
+        space=space,
         dimensionless=cls.dimensionless,
         independent=flattening.independent,
         structural=_structural(flattening),
@@ -174,6 +177,8 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         exacts=tuple(record.exacts),
         experiments=found,
         origin=model.Origin(cls.model.span),
+        draws=draws,
+        quiet=is_quiet(instance),
     )
 
 

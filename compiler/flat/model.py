@@ -415,6 +415,30 @@ class ExactSolution(Struct, frozen=True):
     origin: Origin
 
 
+class Sample(Struct, frozen=True):
+    """The variable of a curve or surface, between two values."""
+
+    variable: str
+    type: Type
+    lower: Expression
+    upper: Expression
+
+
+class Draw(Struct, frozen=True):
+    """A shape. ``place``: a FRAME, a POINT or world components; ``values`` by the names of the shape's arguments.
+
+    ``texts``: colour (``#rrggbb``), text, file (a path).
+    """
+
+    shape: str
+    values: Mapping[str, Expression]
+    points: tuple[Expression, ...]
+    place: Expression | None
+    texts: Mapping[str, str]
+    samples: tuple[Sample, ...]
+    origin: Origin
+
+
 # ---------------------------------------------------------------- experiments
 
 
@@ -487,3 +511,6 @@ class FlatModel(Struct, frozen=True):
     exacts: tuple[ExactSolution, ...]
     experiments: tuple[Experiment, ...]
     origin: Origin
+    draws: tuple[Draw, ...] = ()
+    quiet: bool = False
+    """The model says ``draw none``: nothing is drawn by rule."""

@@ -271,8 +271,9 @@ class _Check:
 
 
 def _types(model: FlatModel) -> dict[str, Type]:
-    """Return the types of all names: variables, definitions, ``world`` and ``time``."""
+    """Return the types of all names: variables, definitions, those of curves that are drawn, ``world``, ``time``."""
     found = {d.name: d.type for d in model.definitions} | {v.name: v.type for v in model.variables}
+    found |= {s.variable: s.type for draw in model.draws for s in draw.samples}
     pending: list[object] = [model]
     while pending:  # the type of an independent variable that is no time stands where it is used
         at = pending.pop()

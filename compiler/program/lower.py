@@ -60,6 +60,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         assembly=equations.assembly,
         hybrid=equations.hybrid,
         separable=equations.separable,
+        scene=equations.scene,
     )
 
 

@@ -14,7 +14,15 @@ from msgspec import Struct
 
 from mechc.lang.source import Span
 
-from ..equations.model import AssemblyEntry, AssertionText, ConstraintEntry, Entry, ExperimentPlan, HybridPlan
+from ..equations.model import (
+    AssemblyEntry,
+    AssertionText,
+    ConstraintEntry,
+    Entry,
+    ExperimentPlan,
+    HybridPlan,
+    ScenePlan,
+)
 from ..graph import Table
 
 Value = int
@@ -123,6 +131,7 @@ class Program(Struct, frozen=True):
     start_spans: tuple[Span | None, ...] = ()
     assembly: tuple[AssemblyEntry, ...] = ()
     separable: bool = False
+    scene: ScenePlan | None = None
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

@@ -22,11 +22,13 @@ from mechc.runtime.problem import (
     Origin,
     Problem,
     Quantity,
+    Scene,
     Setting,
+    Shape,
     SwitchedRow,
 )
 
-from ..equations.model import Entry, ExperimentPlan, HybridPlan, SettingTarget
+from ..equations.model import Entry, ExperimentPlan, HybridPlan, ScenePlan, SettingTarget
 from ..program import Program
 
 
@@ -64,6 +66,7 @@ def make_problem(
         conserved=program.conserved,
         energy_balance=program.energy_balance,
         hybrid=_hybrid(program.hybrid),
+        scene=_scene(program.scene),
         functions=functions or {},
         parameters_function=parameters_function,
         library=library,
@@ -102,6 +105,13 @@ def _hybrid(plan: HybridPlan | None) -> Hybrid | None:
         ),
         tuple(SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows),
     )
+
+
+def _scene(plan: ScenePlan | None) -> Scene | None:
+    if plan is None:
+        return None
+    shapes = (Shape(s.kind, s.numbers, s.name, s.colour, s.text, s.relative, s.grid) for s in plan.shapes)
+    return Scene(plan.size, tuple(shapes), plan.n_still, plan.n_moving, plan.by_rule)
 
 
 def _quantities(program: Program, array: str) -> tuple[Quantity, ...]:

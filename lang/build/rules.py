@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from . import blocks, expressions, statements
+from . import blocks, drawings, expressions, statements
 from .builder import Action
 
 ACTIONS: Mapping[str, Action] = {
@@ -71,6 +71,9 @@ ACTIONS: Mapping[str, Action] = {
     "independent": statements.independent,
     "interval": statements.interval,
     "stationary": statements.stationary,
+    "draw": drawings.draw,
+    "shape_arguments": statements.second,
+    "sampled": drawings.sampled,
     "for_block": blocks.for_block,
     "if_block": blocks.if_block,
     "elseif_block": blocks.elseif_block,

@@ -15,7 +15,7 @@ Simple = (
     | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Drive | ast.Contact
     | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
     | ast.Experiment | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
-    | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
+    | ast.Draw | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
 )  # fmt: skip
 """Statements that end with their own semicolon and hold no others."""
 
@@ -105,6 +105,8 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Independent():
             name = f"independent {s.type} {s.name}" if s.type else f"independent {s.name}"
             return [name, *_clause("from", s.lower), *_clause("to", s.upper)]
+        case ast.Draw():
+            return _with_options([_shape(s), *_clause("on", s.on), *_clause("at", s.at)], s.options)
         case ast.Reinit():
             return [Bracket("reinit(", (document(s.target), document(s.value)), ")")]
         case ast.Assign():
@@ -171,6 +173,15 @@ def _modifications(values: Sequence[ast.Modification]) -> Doc:
         return ""
     items = (Row((document(m.target), f" {m.kind} ", document(m.value))) for m in values)
     return Bracket("(", tuple(items), ")")
+
+
+def _shape(s: ast.Draw) -> Doc:
+    items: list[Doc] = [document(a) for a in s.arguments]
+    items += [Row((f"{k.name} = ", document(k.value))) for k in s.keywords]
+    items += [Row((f"{g.name} in ", document(g.range))) for g in s.samples]
+    if not items:
+        return f"draw {s.shape}" if s.shape == "none" else f"draw {s.shape}()"
+    return Bracket(f"draw {s.shape}(", tuple(items), ")")
 
 
 def _import(s: ast.Import) -> str:

@@ -54,6 +54,20 @@ def evaluate_rows(
     return rows
 
 
+def scene_rows(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
+    """Numbers of what is drawn [n, n_still + n_moving] at the times t [n], states y [n, ny] and z [n, nz]."""
+    functions, scene = case.functions, case.problem.scene
+    assert scene is not None, "the problem has a scene"
+    rows = np.empty((t.size, scene.n_still + scene.n_moving))
+    for k in range(t.size):
+        at, u, held = float(t[k]), inputs_at(case, float(t[k])), case.z if z is None else z[k]
+        if functions.scene_still is not None and k == 0:
+            rows[:, : scene.n_still] = functions.scene_still(at, y[k], u, held, case.p)
+        if functions.scene is not None:
+            rows[k, scene.n_still :] = functions.scene(at, y[k], u, held, case.p)
+    return rows
+
+
 def input_rows(case: Case, t: Array) -> Array:
     """Give the inputs [n, nu] at the times t [n]."""
     nu = len(case.problem.inputs)

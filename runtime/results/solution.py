@@ -46,7 +46,8 @@ class Motion(Struct, frozen=True, eq=False):
     """What a run found, from which everything that is told of it follows.
 
     ``columns`` [n, k]: one for each of ``quantities(problem)``, at the times ``time`` [n]; ``at`` gives them at other
-    times. ``as_stated``: the default experiment, with no value and no input changed.
+    times. ``as_stated``: the default experiment, with no value and no input changed. ``pictured``: the numbers of
+    ``problem.scene`` at times, where somebody asked for a picture.
     """
 
     problem: Problem
@@ -64,6 +65,7 @@ class Motion(Struct, frozen=True, eq=False):
     events: tuple[Event, ...] = ()
     remarks: tuple[str, ...] = ()
     as_stated: bool = False
+    pictured: Columns | None = None
 
 
 class Solution(Results):

@@ -33,7 +33,7 @@ from ..results.constraint_drift import constraint_drifts
 from ..results.contradictions import Pair, contradictions
 from ..results.diagnosis import undefined_energy, with_cause
 from ..results.doubts import Contradiction
-from ..results.evaluate import evaluate_rows, solution_columns
+from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
 from ..results.solution import Motion, Solution
 from .study import Study
 
@@ -159,10 +159,15 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubts[0].text()}"
     interpolated = main.dense or _hermite(plan, times, states, modes)
 
-    def at(t: Array) -> Array:
+    def state_at(t: Array) -> tuple[Array, Array | None]:
         y = with_unit_rotations(problem.rotations, interpolated(t))
-        z = None if happened is None else happened.discretes(t, problem.ny)
-        return solution_columns(case, t, y, z)
+        return y, None if happened is None else happened.discretes(t, problem.ny)
+
+    def at(t: Array) -> Array:
+        return solution_columns(case, t, *state_at(t))
+
+    def pictured(t: Array) -> Array:
+        return scene_rows(case, t, *state_at(t))
 
     motion = Motion(
         problem,
@@ -188,6 +193,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         events=happened.events if happened is not None else (),
         remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
         as_stated=as_stated,
+        pictured=pictured if problem.scene is not None else None,
     )
     return Solution(motion)
 

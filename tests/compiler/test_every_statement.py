@@ -71,16 +71,19 @@ def test_every_word_is_in_the_tour(word: str) -> None:
 
 
 def result(compilation: Compilation) -> str:
-    """Return all that a model means: its code, and the words of its events. (Experiments are in the Python text.)"""
+    """Return all that a model means: its code, the words of its events, what is drawn. (Experiments are in the Python text.)"""
     plan = compilation.equations.hybrid
-    words = [(b.text, b.message, [c.message for c in b.checks]) for b in plan.branches] if plan else []
+    words: list[object] = (
+        [(b.text, b.message, [c.message for c in b.checks]) for b in plan.branches] if plan else []
+    )
+    words.append(repr(compilation.equations.scene))
     return emit_c(compilation.program) + emit_python(compilation.program) + repr(words)
 
 
 def compiled(source: SourceFile) -> str:
     """Return what a text means. Raises CompileError. (The values in other tracebacks are too long to be shown.)"""
     try:
-        return result(compile_source(source))
+        return result(compile_source(source, parts={"scene"}))
     except CompileError:
         raise
     except Exception as error:

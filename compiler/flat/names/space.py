@@ -59,17 +59,19 @@ def _of_statement(
                 inner = flattening.classes.of(found.definition, found.namespace)
                 return _of_class(flattening, inner, seen)
             return None
-        case ast.Experiment() | ast.Import() | ast.Function() | ast.Type() | ast.Extends():
+        case ast.Experiment() | ast.Import() | ast.Function() | ast.Type() | ast.Extends() | ast.Draw():
             return None
         case _:
-            return next((h for e in nodes(statement) if (h := _of_expression(e, frames))), None)
+            return next((h for e in nodes(statement, ast.Draw) if (h := _of_expression(e, frames))), None)
 
 
-def nodes(node: ast.Node) -> Iterator[ast.Node]:
-    """Yield a node and everything inside it."""
+def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.Node]:
+    """Yield a node and everything inside it, except for what stands in nodes of the kind ``apart``."""
     pending = [node]
     while pending:
         at = pending.pop()
+        if apart is not None and isinstance(at, apart):
+            continue
         yield at
         inner: list[ast.Node] = []
         for name in at.__struct_fields__:

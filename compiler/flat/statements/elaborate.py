@@ -20,6 +20,7 @@ from ..names.instance import ComponentMember, DefinitionMember, Instance, PlaceM
 from ..names.scope import Poisoned, Scope
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
+from .drawings import audible
 from .energies import energy, gravities, inertia, mass
 from .events import when
 from .initial_values import initial
@@ -35,12 +36,14 @@ def run(instance: Instance, record: Record) -> None:
     statements = expand(instance)
     gravities(instance, statements)
     parts = JointParts(instance)
+    drawn = len(record.draws)
     for item in statements:
         try:
             _statement(item.statement, item.scope, record, parts)
         except Poisoned:
             continue
     _joints(parts, record)
+    record.draws[drawn:] = audible(record.draws[drawn:], instance)
 
 
 def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: JointParts) -> None:
@@ -83,6 +86,8 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             raise scope.fail(
                 "E0412", "only the model itself names its independent variable, no component", statement.span
             )
+        case ast.Draw():
+            record.draws.append((statement, scope))
         case ast.Final() | ast.Stationary():
             raise scope.fail("E0590", "variational models are not supported yet", statement.span)
         case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Independent():

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from msgspec import Struct, field
 
+from mechc.lang import ast
 from mechc.lang.source import Span
 
 from .. import model
 from ..names.instance import Instance, Rank, VariableMember
+from ..names.scope import Scope
 from ..subscripts import Index
 
 
@@ -45,6 +47,7 @@ class Record(Struct):
     events: list[model.Event] = field(default_factory=list)
     assertions: list[model.Assertion] = field(default_factory=list)
     exacts: list[model.ExactSolution] = field(default_factory=list)
+    draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)
     reached: set[int] = field(default_factory=set)
