@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -12,7 +13,6 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
-from mechc.runtime.problem import Directions
 
 from .equations.assemble import assemble
 from .equations.model import Equations
@@ -26,6 +26,9 @@ from .program.model import Program
 from .recursion import deep_recursion
 from .uncollected import uncollected
 from .verification import verified
+
+if TYPE_CHECKING:
+    from mechc.runtime.problem import Directions
 
 Structural = Mapping[str, Fraction | bool | str]
 

@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 class Options(TypedDict, total=False):
     """Options of a run. Times are numbers in SI or texts such as ``"250 ms"``.
 
-    ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
+    ``sensitivity`` names parameters, initial values and inputs in which the motion is differentiated
+    (``Solution.sensitivity``). ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
     name of the input; ``progress`` is called with the fraction done.
     """
 
@@ -41,6 +42,7 @@ class Options(TypedDict, total=False):
     method: str | None
     inputs: Mapping[str, str | Path]
     estimate_error: bool
+    sensitivity: str | Collection[str] | None
     reproducible: bool
     target: Target
     progress: Callable[[float], None] | None

@@ -132,6 +132,24 @@ def _names(setting: Setting, given: Any, problem: Problem) -> tuple[str, ...]:
     return chosen_names(wanted, known)
 
 
+def _directions(setting: Setting, given: Any, problem: Problem) -> tuple[str, ...]:
+    """Read names of parameters, initial values and inputs; the name of a vector stands for its elements."""
+    wanted = names_in(given) if isinstance(given, str) else [tidy(name) for name in given]
+    units = settable_units(problem)
+    found: list[str] = []
+    for name in wanted:
+        if "=" in name or ".." in name:
+            raise UsageMistake(
+                f"'{setting.name}' takes names alone, not '{name}'",
+                f"derivatives are taken at the values of the run: {setting.name} = {name.partition('=')[0].strip()}",
+            )
+        elements = elements_of(name, units)
+        if not elements:
+            raise unknown_name("parameter, initial value or input", name, units)
+        found += elements
+    return tuple(dict.fromkeys(found))
+
+
 def names_in(text: str) -> list[str]:
     """Take ``x, grid[1, 2].m`` apart: commas between names, not those in indices."""
     return [name for name in re.split(r",(?![^\[]*\])", tidy(text)) if name]
@@ -240,6 +258,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "names": _names,
     "place": _place,
     "ranges": _ranges,
+    "directions": _directions,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

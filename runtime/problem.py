@@ -123,7 +123,7 @@ class Directions(Struct, frozen=True):
     parameters and inputs by their indices.
 
     ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come
-    from their defaults.
+    from their defaults; ``units`` of the directions of the initial state, the last ones: the first have none.
     """
 
     states: int = 0
@@ -131,6 +131,7 @@ class Directions(Struct, frozen=True):
     inputs: tuple[int, ...] = ()
     given: tuple[int, ...] = ()
     tables: tuple[int, ...] = ()
+    units: tuple[str, ...] = ()
 
     @property
     def count(self) -> int:

@@ -11,9 +11,9 @@ from typing import get_type_hints
 
 from msgspec import Meta, Struct, field
 
-KINDS = ("time", "number", "count", "flag", "text", "names", "place", "ranges")
+KINDS = ("time", "number", "count", "flag", "text", "names", "place", "ranges", "directions")
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
-names of quantities, a state (``Place``), ranges of values (``Range``)."""
+names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs."""
 
 START, EQUILIBRIUM = "start", "equilibrium"
 

@@ -12,16 +12,19 @@ direction the derivatives of the real ones, then for each direction that of the 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
 from mechc.lang.units import parse_unit
-from mechc.runtime.problem import Directions
 
 from ..graph import Node
 from ..graph.differentiate import jvp
 from .model import Entry, Equations, Function, Slot
 from .sensitivities import total
+
+if TYPE_CHECKING:
+    from mechc.runtime.problem import Directions
 
 TANGENT = "tangent"
 """Kind of the entries that hold derivatives."""
@@ -58,7 +61,7 @@ class _Tangents:
         self.functions = {f.name: f for f in equations.functions}
         self.directions = directions
         self.names = (
-            *((f"direction {k + 1}", "") for k in range(directions.states)),
+            *((f"direction {k + 1}", unit) for k, unit in enumerate(self.units())),
             *((equations.parameters[i].name, equations.parameters[i].unit) for i in directions.parameters),
             *((equations.inputs[i].name, equations.inputs[i].unit) for i in directions.inputs),
         )
@@ -192,6 +195,11 @@ class _Tangents:
         return {**found, **moved}
 
     # ------------------------------------------------------------ names
+
+    def units(self) -> tuple[str, ...]:
+        """Return the units of the directions of the initial state."""
+        known = self.directions.units
+        return (*("",) * (self.directions.states - len(known)), *known)
 
     def entries(self, entries: Sequence[Entry]) -> list[Entry]:
         return [

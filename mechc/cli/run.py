@@ -58,6 +58,11 @@ if TYPE_CHECKING:
     callback=ending(RESULTS, "results"),
     help="Write results as CSV, NPZ or JSON.",
 )
+@click.option(
+    "--sensitivity",
+    metavar="A,B",
+    help="Differentiate the motion in these parameters, initial values and inputs.",
+)
 @click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
 @click.option(
     "--plot",
@@ -194,6 +199,7 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
             experiment=experiment,
             inputs=given["inputs"],
             estimate_error=not given["no_error_estimate"],
+            sensitivity=given["sensitivity"],
             reproducible=given["reproducible"],
             target=given["target"],
             progress=progress,

@@ -19,7 +19,11 @@ if TYPE_CHECKING:
 
 ANSWERS = (".json", ".npz", ".mat")
 METAVARS = {"time": "TIME", "number": "NUMBER", "count": "N", "text": "NAME", "names": "A,B"}
-METAVARS |= {"place": 'start|equilibrium|"NAME=VALUE,..."', "ranges": 'NAME="LOW .. HIGH"'}
+METAVARS |= {
+    "place": 'start|equilibrium|"NAME=VALUE,..."',
+    "directions": "A,B",
+    "ranges": 'NAME="LOW .. HIGH"',
+}
 
 
 class Studies(click.Group):

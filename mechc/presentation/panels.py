@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from msgspec import Struct
 
+from ..runtime.results.sensitivity import Sensitivity
+
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
     from ..shown import ShownSolution
@@ -53,7 +55,16 @@ class Energies(Struct, frozen=True):
     balance: bool
 
 
-Panel = Curves | Portrait | Paths | Energies
+class Changes(Struct, frozen=True):
+    """A panel of derivatives of one unit in one direction over time; ``left_out``: how many more there are."""
+
+    to: str
+    unit: str
+    curves: tuple[Sensitivity, ...]
+    left_out: int = 0
+
+
+Panel = Changes | Curves | Portrait | Paths | Energies
 
 
 def panels_of(solution: ShownSolution) -> list[Panel]:
@@ -88,7 +99,7 @@ def panels_of(solution: ShownSolution) -> list[Panel]:
             panels.append(Energies(moving, balance=False))
         if problem.energy_balance:
             panels.append(Energies(tuple(energies), balance=True))
-    return panels
+    return panels + _changes(solution, [q.name for q in (*coordinates, *states)] or [q.name for q in outputs])
 
 
 def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
@@ -96,10 +107,23 @@ def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
     units: dict[str, list[str]] = {}
     for name in names:
         units.setdefault(solution.quantities[name].unit, []).append(name)
-    return [
+    chosen: list[Panel] = [
         Curves("", unit, tuple(group[i : i + MOST_CURVES]))
         for unit, group in units.items()
         for i in range(0, len(group), MOST_CURVES)
+    ]
+    return chosen + _changes(solution, names)
+
+
+def _changes(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
+    """Panels of the derivatives of quantities, one for each direction and unit."""
+    found = solution.motion.sensitivities
+    groups: dict[tuple[str, str], list[Sensitivity]] = {}
+    for one in found.listed(names) if found else ():
+        groups.setdefault((one.to, one.unit), []).append(one)
+    return [
+        Changes(to, unit, tuple(group[:MOST_CURVES]), max(0, len(group) - MOST_CURVES))
+        for (to, unit), group in groups.items()
     ]
 
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .panels import Curves, Energies, Panel, Paths, Portrait, curves_of, element, panels_of
+from .panels import Changes, Curves, Energies, Panel, Paths, Portrait, curves_of, element, panels_of
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
@@ -105,7 +105,9 @@ def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
         grid = result.add_gridspec(rows, columns)
         for i, panel in enumerate(panels):
             three = isinstance(panel, Paths) and panel.dimension == 3
-            alone = i == len(panels) - 1 and i % columns == 0 and isinstance(panel, (Curves, Energies))
+            alone = (
+                i == len(panels) - 1 and i % columns == 0 and isinstance(panel, (Changes, Curves, Energies))
+            )
             place = grid[i // columns, :] if alone else grid[i // columns, i % columns]
             axes = result.add_subplot(place, projection="3d" if three else None)
             _draw(axes, panel, view)
@@ -142,6 +144,8 @@ def show(solution: ShownSolution, names: Sequence[str] = ()) -> None:
 
 def _draw(axes: Any, panel: Panel, view: View) -> None:
     match panel:
+        case Changes():
+            _draw_changes(axes, panel, view)
         case Curves():
             _draw_curves(axes, panel, view)
         case Portrait():
@@ -162,6 +166,24 @@ def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
         legend(axes)
     axes.set_ylabel(_unit_label(view.unit(panel.names[0])))
     _calm(axes)
+    _time_axis(axes, view)
+
+
+def _draw_changes(axes: Any, panel: Changes, view: View) -> None:
+    """Draw derivatives, each with a band of its estimated error."""
+    time = view.solution.time
+    for one, colour in zip(panel.curves, COLOURS, strict=False):
+        axes.plot(time, one.values, color=colour, label=one.name)
+        if one.errors is not None:
+            axes.fill_between(
+                time, one.values - one.errors, one.values + one.errors, color=colour, alpha=0.2, lw=0
+            )
+    if len(panel.curves) == 1 and not panel.left_out:
+        axes.set_title(panel.curves[0].name)
+    else:
+        axes.set_title(_title(f"derivatives in {panel.to}", panel.left_out, len(panel.curves)))
+        legend(axes)
+    axes.set_ylabel(_unit_label(panel.unit))
     _time_axis(axes, view)
 
 

@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
@@ -19,6 +21,7 @@ if TYPE_CHECKING:
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
 MOST_OUTPUTS = 12
+MOST_DERIVATIVES = 24
 MOST_EVENTS = 8
 DOUBT_WIDTH = 100
 MOST_COLUMNS = 6
@@ -29,6 +32,7 @@ def report(solution: ShownSolution, style: Style = PLAIN) -> str:
     """Return the whole report as text, without an end of line."""
     blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
+    blocks.append(_sensitivities(solution, style))
     blocks.append(_energy(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_true_errors(solution, style))
@@ -159,6 +163,29 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
         )
     elif solution.accuracy.remark:
         rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
+    return rows
+
+
+def _sensitivities(solution: ShownSolution, style: Style) -> list[str]:
+    """The last derivatives of coordinates, states and outputs, with their estimated errors."""
+    found = solution.motion.sensitivities
+    if found is None:
+        return []
+    shown = ("coordinate", "rate", "state", "output")
+    names = [n for n, q in solution.quantities.items() if q.kind in shown and n in found.columns]
+    listed = found.listed(names)
+    end = f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}"
+    table = [["derivatives", end, "", *(["estimated error", "largest"] if found.errors is not None else [])]]
+    for one in listed[:MOST_DERIVATIVES]:
+        row = [one.name, number(float(one.values[-1])), "" if one.unit == "1" else one.unit]
+        if one.errors is not None:
+            row += [f"{one.errors[-1]:.1e}", f"{np.nanmax(one.errors):.1e}"]
+        table.append(row)
+    rows = _aligned(table, style)
+    if len(listed) > MOST_DERIVATIVES:
+        rows.append(style.dim(f"  ... and {len(listed) - MOST_DERIVATIVES} more derivatives"))
+    if found.remark:
+        rows.append(style.dim(f"  no error estimate of the derivatives: {found.remark}"))
     return rows
 
 

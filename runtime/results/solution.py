@@ -17,7 +17,8 @@ from .accuracy import Accuracy, Drift
 from .doubts import Contradiction
 from .energy_accounts import energy_accounts
 from .files import json_number
-from .quantities import Results, Values
+from .quantities import Display, Results, Values
+from .sensitivity import Sensitivities, Sensitivity, none_asked
 
 ROUNDING = 1e-12
 """Of the largest kinetic energy: what may be negative for rounding alone."""
@@ -66,6 +67,7 @@ class Motion(Struct, frozen=True, eq=False):
     remarks: tuple[str, ...] = ()
     as_stated: bool = False
     pictured: Columns | None = None
+    sensitivities: Sensitivities | None = None
 
 
 class Solution(Results):
@@ -152,6 +154,24 @@ class Solution(Results):
         largest, size = float(difference.max()), float(np.abs(self[exact]).max())
         return TrueError(name, unit, largest, float(difference[-1]), largest / size if size > 0 else largest)
 
+    def sensitivity(self, of: str, to: str) -> Sensitivity:
+        """Give d(``of``)/d(``to``) over ``time``: of a state or output, in a parameter, initial value or input that the run
+        was asked to be differentiated in. Raises SimulationError if it was asked for none, KeyError for other names."""
+        if self.motion.sensitivities is None:
+            raise none_asked()
+        return self.motion.sensitivities.of(of, to)
+
+    def columns(
+        self, names: Sequence[str] | None = None, display: Display | None = None
+    ) -> dict[str, tuple[str, Array]]:
+        """Give unit and values by name, time first, derivatives last."""
+        columns = super().columns(names, display)
+        found = self.motion.sensitivities
+        for one in found.listed(None if names is None else self.named(names)) if found else ():
+            unit, factor = display(one.name, one.unit) if display else (one.unit, 1.0)
+            columns[one.name] = (unit, one.values if factor == 1.0 else one.values * factor)
+        return columns
+
     def final(self) -> dict[str, float]:
         """Give coordinates, rates, states and outputs at the last time."""
         shown = ("input", "discrete")
@@ -174,11 +194,19 @@ class Solution(Results):
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
+            **self._sensitivity_summary(),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": to_builtins(self.statistics),
             "accuracy": accuracy,
         }
+
+    def _sensitivity_summary(self) -> dict[str, Any]:
+        found = self.motion.sensitivities
+        if found is None:
+            return {}
+        errors = found.errors_at_end()
+        return {"sensitivities": found.at_end(), "sensitivity_errors": errors}
 
 
 def quantities(problem: Problem) -> tuple[Quantity, ...]:

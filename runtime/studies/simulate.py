@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
@@ -35,10 +35,16 @@ from ..results.diagnosis import undefined_energy, with_cause
 from ..results.doubts import Contradiction
 from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
 from ..results.solution import Motion, Solution
+from ..settings import settable
+from ..tangent.flow import Tangents
+from .sensitivity import with_sensitivities
 from .study import Study
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
+
+RUN_SHARE = 0.3
+"""Part of the work that is the run, where its motion is differentiated as well."""
 
 COMPANION_STEPS, FEW_STEPS = 10, 100_000
 """A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
@@ -65,7 +71,18 @@ class Estimated(Struct, frozen=True):
     interrupted: bool = False
 
 
-class Simulate(Study, frozen=True, kw_only=True):
+class Run(Study, frozen=True, kw_only=True):
+    """What runs have beside what every study has."""
+
+    sensitivity: Annotated[
+        tuple[str, ...],
+        settable(
+            "Parameters, initial values and inputs in which the motion is differentiated.", "directions"
+        ),
+    ] = ()
+
+
+class Simulate(Run, frozen=True, kw_only=True):
     """The motion from the start to the stop. The answer is a ``Solution``."""
 
     def solve(self, problem: Problem) -> Solution:
@@ -77,7 +94,7 @@ class Simulate(Study, frozen=True, kw_only=True):
         axes = swept_axes(problem, self)
         if axes:
             raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
-        return run(problem, self, as_stated=is_as_stated(problem, self))
+        return run(problem, self, as_stated=is_as_stated(problem, self), sensitivity=self.sensitivity)
 
 
 def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
@@ -85,9 +102,24 @@ def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solu
     return Simulate(**as_keywords(options or SimulationOptions())).solve(problem)
 
 
-def run(problem: Problem, options: SimulationOptions, *, as_stated: bool = False) -> Solution:
-    """Run a problem once. ``as_stated``: nothing of what its default experiment says was changed."""
-    return _solve(plan_run(problem, options), as_stated)
+def run(
+    problem: Problem, options: SimulationOptions, *, as_stated: bool = False, sensitivity: Sequence[str] = ()
+) -> Solution:
+    """Run a problem once. ``as_stated``: nothing of what its default experiment says was changed. ``sensitivity``: names
+    of what the motion is differentiated in."""
+    plan = plan_run(problem, options)
+    if not sensitivity:
+        return _solve(plan, as_stated)
+    differentiable = Tangents(
+        plan.case, plan.method, plan.nominal, sensitivity
+    )  # what it cannot is told before the run
+    start = differentiable.start()
+    progress = part_of(options.progress, 0.0, RUN_SHARE)
+    solution = _solve(replace(plan, options=replace(options, progress=progress)), as_stated)
+    if solution.outcome not in ENDED:
+        solution.add_remark("the motion was not differentiated, as the run did not reach its end")
+        return solution
+    return with_sensitivities(solution, differentiable, start, estimate_error=options.estimate_error)
 
 
 def as_keywords(options: SimulationOptions) -> dict[str, Any]:

@@ -13,8 +13,7 @@ from msgspec.structs import replace
 from ..outcome import Outcome, worst
 from ..problem import Problem
 from ..results.solution import Solution
-from .simulate import is_as_stated, part_of, run, swept_axes
-from .study import Study
+from .simulate import Run, is_as_stated, part_of, run, swept_axes
 
 S_co = TypeVar("S_co", bound=Solution, covariant=True)
 
@@ -41,7 +40,7 @@ class Runs(Struct, Generic[S_co], frozen=True):
         return {"runs": [solution.summary() | {"sweep": dict(point)} for point, solution in rows]}
 
 
-class Sweep(Study, frozen=True, kw_only=True):
+class Sweep(Run, frozen=True, kw_only=True):
     """Every combination of the swept values of an experiment; one run if it sweeps nothing.
 
     A value that the caller gives takes the place of its sweep. The answer is ``Runs``.
@@ -58,7 +57,7 @@ class Sweep(Study, frozen=True, kw_only=True):
             progress = part_of(self.progress, k / count, (k + 1) / count)
             one = replace(self, values={**self.values, **point}, progress=progress)
             try:
-                solution = run(problem, one, as_stated=as_stated)
+                solution = run(problem, one, as_stated=as_stated, sensitivity=self.sensitivity)
             except KeyboardInterrupt:  # between two runs, or pressed again during one
                 if not solutions:
                     raise

@@ -64,4 +64,5 @@ def as_asked(case: Case, listed: Sequence[Direction], states: int) -> Directions
         inputs=tuple(d.index for d in listed if d.array == "u"),
         given=tuple(sorted(given)),
         tables=tuple(sorted(case.tables)),
+        units=tuple(d.unit for d in listed if d.array == "y"),
     )

@@ -54,6 +54,8 @@ class TangentFlow(Struct, frozen=True, eq=False):
     errors: Array | None = None
     output_errors: Array | None = None
     failure: Failure | None = None
+    units: tuple[tuple[str, ...], ...] = ()
+    """Of the derivatives of states, then of outputs, [ny + m][k]."""
 
     def minimal(self, row: int = -1) -> Array:
         """Give the derivatives at one time in the space of velocities, [2 nv + nx, k] (tangent/coordinates.py)."""
@@ -161,7 +163,7 @@ class Tangents:
         inner = np.empty_like(w)
         inner[:, self._order] = w
         if self._sizes is None:
-            self._sizes = tangent_nominals(augmented, self.nominal, inner)
+            self._sizes = tangent_nominals(augmented, self.nominal, inner, self.tolerance)
         row = augmented.joined(y, inner)
         nominal = augmented.joined(self.nominal, np.maximum(self._sizes, _spread(inner, self.nominal)))
         z = augmented.discretes(self.case.z)
@@ -184,7 +186,16 @@ class Tangents:
             output_tangents=outputs[1][:, :, self._order],
             statistics=run.statistics,
             failure=run.failure,
+            units=self._units(),
         )
+
+    def _units(self) -> tuple[tuple[str, ...], ...]:
+        problem, found = self.case.problem, self.augmented.problem
+        rows = []
+        for quantities, size in ((found.states, problem.ny), (found.outputs, len(problem.outputs))):
+            for i in range(size):
+                rows.append(tuple(quantities[size * (d + 1) + i].unit for d in self._order))
+        return tuple(rows)
 
     def onto(self, t: float, y: Array, w: Array) -> Array:
         """Move W [ny, k], in the order of ``augmented``, onto the linearised constraints by the derivative of the projection."""

@@ -12,14 +12,20 @@ from ..integrate.nominal_run import pilot_rows
 from ..problem import Array
 from .augmented import Augmented
 
+NOISE = 1e-15
+"""Of the size of a state over that of a parameter: what rounding makes of a derivative that is zero."""
+
 LOOKS = 8
 """States along the motion at which is looked for an effect, where the start shows none."""
 
 
-def tangent_nominals(augmented: Augmented, nominal: Array, w: Array, looks: Array | None = None) -> Array:
+def tangent_nominals(
+    augmented: Augmented, nominal: Array, w: Array, tolerance: float, looks: Array | None = None
+) -> Array:
     """Give the nominal size [ny, k] of each derivative: that of a state times how far a direction moves it.
 
-    ``w`` [ny, k]: the derivatives at the start. ``looks`` [m, 1 + ny]: times and states farther on.
+    ``w`` [ny, k]: the derivatives at the start. ``looks`` [m, 1 + ny]: times and states farther on. No size asks for
+    digits that rounding does not leave.
     """
     case = augmented.case
     far = np.abs(w / nominal[:, None]).max(axis=0)
@@ -31,8 +37,19 @@ def tangent_nominals(augmented: Augmented, nominal: Array, w: Array, looks: Arra
         pushed = _pushes(augmented, float(row[0]), row[1:], nominal) * span
         far = np.where(far > 0, far, np.where(np.isfinite(pushed), pushed, 0.0))
     if not (far > 0).all() and looks is None:
-        return tangent_nominals(augmented, nominal, w, _along(augmented, nominal))
+        return tangent_nominals(augmented, nominal, w, tolerance, _along(augmented, nominal))
+    far = np.maximum(far, NOISE / tolerance / _own_sizes(augmented))
     sizes: Array = nominal[:, None] * np.where(far > 0, far, 1.0)
+    return sizes
+
+
+def _own_sizes(augmented: Augmented) -> Array:
+    """Give the sizes [k] of the parameters that directions change; infinite where there is none."""
+    case, asked = augmented.case, augmented.directions
+    sizes = np.full(augmented.count, np.inf)
+    for k, i in enumerate(asked.parameters, start=asked.states):
+        quantity = case.problem.parameters[i]
+        sizes[k] = abs(float(case.p[i])) or abs(quantity.nominal or 0.0) or np.inf
     return sizes
 
 

@@ -1,0 +1,98 @@
+"""Derivatives of a run as people ask for them: in Python, on the command line, in files and pictures."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import mechc
+from mechc.cli.main import mechc as program
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.results.files import read_results
+from mechc.settings import UsageMistake
+
+PENDULUM = """
+model Pendulum
+  parameter m = 1 kg;
+  parameter l = 1 m;
+  parameter g = 9.81 m/s^2;
+  coordinate theta = 60 deg;
+  kinetic 1/2*m*l^2*der(theta)^2;
+  potential -m*g*l*cos(theta);
+  output Length tip[2] = {l*sin(theta), -l*cos(theta)};
+  experiment(stop = 10 s, tolerance = 1e-11);
+end Pendulum;
+"""
+
+
+def test_a_pendulum_slows_down_as_its_length_grows() -> None:
+    """theta(t) depends on t sqrt(g/l) alone: d(theta)/d(l) = -t/(2 l) der(theta), d(theta)/d(g) = t/(2 g) der(theta)."""
+    solution = mechc.loads(PENDULUM).simulate(sensitivity="l, g")
+    expected = -solution.time / 2 * solution["der(theta)"]
+    found = solution.sensitivity("theta", "l")
+    assert (found.unit, found.name) == ("rad/m", "d(theta)/d(l)")
+    np.testing.assert_allclose(found.values, expected, atol=2e-8)
+    assert found.errors is not None and np.abs(found.values - expected).max() < 10 * found.errors.max() + 1e-9
+    np.testing.assert_allclose(solution.sensitivity("theta", "g"), -expected / 9.81, atol=2e-9)
+    tip, theta = solution.sensitivity("tip", "l"), solution["theta"]
+    wanted = np.column_stack(
+        [np.sin(theta) + np.cos(theta) * expected, -np.cos(theta) + np.sin(theta) * expected]
+    )
+    np.testing.assert_allclose(tip, wanted, atol=2e-8)
+    assert tip.unit == "" and tip.errors is not None and tip.errors.shape == (500, 2)
+    energy = solution.sensitivity("energy.total", "l").values
+    np.testing.assert_allclose(energy, -9.81 / 2, atol=2e-8)  # m g l cos(60 deg) at the start
+
+
+def test_the_command_line_gives_it_everywhere(tmp_path: Path) -> None:
+    (tmp_path / "pendulum.mech").write_text(PENDULUM)
+    arguments = ["run", str(tmp_path / "pendulum.mech"), "--sensitivity", "l,theta,der(theta)"]
+    files = [tmp_path / "motion.csv", tmp_path / "motion.npz", tmp_path / "motion.json"]
+    for file in files:
+        said = CliRunner().invoke(
+            program, [*arguments, "--json", "-o", str(file), "--plot", str(tmp_path / "a.svg")]
+        )
+        assert said.exit_code == 0, said.output
+    report = json.loads(said.stdout)
+    t, rate = report["time"], report["final"]["der(theta)"]
+    assert report["sensitivities"]["theta"]["l"] == pytest.approx(-t / 2 * rate, rel=1e-8)
+    assert set(report["sensitivities"]) == set(report["final"])
+    assert 0 < report["sensitivity_errors"]["tip[2]"]["der(theta)"] < 1e-7
+    for file in files:
+        back = read_results(file)
+        assert back["d(tip[1])/d(theta)"][-1] == report["sensitivities"]["tip[1]"]["theta"]
+        assert back.unit("d(der(theta))/d(l)") == "rad/m/s"
+    picture = (tmp_path / "a.svg").read_text()
+    assert picture.count('<g id="axes_') == 8
+    said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "-o", str(files[0])])
+    assert "d(der(theta))/d(l)" in said.output and "rad/m/s" in said.output
+    assert [n for n in read_results(files[0]) if "d(" in n] == [
+        f"d(tip[{i}])/d({to})" for i in (1, 2) for to in ("l", "theta", "der(theta)")
+    ]
+
+
+def test_every_run_of_a_sweep_is_differentiated() -> None:
+    text = PENDULUM.replace("experiment(", "experiment(l in {1 m, 2 m}, ")
+    runs = mechc.loads(text).sweep(sensitivity=["l"])
+    for length, solution in zip((1.0, 2.0), runs.solutions, strict=True):
+        expected = -solution.time / (2 * length) * solution["der(theta)"]
+        np.testing.assert_allclose(solution.sensitivity("theta", "l"), expected, atol=2e-8)
+
+
+def test_what_cannot_be_differentiated_is_refused_with_the_reason() -> None:
+    model = mechc.loads(PENDULUM)
+    with pytest.raises(UsageMistake, match="no parameter, initial value or input 'lenght'"):
+        model.simulate(sensitivity="lenght")
+    with pytest.raises(UsageMistake, match="takes names alone"):
+        model.simulate(sensitivity="l = 1 .. 2")
+    with pytest.raises(SimulationError, match="was not differentiated"):
+        model.simulate().sensitivity("theta", "l")
+    solution = model.simulate(sensitivity="l", stop="1 s")
+    with pytest.raises(KeyError, match="only in l"):
+        solution.sensitivity("theta", "m")
+    with pytest.raises(KeyError, match="no state and no output"):
+        solution.sensitivity("thetta", "l")
