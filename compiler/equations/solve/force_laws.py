@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec import Struct
 
-from ...graph import Graph, Node
+from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jacobian
 from ...graph.elimination.eliminate import solve_dense
@@ -106,11 +106,11 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
         found.append((point.small, ends))
         moved = tuple(graph.add(s, graph.mul(fraction, d)) for s, d in zip(point.forces, step, strict=True))
         tried = equations.at(moved)
-        better = graph.less(tried.merit, point.merit)
+        better = graph.less(_merit(graph, tried.residual, point.sizes), point.merit)
         longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
         fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
         point = _chosen(graph, better, tried, point)
-    nowhere = graph.sqrt(graph.sub(graph.minus_one, graph.mul(point.merit, point.merit)))
+    nowhere = graph.acos(graph.add(graph.two, graph.abs(point.merit)))  # a root would be squared away
     result: tuple[Node, ...] = (nowhere,) * len(laws.forces)
     for small, polished in reversed(found):
         result = tuple(graph.select(small, a, b) for a, b in zip(polished, result, strict=True))
@@ -119,10 +119,15 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
 
 
 class _Point(Struct, frozen=True):
-    """``residual`` H and ``slopes`` dH/ds at ``forces``; ``merit`` is to fall, ``small`` says that H is."""
+    """``residual`` H and ``slopes`` dH/ds at ``forces``; ``merit`` is to fall, ``small`` says that H is.
+
+    ``sizes`` of the terms in H. A step is judged by the sizes where it begins: where all forces go to zero together, H
+    is as large as its terms from step to step.
+    """
 
     forces: tuple[Node, ...]
     residual: tuple[Node, ...]
+    sizes: tuple[Node, ...]
     slopes: tuple[Node, ...]
     merit: Node
     small: Node
@@ -134,8 +139,22 @@ def _chosen(graph: Graph, condition: Node, a: _Point, b: _Point) -> _Point:
 
     merit, small = choose((a.merit, a.small), (b.merit, b.small))
     return _Point(
-        choose(a.forces, b.forces), choose(a.residual, b.residual), choose(a.slopes, b.slopes), merit, small
+        choose(a.forces, b.forces),
+        choose(a.residual, b.residual),
+        choose(a.sizes, b.sizes),
+        choose(a.slopes, b.slopes),
+        merit,
+        small,
     )
+
+
+def _merit(graph: Graph, residual: Sequence[Node], sizes: Sequence[Node]) -> Node:
+    """Return the sum of squares of H, row by row as a share of the given sizes."""
+    total = graph.zero
+    for h, size in zip(residual, sizes, strict=True):
+        share = graph.select(graph.less(graph.zero, size), graph.div(h, size), graph.zero)
+        total = graph.add(total, graph.mul(share, share))
+    return total
 
 
 class _Equations:
@@ -160,8 +179,8 @@ class _Equations:
             dict(zip(row, substitute(graph, list(row.values()), places), strict=True))
             for row in self.gradients
         ]
-        residual, matrix = [], []
-        merit, small = graph.zero, graph.one
+        residual, sizes, matrix = [], [], []
+        small = graph.one
         for i, s in enumerate(forces):
             h, size = graph.sub(s, self.base[i]), graph.add(graph.abs(s), self.sizes[i])
             derivatives = [graph.one if j == i else graph.zero for j in range(count)]
@@ -171,18 +190,21 @@ class _Equations:
                 for j, slope in slopes[k].items():
                     derivatives[j] = graph.sub(derivatives[j], graph.mul(factor, slope))
             residual.append(h)
+            sizes.append(size)
             matrix += derivatives
-            share = graph.select(graph.less(graph.zero, size), graph.div(h, size), graph.zero)
-            merit = graph.add(merit, graph.mul(share, share))
             small = graph.logical_and(
                 small, graph.less_equal(graph.abs(h), graph.mul(graph.constant(TOLERANCE), size))
             )
-        return _Point(forces, tuple(residual), tuple(matrix), merit, small)
+        merit = _merit(graph, residual, sizes)
+        return _Point(forces, tuple(residual), tuple(sizes), tuple(matrix), merit, small)
 
     def begin(self) -> _Point:
         """Return the forces without the laws, or where these have no value there, as 1/N at zero, one unit beside."""
         graph = self.graph
-        first = self.at(tuple(graph.one if graph.is_zero(s) else s for s in self.base))
+        try:
+            first = self.at(self.base)
+        except DivisionByZero:
+            return self.at(tuple(graph.one if graph.is_zero(s) else s for s in self.base))
         beside = self.at(tuple(graph.add(s, graph.one) for s in self.base))
         largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
         return _chosen(graph, graph.less(first.merit, largest), first, beside)
