@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -10,6 +10,7 @@ from ..graph import DivisionByZero, Node
 from ..graph.differentiate import jacobian
 from ..graph.elimination.path_elimination import ZeroPivot
 from ..graph.rewrite import substitute
+from ..mechanics.defaults import default_formulas, first_values
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .hybrid.switching import add_events
@@ -21,7 +22,6 @@ from .reported.experiments import experiment_plans
 from .reported.outputs import OutputList, list_outputs
 from .reported.scene import scene_of
 from .rows.constraints import Projection
-from .rows.defaults import default_formulas
 from .solve.accelerations import massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, solve_system
@@ -145,7 +145,11 @@ def _functions(
     if layout.inputs:
         functions.append(
             Function(
-                "inputs", "default of each input at time t", resolve(_defaults(system, system.symbols.inputs))
+                "inputs",
+                "default of each input at time t",
+                resolve(
+                    _of_each(system, system.symbols.inputs, default_formulas(system, system.symbols.inputs))
+                ),
             )
         )
     if layout.discretes:
@@ -153,7 +157,7 @@ def _functions(
             Function(
                 "discretes",
                 "initial discrete variables",
-                resolve(_defaults(system, system.symbols.discretes)),
+                resolve(_of_each(system, system.symbols.discretes, first_values(system))),
             )
         )
     projected = solved.projection
@@ -291,9 +295,10 @@ def _starts(system: MechanicalSystem, layout: Layout) -> list[InitialValue]:
     ]
 
 
-def _defaults(system: MechanicalSystem, scalars: Sequence[Scalar]) -> list[Node]:
-    """Return the default of each number; zero where none is stated."""
-    formulas = default_formulas(system, scalars)
+def _of_each(
+    system: MechanicalSystem, scalars: Sequence[Scalar], formulas: Mapping[Node, Node]
+) -> list[Node]:
+    """Return the formula of each number; zero where none is stated."""
     return [formulas.get(s.node, system.graph.zero) for s in scalars]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence, Set
 
 from .branches import Guard, guards
 from .node import Graph, Node
@@ -246,3 +246,9 @@ def jacobian(graph: Graph, outputs: Sequence[Node], wrt: Sequence[Node]) -> list
             if entry != graph.zero:
                 rows[i][j] = entry
     return rows
+
+
+def is_affine(graph: Graph, nodes: Sequence[Node], symbols: Set[Node]) -> bool:
+    """Tell whether nodes are affine in symbols: their derivative in any direction contains none of them."""
+    seeds = {s: graph.symbol(f"#direction {k}") for k, s in enumerate(sorted(symbols))}
+    return symbols.isdisjoint(graph.support(*jvp(graph, nodes, seeds)))

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from typing import Literal, Unpack
 
 from mechc.lang.diagnostics import Details, Reporter
 
-from ..flat.model import Constraint, Expression, FlatModel, Joint, Name
+from ..flat.model import ClosureEquation, Constraint, Expression, FlatModel, Joint, Name
 from ..graph import Graph, Node
-from ..graph.differentiate import jvp
+from ..graph.differentiate import is_affine
 from .kinematics.frames import Frame
 from .kinematics.topology import Topology
 from .kinematics.virtual import VirtualDisplacement, displace
@@ -38,6 +38,8 @@ def closure_rows(
     topology: Topology,
     asked: frozenset[str],
     virtual: dict[str, VirtualDisplacement],
+    symbols: Symbols,
+    reporter: Reporter,
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of each closure; an equation for a coordinate of the joint computes that coordinate instead.
 
@@ -54,13 +56,13 @@ def closure_rows(
             with lowering.trial(joint.name):
                 for name in lowering.aliases(joint.name, joint.target) or [joint.target]:
                     lowering.assign(name, moved.frame)
-                rows += _joint_rows(lowering, joint)
+                rows += _joint_rows(lowering, joint, symbols, reporter)
                 # what acts on its coordinates acts within the joint, too
                 computed = _compute(lowering, joint)
             for name, value in computed.items():
                 lowering.assign(name, value)
         else:
-            rows += _joint_rows(lowering, joint)
+            rows += _joint_rows(lowering, joint, symbols, reporter)
             _compute(lowering, joint)
     return tuple(rows)
 
@@ -81,12 +83,37 @@ def _compute(lowering: Lowering, joint: Joint) -> dict[str, Value]:
     return computed
 
 
-def _joint_rows(lowering: Lowering, joint: Joint) -> list[ConstraintRows]:
+def _check_closure(
+    lowering: Lowering,
+    joint: Joint,
+    equation: ClosureEquation,
+    residuals: Sequence[Node],
+    symbols: Symbols,
+    reporter: Reporter,
+) -> None:
+    """Report a closure that is no relation between places: what it asks of forces, and rates."""
+    for side in (equation.left, equation.right):
+        lowering.questions.refuse(lowering.numbers(side), "a closure", side, HELP)
+    support = set(lowering.graph.support(*residuals))
+    if support & (symbols.velocities | symbols.accelerations):
+        raise reporter.fail(
+            "E0501",
+            f"the closure of '{joint.name}' contains velocities",
+            equation.origin.shown,
+            caption="a closure is a relation between coordinates",
+            help="write what relates velocities as a 'constraint' in the joint",
+        )
+
+
+def _joint_rows(
+    lowering: Lowering, joint: Joint, symbols: Symbols, reporter: Reporter
+) -> list[ConstraintRows]:
     rows = []
     for equation in joint.closures:
         if _computed(joint, equation.left):
             continue
         residuals = lowering.switching(_differences(lowering, equation.left, equation.right))
+        _check_closure(lowering, joint, equation, residuals, symbols, reporter)
         unit = _unit(equation.left, equation.right)
         rows.append(
             ConstraintRows(
@@ -133,7 +160,7 @@ def _level(
         )
     elif not velocities and not symbols.positions & support:
         refuse("E0503", "contains no coordinate", caption="nothing here can move")
-    elif velocities and not _affine(graph, residuals, velocities):
+    elif velocities and not is_affine(graph, residuals, velocities):
         refuse(
             "E0501",
             "is not affine in the velocities",
@@ -149,9 +176,3 @@ def _level(
     else:
         return "velocity" if velocities else "position"
     return None
-
-
-def _affine(graph: Graph, residuals: Sequence[Node], velocities: Set[Node]) -> bool:
-    """Whether the residuals are affine in the velocities: their directional derivative does not contain v."""
-    seeds = {v: graph.symbol(f"#direction {k}") for k, v in enumerate(sorted(velocities))}
-    return velocities.isdisjoint(graph.support(*jvp(graph, residuals, seeds)))

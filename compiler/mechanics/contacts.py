@@ -11,6 +11,7 @@ from mechc.lang.units import preferred_unit
 
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
+from ..graph.differentiate import is_affine
 from .forces import rate_of
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit
@@ -73,7 +74,7 @@ def _contact(
             help="write the distance that stays positive or zero",
         )
         return []
-    restitution = _coefficient(lowering, contact.restitution, "restitution", reporter, most=1)
+    restitution = _coefficient(lowering, symbols, contact.restitution, "restitution", reporter, most=1)
     rest = contact.options.get("rest")
     mode = Mode(
         "contact",
@@ -85,10 +86,12 @@ def _contact(
     )
     unit = base_unit(contact.gap)
     row = ConstraintRows(name, "position", (gap,), (unit,), "", "", contact.origin, mode)
-    return [row, *_contact_friction(lowering, contact, reporter)]
+    return [row, *_contact_friction(lowering, symbols, contact, reporter)]
 
 
-def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) -> list[ConstraintRows]:
+def _contact_friction(
+    lowering: Lowering, symbols: Symbols, contact: Contact, reporter: Reporter
+) -> list[ConstraintRows]:
     """Return a row for each component of the slip; none where the contact is smooth."""
     graph, name = lowering.graph, contact.name
     if contact.friction is None:
@@ -103,10 +106,10 @@ def _contact_friction(lowering: Lowering, contact: Contact, reporter: Reporter) 
         return []
     slips = lowering.switching(lowering.numbers(contact.along))
     lowering.questions.refuse(slips, "a slip", contact.along, "write the velocity of what slides")
-    kinetic = _coefficient(lowering, contact.friction, "coefficient of friction", reporter)
+    kinetic = _coefficient(lowering, symbols, contact.friction, "coefficient of friction", reporter)
     static = kinetic
     if contact.static is not None:
-        static = _coefficient(lowering, contact.static, "coefficient of friction", reporter)
+        static = _coefficient(lowering, symbols, contact.static, "coefficient of friction", reporter)
         _check_static(lowering, kinetic, static, contact.static, contact.friction, reporter)
     smooth = _smooth(lowering, contact.options, slips, name, reporter)
     unit = base_unit(contact.along)
@@ -134,6 +137,10 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
     kinetic = lowering.scalar(friction.kinetic)
     static = kinetic if friction.static is None else lowering.scalar(friction.static)
     for value, expression in ((kinetic, friction.kinetic), (static, friction.static or friction.kinetic)):
+        if not is_affine(graph, (value,), symbols.accelerations.intersection(graph.support(value))):
+            raise _inertia_in_a_law(
+                lowering, f"the limit of friction '{name}'", "is not affine in", expression
+            )
         if graph.is_constant(value) and graph.value(value) < 0:
             reporter.error(
                 "E0706",
@@ -154,6 +161,16 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
         smooth=smooth[0] if smooth else None,
     )
     return ConstraintRows(name, "velocity", slips, ("",), "", "", friction.origin, mode)
+
+
+def _inertia_in_a_law(lowering: Lowering, what: str, must: str, expression: Expression) -> Exception:
+    return lowering.reporter.fail(
+        "E0519",
+        f"{what} {must} accelerations",
+        expression.span,
+        caption="this contains a second derivative",
+        help="forces and accelerations are found together, from equations that are linear in the latter",
+    )
 
 
 def _check_static(
@@ -211,6 +228,7 @@ def _smooth(
 
 def _coefficient(
     lowering: Lowering,
+    symbols: Symbols,
     expression: Expression | None,
     what: str,
     reporter: Reporter,
@@ -222,6 +240,8 @@ def _coefficient(
     if expression is None:
         return graph.zero
     value = lowering.scalar(expression)
+    if symbols.accelerations.intersection(graph.support(value)):
+        raise _inertia_in_a_law(lowering, f"a {what}", "must not depend on", expression)
     if graph.is_constant(value):
         number = graph.value(value)
         if number < 0 or (most is not None and number > most):

@@ -6,6 +6,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
+from ..graph.differentiate import is_affine
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame
 from .meaning.lower import Lowering
@@ -49,13 +50,49 @@ def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
     return list(zip(settled[::2], settled[1::2], strict=True))
 
 
-def rate_of(lowering: Lowering, expression: Expression, symbols: Symbols) -> tuple[Node, ...]:
-    """Return the rates on which a force on ``expression`` works: itself if it is a rate, else its derivative."""
-    graph = lowering.graph
+def rate_of(
+    lowering: Lowering, expression: Expression, symbols: Symbols, *, linear: bool = True
+) -> tuple[Node, ...]:
+    """Return the rates on which a force on ``expression`` works: itself if it is a rate, else its derivative.
+
+    ``linear``: what a force acts along is displaced by it; a damping, which is half a power, may be of any rate.
+    """
+    graph, questions = lowering.graph, lowering.questions
     nodes = lowering.numbers(expression)
-    if symbols.velocities.intersection(graph.support(*nodes)):
-        return nodes
-    return lowering.questions.settle([lowering.rate(n) for n in nodes])
+    if questions.forces_in(nodes):
+        raise _no_rate(
+            lowering, expression, "an answer about forces is no place, and has no rate that is known"
+        )
+    support = set(graph.support(*nodes))
+    if support & symbols.accelerations:
+        raise _no_rate(lowering, expression, "this contains accelerations")
+    velocities = support & symbols.velocities
+    if not velocities:
+        return questions.settle([lowering.rate(n) for n in nodes])
+    if linear and not is_affine(graph, nodes, velocities):
+        raise _no_rate(lowering, expression, "it is not affine in the velocities, so nothing moves along it")
+    if not _stated_rate(lowering, expression, symbols):
+        raise _no_rate(lowering, expression, "a potential with velocities is neither a place nor a rate")
+    return nodes
+
+
+def _stated_rate(lowering: Lowering, expression: Expression, symbols: Symbols) -> bool:
+    """Tell whether an expression contains velocities for other reasons than those of a potential energy."""
+    asked = lowering.questions.asked
+    support = lowering.graph.support(*lowering.reported(expression))
+    return any(
+        n in symbols.velocities or (n in asked and asked[n].function != "potential_energy") for n in support
+    )
+
+
+def _no_rate(lowering: Lowering, expression: Expression, why: str) -> Exception:
+    return lowering.reporter.fail(
+        "E0539",
+        "a force, a damping or a friction acts on a coordinate, on what moves with it, or on a rate",
+        expression.span,
+        caption=why,
+        help="write what follows an energy into the force itself: 'force -c*energy()*der(q) on q'",
+    )
 
 
 def _on_scalar(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:
@@ -161,7 +198,7 @@ def damping_power(lowering: Lowering, item: Damping, symbols: Symbols) -> Node:
 
 
 def _coefficients(lowering: Lowering, item: Damping, symbols: Symbols) -> Pairs:
-    rates = rate_of(lowering, item.on, symbols)
+    rates = rate_of(lowering, item.on, symbols, linear=False)
     coefficients = lowering.numbers(item.value)
     coefficients = coefficients * len(rates) if len(coefficients) == 1 else coefficients
     return list(zip(coefficients, rates, strict=True))

@@ -98,12 +98,24 @@ class Matter:
             "write the energy as 'kinetic'; 'mass' means m a = F, "
             "with matter joining at the velocity of the point",
         )
-        field = None if mass.gravity is None else lowering.numbers(mass.gravity)
+        field = None if mass.gravity is None else self._field(mass.gravity)
         if field is not None and all(graph.is_zero(x) for x in field):
             field = None
         point = lowering.point(mass.at)
         self._check_place(point.frame, mass.at)
         return PointMass(value, point, field, mass.origin)
+
+    def _field(self, gravity: Expression) -> tuple[Node, ...]:
+        field = self._lowering.numbers(gravity)
+        if self._symbols.accelerations.intersection(self.graph.support(*field)):
+            raise self._reporter.fail(
+                "E0519",
+                "'gravity' must not depend on accelerations",
+                gravity.span,
+                caption="this contains a second derivative",
+                help="write the inertia as 'kinetic', 'mass' or 'inertia'",
+            )
+        return field
 
     def _inertia(self, inertia: Inertia) -> RotaryInertia:
         lowering = self._lowering
@@ -121,7 +133,7 @@ class Matter:
         return RotaryInertia(rows, frame, inertia.origin)
 
     def _check_fixed(self, nodes: Sequence[Node], what: str, value: Expression, help: str) -> None:
-        moving = self._symbols.positions | self._symbols.velocities
+        moving = self._symbols.positions | self._symbols.velocities | self._symbols.accelerations
         self._lowering.questions.refuse(nodes, what, value, STATED)
         if moving.intersection(self.graph.support(*nodes)):
             self._reporter.error(

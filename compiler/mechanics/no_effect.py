@@ -39,7 +39,12 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
         check_load(load.kind, effort.pairs, load.origin)
     for item in model.dampings:
         check(
-            "damping", rate_of(lowering, item.on, system.symbols), velocities, item.origin, still, coordinate
+            "damping",
+            rate_of(lowering, item.on, system.symbols, linear=False),
+            velocities,
+            item.origin,
+            still,
+            coordinate,
         )
     for friction in model.frictions:
         rates = rate_of(lowering, friction.on, system.symbols)

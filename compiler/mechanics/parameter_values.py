@@ -11,15 +11,16 @@ from collections.abc import Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Expression, Literal, Variable
-from ..flat.values.known_late import input_changes, parameter_changes, setting_changes
+from ..flat.values.known_late import first_value_changes, input_changes, parameter_changes, setting_changes
 from ..graph import Graph, Node
+from .defaults import first_values
 from .meaning.symbols import Scalar
 from .meaning.values import Placement
 from .system import MechanicalSystem
 
 
 def check_known_beforehand(system: MechanicalSystem, reporter: Reporter) -> None:
-    """Report parameters, defaults of inputs and settings of experiments that depend on the motion."""
+    """Report parameters, defaults of inputs and discrete variables and settings of experiments that depend on the motion."""
     symbols = system.symbols
     fixed = {s.node for s in symbols.parameters}
     for variables, known, changes in (
@@ -31,6 +32,13 @@ def check_known_beforehand(system: MechanicalSystem, reporter: Reporter) -> None
             if value is not None and (culprit := _culprit(system, value, known)) is not None:
                 code, message, details = changes(variable.name, culprit)
                 reporter.error(code, message, value.span, **details)
+    first = first_values(system)
+    for variable in _declared(symbols.discretes):
+        own = [first[s.node] for s in symbols.discretes if s.variable is variable and s.node in first]
+        culprit = _unknown(system.graph, own, fixed)
+        if culprit is not None and variable.value is not None:
+            code, message, details = first_value_changes(variable.name, culprit)
+            reporter.error(code, message, variable.value.span, **details)
     for experiment in system.model.experiments:
         for value in (*experiment.options.values(), *(s.value for s in experiment.settings)):
             if (culprit := _culprit(system, value, fixed)) is not None:

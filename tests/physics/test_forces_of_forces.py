@@ -218,6 +218,33 @@ def test_force_that_is_nothing_without_its_law(load: str) -> None:
     np.testing.assert_allclose(solution["N"], b / 2 + np.sqrt(1 + b * b / 4), rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("law", "expected"),
+    [
+        ("0.3*lam^2", (0.0, -1 / 0.3)),
+        ("0.3*tanh(lam)", (0.0,)),
+        ("lam^3", (0.0,)),
+        ("0.2 + 0.3*lam^2", tuple((-1 + s * math.sqrt(1 - 0.24)) / 0.6 for s in (1, -1))),
+        ("(1 + lam^2)*(1 - time) - 2*time", ()),
+    ],
+)
+def test_multiplier_by_a_law_of_its_own(law: str, expected: tuple[float, ...]) -> None:
+    """What is held at rest feels law + lam = 0: one of the roots, or a failure where there is none."""
+    text = f"""dimensionless;
+  coordinate q = 0.3; kinetic der(q)^2;
+  constraint h: q = 0.3;
+  force {law.replace("lam", "multiplier(h)")} on q;
+  output lam = multiplier(h);
+"""
+    solution = mechc.loads(text).simulate(stop=1)
+    if expected:
+        assert solution.outcome is Outcome.COMPLETED
+        assert min(abs(solution["lam"][-1] - root) for root in expected) < 1e-14
+    else:
+        assert solution.outcome is Outcome.FAILED and "not a number" in solution.message
+        assert np.isnan(solution["lam"][0])
+
+
 TWO = """
 coordinate Length x = 1 m; coordinate Length y = 2 m; initial der(x) = 1 m/s; initial der(y) ~ 0.5 m/s;
 mass 2 kg at world*{x, 0 m}; mass 1 kg at world*{0 m, y}; potential 1/2*3 N/m*(x^2 + y^2);

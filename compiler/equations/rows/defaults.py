@@ -1,29 +1,11 @@
-"""What parameters, inputs, discrete variables and the state are by default: as formulas and as numbers."""
+"""What parameters, inputs, discrete variables and the state are by default, as numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from ...graph import Node
 from ...graph.evaluate import evaluate
-from ...mechanics.meaning.symbols import Scalar
+from ...mechanics.defaults import default_formulas
 from ...mechanics.system import MechanicalSystem
-
-
-def default_formulas(system: MechanicalSystem, scalars: Sequence[Scalar]) -> dict[Node, Node]:
-    """Return the formula that the declaration of each number gives; those without a value are left out."""
-    groups: dict[str, list[Scalar]] = {}
-    for s in scalars:
-        groups.setdefault(s.variable.name, []).append(s)
-    found: dict[Node, Node] = {}
-    for group in groups.values():
-        value = group[0].variable.value
-        if value is None:
-            continue
-        numbers = system.lowering.numbers(value)
-        numbers = numbers * len(group) if len(numbers) == 1 else numbers
-        found |= zip((s.node for s in group), numbers, strict=True)
-    return found
 
 
 def default_values(system: MechanicalSystem) -> dict[Node, float]:

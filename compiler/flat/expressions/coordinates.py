@@ -8,7 +8,7 @@ from mechc.lang import ast
 
 from .. import types
 from ..instances.members import definition_value, type_of
-from ..model import Apply, Array, Derivative, Element, Expression, Name, Role, Type
+from ..model import Apply, Array, Derivative, Element, Expression, Name, Query, Role, Type
 from ..names.instance import DefinitionMember, LabelMember, Progress, VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import children
@@ -68,7 +68,9 @@ def _element(type: Type, indices: tuple[int, ...]) -> Type:
     return types.element_of(type, len(indices)) if indices else type
 
 
-_RATES = ("vel", "vel_at", "angvel")
+_RATES = frozenset({"vel", "vel_at", "angvel", "energy", "kinetic_energy", "momentum", "power"})
+"""Functions and questions whose values contain velocities. A ``potential_energy`` does not: where a potential contains
+some, loads refuse it."""
 
 
 def has_rates(flattening: Flattening, expression: Expression) -> bool:
@@ -77,7 +79,7 @@ def has_rates(flattening: Flattening, expression: Expression) -> bool:
     pending = [expression]
     while pending:
         at = pending.pop()
-        if isinstance(at, Derivative) or (isinstance(at, Apply) and at.function in _RATES):
+        if isinstance(at, Derivative) or (isinstance(at, Apply | Query) and at.function in _RATES):
             return True
         if isinstance(at, Name):
             if at.name not in seen:

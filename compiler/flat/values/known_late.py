@@ -24,6 +24,13 @@ def input_changes(name: str, culprit: str) -> Refusal:
     return "E0811", message, {"caption": f"this depends on '{culprit}'", "help": help}
 
 
+def first_value_changes(name: str, culprit: str) -> Refusal:
+    """Refuse the first value of a discrete variable, which is known before the state is."""
+    help = f"give it a number, and its value at the start by 'when initial() then {name} := ...; end when;'"
+    message = f"the first value of the discrete variable '{name}' must not depend on '{culprit}'"
+    return "E0811", message, {"caption": f"this depends on '{culprit}'", "help": help}
+
+
 def setting_changes(culprit: str) -> Refusal:
     """Refuse what an experiment sets."""
     help = (

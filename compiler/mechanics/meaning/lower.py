@@ -73,7 +73,7 @@ class Lowering:
         self._definitions = definitions
         self._place = place
         self.questions = questions
-        self._reporter = reporter
+        self.reporter = reporter
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
@@ -149,7 +149,7 @@ class Lowering:
         try:
             result = FUNCTIONS[function](self.kinematics, self.rate, values)
         except DivisionByZero:
-            raise self._reporter.fail(
+            raise self.reporter.fail(
                 "E0518",
                 "division by an expression that is always zero",
                 expression.span,
@@ -171,7 +171,7 @@ class Lowering:
             return
         for symbol in self.questions.forces_in(elements(self._numbers(value))):
             asked = title(self.questions.asked[symbol])
-            raise self._reporter.fail(
+            raise self.reporter.fail(
                 "E0528",
                 f"the derivative of '{asked}' is not supported",
                 expression.span,
@@ -245,7 +245,7 @@ class Lowering:
         if name in self._values:
             return self._values[name]
         if name not in self._definitions:
-            raise self._reporter.fail(
+            raise self.reporter.fail(
                 "E0517",
                 f"'{name}' is a coordinate of a joint that closes a loop, so it has no value here",
                 span,
@@ -318,13 +318,13 @@ class Lowering:
         points = self._constants(arguments[1])
         values = self._constants(arguments[2])
         if len(points) != len(values) or len(points) < 2:
-            raise self._reporter.fail(
+            raise self.reporter.fail(
                 "E0310",
                 f"a table needs as many values as points, at least two: {len(points)} and {len(values)}",
                 arguments[1].span,
             )
         if any(b <= a for a, b in pairwise(points)):
-            raise self._reporter.fail(
+            raise self.reporter.fail(
                 "E0311", "the points of a table must increase", arguments[1].span, caption="these do not"
             )
         table: Table = monotone_table(tuple(map(float, points)), tuple(map(float, values)))
@@ -334,7 +334,7 @@ class Lowering:
         result = []
         for item in self.numbers(expression):
             if not self.graph.is_constant(item):
-                raise self._reporter.fail(
+                raise self.reporter.fail(
                     "E0312",
                     "the numbers of a table must be constants",
                     expression.span,
