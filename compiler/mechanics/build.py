@@ -22,6 +22,7 @@ from .contacts import contact_rows, switchable
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
+from .instants import check_instants
 from .kinematics.frames import Frame, displaced, pose_between
 from .kinematics.planar import Planar
 from .kinematics.pose import Pose, inverse
@@ -117,6 +118,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
     )
     check_known_beforehand(system, reporter)
+    check_instants(system, reporter)
     warn_of_idle(system, reporter)
     reporter.stop_on_errors()
     return system

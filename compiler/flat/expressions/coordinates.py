@@ -68,9 +68,9 @@ def _element(type: Type, indices: tuple[int, ...]) -> Type:
     return types.element_of(type, len(indices)) if indices else type
 
 
-_RATES = frozenset({"vel", "vel_at", "angvel", "energy", "kinetic_energy", "momentum", "power"})
-"""Functions and questions whose values contain velocities. A ``potential_energy`` does not: where a potential contains
-some, loads refuse it."""
+_RATES = ("vel", "vel_at", "angvel")
+_RATES_ASKED = ("energy", "kinetic_energy", "momentum", "power")
+"""Questions whose answers contain velocities; a ``potential_energy`` does not: where a potential has some, loads refuse it."""
 
 
 def has_rates(flattening: Flattening, expression: Expression) -> bool:
@@ -79,7 +79,9 @@ def has_rates(flattening: Flattening, expression: Expression) -> bool:
     pending = [expression]
     while pending:
         at = pending.pop()
-        if isinstance(at, Derivative) or (isinstance(at, Apply | Query) and at.function in _RATES):
+        if isinstance(at, Derivative) or (isinstance(at, Apply) and at.function in _RATES):
+            return True
+        if isinstance(at, Query) and at.function in _RATES_ASKED:
             return True
         if isinstance(at, Name):
             if at.name not in seen:

@@ -41,6 +41,18 @@ def _of_class(flattening: Flattening, cls: Class, seen: set[int]) -> Hint | None
     return None
 
 
+def _of_each(
+    flattening: Flattening,
+    statements: tuple[ast.Statement, ...],
+    namespace: Namespace,
+    frames: set[str],
+    seen: set[int],
+) -> Hint | None:
+    """Return the first hint of the statements of a block."""
+    hints = (_of_statement(flattening, s, namespace, frames, seen) for s in statements)
+    return next((hint for hint in hints if hint is not None), None)
+
+
 def _of_statement(
     flattening: Flattening,
     statement: ast.Statement,
@@ -59,6 +71,11 @@ def _of_statement(
                 inner = flattening.classes.of(found.definition, found.namespace)
                 return _of_class(flattening, inner, seen)
             return None
+        case ast.For(body=body):
+            return _of_each(flattening, body, namespace, frames, seen)
+        case ast.If(branches=branches, otherwise=otherwise):
+            inside = (*(s for branch in branches for s in branch.body), *otherwise)
+            return _of_each(flattening, inside, namespace, frames, seen)
         case ast.Experiment() | ast.Import() | ast.Function() | ast.Type() | ast.Extends() | ast.Draw():
             return None
         case _:

@@ -80,7 +80,11 @@ def _on_body(
 ) -> model.Load:
     """Return a force on a frame or point, or a torque on a frame."""
     on = frame_or_point(scope, statement.on, f"{types.with_article(kind)} is")
-    size = scope.flattening.space.known(scope, statement.span)
+    space, components = scope.flattening.space, value.type.shape
+    if space.size == 0 and components in ((2,), (3,)):  # the vector itself tells
+        words = f"{types.with_article(kind)} of {components[0]} components"
+        space.require(components[0], scope, statement.value.span, words)
+    size = space.known(scope, statement.span)
     if kind == "torque":
         if on.type.kind is not Kind.FRAME:
             raise scope.fail("E0332", "a torque is on a frame, not on a point", statement.on.span)
@@ -94,6 +98,17 @@ def _on_body(
     _require_vector(scope, value, statement.value, types.real(dimension, shape), kind)
     at = None if statement.at is None else _point(scope, statement.at, f"{types.with_article(kind)} acts")
     source = None if statement.source is None else frame_or_point(scope, statement.source, "a reaction is")
+    if at is not None:
+        for end, node in ((on, statement.on), (source, statement.source)):
+            if end is not None and node is not None and end.type.kind is Kind.POINT:
+                raise scope.fail(
+                    "E0332",
+                    f"with 'at', {types.with_article(kind)} acts between frames, as what is rigid moves with them",
+                    node.span,
+                    caption="this is a point",
+                    labels=(Label(at.span, "what is here moves as the frame says"),),
+                    help="name the frame that carries it, or leave 'at' out",
+                )
     frame = None
     if statement.frame is not None:
         frame = scope.elaborate(statement.frame)

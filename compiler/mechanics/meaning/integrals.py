@@ -116,6 +116,8 @@ def definite(
         value = graph.add(value, _sum(graph, integrand, a, b, rule.points))
         rough = graph.add(rough, _sum(graph, integrand, a, b, rule.companion))
         size = graph.add(size, graph.abs(_sum(graph, lambda s: graph.abs(integrand(s)), a, b, rule.points)))
+    if graph.is_zero(size):  # nothing to integrate, or nowhere
+        return graph.zero, graph.zero
     off = graph.abs(graph.sub(value, rough))
     return value, graph.select(graph.less(graph.zero, size), graph.div(off, size), graph.zero)
 

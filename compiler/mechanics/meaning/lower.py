@@ -83,6 +83,8 @@ class Lowering:
         self.clocks: dict[tuple[Node, Node], Clock] = {}
         self.initial: Node | None = None
         """The symbol of ``initial()``, if it is used."""
+        self.instants: dict[Node, Span] = {}
+        """Where ``sample()`` and ``initial()`` stand, by their symbols: 1 at single instants, 0 at all other times."""
         for coordinate in symbols.coordinates:
             if coordinate.is_rotation:
                 q = tuple(s.node for s in coordinate.q)
@@ -140,10 +142,13 @@ class Lowering:
             case "table":
                 return self._table(arguments)
             case "sample":
-                return self._sample(*(self.scalar(x) for x in arguments))
+                pulse = self._sample(*(self.scalar(x) for x in arguments))
+                self.instants.setdefault(pulse, expression.span)
+                return pulse
             case "initial":
                 if self.initial is None:
                     self.initial = self.graph.symbol("initial()")
+                    self.instants[self.initial] = expression.span
                 return self.initial
         values = tuple(self.value(x) for x in arguments)
         try:

@@ -7,6 +7,7 @@ import random
 from collections.abc import Callable
 
 import pytest
+from compiled import compiled, outcome
 
 import mechc
 
@@ -113,3 +114,21 @@ end M;
     assert by_integral["x"][-1] == pytest.approx(
         mechc.loads(text.format(closed)).simulate()["x"][-1], abs=1e-9
     )
+
+
+@pytest.mark.parametrize(
+    "integral",
+    [
+        "integral(cos(s) for s in 0:0)",
+        "integral(0*cos(s) for s in 0:1)",
+        "integral(cos(s) for s in x/(1 m):x/(1 m))",
+        "integral(s - s for s in 0:x/(1 m))",
+        "integral(integral(0*r for r in 0:s) for s in 0:1)",
+        "integral(abs(s - s) for s in 0:1)",
+    ],
+)
+def test_integral_of_nothing(integral: str) -> None:
+    text = f"coordinate Length x = 0.3 m; kinetic 1/2*1 kg*der(x)^2; force 1 N + 1 N*{integral} on x; output found = {integral};"
+    model = compiled(text)
+    assert outcome(model, "rhs", {})["der(x)"] == 1
+    assert outcome(model, "outputs", {})["found"] == 0

@@ -121,3 +121,23 @@ def test_the_kernel_has_room_for_as_many_rows() -> None:
 
     assert f"MECH_MOST_ROWS = {MOST_ROWS} " in kernel_sources()["event_state.h"]
     assert kernel_failure.MOST_ROWS == MOST_ROWS
+
+
+@pytest.mark.parametrize("statement", ["force {0, 1} N on F at Q from P;", "force {0, 1} N on P at Q;"])
+def test_a_force_at_a_point_acts_between_frames(statement: str) -> None:
+    with pytest.raises(mechc.CompileError) as raised:
+        mechc.loads(PLANE + statement)
+    (found,) = raised.value.diagnostics
+    assert found.code == "E0332" and "acts between frames" in found.message
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "force {i*1 N for i in 1:2} on f; coordinate Length x[2]; frame f = world*trans(x); mass 1 kg at f;",
+        "import mech.planar.*; for i in 1:2 loop force {1*i, 2} N on b[i].a; end for; "
+        "if true then Body b[2](m = 1 kg); Planar h[2](world -> b.a); end if;",
+    ],
+)
+def test_space_is_known_wherever_it_is_told(text: str) -> None:
+    assert mechc.loads(text).compilation.flat.space == 2

@@ -1,0 +1,56 @@
+"""What is true at single instants, ``sample()`` and ``initial()``, refused in all that is continuous."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from mechc.lang.diagnostics import Reporter
+
+from ..graph import Node
+from .modes import Mode
+from .system import MechanicalSystem
+
+
+def check_instants(system: MechanicalSystem, reporter: Reporter) -> None:
+    """Report instants outside of ``when``: at all times that count for what is continuous they would be false."""
+    instants = system.lowering.instants
+    found = system.graph.support(*_continuous(system)) if instants else []
+    for symbol in (n for n in found if n in instants):
+        span = instants[symbol]
+        reporter.error(
+            "E0721",
+            f"'{span.text}' is true at single instants, which no force and no output sees",
+            span,
+            caption="it belongs to the condition of a 'when'",
+            help="set a 'discrete' variable there, and use that: 'when sample(T) then n := ...; end when;'",
+        )
+
+
+def _continuous(system: MechanicalSystem) -> Iterator[Node]:
+    """Yield all formulas that are not those of events."""
+    yield from (system.kinetic, system.potential, system.lagrangian, system.dissipation)
+    for mass in system.masses:
+        yield from (mass.mass, *(mass.field or ()), *system.kinematics.position(mass.point))
+    for body in system.inertias:
+        yield from (n for row in body.inertia for n in row)
+        yield from system.kinematics.angular_velocity(body.frame)
+    yield from (n for effort in system.efforts for pair in effort.pairs for n in pair)
+    for rows in system.constraints:
+        yield from rows.residuals
+        if rows.mode is not None:
+            yield from _of_mode(rows.mode)
+    for drive in system.drives:
+        yield from (*drive.values, *drive.rates)
+    yield from system.xdot.values()
+    yield from (row.node for row in system.outputs)
+    yield from (row.node for row in system.exacts)
+    yield from (row.condition for row in system.assertions)
+    yield from (row.residual for row in system.initials)
+
+
+def _of_mode(mode: Mode) -> Iterator[Node]:
+    for n in (mode.kinetic, mode.static, mode.restitution, mode.rest):
+        if n is not None:
+            yield n
+    if mode.smooth is not None:
+        yield mode.smooth.side
