@@ -47,7 +47,11 @@ AROUND = ("experiment", "inputs", "target", "progress")
 
 def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
-    known = [setting.name for setting in settings_of(question)]
+    settings = settings_of(question)
+    known = [setting.name for setting in settings]
+    called = {s.option: s.name for s in settings if s.option != s.name}
+    # the tables of inputs are a mapping, names of them are none
+    given = {called.get(n, n) if not isinstance(what, Mapping) else n: what for n, what in given.items()}
     for name in given:
         if name not in known and name not in AROUND:
             meant = setting_meant(name)

@@ -7,7 +7,7 @@ import functools
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from msgspec import Struct
+from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from .native import kernel as native
@@ -19,6 +19,7 @@ class Functions(Struct, frozen=True):
 
     ``project_position`` [nv and residuals], ``project_velocity`` [nv and residuals] and ``displace`` [nq] correct a
     state that is off its constraints; they are there only if there are any.
+    ``matrices`` give entries of matrices, whose places are the ``patterns`` of the problem.
     ``struct`` and ``library`` are there if the functions are compiled.
     """
 
@@ -38,6 +39,7 @@ class Functions(Struct, frozen=True):
     displace: ModelFunction | None = None
     scene: ModelFunction | None = None
     scene_still: ModelFunction | None = None
+    matrices: Mapping[str, ModelFunction] = field(default_factory=dict)
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
@@ -97,6 +99,7 @@ def _from_python(problem: Problem) -> Functions:
         displace=given_only("displace"),
         scene=needed("scene", problem.scene.n_moving if problem.scene else 0),
         scene_still=needed("scene_still", problem.scene.n_still if problem.scene else 0),
+        matrices={name: _as_array(given[name]) for name in problem.patterns},
     )
 
 
@@ -171,6 +174,11 @@ def _from_library(problem: Problem) -> Functions:
         displace=projection("displace", problem.nq),
         scene=exported("scene", problem.scene.n_moving if problem.scene else 0),
         scene_still=exported("scene_still", problem.scene.n_still if problem.scene else 0),
+        matrices={
+            name: found
+            for name, pattern in problem.patterns.items()
+            if (found := exported(name, len(pattern))) is not None
+        },
         struct=model,
         library=library,
     )

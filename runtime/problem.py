@@ -214,6 +214,8 @@ class Problem(Struct, frozen=True):
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None
     """None where nobody asked for a picture."""
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
+    """(row, column) of each output of functions that give the entries of a matrix, by the names of these."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None

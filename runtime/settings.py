@@ -36,17 +36,19 @@ class Range(Struct, frozen=True):
 
 
 class Setting(Struct, frozen=True):
-    """One setting of a question: the name of its field, what it means, and how it is written (``KINDS``)."""
+    """One setting of a question: the name of its field, what it means, how it is written (``KINDS``), and what people
+    call it where that is not the field's name."""
 
     name: str
     description: str
     kind: str
+    option: str
 
 
-def settable(description: str, kind: str) -> Meta:
-    """Mark a field as one that can be set from outside."""
+def settable(description: str, kind: str, *, option: str = "") -> Meta:
+    """Mark a field as one that can be set from outside; ``option``: what people call it, if not by its name."""
     assert kind in KINDS
-    return Meta(description=description, extra={"kind": kind})
+    return Meta(description=description, extra={"kind": kind, "option": option})
 
 
 def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
@@ -55,5 +57,7 @@ def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
     for name, hint in get_type_hints(question, include_extras=True).items():
         for meta in getattr(hint, "__metadata__", ()):
             if isinstance(meta, Meta) and meta.extra and meta.description:
-                found.append(Setting(name, meta.description, meta.extra["kind"]))
+                found.append(
+                    Setting(name, meta.description, meta.extra["kind"], meta.extra["option"] or name)
+                )
     return tuple(found)

@@ -14,6 +14,7 @@ from ..mechanics.defaults import default_formulas, first_values
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .hybrid.switching import add_events
+from .local_derivatives import local_derivatives, second_order
 from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .reported.assembly import assembly
@@ -72,6 +73,13 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     scene, scene_functions = None, tuple[Function, ...]()
     if "scene" in parts:
         scene, scene_functions = scene_of(system, solved, layout, reporter)
+    patterns: dict[str, tuple[tuple[int, int], ...]] = {}
+    if "local_derivatives" in parts:
+        derivatives, patterns[derivatives.name] = local_derivatives(system, solved, layout, functions)
+        functions = (*functions, derivatives)
+    if "second_order" in parts:
+        derivatives, patterns[derivatives.name] = second_order(system, solved, layout)
+        functions = (*functions, derivatives)
     everything = (*functions, *plan_functions, *scene_functions)
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     return Equations(
@@ -100,6 +108,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         conserved=() if hybrid is not None and hybrid.jumps else listed.conserved,
         energy_balance=listed.energy_balance,
         jacobian_pattern=pattern,
+        patterns=patterns,
         dependent=tuple(k for k, b in enumerate(starts) if b.by_others is not None),
         constraints=_constraint_entries(solved),
         assembly=assembled,

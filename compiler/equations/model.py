@@ -255,6 +255,8 @@ class Equations(Struct, frozen=True):
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
     """(row, column) of each output of the function ``jacobian``."""
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = {}
+    """The same of further functions whose outputs are the entries of a matrix, by their names."""
     dependent: tuple[int, ...] = ()
     """Indices in y of initial values that are stated with those of others; ``initial_of_others`` gives them."""
     constraints: tuple[ConstraintEntry, ...] = ()

@@ -39,11 +39,12 @@ FACTS = {
 
 class Part(Struct, frozen=True):
     """Something that can be built whether it is needed or not: ``words``, the facts that need it, and what is said
-    where it is left out."""
+    where it is left out. ``studied``: no run needs it, only questions of another kind."""
 
     words: str
     needed_by: tuple[str, ...]
     absence: str
+    studied: bool = False
 
 
 PARTS = {
@@ -56,6 +57,18 @@ PARTS = {
         "momenta, forces and the mass matrix as functions",
         ("momenta",),
         "no structure-preserving method for constraints is asked for; one that is brings them",
+    ),
+    "local_derivatives": Part(
+        "derivatives of rates, outputs and constraints at a state",
+        (),
+        "no study asks for them; one that does brings them",
+        studied=True,
+    ),
+    "second_order": Part(
+        "derivatives of the equations of motion before they are solved",
+        (),
+        "no study asks for them; one that does brings them",
+        studied=True,
     ),
     "projection": Part(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
@@ -81,7 +94,8 @@ PARTS = {
 """What the equations decide to leave out; ``--keep-all`` builds it all the same. Targets own the tables from a part to
 functions and files."""
 
-EVERYTHING = frozenset(PARTS)
+EVERYTHING = frozenset(name for name, part in PARTS.items() if not part.studied)
+"""Every part of a model that is run."""
 
 NEVER = "never"
 """The text of the switch that stands for all where nothing switches (hybrid.py)."""
@@ -147,7 +161,7 @@ def choices(
         kept = fact in facts
         result.append(Choice(words, "needed" if kept else "left out", _reason(fact, kept), fact=fact))
     for name, part in PARTS.items():
-        if not facts.intersection(part.needed_by):
+        if not facts.intersection(part.needed_by) and (name in parts or not part.studied):
             kept = name in parts
             why = "it was asked for" if kept else part.absence
             result.append(Choice(part.words, "kept" if kept else "left out", why, part=name))

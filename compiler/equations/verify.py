@@ -135,6 +135,7 @@ class _Check:
             **dict.fromkeys(("momentum", "force"), e.nv),
             "mass": e.nv**2,
             "jacobian": len(e.jacobian_pattern),
+            **{name: len(pattern) for name, pattern in e.patterns.items()},
             "tangent": ny + n_out,
             "adjoint": ny + nu + 1 + np_,
             "start_tangent": ny,
@@ -241,8 +242,9 @@ class _Check:
         self.indices("energy_balance", [i for i in e.energy_balance if i != -1], n_out)
         self.indices("dependent", e.dependent, ny)
         self.indices("jacobian_pattern", [i for place in e.jacobian_pattern for i in place], ny)
-        if len(set(e.jacobian_pattern)) != len(e.jacobian_pattern):
-            raise Malformed("equations", "jacobian_pattern names a place twice")
+        for name, pattern in {"jacobian_pattern": e.jacobian_pattern, **e.patterns}.items():
+            if len(set(pattern)) != len(pattern):
+                raise Malformed("equations", f"{name} names a place twice")
         for what, ranks in (
             ("constraints", [("position", "velocity").index(c.level) for c in e.constraints]),
             ("assembly", [a.stage for a in e.assembly]),

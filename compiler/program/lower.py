@@ -55,6 +55,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         energy_balance=equations.energy_balance,
         assertions=equations.assertions,
         jacobian_pattern=equations.jacobian_pattern,
+        patterns=equations.patterns,
         dependent=equations.dependent,
         constraints=equations.constraints,
         assembly=equations.assembly,

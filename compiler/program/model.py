@@ -125,6 +125,7 @@ class Program(Struct, frozen=True):
     energy_balance: tuple[int, ...] = ()
     assertions: tuple[AssertionText, ...] = ()
     jacobian_pattern: tuple[tuple[int, int], ...] = ()
+    patterns: Mapping[str, tuple[tuple[int, int], ...]] = {}
     hybrid: HybridPlan | None = None
     dependent: tuple[int, ...] = ()
     constraints: tuple[ConstraintEntry, ...] = ()

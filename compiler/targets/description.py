@@ -67,6 +67,7 @@ def make_problem(
         energy_balance=program.energy_balance,
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
+        patterns=program.patterns,
         functions=functions or {},
         parameters_function=parameters_function,
         library=library,

@@ -7,6 +7,8 @@ from typing import Final
 
 FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "jacobian": ("jacobian",),
+    "local_derivatives": ("local_derivatives",),
+    "second_order": ("second_order",),
     "momenta": ("momentum", "force", "mass"),
     "projection": (
         "project_position",

@@ -104,7 +104,7 @@ def _command(kind: Kind) -> click.Command:
 
 
 def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    name = setting.name.replace("_", "-")
+    name = setting.option.replace("_", "-")
     if setting.kind == "flag":
         return click.option(f"--{name}/--no-{name}", setting.name, default=None, help=setting.description)
     return click.option(f"--{name}", setting.name, metavar=METAVARS[setting.kind], help=setting.description)

@@ -47,9 +47,10 @@ def _findings(found: Findings, style: Style) -> str:
             "  " + "  ".join((pad(row[0], widths[0]), row[1].ljust(widths[1]), row[2])).rstrip()
             for row in table
         ]
-        rows += [f"  errors: {found.errors_from}"]
     for one in found.tables:
         rows += ["", *_table(one)] if rows[-1] else _table(one)
+    if found.values or found.tables:
+        rows += [f"  errors: {found.errors_from}"]
     rows += [f"  note: {remark}" for remark in found.remarks]
     return "\n".join(rows).rstrip()
 
@@ -62,7 +63,14 @@ def _row(value: Value) -> list[str]:
 def _table(table: Table) -> list[str]:
     """Return the lines of a table: numbers stand right, words left."""
     cells = [[name + with_unit(f"[{unit}]" if unit and unit != "1" else "") for name, unit in table.head]]
-    cells += [[_cell(cell) for cell in row] for row in table.rows]
+    error = [name == "error" for name, _ in table.head]
+    cells += [
+        [
+            f"{cell:.1e}" if is_error and isinstance(cell, float) else _cell(cell)
+            for cell, is_error in zip(row, error, strict=True)
+        ]
+        for row in table.rows
+    ]
     columns = range(len(table.head))
     widths = [max(width(row[i]) for row in cells) for i in columns]
     words = [all(isinstance(row[i], str) for row in table.rows) for i in columns]

@@ -132,6 +132,10 @@ class BranchStruct(Structure):
     act: int | None
 
 
+ROW_FIELDS = ("kind", "normal", "flag", "sign", "impulse", "enabled")
+"""The integers of ``mech_row``."""
+
+
 class HybridStruct(Structure):
     """mech_hybrid"""
 

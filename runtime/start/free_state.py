@@ -73,11 +73,11 @@ def displaced(problem: Problem, partner: tuple[int, ...], y: Array, d: Array) ->
         if i not in problem.rotations:
             moved[i] += d[j]
         elif j == 0 or partner[j - 1] != i:
-            moved[i : i + 4] = _turned(y[i : i + 4], d[j : j + 3])
+            moved[i : i + 4] = turned(y[i : i + 4], d[j : j + 3])
     return moved
 
 
-def _turned(q: Array, turn: Array) -> Array:
+def turned(q: Array, turn: Array) -> Array:
     angle = float(np.linalg.norm(turn))
     half = np.array([np.cos(angle / 2), *(np.sinc(angle / (2 * np.pi)) / 2 * turn)])
     product = _product(q, half)
@@ -96,11 +96,11 @@ def deviation_from(task: Task, y: Array, guess: Array) -> Array:
         if i not in task.problem.rotations:
             result[j] = y[i] - guess[i]
         elif j == 0 or task.partner[j - 1] != i:
-            result[j : j + 3] = _rotation_vector(guess[i : i + 4], y[i : i + 4])
+            result[j : j + 3] = rotation_vector(guess[i : i + 4], y[i : i + 4])
     return result
 
 
-def _rotation_vector(a: Array, b: Array) -> Array:
+def rotation_vector(a: Array, b: Array) -> Array:
     relative = _product(a * np.array([1.0, -1.0, -1.0, -1.0]), b)
     relative = relative if relative[0] >= 0 else -relative
     size = float(np.linalg.norm(relative[1:]))

@@ -30,6 +30,11 @@ STUDIES = {
         Kind("simulate", "How does it move, and how accurate is that?", "simulate:Simulate"),
         Kind("sweep", "How does it move for each of several values?", "sweep:Sweep"),
         Kind(
+            "linearize",
+            "What linear system is it near a state, between inputs and outputs?",
+            "linearize:Linearize",
+        ),
+        Kind(
             "virial",
             "What are the averages over a long motion, of energies and of named quantities?",
             "virial:Virial",

@@ -1,0 +1,1 @@
+"""What happens near a state: displacements, derivatives, independent coordinates, equilibria."""

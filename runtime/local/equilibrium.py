@@ -1,0 +1,251 @@
+"""Where a model rests: states without velocities in which nothing changes.
+
+From a state one gets to the equilibrium that strong damping would lead to, by steps of pseudo-time that grow as rest
+comes near (C. T. Kelley, D. E. Keyes, SIAM J. Numer. Anal. 35 (1998), 508), and then by Newton's method.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ..outcome import SimulationError
+from ..problem import Array
+from ..start.free_state import partners
+from .chart import Chart
+from .independent import null_space
+from .site import Derivatives, Site
+
+EPSILON = float(np.finfo(float).eps)
+RELAXING, NEWTON = 2000, 30
+"""Most steps of both stages."""
+LONGEST = 0.3
+"""Of a step, in radians or in the size of the coordinates."""
+NEAR = 1e-8
+"""A state whose Newton step is shorter than this counts as the equilibrium beside it."""
+CUT = 1e-11
+"""Singular values below this share of the largest one are directions in which nothing pushes."""
+
+
+class Equilibrium(Struct, frozen=True, eq=False):
+    """``errors`` [n]: bounds by residual and condition, of each displacement; not-a-number along ``free`` directions
+    [n][k], which change nothing. ``condition`` of the equations."""
+
+    y: Array
+    errors: Array
+    residual: float
+    condition: float
+    free: Array
+
+
+class _Rest(Struct, frozen=True, eq=False):
+    """Everything at one state without velocities: ``forces`` [m] (accelerations and rates of states), their derivatives by
+    the ``moving`` displacements, residuals of the position constraints and theirs."""
+
+    forces: Array
+    slopes: Array
+    phi: Array
+    phi_slopes: Array
+    found: Derivatives
+
+
+def moving(chart: Chart) -> NDArray[np.intp]:
+    """Return the displacements that may differ between equilibria: positions that have a velocity, and states."""
+    problem = chart.problem
+    found: list[int] = []
+    for k, i in enumerate(partners(problem)):
+        first = chart.places.index(i)
+        same = i in problem.rotations and k and found and chart.places[found[-1]] == i
+        found.append(found[-1] + 1 if same else first)
+    return np.array([*found, *range(chart.nd + problem.nv, chart.size)], dtype=np.intp)
+
+
+def at_rest(site: Site, y: Array) -> Array:
+    """Return a state with velocities of zero."""
+    problem = site.problem
+    still = y.copy()
+    still[problem.nq : problem.nq + problem.nv] = 0.0
+    return still
+
+
+def _rest(site: Site, y: Array, moved: NDArray[np.intp]) -> _Rest:
+    found = site.derivatives(y)
+    nd = site.chart.nd
+    return _Rest(
+        site.rates(y)[nd:],
+        found.rates[nd:][:, moved],
+        site.constraints(y)[0],
+        found.position[:, moved],
+        found,
+    )
+
+
+def check_autonomous(site: Site, found: Derivatives, y: Array) -> None:
+    """Raise SimulationError where rest is impossible or a matter of time: what is prescribed moves on."""
+    chart = site.chart
+    name = site.problem.name
+    if found.moves_by_itself:
+        raise SimulationError(
+            f"'{name}' depends on time, so that it has no equilibria",
+            help="look at its periodic motions, or hold what moves: replace time by a parameter",
+        )
+    drift = site.constraints(at_rest(site, y))[1]
+    if np.abs(drift).max(initial=0.0) > 0:
+        raise SimulationError(f"a constraint of '{name}' moves by itself, so that nothing rests")
+    driven = np.setdiff1d(np.arange(chart.nd), moving(chart))
+    rates = np.abs(site.rates(at_rest(site, y))[driven])
+    if rates.max(initial=0.0) > 0:
+        raise SimulationError(
+            f"'{chart.names[int(driven[int(rates.argmax())])]}' is driven, so that '{name}' has no equilibria",
+            help="its steady motions are what the study steady finds",
+        )
+
+
+def newton_step(here: _Rest) -> tuple[Array, float, Array]:
+    """Return the shortest step to where forces and constraints vanish, the condition, and free directions [m][k]."""
+    rows = np.vstack([here.slopes, here.phi_slopes])
+    wanted = -np.concatenate([here.forces, here.phi])
+    sizes = np.linalg.norm(rows, axis=1)
+    sizes[sizes == 0] = 1.0
+    left, values, right = np.linalg.svd(rows / sizes[:, None], full_matrices=False)
+    kept = values > CUT * max(float(values.max(initial=0.0)), 1e-300)
+    step: Array = right[kept].T @ ((left[:, kept].T @ (wanted / sizes)) / values[kept])
+    condition = float(values[kept].max() / values[kept].min()) if kept.any() else 1.0
+    return step, condition, right[~kept].T
+
+
+def polished(site: Site, y: Array, most: int = NEWTON) -> Equilibrium | None:
+    """Return the equilibrium to which Newton's method leads, None where it does not lead to one."""
+    moved = moving(site.chart)
+    y = at_rest(site, y)
+    best: tuple[float, Array] | None = None
+    worse = 0
+    for _ in range(most):
+        try:
+            here = _rest(site, y, moved)
+        except SimulationError:
+            return None
+        step, _, _ = newton_step(here)
+        size = float(np.abs(step / _sizes(site, y, moved)).max(initial=0.0))
+        if not np.isfinite(size):
+            return None
+        if best is None or size < best[0]:
+            best, worse = (size, y), 0
+        else:
+            worse += 1
+        if size <= EPSILON or (worse >= 2 and best[0] < NEAR):
+            break
+        y = site.chart.moved(y, _full(site.chart, moved, step * min(1.0, LONGEST / max(size, 1e-300))))
+    if best is None or not best[0] < NEAR:
+        return None
+    return _certified(site, best[1], moved)
+
+
+def _certified(site: Site, y: Array, moved: NDArray[np.intp]) -> Equilibrium | None:
+    """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
+    here = _rest(site, y, moved)
+    rows = np.vstack([here.slopes, here.phi_slopes])
+    left = np.concatenate([here.forces, here.phi])
+    sizes = _sizes(site, y, moved)
+    noise = EPSILON * (np.abs(rows) @ sizes)
+    step, condition, free = newton_step(here)
+    scale = np.abs(rows) @ sizes
+    unresolved = rows @ step + left
+    if (np.abs(unresolved) > 1e-7 * scale + 1e-300).any():
+        return None  # the least squares have a minimum here, the forces no zero
+    errors = np.abs(np.linalg.pinv(rows, rcond=CUT)) @ (np.abs(left) + noise) + EPSILON * sizes
+    everything = np.zeros(site.chart.size)
+    everything[moved] = errors
+    still = np.zeros((site.chart.size, free.shape[1]))
+    still[moved] = free
+    return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), condition, still)
+
+
+def is_equilibrium(site: Site, y: Array) -> bool:
+    """Whether nothing moves at a state, and Newton's method stays there."""
+    problem = site.problem
+    if np.abs(y[problem.nq : problem.nq + problem.nv]).max(initial=0.0) > 0:
+        return False
+    moved = moving(site.chart)
+    here = _rest(site, y, moved)
+    step, _, _ = newton_step(here)
+    sizes = _sizes(site, y, moved)
+    if float(np.abs(step / sizes).max(initial=0.0)) > NEAR:
+        return False
+    return _certified(site, y, moved) is not None
+
+
+def reached(site: Site, y: Array) -> Equilibrium:
+    """Return the equilibrium that strong damping leads to from a state. Raises SimulationError where none is found."""
+    moved = moving(site.chart)
+    y = at_rest(site, y)
+    check_autonomous(site, site.derivatives(y), y)
+    if is_equilibrium(site, y):
+        found = polished(site, y)
+        if found is not None:
+            return found
+    relaxed = _relaxed(site, y, moved)
+    found = polished(site, relaxed) or polished(site, y)
+    if found is None:
+        raise SimulationError(
+            f"no equilibrium was found from this state of '{site.problem.name}'",
+            help='begin nearer to one: at = "name = value, ..."; mechc study equilibria searches everywhere',
+        )
+    return found
+
+
+def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
+    """Follow the motion that forces alone would give without inertia, in growing steps of implicit Euler."""
+    chart, nd, nv = site.chart, site.chart.nd, site.problem.nv
+    tau = last = None
+    for _ in range(RELAXING):
+        here = _rest(site, y, moved)
+        allowed = (
+            null_space(here.found.rate[:, nd : nd + nv], len(here.found.rate)) if nv else np.zeros((0, 0))
+        )
+        m, k = allowed.shape[1], len(moved) - nv
+        basis = np.zeros((len(moved), m + k))
+        basis[:nv, :m] = allowed
+        basis[nv:, m:] = np.eye(k)
+        pull = basis.T @ here.forces
+        slopes = basis.T @ here.slopes @ basis
+        size = float(np.linalg.norm(pull))
+        stiff = float(np.linalg.norm(slopes, 2)) if slopes.size else 0.0
+        if size <= 1e-13 * max(stiff, 1e-300):
+            break
+        if tau is None or last is None:
+            tau = 1.0 / max(stiff, 1e-300)
+        else:
+            tau *= min(4.0, max(0.25, last / size))
+        last = size
+        step = basis @ np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
+        if len(here.phi):
+            step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]
+        length = float(np.abs(step / _sizes(site, y, moved)).max(initial=0.0))
+        if not np.isfinite(length):
+            break
+        if length > LONGEST:
+            step, tau = step * (LONGEST / length), tau / 2
+        y = chart.moved(y, _full(chart, moved, step))
+        if length < 1e-9:
+            break
+    return y
+
+
+def _sizes(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
+    """Return the size of each displacement: a radian, or for others the largest of 1 and what it is."""
+    chart = site.chart
+    now = np.ones(chart.size)
+    for j, i in enumerate(chart.places):
+        if i not in site.problem.rotations:
+            now[j] = max(1.0, abs(y[i]))
+    behind = y[site.problem.nq : site.problem.nq + chart.size - chart.nd]
+    now[chart.nd :] = np.maximum(1.0, np.abs(behind))
+    return now[moved]
+
+
+def _full(chart: Chart, moved: NDArray[np.intp], step: Array) -> Array:
+    d = np.zeros(chart.size)
+    d[moved] = step
+    return d

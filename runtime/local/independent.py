@@ -1,0 +1,85 @@
+"""Independent coordinates near a state: of the displacements that constraints allow, as many as describe all others."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ..outcome import SimulationError
+from ..problem import Array
+from .chart import Chart
+from .site import Derivatives
+
+RANK = 1e-10
+"""Singular values below this share of the largest one count as zero."""
+
+
+class Independent(Struct, frozen=True, eq=False):
+    """``chosen``: the displacements that are independent; ``tangent`` [n][s]: all displacements by these;
+    ``condition`` of the choice: what it multiplies rounding errors by."""
+
+    chosen: NDArray[np.intp]
+    tangent: Array
+    condition: float
+
+
+def independent(chart: Chart, found: Derivatives) -> Independent:
+    """Choose independent displacements: of the positions first, then of the velocities, those of the same coordinates
+    where that can be. Raises SimulationError where the constraints depend on each other.
+    """
+    n, nd = chart.size, chart.nd
+    if not len(found.rate):
+        return Independent(np.arange(n), np.eye(n), 1.0)
+    n_position = len(found.position)
+    positions = null_space(found.position[:, :nd], n_position)
+    chosen = _pivots(positions, ())
+    velocities = null_space(found.rate[:, nd:], len(found.rate))
+    nv = chart.problem.nv
+    same = [j for j in chosen if j < nv] if nd == nv else []
+    chosen_velocities = _pivots(velocities[:nv], same)
+    states = np.arange(nd + nv, n)
+    everything = np.concatenate([chosen, nd + chosen_velocities, states]).astype(np.intp)
+    held = np.vstack([found.position, found.rate])
+    basis = null_space(held, len(held))
+    part = basis[everything]
+    return Independent(
+        everything, basis @ np.linalg.inv(part), float(np.linalg.cond(part)) if part.size else 1.0
+    )
+
+
+def null_space(rows: Array, rank: int) -> Array:
+    """Return an orthonormal basis [n][n - rank] of what rows send to zero; each row counts as much as the others.
+
+    Raises SimulationError where their rank is lower: a singular position.
+    """
+    if not len(rows):
+        return np.eye(rows.shape[1])
+    sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+    if not (sizes > 0).all():
+        raise _singular()
+    _, values, right = np.linalg.svd(rows / sizes)
+    if rank and values[rank - 1] <= RANK * values[0]:
+        raise _singular()
+    basis: Array = right[rank:].T
+    return basis
+
+
+def _singular() -> SimulationError:
+    return SimulationError(
+        "the constraints depend on each other at this state: a singular position has no independent coordinates",
+        help="look at a state beside it",
+    )
+
+
+def _pivots(basis: Array, preferred: list[int] | tuple[()]) -> NDArray[np.intp]:
+    """Choose rows of a basis that are independent of each other: the preferred ones if they are, else well-conditioned ones."""
+    count = basis.shape[1]
+    if len(preferred) == count and count:
+        values = np.linalg.svd(basis[list(preferred)], compute_uv=False)
+        if values[-1] > 1e-3:
+            return np.sort(np.array(preferred, dtype=np.intp))
+    order = scipy.linalg.qr(basis.T, pivoting=True, mode="r")[1]
+    found: NDArray[np.intp] = np.sort(order[:count]).astype(np.intp)
+    return found

@@ -1,0 +1,244 @@
+"""A model where it is looked at: fixed time, inputs, discrete variables and parameters; rates and derivatives there."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from ..case import Case, SimulationOptions, inputs_at, prepare
+from ..functions import load_functions
+from ..integrate.solver import Solver
+from ..native import kernel as native
+from ..native.kernel import Status
+from ..outcome import SimulationError
+from ..problem import Array, Problem
+from ..settings import Place
+from .chart import Chart, chart_of
+
+PART = "local_derivatives"
+
+EDGE = 1e-9
+"""An indicator below this stands at its edge: what it tells apart has different derivatives on its two sides."""
+
+
+class Derivatives(Struct, frozen=True, eq=False):
+    """Derivatives by displacements x of the state [n], inputs u, and time: of rates [n], outputs, constraints.
+
+    ``position`` are residuals of positions, ``rate`` is K v + b.
+    """
+
+    rates: Array
+    rates_by_inputs: Array
+    rates_by_time: Array
+    outputs: Array
+    outputs_by_inputs: Array
+    outputs_by_accounts: Array
+    position: Array
+    rate: Array
+    constraints_by_inputs: Array
+    constraints_by_time: Array
+    moves_by_itself: bool
+    """Whether rates or constraints contain the time, here or elsewhere."""
+
+
+class Site(Struct, frozen=True, eq=False):
+    """A model at a time t with inputs u, discrete variables z and parameters p; ``y`` is its start."""
+
+    case: Case
+    chart: Chart
+    t: float
+    u: Array
+    z: Array
+    y: Array
+    p: Array
+
+    @property
+    def problem(self) -> Problem:
+        return self.case.problem
+
+    def rates(self, y: Array) -> Array:
+        """Return the rates [n] of the displacements at a state: of positions, velocities, states."""
+        problem, chart = self.problem, self.chart
+        dy = self.case.functions.rhs(self.t, y, self.u, self.z, self.p)
+        found = np.zeros(chart.size)
+        for j, i in enumerate(chart.places):
+            if i not in problem.rotations:
+                found[j] = dy[i]
+            elif j == 0 or chart.places[j - 1] != i:
+                found[j : j + 3] = 4.0 * chart.of_entries(y)[i : i + 4, j : j + 3].T @ dy[i : i + 4]
+        found[chart.nd :] = dy[problem.nq : problem.nq + chart.size - chart.nd]
+        return found
+
+    def constraints(self, y: Array) -> tuple[Array, Array]:
+        """Return the residuals of the position constraints, and K v + b."""
+        problem, functions = self.problem, self.case.functions
+        if functions.project_position is None or functions.project_velocity is None:
+            return np.zeros(0), np.zeros(0)
+        arguments = (self.t, y, self.u, self.z, self.p)
+        return functions.project_position(*arguments)[problem.nv :], functions.project_velocity(*arguments)[
+            problem.nv :
+        ]
+
+    def outputs(self, y: Array) -> Array:
+        functions = self.case.functions
+        return (
+            np.zeros(0) if functions.outputs is None else functions.outputs(self.t, y, self.u, self.z, self.p)
+        )
+
+    def derivatives(self, y: Array) -> Derivatives:
+        """Return everything that is linear near a state. Raises SimulationError where that is undefined."""
+        problem, n, nd = self.problem, self.chart.size, self.chart.nd
+        behind = problem.ny - problem.nq
+        accounts = behind - (n - nd)
+        nu, n_out = len(problem.inputs), len(problem.outputs)
+        pattern: NDArray[np.intp] = np.array(problem.patterns[PART], dtype=np.intp).reshape(-1, 2)
+        n_position = sum(row.level == "position" for row in problem.constraints)
+        shape = (nd + behind + n_out + n_position + len(problem.constraints), nd + behind + nu + 1)
+        full = np.zeros(shape)
+        if len(pattern):
+            entries = self.case.functions.matrices[PART](self.t, y, self.u, self.z, self.p)
+            full[pattern[:, 0], pattern[:, 1]] = entries
+        if not np.isfinite(full).all():
+            row, column = (int(k) for k in np.argwhere(~np.isfinite(full))[0])
+            raise SimulationError(
+                f"a derivative is undefined here: of {self._row(row)} by {self._column(column)}",
+                help="look for square roots, quotients or angles of vectors that vanish at this state",
+            )
+        by_inputs, by_time = slice(nd + behind, nd + behind + nu), nd + behind + nu
+        out = slice(nd + behind, nd + behind + n_out)
+        position = slice(out.stop, out.stop + n_position)
+        rate = slice(position.stop, shape[0])
+        held = slice(position.start, rate.stop)
+        return Derivatives(
+            rates=full[:n, :n],
+            rates_by_inputs=full[:n, by_inputs],
+            rates_by_time=full[:n, by_time],
+            outputs=full[out, :n],
+            outputs_by_inputs=full[out, by_inputs],
+            outputs_by_accounts=full[out, n : n + accounts],
+            position=full[position, :n],
+            rate=full[rate, :n],
+            constraints_by_inputs=full[held, by_inputs],
+            constraints_by_time=full[held, by_time],
+            moves_by_itself=bool(
+                ((pattern[:, 1] == by_time) & ((pattern[:, 0] < n) | (pattern[:, 0] >= position.start))).any()
+            ),
+        )
+
+    def _row(self, row: int) -> str:
+        n = self.chart.size
+        names = [f"the rate of '{name}'" for name in self.chart.names]
+        behind = self.problem.ny - self.problem.nq - (n - self.chart.nd)
+        names += ["an energy account"] * behind + [f"'{q.name}'" for q in self.problem.outputs]
+        return names[row] if row < len(names) else "a constraint"
+
+    def _column(self, column: int) -> str:
+        n = self.chart.size
+        names = [
+            *self.chart.names,
+            *(q.name for q in self.problem.states[self.problem.nq + n - self.chart.nd :]),
+        ]
+        names += [q.name for q in self.problem.inputs]
+        return f"'{names[column]}'" if column < len(names) else "time"
+
+    def at(self, y: Array) -> Site:
+        """Return the same model with another state."""
+        return replace(self, y=y)
+
+
+def moving_inputs(site: Site) -> tuple[str, ...]:
+    """Say which inputs are functions of time: near a state they count as constant."""
+    later = [inputs_at(site.case, site.t + delay) for delay in (0.37, 1.618, 100.0)]
+    return tuple(
+        f"the input '{q.name}' is a function of time: it is held at its value at t = {site.t:g}"
+        for k, q in enumerate(site.problem.inputs)
+        if any(u[k] != site.u[k] for u in later)
+    )
+
+
+def site_of(problem: Problem, options: SimulationOptions, place: Place) -> Site:
+    """Return the model at the start of its run, or with the values of a place there. Raises SimulationError."""
+    functions = load_functions(problem)
+    values = {**options.values, **place.values}
+    # the motion is not looked at: its times are
+    options = replace(options, values=values, start=0.0, stop=0.0, every=None, step=None)
+    case = prepare(problem, functions, options)
+    u, z, y = inputs_at(case, case.begin), case.z, case.y0
+    if problem.hybrid is not None:
+        y, z = _begun(case)
+    return Site(case, chart_of(problem), case.begin, u, z, y, case.p)
+
+
+def _begun(case: Case) -> tuple[Array, Array]:
+    """Return state and discrete variables once the events of the start have happened: what holds, sticks and switches."""
+    if case.functions.struct is None:
+        raise SimulationError(
+            f"'{case.problem.name}' switches, and what holds at a state is found by the compiled kernel",
+            help="this needs a C compiler: mechc doctor",
+        )
+    kernel = native.load_kernel(False)
+    with Solver(kernel, case, "dop853", case.tolerance, np.full(case.y0.size, case.tolerance)) as solver:
+        status = solver.advance(case.begin, 1)
+        _, y = solver.report()
+        z = solver.discretes()
+    if status != Status.REACHED:
+        raise SimulationError(
+            f"'{case.problem.name}' cannot begin here: {status.name.lower().replace('_', ' ')}",
+            help="mechc run tells more",
+        )
+    return y, z
+
+
+class Edges(Struct, frozen=True):
+    """``sharp``: what holds at a state, or has other derivatives on its other side; ``smooth``: events at their edges
+    that change no derivative."""
+
+    sharp: tuple[str, ...]
+    smooth: tuple[str, ...]
+
+
+def edges(site: Site, y: Array) -> Edges:
+    """Find what stands at an edge at a state, or holds there."""
+    problem, struct = site.problem, site.case.functions.struct
+    if problem.hybrid is None or struct is None or struct.hybrid is None:
+        return Edges((), ())
+    plan = ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
+    rows = ctypes.cast(plan.rows, ctypes.POINTER(ctypes.c_int * len(native.ROW_FIELDS)))
+    sharp: list[str] = []
+    for k, row in enumerate(problem.hybrid.rows):
+        flag = rows[k][native.ROW_FIELDS.index("flag")]
+        if flag >= 0 and site.z[flag] > 0.5:
+            words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
+            sharp.append(f"the {row.kind} '{row.name}' {words}")
+    smooth: list[str] = []
+    if plan.indicators is None:
+        return Edges(tuple(sharp), ())
+    values = np.zeros(plan.n_switches + len(problem.hybrid.rows))
+    arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
+    native.MODEL_FUNCTION(plan.indicators)(site.t, *(a.ctypes.data for a in arrays), values.ctypes.data)
+    for k, text in enumerate(problem.hybrid.switches[: plan.n_switches]):
+        if abs(values[k]) > EDGE:
+            continue
+        other = site.z.copy()
+        other[plan.switches[k]] = 1.0 - other[plan.switches[k]]
+        here, there = (
+            site.case.functions.matrices[PART](site.t, y, site.u, z, site.p) for z in (site.z, other)
+        )
+        (smooth if np.array_equal(here, there) else sharp).append(f"'{text}' stands at its edge")
+    return Edges(tuple(sharp), tuple(smooth))
+
+
+def refuse_edges(site: Site, y: Array, what: str) -> tuple[str, ...]:
+    """Return remarks on events that are due at a state. Raises SimulationError where the state is no smooth one."""
+    found = edges(site, y)
+    if found.sharp:
+        more = f" (and {len(found.sharp) - 3} more)" if len(found.sharp) > 3 else ""
+        raise SimulationError(
+            f"there is no {what} here: {', '.join(found.sharp[:3])}{more}",
+            help='derivatives are different on the two sides; look at a state beside it with at = "name = value"',
+        )
+    return tuple(f"{text}: the event that it is for is not looked at" for text in found.smooth)

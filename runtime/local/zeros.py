@@ -1,0 +1,75 @@
+"""Poles and zeros of a linear system, with what their figures are off at most.
+
+A. Emami-Naeini, P. Van Dooren, Computation of zeros of linear multivariable systems, Automatica 18 (1982), 415.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from ..problem import Array
+
+Complex = NDArray[np.complex128]
+EPSILON = float(np.finfo(float).eps)
+DEFECTIVE = 1e-7
+"""An eigenvalue whose condition is above one over this has no independent vector within rounding."""
+
+
+def poles(a: Array) -> tuple[Complex, list[float | None]]:
+    """Return the eigenvalues of A, those with small real and imaginary part last, and a bound of the error of each.
+
+    The bound is the condition of the eigenvalue times the rounding of the entries; None for a defective one.
+    """
+    if not a.size:
+        return np.zeros(0, dtype=complex), []
+    balanced, _ = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    values, left, right = scipy.linalg.eig(balanced, left=True, right=True)
+    norm = float(np.linalg.norm(balanced))
+    order = np.lexsort((-values.imag, -values.real.round(12)))
+    errors: list[float | None] = []
+    for k in order:
+        overlap = abs(np.vdot(left[:, k], right[:, k]))
+        errors.append(None if overlap < DEFECTIVE else 4 * EPSILON * norm / overlap)
+    return values[order], errors
+
+
+def zeros(a: Array, b: Array, c: Array, d: Array) -> Complex | None:
+    """Return the transmission zeros; None where inputs and outputs are different in number."""
+    if b.shape[1] != c.shape[0] or not b.shape[1]:
+        return None
+    if not a.size:
+        return np.zeros(0, dtype=complex)
+    scaled, (scales, _) = scipy.linalg.matrix_balance(a, permute=False, separate=True)
+    system = scaled, b / scales[:, None], c * scales, d
+    a, b, c, d = _reduced(*system)
+    a, c, b, d = (m.T for m in _reduced(a.T, c.T, b.T, d.T))
+    if not a.size:
+        return np.zeros(0, dtype=complex)
+    if not d.size:
+        return np.asarray(np.linalg.eigvals(a), dtype=complex)
+    found: Complex = np.asarray(np.linalg.eigvals(a - b @ np.linalg.solve(d, c)), dtype=complex)
+    return found[np.lexsort((found.imag, found.real))]
+
+
+def _reduced(a: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array, Array, Array]:
+    """Take away states that outputs see at once, until D has full row rank; zeros stay as they are."""
+    while True:
+        size = max((float(np.abs(m).max(initial=0.0)) for m in (a, b, c, d)), default=0.0)
+        small = 1e3 * EPSILON * max(size, 1e-300)
+        left, values, _ = np.linalg.svd(d) if d.size else (np.eye(len(d)), np.zeros(0), None)
+        rank = int((values > small).sum())
+        c, d = left.T @ c, left.T @ d
+        seen, c, d = c[rank:], c[:rank], d[:rank]
+        if not len(seen):
+            return a, b, c, d
+        _, values, right = np.linalg.svd(seen) if seen.size else (None, np.zeros(0), np.eye(a.shape[0]))
+        gone = int((values > small).sum())
+        if not gone:
+            return a, b, c, d
+        turn = np.vstack([right[gone:], right[:gone]]).T
+        a, b, c = turn.T @ a @ turn, turn.T @ b, c @ turn
+        kept = a.shape[0] - gone
+        c, d = np.vstack([c[:, :kept], a[kept:, :kept]]), np.vstack([d, b[kept:]])
+        a, b = a[:kept, :kept], b[:kept]
