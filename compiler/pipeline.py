@@ -54,17 +54,27 @@ def compile_source(
     search: Sequence[Path] = (),
     by_value: bool = True,
     parts: Collection[str] = (),
+    formulas: Collection[tuple[str, str]] = (),
 ) -> Compilation:
     """Compile one model of a source text. Raises CompileError with every diagnostic found so far.
 
-    ``parts`` are built whether the equations need them or not (equations/needs.py).
+    ``parts`` are built whether the equations need them or not (equations/needs.py). ``formulas``: names and texts of
+    outputs that are asked for beside those of the model.
     """
     reporter = Reporter()
     with uncollected(), deep_recursion():
         try:
             tree = parse(source, reporter)
+            further = tuple(_output(name, text, reporter) for name, text in formulas)
             flat = verified(
-                flatten(tree, reporter, model=model, structural=structural or {}, search=tuple(search))
+                flatten(
+                    tree,
+                    reporter,
+                    model=model,
+                    structural=structural or {},
+                    search=tuple(search),
+                    further=further,
+                )
             )
             system = verified(build(flat, reporter, by_value=by_value))
             equations = verified(assemble(system, reporter, parts))
@@ -77,6 +87,12 @@ def compile_source(
                 help="leave out steps between them",
             ) from None
     return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
+
+
+def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
+    """Read a formula from outside, which holds no semicolon, as an output of the model. Raises CompileError."""
+    (statement,) = parse(SourceFile(name, f"output {name} = {text};"), reporter).items
+    return statement
 
 
 def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bool = False) -> Program:

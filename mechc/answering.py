@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec.structs import replace
 
-from .asking import Asked, study
+from .asking import Asked, formulas, study
 from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
@@ -86,6 +86,7 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
     """Return the model with what the question needs, and the question in SI."""
+    model = _with_formulas(model, asked)
     said = asked.given.get("method") or model.method(asked.experiment)
     problem = model.problem(
         asked.target,
@@ -94,6 +95,12 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
         parts=asked.question.needs,
     )
     return problem, study(asked, problem, model.settings)
+
+
+def _with_formulas(model: M, asked: Asked) -> M:
+    """Return the model with the formulas of a question as outputs."""
+    equations = model.compilation.equations
+    return model.with_formulas(formulas(asked, [e.name for e in (*equations.states, *equations.outputs)]))
 
 
 def _moving_inputs(model: CompiledModel) -> frozenset[str]:

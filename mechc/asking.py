@@ -16,9 +16,19 @@ from .runtime.case import Progress
 from .runtime.inputs import Table, read_tables
 from .runtime.outcome import SimulationError
 from .runtime.problem import Problem
-from .runtime.settings import EQUILIBRIUM, START, Place, Range, Setting, settings_of
+from .runtime.settings import (
+    EQUILIBRIUM,
+    FORMULAS,
+    START,
+    Formula,
+    Place,
+    Range,
+    Setting,
+    Surface,
+    settings_of,
+)
 from .runtime.studies.study import Study
-from .settings import UsageMistake, elements_of, read_value_of, settings_in_si, tidy, unknown_name
+from .settings import UsageMistake, elements_of, read_value, read_value_of, settings_in_si, tidy, unknown_name
 from .suggest import closest, setting_meant
 
 
@@ -253,6 +263,86 @@ def _rotations(problem: Problem) -> set[str]:
     return {problem.states[i].name.removesuffix("[1]") for i in problem.rotations}
 
 
+def formulas(it: Asked, problem_names: Sequence[str]) -> dict[str, str]:
+    """Give the formulas of a question that are no plain names or values: texts by the names of their outputs."""
+    found: dict[str, str] = {}
+    for setting in settings_of(it.question):
+        given = it.given.get(setting.name)
+        if setting.kind not in FORMULAS or not isinstance(given, str):
+            continue
+        if ";" in given:
+            raise UsageMistake(f"'{setting.name}' is one formula, not '{given}'")
+        text = given
+        if setting.kind == "surface":
+            left, right = _sides(setting, given)
+            text = left if _is_value(right) else f"({left}) - ({right})"
+        if not (tidy(text) in problem_names or (setting.kind == "interval" and _is_value(text))):
+            found[_output_of(setting)] = text
+    return found
+
+
+def _output_of(setting: Setting) -> str:
+    return f"asked_{setting.name}"
+
+
+def _is_value(text: str) -> bool:
+    try:
+        read_value(text)
+    except UsageMistake:
+        return False
+    return True
+
+
+def _sides(setting: Setting, text: str) -> tuple[str, str]:
+    """Take ``a = b`` apart."""
+    left, sign, right = text.replace("==", "=").partition("=")
+    if not sign or not left.strip() or not right.strip() or any(c in text for c in "<>~") or "=" in right:
+        raise UsageMistake(f"'{setting.name}' is a surface such as 'x = 0', not '{text}'")
+    return left.strip(), right.strip()
+
+
+def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
+    text = _text(setting, given, problem)
+    return Formula(_named(setting, text, problem), text.strip())
+
+
+def _named(setting: Setting, text: str, problem: Problem) -> str:
+    """Return the name of the quantity that a formula is."""
+    known = [q.name for q in (*problem.states, *problem.outputs)]
+    name = tidy(text) if tidy(text) in known else _output_of(setting)
+    if name not in known:
+        raise UsageMistake(f"'{setting.name}' is one number, '{text}' is a vector")
+    return name
+
+
+def _surface(setting: Setting, given: object, problem: Problem) -> Surface:
+    text = _text(setting, given, problem)
+    left, right = _sides(setting, text)
+    if not _is_value(right):
+        return Surface(_named(setting, f"({left}) - ({right})", problem), 0.0, text)
+    name = _named(setting, left, problem)
+    (unit,) = {q.unit for q in (*problem.states, *problem.outputs) if q.name == name}
+    return Surface(name, read_value_of(setting.name, right).in_unit(unit, left)[0], text)
+
+
+def _interval(setting: Setting, given: object, problem: Problem) -> float | Formula:
+    if isinstance(given, str) and not _is_value(given):
+        return _formula(setting, given, problem)
+    return _time(setting, given, problem)
+
+
+def _energy(setting: Setting, given: object, problem: Problem) -> float:
+    if not isinstance(given, str):
+        return _number(setting, given, problem)
+    units = [q.unit for q in problem.outputs if q.kind == "energy"]
+    if not units:
+        raise UsageMistake(f"'{setting.name}' needs a model with energies, and this one has none")
+    value = read_value_of(setting.name, given)
+    if not value.single:
+        raise UsageMistake(f"'{setting.name}' is one energy, not a list")
+    return value.in_unit(units[0], setting.name)[0]
+
+
 _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "time": _time,
     "number": _number,
@@ -263,6 +353,10 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "place": _place,
     "ranges": _ranges,
     "directions": _directions,
+    "formula": _formula,
+    "surface": _surface,
+    "interval": _interval,
+    "energy": _energy,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

@@ -34,9 +34,12 @@ class Code(Struct, eq=False):
     structural: dict[str, Exact]
     compilation: Compilation
     keep: frozenset[str] = frozenset()
+    formulas: tuple[tuple[str, str], ...] = ()
+    """Outputs that a question adds: names and texts."""
     problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
+    asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)
 
     @staticmethod
     def make(
@@ -45,16 +48,21 @@ class Code(Struct, eq=False):
         model: str | None,
         structural: dict[str, Exact],
         keep: frozenset[str],
+        formulas: tuple[tuple[str, str], ...] = (),
     ) -> Code:
-        compilation = compile_source(source, model=model, structural=structural, search=(folder,), parts=keep)
-        return Code(source, folder, model, structural, compilation, keep)
+        compilation = compile_source(
+            source, model=model, structural=structural, search=(folder,), parts=keep, formulas=formulas
+        )
+        return Code(source, folder, model, structural, compilation, keep, formulas)
 
     def variant(self, structural: dict[str, Exact]) -> Code:
         if structural == self.structural:
             return self
         key = tuple(sorted(structural.items()))
         if key not in self.variants:
-            self.variants[key] = Code.make(self.source, self.folder, self.model, structural, self.keep)
+            self.variants[key] = Code.make(
+                self.source, self.folder, self.model, structural, self.keep, self.formulas
+            )
         return self.variants[key]
 
 

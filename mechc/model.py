@@ -216,8 +216,21 @@ class CompiledModel:
         """Return this model with parts built whether they are needed or not."""
         code, wanted = self._code, frozenset(parts)
         if wanted not in code.kept:
-            code.kept[wanted] = Code.make(code.source, code.folder, code.model, code.structural, wanted)
+            code.kept[wanted] = Code.make(
+                code.source, code.folder, code.model, code.structural, wanted, code.formulas
+            )
         return type(self)(code.kept[wanted], self._settings)
+
+    def with_formulas(self, formulas: Mapping[str, str]) -> Self:
+        """Return this model with further outputs: texts by their names."""
+        code, wanted = self._code, tuple(formulas.items())
+        if not wanted:
+            return self
+        if wanted not in code.asked:
+            code.asked[wanted] = Code.make(
+                code.source, code.folder, code.model, code.structural, code.keep, wanted
+            )
+        return type(self)(code.asked[wanted], self._settings)
 
 
 M = TypeVar("M", bound=CompiledModel)

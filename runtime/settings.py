@@ -11,9 +11,16 @@ from typing import get_type_hints
 
 from msgspec import Meta, Struct, field
 
-KINDS = ("time", "number", "count", "flag", "text", "names", "place", "ranges", "directions")
+KINDS = (
+    *("time", "number", "count", "flag", "text", "names", "place", "ranges", "directions"),
+    *("formula", "surface", "interval", "energy"),
+)
 """How a setting is written: a time (``"250 ms"``, a bare number is SI), a number, a whole number, yes or no, a word,
-names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs."""
+names of quantities, a state (``Place``), ranges of values (``Range``), names of parameters, initial values and inputs, a
+formula of the model (``Formula``), where a formula has a value (``Surface``), a time or a formula of it, an energy."""
+
+FORMULAS = ("formula", "surface", "interval")
+"""The kinds that may hold formulas, which are compiled with the model."""
 
 START, EQUILIBRIUM = "start", "equilibrium"
 
@@ -33,6 +40,21 @@ class Range(Struct, frozen=True):
     low: float
     high: float
     count: int | None = None
+
+
+class Formula(Struct, frozen=True):
+    """A quantity of the model by its ``name``, and the ``text`` by which it was asked for."""
+
+    name: str
+    text: str
+
+
+class Surface(Struct, frozen=True):
+    """Where the quantity ``name`` has the value ``level``, in SI; ``text`` as it was written."""
+
+    name: str
+    level: float
+    text: str
 
 
 class Setting(Struct, frozen=True):

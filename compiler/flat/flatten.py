@@ -46,16 +46,20 @@ def flatten(
     model: str | None = None,
     structural: Mapping[str, Given] | None = None,
     search: tuple[Path, ...] = (),
+    further: tuple[ast.Statement, ...] = (),
 ) -> FlatModel:
     """Return one model of a file, flat and checked; without ``model`` the last one that is not partial.
 
-    ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports.
+    ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports;
+    ``further`` statements stand behind those of the model.
     Raises CompileError with everything found.
     """
     library = Library(search_path(file, search), reporter)
     namespace = library.register(file)
     namespace.resolve()
     chosen = _choose(file, namespace, model, reporter)
+    if further:
+        chosen = replace(chosen, body=(*chosen.body, *further))
     classes = Classes(reporter)
     flattening = Flattening(reporter, library, classes, elaborate, exact(structural or {}))
     with deep_recursion():

@@ -23,6 +23,10 @@ METAVARS |= {
     "place": 'start|equilibrium|"NAME=VALUE,..."',
     "directions": "A,B",
     "ranges": 'NAME="LOW .. HIGH"',
+    "formula": "FORMULA",
+    "surface": '"FORMULA = VALUE"',
+    "interval": "TIME",
+    "energy": "ENERGY",
 }
 
 

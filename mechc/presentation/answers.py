@@ -16,8 +16,8 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..runtime.studies.study import Answer
 
-WIDTH, HEIGHT = 8.0, 2.8
-"""Inches of a panel."""
+WIDTH, HEIGHT, TALL = 8.0, 2.8, 6.0
+"""Inches of a panel, and of a tall one."""
 
 
 def text(answer: Answer, style: Style = PLAIN) -> str:
@@ -120,9 +120,11 @@ def figure(found: Findings) -> Any:
     from .plots import COLOURS, STYLE
 
     with matplotlib.rc_context(STYLE):
-        made = Picture(figsize=(WIDTH, HEIGHT * max(1, len(found.panels))), layout="constrained")
-        for place, panel in enumerate(found.panels, start=1):
-            _draw(made.add_subplot(max(1, len(found.panels)), 1, place), panel, COLOURS)
+        heights = [TALL if panel.tall else HEIGHT for panel in found.panels] or [HEIGHT]
+        made = Picture(figsize=(WIDTH, sum(heights)), layout="constrained")
+        places = made.add_gridspec(len(heights), 1, height_ratios=heights)
+        for k, panel in enumerate(found.panels):
+            _draw(made.add_subplot(places[k, 0]), panel, COLOURS)
     return made
 
 
@@ -133,6 +135,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         "line": {},
         "dashed": {"linestyle": "--"},
         "points": {"linestyle": "", "marker": "o", "markersize": 4},
+        "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0},
     }
     for k, curve in enumerate(panel.curves):
         colour = colours[(k if curve.colour is None else curve.colour) % len(colours)]

@@ -23,7 +23,7 @@ class Value(Struct, frozen=True):
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, or points; curves of one ``colour`` number look alike."""
+    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, points, or dots (of many); curves of one ``colour`` number look alike."""
 
     name: str
     x: Array
@@ -44,6 +44,8 @@ class Panel(Struct, frozen=True, eq=False):
     curves: tuple[Curve, ...]
     equal: bool = False
     logarithmic: str = ""
+    tall: bool = False
+    """A picture of its own rather than a strip beside others."""
 
 
 Cell = str | float | complex | None

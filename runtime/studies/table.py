@@ -39,5 +39,11 @@ STUDIES = {
             "What are the averages over a long motion, of energies and of named quantities?",
             "virial:Virial",
         ),
+        Kind("period", "How long does one swing last, over the energy?", "period:Period"),
+        Kind(
+            "section",
+            "Where does it go through a surface, or stand once in every period?",
+            "section:Section",
+        ),
     )
 }

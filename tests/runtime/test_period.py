@@ -1,0 +1,170 @@
+"""Period and action by integration: against closed forms, and what it refuses."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import mpmath
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.studies.findings import Findings
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+
+ONE = """\
+model One
+  dimensionless;
+  parameter m = 1;
+  coordinate x = {start};
+  kinetic {mass}/2*der(x)^2;
+  potential {potential};
+end One;
+"""
+
+
+def one(potential: str, start: float = 0.1, mass: str = "m", **settings: object) -> Findings:
+    found = mechc.loads(ONE.format(potential=potential, start=start, mass=mass)).period(**settings)
+    assert isinstance(found, Findings)
+    return found
+
+
+def within(found: Findings, name: str, expected: float) -> None:
+    """The stated error holds, and is small."""
+    (value,) = (value for value in found.values if value.name == name)
+    assert value.error is not None and value.error < 1e-10 * max(1.0, abs(expected))
+    assert abs(value.value - expected) <= max(value.error, 4e-16 * abs(expected))
+
+
+def test_a_pendulum_is_an_elliptic_integral() -> None:
+    """T = 4 K(sin(a/2)) at the amplitudes a."""
+    model = mechc.loads(ONE.format(potential="-cos(x)", start=0.1, mass="m"))
+    for amplitude in ("0.001", "1", "3", "3.14"):  # of the smallest, rounding of cos leaves 1e-10
+        found = model.period(set={"x": float(amplitude)})
+        exact = 4 * mpmath.ellipk(mpmath.sin(mpmath.mpf(float(amplitude)) / 2) ** 2)
+        (period,) = (value for value in found.values if value.name == "period")
+        # the start is a number of the machine: its rounding moves a period near the separatrix by dT/da
+        loose = 1e-11 if amplitude == "3.14" else 1e-13
+        assert abs(period.value - float(exact)) <= max(period.error, loose * float(exact))
+
+
+def test_a_rotor_of_twice_the_energy() -> None:
+    """Beyond the separatrix the period of a turn is 2 K(2/(1 + e)) sqrt(2/(1 + e)): 3.3132763 at 2, 2.0021548 at 5."""
+    model = mechc.load(EXAMPLES / "rotor.mech")
+    for energy, stated in ((2, 3.3132763), (5, 2.0021548)):
+        found = model.period(set={"energy": energy})
+        assert found["period"] == pytest.approx(stated, abs=5e-8)
+        m = mpmath.mpf(2) / (1 + energy)
+        within(found, "period", float(2 * mpmath.sqrt(m) * mpmath.ellipk(m)))
+        assert found.summary()["turning_points"] == [] and found.summary()["turns"]
+
+
+@pytest.mark.parametrize("energy", [1e-6, 0.5, 10.0, 1e4])
+def test_a_well_with_hard_walls(energy: float) -> None:
+    """V = tan(x)^2: T = 2 pi sqrt(m/(2 (1 + E))), J = 2 pi sqrt(2 m) (sqrt(1 + E) - 1)."""
+    found = one("tan(x)^2", energy=energy)
+    exact = 2 * math.pi / math.sqrt(2 * (1 + energy))
+    assert found["period"] == pytest.approx(exact, rel=1e-12 if energy < 1e3 else 1e-9)
+    action = 2 * math.pi * math.sqrt(2) * energy / (math.sqrt(1 + energy) + 1)
+    assert found["action"] == pytest.approx(action, rel=1e-9)
+    low, high = found.summary()["turning_points"]
+    assert high == -low == pytest.approx(math.atan(math.sqrt(energy)), rel=1e-12)
+
+
+def test_the_oscillator_has_the_action_energy_over_frequency() -> None:
+    """J/2 pi = E/w, with a mass that depends on the place in another coordinate: x = sinh s."""
+    found = one("2*x^2", energy=3.0)
+    within(found, "action/2pi", 3.0 / 2.0)
+    bent = one("2*sinh(x)^2", mass="cosh(x)^2", energy=3.0)
+    within(bent, "action/2pi", 3.0 / 2.0)
+    within(bent, "period", math.pi)
+
+
+@pytest.mark.parametrize("degree", [4, 6, 20])
+def test_power_laws(degree: int) -> None:
+    """V = |x|^n: T = 4 sqrt(pi/2) Gamma(1 + 1/n)/Gamma(1/2 + 1/n) at E = 1, scaling as E^(1/n - 1/2)."""
+    exact = 4 * math.sqrt(math.pi / 2) * math.gamma(1 + 1 / degree) / math.gamma(0.5 + 1 / degree)
+    for energy in (1.0, 16.0):
+        found = one(f"x^{degree}", energy=energy)
+        within(found, "period", exact * energy ** (1 / degree - 0.5))
+
+
+def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
+    """The angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed."""
+    model = mechc.load(EXAMPLES / "table_hole_string.mech")
+    for ratio in (2.0, 3.0):
+        found = model.period(set={"lambda": ratio})
+        assert found.summary()["turning_points"] == pytest.approx([0.4421253, 2.9422419], abs=2e-7)
+        turns = found.summary()["advance"]["phi"] / (2 * math.pi)
+        assert turns == pytest.approx(math.sqrt(ratio) * 0.54621613, abs=3e-8)
+    for ratio, turns in ((1.8853565, 3 / 4), (1.4896644, 2 / 3), (3.3517449, 1.0)):  # closed orbits
+        found = model.period(set={"lambda": ratio})
+        assert found.summary()["advance"]["phi"] / (2 * math.pi) == pytest.approx(turns, abs=3e-8)
+
+
+def test_a_kepler_orbit_closes() -> None:
+    """In polar coordinates: T = 2 pi a^1.5, and the angle advances by a turn."""
+    text = """\
+model Kepler
+  dimensionless;
+  coordinate r = 0.5;
+  coordinate phi = 0;
+  initial der(phi) = sqrt(1.5/0.5^3);
+  kinetic 1/2*(der(r)^2 + r^2*der(phi)^2);
+  potential -1/r;
+end Kepler;
+"""
+    found = mechc.loads(text).period()
+    assert found["period"] == pytest.approx(2 * math.pi, rel=1e-12)
+    assert found["advance of phi"] == pytest.approx(2 * math.pi, rel=1e-12)
+    assert found.summary()["turning_points"] == pytest.approx([0.5, 1.5], rel=1e-13)
+
+
+def test_a_rotating_hoop_keeps_another_energy() -> None:
+    """A bead beyond the fork swings about its angle: T2 - T0 + V is what is constant, as the motion itself shows."""
+    text = """\
+model Hoop
+  dimensionless;
+  coordinate theta = 1.3;
+  kinetic 1/2*(der(theta)^2 + 2*sin(theta)^2);
+  potential -cos(theta);
+  experiment(stop = 60, tolerance = 1e-12);
+end Hoop;
+"""
+    model = mechc.loads(text)
+    found = model.period()
+    low, high = found.summary()["turning_points"]
+    assert high == pytest.approx(1.3, rel=1e-14) and 0 < low < math.acos(0.5) < high
+    run = model.section(where="der(theta) = 0", direction="down", count=5)
+    assert np.diff(run.arrays["time"]) == pytest.approx(found["period"], rel=1e-9)
+
+
+def test_what_has_no_period_is_refused() -> None:
+    def refused(text: str, words: str, **settings: object) -> None:
+        with pytest.raises(mechc.SimulationError, match=words):
+            mechc.loads(text).period(**settings)
+
+    text = ONE.format(potential="x^2", start=1, mass="m")
+    refused(text, "no motion with the energy -1: it is .* at rest, at x", energy=-1)
+    refused(text.replace("end", "damping 0.001 on x; end"), "does not keep its energy")
+    refused(text.replace("end", "force 0.01*sin(time) on x; end"), "does not keep its energy")
+    refused(ONE.format(potential="-1/(1+x^2)", start=0, mass="m"), "does not come back", energy=1)
+    refused(ONE.format(potential="0*x", start=0, mass="m"), "depend on no coordinate")
+    refused(ONE.format(potential="x^2", start=1, mass="(1+der(x)^2)"), "quadratic")
+    for name, words in (
+        ("kepler", "x, y, which are not cyclic"),
+        ("bouncing_ball", "switches"),
+        ("pendulum_cartesian", "constraints"),
+    ):
+        with pytest.raises(mechc.SimulationError, match=words):
+            mechc.load(EXAMPLES / f"{name}.mech").period()
+    with pytest.raises(mechc.UsageMistake, match="given in N"):
+        mechc.load(EXAMPLES / "pendulum.mech").period(energy="3 N")
+
+
+def test_kinds_of_numbers() -> None:
+    joule = mechc.load(EXAMPLES / "pendulum.mech").period(energy="-5 J")
+    assert joule["energy"] == -5.0

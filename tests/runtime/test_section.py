@@ -1,0 +1,188 @@
+"""Sections: against closed forms, against SciPy's events, and what they say of themselves."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import mechc
+from mechc.cli.main import run as run_command
+from mechc.runtime.outcome import Outcome
+from mechc.runtime.studies.crossings import chandrupatla, crossings
+
+ROOT = Path(__file__).resolve().parents[2]
+HENON_HEILES = ROOT / "examples" / "henon_heiles.mech"
+
+TWO = """\
+model Two
+  dimensionless;
+  parameter w = sqrt(2);
+  coordinate x = 1;
+  coordinate y = 0.5;
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential 1/2*(x^2 + w^2*y^2);
+  experiment(stop = 30);
+  experiment starts(stop = 30, y in {0.1, 0.2, 0.3});
+end Two;
+"""
+
+BALL = """\
+model Ball
+  dimensionless;
+  coordinate z = 1;
+  kinetic 1/2*der(z)^2;
+  potential z;
+  contact z restitution 1;
+  experiment(stop = 10);
+end Ball;
+"""
+
+
+def test_points_of_a_harmonic_motion() -> None:
+    """x = cos t goes up through zero at t = 3 pi/2 + 2 pi k, where y = cos(w t)/2."""
+    found = mechc.loads(TWO).section(where="x = 0", count=300)
+    t = found.arrays["time"]
+    assert found.outcome is Outcome.COMPLETED and found.summary()["count"] == len(t) == 300
+    expected = 1.5 * math.pi + 2 * math.pi * np.arange(300)
+    assert np.abs(t - expected).max() < 1e-7  # 1e-10 a step, 15 steps a turn, 300 turns
+    assert np.abs(found.arrays["y"] - 0.5 * np.cos(math.sqrt(2) * expected)).max() < 1e-7
+    assert np.abs(found.arrays["x"]).max() < 1e-12
+    told = found.summary()["accuracy"]["errors"]["y"]
+    assert told is not None and 0 < told < 1e-6
+
+
+@pytest.mark.parametrize(("direction", "count"), [("up", 5), ("down", 5), ("both", 10)])
+def test_directions(direction: str, count: int) -> None:
+    """cos t is zero ten times within 30, by turns on its way down and up."""
+    found = mechc.loads(TWO).section(where="x = 0", direction=direction, stop=30)
+    assert found.summary()["count"] == count
+
+
+def test_a_formula_is_a_surface() -> None:
+    """x^2 + y = 1/4, as SciPy locates it."""
+    found = mechc.loads(TWO).section(where="x^2 + y = 1/4 + 0*x", direction="both", stop=20)
+
+    def rate(t: float, s: np.ndarray) -> list[float]:
+        return [s[2], s[3], -s[0], -2 * s[1]]
+
+    def surface(t: float, s: np.ndarray) -> float:
+        return float(s[0] ** 2 + s[1] - 0.25)
+
+    twin = solve_ivp(rate, (0, 20), [1, 0.5, 0, 0], events=surface, rtol=1e-12, atol=1e-12)
+    assert np.abs(found.arrays["time"] - twin.t_events[0]).max() < 1e-8
+
+
+def test_multiples_of_a_time_that_is_a_formula() -> None:
+    found = mechc.loads(TWO).section(every="2*pi/w", count=50)
+    assert np.abs(found.arrays["y"] - 0.5).max() < 1e-7
+    assert np.abs(found.arrays["time"] - np.arange(50) * 2 * math.pi / math.sqrt(2)).max() < 1e-12 * 250
+
+
+def test_several_starts() -> None:
+    found = mechc.loads(TWO).section(experiment="starts", where="x = 0", count=5)
+    assert [point["y"] for point in found.summary()["points"]][::5] == pytest.approx(
+        [a * math.cos(math.sqrt(2) * 1.5 * math.pi) for a in (0.1, 0.2, 0.3)], abs=1e-8
+    )
+
+
+def test_through_impacts() -> None:
+    """An elastic ball is at half its height every sqrt(2) (4 sqrt(1/4 ...)): up once in a bounce of 2 sqrt(2)."""
+    found = mechc.loads(BALL).section(where="z = 1/2", count=20)
+    first = math.sqrt(2) + (
+        math.sqrt(2) - 1
+    )  # down to 0, then up to 1/2: sqrt(2) less the unit from 1/2 to 1
+    assert found.arrays["time"] == pytest.approx(first + 2 * math.sqrt(2) * np.arange(20), abs=1e-7)
+    assert (found.arrays["der(z)"] > 0).all()
+    jumps = mechc.loads(BALL).section(
+        where="der(z) = 0", count=5
+    )  # its jump is no passage; the turn at the top is
+    assert jumps.summary()["count"] == 0 or (np.abs(jumps.arrays["z"] - 1) < 1e-6).all()
+
+
+def test_henon_heiles_against_scipy() -> None:
+    found = mechc.load(HENON_HEILES).section(where="q1 = 0", count=20)
+
+    def rate(t: float, s: np.ndarray) -> list[float]:
+        return [s[2], s[3], -s[0] - 2 * s[0] * s[1], -s[1] - s[0] ** 2 + s[1] ** 2]
+
+    def surface(t: float, s: np.ndarray) -> float:
+        return float(s[0])
+
+    surface.direction = 1  # type: ignore[attr-defined]
+    start = [0, 0.1, math.sqrt(1 / 6 - 0.01 + 2 / 3 * 0.001), 0]
+    twin = solve_ivp(rate, (0, 130), start, events=surface, rtol=1e-13, atol=1e-13, method="DOP853")
+    rows = twin.y_events[0]
+    rows = rows[np.asarray(twin.t_events[0]) > 1e-9][:20]
+    assert np.abs(found.arrays["q2"] - rows[:, 1]).max() < 1e-8
+
+
+def test_a_chaotic_section_says_how_far_its_points_can_be_trusted() -> None:
+    found = mechc.load(ROOT / "examples" / "driven_pendulum.mech").section(
+        set={"g": 1.15}, every="2*pi/wD", count=150
+    )
+    accuracy = found.summary()["accuracy"]
+    assert accuracy["compared"] == [150] and 5 < accuracy["agreeing"][0] < 100
+    assert any("chaotic" in remark for remark in found.remarks)
+
+
+def test_mistakes() -> None:
+    model = mechc.loads(TWO)
+    with pytest.raises(mechc.UsageMistake, match="'where' is a surface such as 'x = 0', not 'x'"):
+        model.section(where="x")
+    with pytest.raises(mechc.SimulationError, match="one of both"):
+        model.section(where="x = 0", every=1)
+    with pytest.raises(mechc.SimulationError, match="up, down or both"):
+        model.section(where="x = 0", direction="upwards")
+    with pytest.raises(mechc.CompileError, match="zz"):
+        model.section(where="zz = 0")
+    with pytest.raises(mechc.UsageMistake, match="one formula"):
+        model.section(where="x; parameter k = 0 = 1")
+    with pytest.raises(mechc.SimulationError, match="positive"):
+        model.section(every=-1)
+
+
+def test_nothing_comes() -> None:
+    found = mechc.loads(TWO).section(where="x = 5", count=3)
+    assert found.summary()["count"] == 0 and "0 of 3" in found.message
+
+
+def test_the_command(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file, picture = tmp_path / "two.mech", tmp_path / "section.png"
+    file.write_text(TWO, encoding="utf-8")
+    command = [
+        "study",
+        "section",
+        str(file),
+        "--where",
+        "x = 0",
+        "--count",
+        "7",
+        "--json",
+        "--plot",
+        str(picture),
+    ]
+    assert run_command(command) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["count"] == len(found["points"]) == 7 and picture.exists()
+    assert set(found["points"][0]) == {"time", "x", "y", "der(x)", "der(y)"}
+
+
+def test_many_roots_at_once() -> None:
+    """Roots of (x - r)^3 + (x - r): simple ones, some next to an end, one at it."""
+    roots = np.array([0.5, 1e-12, 1 - 1e-12, 0.3, 1.0])
+
+    def value(x: np.ndarray) -> np.ndarray:
+        out: np.ndarray = (x - roots) ** 3 + (x - roots)
+        return out
+
+    zero, one = np.zeros(5), np.ones(5)
+    assert np.abs(chandrupatla(value, zero, one, value(zero), value(one)) - roots).max() < 1e-15
+    t = np.linspace(0, 20, 100)
+    assert crossings(t, np.sin(t + 1), lambda x: np.sin(x + 1), "up") == pytest.approx(
+        np.array([2, 4, 6]) * math.pi - 1
+    )
