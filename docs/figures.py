@@ -81,6 +81,8 @@ LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
 CONTROLLERS = "test_controllers.py"
 T = "time"
 
+PERIODS, SECTIONS = "../runtime/test_period.py", "../runtime/test_section.py"
+
 ROWS = (
     row("", "double_pendulum", "../test_examples.py", "tip[1]", "tip[2]"),
     row("K1", "double_pendulum_bars", DOUBLE, "B[1]", "B[2]", "- caseB"),
@@ -265,6 +267,8 @@ ROWS = (
     row("textbook", "spinning_bounce", IMPACTS, "path[1]", "path[2]", "- slow"),
     row("engineering", "falling_box", IMPACTS, T, "free.position[3] height", "", 2),
     row("textbook", "masse_shot", FRICTION, "x", "y"),
+    row("U75, U76", "rotor", PERIODS, T, "der(theta)"),
+    row("K5, U91", "henon_heiles", SECTIONS, "q1", "q2"),
 )
 
 HEAD = """# Gallery
@@ -293,11 +297,8 @@ def table(up: str = "../", pictures: bool = False) -> str:
     head = ["row", "system", "model", "test", *["figure"] * pictures]
     lines = [f"| {' | '.join(head)} |", f"|{'---|' * len(head)}"]
     for r in ROWS:
-        test = (
-            f"[{r.test.removeprefix('../')}]({up}tests/physics/{r.test})"
-            if "/" not in r.test
-            else f"[test_examples.py]({up}tests/test_examples.py)"
-        )
+        place = r.test.removeprefix("../") if "/" in r.test else f"physics/{r.test}"
+        test = f"[{r.test.rpartition('/')[2]}]({up}tests/{place})"
         model = f"[{r.example}]({up}examples/{r.example}.mech)"
         cells = [r.rows, description(r.example), model, test, *[f"![]({r.example}.png)"] * pictures]
         lines.append(f"| {' | '.join(cells)} |")

@@ -12,8 +12,12 @@ import pytest
 import mechc
 from mechc.runtime.studies.findings import Findings
 
-ROOT = Path(__file__).resolve().parents[2]
-EXAMPLES = ROOT / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> mechc.Model:
+    return mechc.load(EXAMPLES / f"{name}.mech")
+
 
 ONE = """\
 model One
@@ -53,7 +57,7 @@ def test_a_pendulum_is_an_elliptic_integral() -> None:
 
 def test_a_rotor_of_twice_the_energy() -> None:
     """Beyond the separatrix the period of a turn is 2 K(2/(1 + e)) sqrt(2/(1 + e)): 3.3132763 at 2, 2.0021548 at 5."""
-    model = mechc.load(EXAMPLES / "rotor.mech")
+    model = example("rotor")
     for energy, stated in ((2, 3.3132763), (5, 2.0021548)):
         found = model.period(set={"energy": energy})
         assert found["period"] == pytest.approx(stated, abs=5e-8)
@@ -94,7 +98,7 @@ def test_power_laws(degree: int) -> None:
 
 def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
     """The angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed."""
-    model = mechc.load(EXAMPLES / "table_hole_string.mech")
+    model = example("table_hole_string")
     for ratio in (2.0, 3.0):
         found = model.period(set={"lambda": ratio})
         assert found.summary()["turning_points"] == pytest.approx([0.4421253, 2.9422419], abs=2e-7)
@@ -160,11 +164,11 @@ def test_what_has_no_period_is_refused() -> None:
         ("pendulum_cartesian", "constraints"),
     ):
         with pytest.raises(mechc.SimulationError, match=words):
-            mechc.load(EXAMPLES / f"{name}.mech").period()
+            example(name).period()
     with pytest.raises(mechc.UsageMistake, match="given in N"):
-        mechc.load(EXAMPLES / "pendulum.mech").period(energy="3 N")
+        example("pendulum").period(energy="3 N")
 
 
 def test_kinds_of_numbers() -> None:
-    joule = mechc.load(EXAMPLES / "pendulum.mech").period(energy="-5 J")
+    joule = example("pendulum").period(energy="-5 J")
     assert joule["energy"] == -5.0

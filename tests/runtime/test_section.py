@@ -15,8 +15,12 @@ from mechc.cli.main import run as run_command
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.studies.crossings import chandrupatla, crossings
 
-ROOT = Path(__file__).resolve().parents[2]
-HENON_HEILES = ROOT / "examples" / "henon_heiles.mech"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> mechc.Model:
+    return mechc.load(EXAMPLES / f"{name}.mech")
+
 
 TWO = """\
 model Two
@@ -105,7 +109,7 @@ def test_through_impacts() -> None:
 
 
 def test_henon_heiles_against_scipy() -> None:
-    found = mechc.load(HENON_HEILES).section(where="q1 = 0", count=20)
+    found = example("henon_heiles").section(where="q1 = 0", count=20)
 
     def rate(t: float, s: np.ndarray) -> list[float]:
         return [s[2], s[3], -s[0] - 2 * s[0] * s[1], -s[1] - s[0] ** 2 + s[1] ** 2]
@@ -122,9 +126,7 @@ def test_henon_heiles_against_scipy() -> None:
 
 
 def test_a_chaotic_section_says_how_far_its_points_can_be_trusted() -> None:
-    found = mechc.load(ROOT / "examples" / "driven_pendulum.mech").section(
-        set={"g": 1.15}, every="2*pi/wD", count=150
-    )
+    found = example("driven_pendulum").section(set={"g": 1.15}, every="2*pi/wD", count=150)
     accuracy = found.summary()["accuracy"]
     assert accuracy["compared"] == [150] and 5 < accuracy["agreeing"][0] < 100
     assert any("chaotic" in remark for remark in found.remarks)
