@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Mapping
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from .compiler.pipeline import program_with
 from .runtime.methods import KERNEL_METHODS, parts_for
@@ -18,7 +19,7 @@ from .settings import UsageMistake
 if TYPE_CHECKING:
     from .compiler.program.model import Program
     from .model import CompiledModel
-    from .runtime.problem import Problem
+    from .runtime.problem import Problem, Setting
 
 MAIN = """\
 /* Runs the model and prints its motion as CSV, 501 rows, in SI units.
@@ -27,18 +28,24 @@ MAIN = """\
  *   ./{name} [stop [tolerance]]
  *
  * The model is in {name}.c; the other files are what it and its method need of the kernel that
- * integrates it (see solver.h).
+ * integrates it (see solver.h and start.h).
  */
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
 #include "model.h"
-#include "solver.h"
+#include "start.h"
 
 const mech_model *mech_model_get(void);
 
 enum {{ ROWS = 501 }};
+
+/* What nominal values are made from: of each state a number for its unit, its kind (start.h), whether that is a pure
+   number, the declared nominal and the size of the declared range. */
+static const mech_quantity states[] = {{
+{quantities}}};
+static const int partner[] = {{{partner}}}, units[] = {{{units}}}, energies[] = {{{energies}}};
+static const mech_sizes sizes = {{states, partner, units, {n_energies}, energies}};
 
 static mech_real *reals(size_t n)
 {{
@@ -68,11 +75,11 @@ int main(int argc, char **argv)
         return 2;
     }}
     const mech_model *model = mech_model_get();
-    const double stop = argc > 1 ? number(argv[1], "stop time", 0, 1e300) : {stop!r};
+    const double begin = {begin!r}, start = {start!r}, stop = argc > 1 ? number(argv[1], "stop time", start, 1e300) : {stop!r};
     const double tolerance = argc > 2 ? number(argv[2], "tolerance", 1e-15, 0.1) : {tolerance!r};
     const int ny = model->nq + model->nv + model->nx, n_out = model->n_outputs;
     mech_real *p = reals((size_t)(model->np + model->nh)), *u = reals((size_t)model->nu);
-    mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *atol = reals((size_t)ny);
+    mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *plain = reals((size_t)ny), *atol = reals((size_t)ny);
     mech_real *grid = reals(ROWS), *rows = reals((size_t)(ROWS * ny)), *zs = reals((size_t)(ROWS * model->nz)), *out = reals((size_t)n_out);
     unsigned char *set = calloc((size_t)model->np + 1, 1);
     if (set == NULL)
@@ -80,29 +87,33 @@ int main(int argc, char **argv)
 
     /* To change parameter i, write p[i] and set[i] = 1; those that depend on it follow. */
 {parameters}    model->parameters(p, set);
-    if (model->inputs)
-        model->inputs(0, y0, u, z, p, u);
-    if (model->discretes)
-        model->discretes(0, y0, u, z, p, z);
-    model->initial(0, y0, u, z, p, y0);
-{initial}    for (int i = 0; i < ny; i++)
-        atol[i] = tolerance * fmax(fabs((double)y0[i]), 1.0);
-    for (int i = 0; i < ROWS; i++)
-        grid[i] = stop * i / (ROWS - 1);
+{tables}    if (model->nu)
+        mech_evaluate_inputs(model, tables, {n_tables}, 1, &begin, p, u);
+{initial}    for (int i = 0; i < ROWS; i++)
+        grid[i] = i < ROWS - 1 ? start + i * ((stop - start) / (ROWS - 1)) : stop;
 
     mech_options options = {{0}};
     options.method = mech_method_index("{method}");
     options.dt = {step!r};
     options.n_grid = ROWS;
-    options.dt_max = stop > 0 ? stop / 10 : 1;
+    options.t0 = begin;
+    options.dt_max = stop > begin ? (stop - begin) / 10 : 1;
     options.rtol = tolerance;
     options.atol = atol;
+    options.tables = tables;
+    options.n_tables = {n_tables};
     options.y0 = y0;
     options.z = z;
     options.p = p;
     options.grid = grid;
     options.grid_y = rows;
     options.grid_z = zs;
+    if (mech_nominal_values(model, &sizes, &options, stop, plain, atol) != 0) {{
+        fputs("out of memory\\n", stderr);
+        return 1;
+    }}
+    for (int i = 0; i < ny; i++)
+        atol[i] *= tolerance;
     mech_solver *solver = mech_create(model, &options);
     if (solver == NULL) {{
         fputs("the solver cannot be made\\n", stderr);
@@ -121,11 +132,8 @@ int main(int argc, char **argv)
         printf("%.17g", (double)grid[i]);
         for (int k = 0; k < ny; k++)
             printf(",%.17g", (double)y[k]);
-        if (n_out > 0) {{
-            if (model->inputs)
-                model->inputs(grid[i], y, u, z, p, u);
-            model->outputs(grid[i], y, u, now, p, out);
-        }}
+        if (n_out > 0)
+            mech_evaluate(model, model->outputs, n_out, tables, {n_tables}, 1, &grid[i], y, now, p, u, out);
         for (int k = 0; k < n_out; k++)
 {unless}            printf(",%.17g", (double)out[k]);
         putchar('\\n');
@@ -140,15 +148,44 @@ int main(int argc, char **argv)
 """
 
 
-class Defaults(Struct, frozen=True):
-    """What the default experiment says: stop, tolerance, and the values it sets by index of p and y."""
+PLAIN_START = """\
+    if (model->discretes)
+        model->discretes(begin, y0, u, z, p, z);
+    model->initial(begin, y0, u, z, p, y0);
+{initial}    mech_normalise(model, y0);
+    for (int i = 0; i < ny; i++)
+        plain[i] = y0[i];
+"""
 
+ASSEMBLED_START = """\
+    static const char *const rows_of_start[] = {{{rows}}};
+    /* To set initial value i, write y0[i] and given[i] = MECH_KNOWN, or MECH_GUESSED for a guess. */
+    unsigned char *given = calloc((size_t)ny + 1, 1);
+    if (given == NULL)
+        return 1;
+{initial}    mech_start_report made;
+    if (mech_start_state(model, begin, given, u, z, p, y0, plain, &made) != MECH_STARTED) {{
+        fprintf(stderr, "the initial state cannot be assembled%s%s\\n", made.row < 0 || made.status == MECH_START_UNDEFINED
+                ? "" : ": ", made.row < 0 || made.status == MECH_START_UNDEFINED ? "" : rows_of_start[made.row]);
+        return 1;
+    }}
+"""
+
+
+class Defaults(Struct, frozen=True):
+    """What the default experiment says: times, tolerance, and the values it sets by index of p, y (and whether they are
+    known) and u. ``pilot``: whether its nominal values take a first run."""
+
+    begin: float = 0.0
+    start: float = 0.0
     stop: float = 10.0
     tolerance: float = 1e-9
     parameters: tuple[tuple[int, float], ...] = ()
-    initial: tuple[tuple[int, float], ...] = ()
+    initial: tuple[tuple[int, float, bool], ...] = ()
+    inputs: tuple[tuple[int, float], ...] = ()
     method: str = "dop853"
     step: float = 0.0
+    pilot: bool = False
 
 
 def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path, ...]:
@@ -170,7 +207,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             folder = output or Path(f"{name}_c")
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
-            defaults = defaults_of(model.problem("python"))
+            defaults = defaults_of(model.problem("python"), model.settings)
             parts = model.compilation.parts
             program = program_with(model.compilation, parts_for(defaults.method))
             files = c_files(program, defaults, parts)
@@ -184,24 +221,37 @@ def file_stem(model: str) -> str:
     return re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", model).lower()
 
 
-def defaults_of(problem: Problem) -> Defaults:
-    """Evaluate the default experiment. A model that says no stop time gets ten seconds."""
-    from .runtime.case import SimulationOptions, find_experiment, prepare
+def defaults_of(problem: Problem, values: Mapping[str, float] | None = None) -> Defaults:
+    """Evaluate the default experiment, and before it ``values`` by name. A model that says no stop time gets ten seconds."""
+    from .runtime.case import SimulationOptions, find_experiment, find_setting, prepare
     from .runtime.functions import load_functions
+    from .runtime.integrate.nominal_run import takes_pilot
 
     experiment = find_experiment(problem, None)
     said = experiment is not None and "stop" in experiment.options
-    options = SimulationOptions(stop=None if said else Defaults().stop)
+    options = SimulationOptions(values=values or {}, stop=None if said else Defaults().stop)
     case = prepare(problem, load_functions(problem), options)
-    settings = experiment.settings if experiment else ()
+    own = [find_setting(problem, name) for name in values or {}]
+    settings = [
+        *own,
+        *(s for s in (experiment.settings if experiment else ()) if not (s in own or _as_known(s) in own)),
+    ]
     return Defaults(
+        case.begin,
+        float(case.grid[0]),
         case.stop,
         case.tolerance,
         tuple((s.index, float(case.p[s.index])) for s in settings if s.array == "p"),
-        tuple((s.index, float(case.y0[s.index])) for s in settings if s.array == "y"),
+        tuple((s.index, float(case.wanted[s.index]), not s.guess) for s in settings if s.array == "y"),
+        tuple((i, float(table.values[0])) for i, table in sorted(case.tables.items())),
         case.method if case.method in KERNEL_METHODS and case.method != "auto" else Defaults().method,
         case.step or 0.0,
+        takes_pilot(case),
     )
+
+
+def _as_known(setting: Setting) -> Setting:
+    return replace(setting, guess=False)
 
 
 def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -> dict[str, str]:
@@ -215,24 +265,92 @@ def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -
 
     name = file_stem(program.name)
     model = f"{name}_model.c" if f"{name}.c" in kernel_sources() else f"{name}.c"
+    own = {model: emit_c(program), "main.c": _main(name, program, defaults)}
+    methods = (defaults.method, *(["dop853"] if defaults.pilot else []))
+    return {**own, **needed_kernel(program, methods, own, parts)}
+
+
+def _main(name: str, program: Program, defaults: Defaults) -> str:
+    """Return the main program."""
+    from .compiler.targets.description import make_problem
+    from .runtime.nominal import sizes_of
+
+    sizes = sizes_of(make_problem(program))
     states, outputs = program.arrays["y"], program.arrays["out"]
     known = {e.name for e in states}  # accounts of energy are states and outputs
     twice = [k for k, e in enumerate(outputs) if e.name in known]
     entries = [*program.arrays["t"][:1], *states, *(e for e in outputs if e.name not in known)]
-    parameters = [f"    p[{i}] = {value!r};\n    set[{i}] = 1;\n" for i, value in defaults.parameters]
-    main = MAIN.format(
+    return MAIN.format(
         name=name,
         method=defaults.method,
         step=defaults.step,
+        begin=defaults.begin,
+        start=defaults.start,
         stop=defaults.stop,
         tolerance=defaults.tolerance,
-        parameters="".join(parameters),
-        initial="".join(f"    y0[{i}] = {value!r};\n" for i, value in defaults.initial),
+        quantities="".join(
+            f"    {{{unit}, {_KINDS[kind]}, {int(pure)}, {nominal!r}, {size!r}}}, /* {_comment(entry.name)} */\n"
+            for unit, kind, pure, nominal, size, entry in zip(
+                sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, states, strict=True
+            )
+        )
+        or "    {0, MECH_PLAIN, 0, 0, 0},\n",
+        partner=_list(sizes.partner),
+        units=_list(sizes.parameter_units),
+        energies=_list(sizes.energies),
+        n_energies=len(sizes.energies),
+        parameters="".join(
+            f"    p[{i}] = {value!r};\n    set[{i}] = 1;\n" for i, value in defaults.parameters
+        ),
+        tables=_tables(defaults),
+        n_tables=len(defaults.inputs),
+        initial=_start(program, defaults),
         header=_csv_row(f"{e.name} [{e.unit}]" if e.unit else e.name for e in entries).replace('"', '\\"'),
         unless=f"            if ({' && '.join(f'k != {k}' for k in twice)})\n    " if twice else "",
     )
-    own = {model: emit_c(program), "main.c": main}
-    return {**own, **needed_kernel(program, defaults.method, own, parts)}
+
+
+_KINDS = {"": "MECH_PLAIN", "account": "MECH_ACCOUNT", "rotation": "MECH_ROTATION_ENTRY"}
+
+
+def _start(program: Program, defaults: Defaults) -> str:
+    """Return the lines that fill z and y0."""
+    if not program.assembly and not program.dependent:
+        values = "".join(f"    y0[{i}] = {value!r};\n" for i, value, _ in defaults.initial)
+        return PLAIN_START.format(initial=values)
+    values = "".join(
+        f"    y0[{i}] = {value!r};\n    given[{i}] = {'MECH_KNOWN' if known else 'MECH_GUESSED'};\n"
+        for i, value, known in defaults.initial
+    )
+    rows = ", ".join(_c_string(row.name) for row in program.assembly) or "NULL"
+    return ASSEMBLED_START.format(rows=rows, initial=values)
+
+
+def _tables(defaults: Defaults) -> str:
+    """Return the lines of inputs that are given: tables of one row."""
+    if not defaults.inputs:
+        return "    const mech_table *tables = NULL;\n"
+    rows = ", ".join(
+        f"{{{i}, MECH_STEP, 1, &given_at, &given_inputs[{k}], NULL}}"
+        for k, (i, _) in enumerate(defaults.inputs)
+    )
+    values = ", ".join(repr(value) for _, value in defaults.inputs)
+    return (
+        f"    static const mech_real given_at = 0, given_inputs[] = {{{values}}};\n"
+        f"    static const mech_table tables[] = {{{rows}}};\n"
+    )
+
+
+def _list(numbers: Iterable[int]) -> str:
+    return ", ".join(map(str, numbers)) or "0"
+
+
+def _comment(text: str) -> str:
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+def _c_string(text: str) -> str:
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
 def _csv_row(cells: Iterable[str]) -> str:

@@ -160,7 +160,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
     wanted_state, assembled = y0, None
     if problem.assembly:
         u = input_values(functions, tables, begin, p, len(problem.inputs))
-        assembled = assemble(problem, functions, begin, y0, known, u, z, p)
+        assembled = assemble(problem, functions, begin, y0, known, u, z, p, reproducible=options.reproducible)
         y0 = assembled.y
     return Case(
         problem=problem,

@@ -27,18 +27,70 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from .problem import Array, Problem, Quantity
+from .problem import PURE, Array, Problem, Quantity
 
-PURE = ("", "1", "rad")
+
+class Sizes(NamedTuple):
+    """What the rules know of a model (``mech_sizes`` of kernel/start/start.h). It and all below the marker stand in the
+    modules of the Python target, too, which have NumPy alone: hence a named tuple.
+
+    By state: ``units``, the same number for the same unit; ``kinds``: "", account or rotation (an entry of one); ``pure``:
+    an angle or a pure number; ``nominal``: declared, 0 without; ``ranges``: the size of the declared range, 0 without.
+    ``partner`` [nv]: index of the coordinate of each velocity; ``parameter_units``: -1 where no state has it;
+    ``energies``: indices of outputs.
+    """
+
+    nq: int
+    nv: int
+    units: Sequence[int]
+    kinds: Sequence[str]
+    pure: Sequence[bool]
+    nominal: Sequence[float]
+    ranges: Sequence[float]
+    partner: Sequence[int]
+    parameter_units: Sequence[int]
+    energies: Sequence[int]
+
+
+def sizes_of(problem: Problem) -> Sizes:
+    """Return what the rules know of a model."""
+    numbers: dict[str, int] = {}
+    units = [numbers.setdefault(q.unit, len(numbers)) for q in problem.states]
+    entries = {first + k for first in problem.rotations for k in range(4)}
+    return Sizes(
+        problem.nq,
+        problem.nv,
+        units,
+        [
+            "rotation" if i in entries else "account" if q.kind == "account" else ""
+            for i, q in enumerate(problem.states)
+        ],
+        [q.unit in PURE for q in problem.states],
+        [abs(q.nominal) if q.nominal is not None else 0.0 for q in problem.states],
+        [_range(q) for q in problem.states],
+        problem.partner,
+        [numbers.get(q.unit, -1) for q in problem.parameters],
+        [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
+    )
+
+
+def _range(quantity: Quantity) -> float:
+    ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
+    return max(ends, default=0.0)
+
+
+# ---- copied from here
+
 FLOOR = 1e-6
-ROUNDING = 1e-12
+NOISE = 1e-12
 
 
 def nominal_values(
-    problem: Problem,
+    sizes: Sizes,
     y0: Array,
     rates: Array,
     p: Array,
@@ -51,60 +103,57 @@ def nominal_values(
     ``pilot`` gives the largest sizes of all states from provisional nominal values; it is called only where rule 6
     is needed.
     """
-    nominal, unsized = _by_rules(problem, y0, rates, p, energies, duration, None)
+    nominal, unsized = _by_rules(sizes, y0, rates, p, energies, duration, None)
     if not unsized:
         return nominal
     if pilot is None:
-        unbounded = np.full(problem.ny, np.inf)
-        nominal, _ = _by_rules(problem, y0, rates, p, energies, duration, None, unbounded)
+        unbounded = np.full(len(y0), np.inf)
+        nominal, _ = _by_rules(sizes, y0, rates, p, energies, duration, None, unbounded)
         return np.where(np.isfinite(nominal), nominal, 1.0)
-    return _by_rules(problem, y0, rates, p, energies, duration, pilot(nominal))[0]
+    return _by_rules(sizes, y0, rates, p, energies, duration, pilot(nominal))[0]
 
 
 def _by_rules(
-    problem: Problem,
+    sizes: Sizes,
     y0: Array,
     rates: Array,
     p: Array,
     energies: Sequence[float],
     duration: float,
     reached: Array | None,
-    sizes: Array | None = None,
+    bounds: Array | None = None,
 ) -> tuple[Array, list[int]]:
-    """Give nominal values, and the states that a pilot run is needed for. ``sizes``: what bounds the floor, by default
-    what is ``reached``."""
-    sizes = reached if sizes is None else sizes
-    y0 = _without_rounding(problem, y0)
-    rates = _without_rounding(problem, np.where(np.isfinite(rates), rates, 0.0))
-    coordinates = range(problem.nq)
-    velocities = range(problem.nq, problem.nq + problem.nv)
-    nominal = np.zeros(problem.ny)
-    entries = {first + k for first in problem.rotations for k in range(4)}
-    positions = [i for i in (*coordinates, *range(problem.nq + problem.nv, problem.ny)) if i not in entries]
-    accounts = [i for i in positions if problem.states[i].kind == "account"]
-    positions = [i for i in positions if i not in accounts]
+    """Give nominal values, and the states that a pilot run is needed for. ``bounds`` of the floor: by default what is
+    ``reached``."""
+    bounds = reached if bounds is None else bounds
+    y0 = _without_rounding(sizes, y0)
+    rates = _without_rounding(sizes, np.where(np.isfinite(rates), rates, 0.0))
+    velocities = range(sizes.nq, sizes.nq + sizes.nv)
+    others = [i for i in range(len(y0)) if i not in velocities]
+    positions = [i for i in others if not sizes.kinds[i]]
+    accounts = [i for i in others if sizes.kinds[i] == "account"]
 
-    nominal[sorted(entries)] = 1.0
+    nominal = np.array([float(kind == "rotation") for kind in sizes.kinds])
     for i in positions:
-        nominal[i] = _own_size(problem.states[i], y0[i])
-    unsized = _share(problem, nominal, positions, sizes)
+        nominal[i] = _own_size(sizes, i, y0[i])
+    unsized = _share(sizes, nominal, positions, bounds)
     for i in positions:
         if nominal[i] == 0:
-            nominal[i] = _parameter_size(problem, p, problem.states[i].unit)
+            nominal[i] = _parameter_size(sizes, p, i)
         if nominal[i] == 0:
             unsized.append(i)
-            far = _reach(problem, i, rates, duration)
+            far = _reach(sizes, i, rates, duration)
             nominal[i] = (far if reached is None or reached[i] == 0 else float(reached[i])) or 1.0
 
-    partner = _coordinate_of_velocity(problem)
+    partner = dict(zip(velocities, sizes.partner, strict=True))
     first, second = ([abs(x[i]) / nominal[partner[i]] for i in velocities] for x in (y0, rates))
-    noise = ROUNDING * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)))
+    noise = NOISE * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)))
     for i, speed, acceleration in zip(velocities, first, second, strict=True):
-        own = _own_size(problem.states[i], y0[i] if speed > noise else 0.0)
-        if problem.states[i].nominal is None and acceleration > noise**2 / ROUNDING:
+        own = _own_size(sizes, i, y0[i] if speed > noise else 0.0)
+        if not sizes.nominal[i] and acceleration > noise**2 / NOISE:
             own = max(own, math.sqrt(abs(rates[i]) * nominal[partner[i]]))
         nominal[i] = own
-    unsized += _share(problem, nominal, velocities, sizes)
+    unsized += _share(sizes, nominal, velocities, bounds)
     speeds = [nominal[i] / nominal[partner[i]] for i in velocities]
     fastest = max(speeds, default=0.0)
     for i in velocities:
@@ -113,54 +162,52 @@ def _by_rules(
 
     energy = max((abs(e) for e in energies if math.isfinite(e)), default=0.0)
     for i in accounts:
-        nominal[i] = problem.states[i].nominal or energy or abs(rates[i]) * duration
+        nominal[i] = sizes.nominal[i] or energy or abs(rates[i]) * duration
         if nominal[i] == 0:
             unsized.append(i)
             nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
     largest = max((nominal[i] for i in accounts if math.isfinite(nominal[i])), default=0.0)
     for i in accounts:  # what cancels up to rounding has no size of its own
-        if problem.states[i].nominal is None:
+        if not sizes.nominal[i]:
             nominal[i] = max(nominal[i], FLOOR * largest)
     return nominal, unsized
 
 
-def _without_rounding(problem: Problem, values: Array) -> Array:
+def _without_rounding(sizes: Sizes, values: Array) -> Array:
     """Give ``values`` [ny] of the states, or of their rates, with zero for what is rounding beside others of its unit."""
     result = np.array(values)
-    for begin, end in itertools.pairwise((0, problem.nq, problem.nq + problem.nv, problem.ny)):
-        units = np.array([quantity.unit for quantity in problem.states[begin:end]])
+    all_units = np.asarray(sizes.units)
+    for begin, end in itertools.pairwise((0, sizes.nq, sizes.nq + sizes.nv, len(result))):
+        units = all_units[begin:end]
         for unit in dict.fromkeys(units.tolist()):
             group = begin + np.flatnonzero(units == unit)
             size = np.abs(result[group])
-            result[group[size < ROUNDING * size.max()]] = 0.0
+            result[group[size < NOISE * size.max()]] = 0.0
     return result
 
 
-def _own_size(quantity: Quantity, initial: float) -> float:
-    if quantity.nominal is not None:
-        return abs(quantity.nominal)
-    if initial != 0:
-        return abs(float(initial))
-    ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
-    return max(ends, default=0.0)
+def _own_size(sizes: Sizes, i: int, initial: float) -> float:
+    if sizes.nominal[i]:
+        return sizes.nominal[i]
+    return abs(float(initial)) if initial != 0 else sizes.ranges[i]
 
 
-def _share(problem: Problem, nominal: Array, indices: Sequence[int], sizes: Array | None) -> list[int]:
+def _share(sizes: Sizes, nominal: Array, indices: Sequence[int], bounds: Array | None) -> list[int]:
     """Give states without a size that of the smallest one of their unit; keep those below the floor
     at what they reach, but not above it. Give these."""
-    groups: dict[str, list[int]] = {}
+    groups: dict[int, list[int]] = {}
     low: list[int] = []
     for i in indices:
-        groups.setdefault(problem.states[i].unit, []).append(i)
+        groups.setdefault(sizes.units[i], []).append(i)
     for group in groups.values():
         floor = FLOOR * max(nominal[i] for i in group)
-        free = [i for i in group if problem.states[i].nominal is None]
+        free = [i for i in group if not sizes.nominal[i]]
         for i in free:
             if not 0 < nominal[i] < floor:
                 continue
             low.append(i)
-            if sizes is not None:
-                nominal[i] = max(nominal[i], min(floor, float(sizes[i])))
+            if bounds is not None:
+                nominal[i] = max(nominal[i], min(floor, float(bounds[i])))
         smallest = min((nominal[i] for i in group if nominal[i] > 0), default=0.0)
         for i in free:
             if nominal[i] == 0:
@@ -168,35 +215,21 @@ def _share(problem: Problem, nominal: Array, indices: Sequence[int], sizes: Arra
     return low
 
 
-def _parameter_size(problem: Problem, p: Array, unit: str) -> float:
-    if unit in PURE:
+def _parameter_size(sizes: Sizes, p: Array, i: int) -> float:
+    if sizes.pure[i]:
         return 1.0
     logarithms = [
         math.log(abs(value))
-        for quantity, value in zip(problem.parameters, p, strict=False)
-        if quantity.unit == unit and value != 0
+        for unit, value in zip(sizes.parameter_units, p, strict=False)
+        if unit == sizes.units[i] and value != 0
     ]
     return math.exp(sum(logarithms) / len(logarithms)) if logarithms else 0.0
 
 
-def _reach(problem: Problem, index: int, rates: Array, duration: float) -> float:
-    """How far a state gets in ``duration`` by its rate, and a coordinate by its acceleration, at the start."""
+def _reach(sizes: Sizes, index: int, rates: Array, duration: float) -> float:
+    """How far a state gets by its rate, and a coordinate by its acceleration, at the start."""
     reach = abs(float(rates[index])) * duration
-    if index < problem.nq:
-        for velocity, coordinate in _coordinate_of_velocity(problem).items():
-            if coordinate == index:
-                reach = max(reach, abs(float(rates[velocity])) * duration**2)
+    for velocity, coordinate in enumerate(sizes.partner, sizes.nq):
+        if coordinate == index:
+            reach = max(reach, abs(float(rates[velocity])) * duration**2)
     return reach
-
-
-def _coordinate_of_velocity(problem: Problem) -> dict[int, int]:
-    """Index in y of the coordinate of each velocity; the three of a rotation belong to its first entry."""
-    partner: dict[int, int] = {}
-    coordinate, velocity = 0, problem.nq
-    while coordinate < problem.nq:
-        width, count = (4, 3) if coordinate in problem.rotations else (1, 1)
-        for _ in range(count):
-            partner[velocity] = coordinate
-            velocity += 1
-        coordinate += width
-    return partner

@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
 """(t, y, u, z, p) -> out"""
 
+PURE = ("", "1", "rad")
+"""Units of numbers that have a size of their own."""
+
 
 class Origin(Struct, frozen=True):
     """A place in the user's text, as plain data."""
@@ -225,3 +228,28 @@ class Problem(Struct, frozen=True):
     @property
     def ny(self) -> int:
         return self.nq + self.nv + self.nx
+
+    @property
+    def partner(self) -> tuple[int, ...]:
+        """Index in y of the coordinate of each velocity [nv]; the three of a rotation belong to its first entry.
+
+        By their names, as a coordinate whose rate is prescribed has no velocity; else in order.
+        """
+        places = {q.name: i for i, q in enumerate(self.states[: self.nq])}
+        found: list[int] = []
+        for quantity in self.states[self.nq : self.nq + self.nv]:
+            base, _, _ = quantity.name.removeprefix("der(").rpartition(")")
+            place = places.get(base, places.get(f"{base}[1]"))
+            if place is None:
+                return _in_order(self.nq, self.nv, self.rotations)
+            found.append(place)
+        return tuple(found)
+
+
+def _in_order(nq: int, nv: int, rotations: tuple[int, ...]) -> tuple[int, ...]:
+    partner: list[int] = []
+    coordinate = 0
+    while coordinate < nq and len(partner) < nv:
+        partner += [coordinate] * (3 if coordinate in rotations else 1)
+        coordinate += 4 if coordinate in rotations else 1
+    return tuple(partner)

@@ -6,6 +6,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Final
 
+from mechc.runtime.start.facts import StartFacts, start_facts
+
 from ..equations.model import Entry, HybridPlan
 from ..graph import Table
 from ..graph import operations as ops
@@ -15,6 +17,7 @@ from ..program.names import identifiers
 from ..uncollected import uncollected
 from ..verification import verified
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
+from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
 
@@ -227,6 +230,10 @@ class _File:
         if program.hybrid is not None:
             yield from self.hybrid(program.hybrid)
             fields["hybrid"] = "&hybrid"
+        facts = start_facts(make_problem(program))
+        if facts is not None:
+            yield from self.start(facts)
+            fields["start"] = "&start"
         yield "static const mech_model model = {"
         for name, value in fields.items():
             yield f"    .{name} = {value},"
@@ -236,6 +243,38 @@ class _File:
         yield "{"
         yield "    return &model;"
         yield "}"
+
+    def start(self, facts: StartFacts) -> Iterator[str]:
+        """Yield what an initial state must fulfil."""
+        names = [row.name for row in self.program.assembly]
+        if facts.rows:
+            yield "static const mech_start_row start_rows[] = {"
+            for (stage, hard, pure), name in zip(facts.rows, names, strict=True):
+                yield f"    {{{stage}, {int(hard)}, {int(pure)}}}, /* {_comment(name)} */"
+            yield "};\n"
+        yield _numbers("unsigned char", "known", [str(int(known)) for known in facts.known])
+        yield _numbers("int", "partner", list(map(str, facts.partner)))
+        yield _numbers("mech_real", "size", [literal(Fraction(size))[0] for size in facts.size])
+        yield from _indices("lengths", facts.lengths)
+        yield from _indices("dependent", facts.dependent)
+        fields: dict[str, object] = {
+            "n_rows": len(facts.rows),
+            "n_lengths": len(facts.lengths),
+            "n_dependent": len(facts.dependent),
+            "rows": "start_rows" if facts.rows else "NULL",
+            "known": "known",
+            "partner": "partner",
+            "size": "size",
+            "lengths": "lengths" if facts.lengths else "NULL",
+            "dependent": "dependent" if facts.dependent else "NULL",
+            "assembly": "assembly" if facts.rows else "NULL",
+            "assembly_jacobian": "assembly_jacobian" if facts.rows else "NULL",
+            "others": "initial_of_others" if facts.dependent else "NULL",
+        }
+        yield "static const mech_start start = {"
+        for name, value in fields.items():
+            yield f"    .{name} = {value},"
+        yield "};\n"
 
     def hybrid(self, plan: HybridPlan) -> Iterator[str]:
         """Yield what the kernel needs to know of switches, branches and rows."""
@@ -328,6 +367,11 @@ def _load_order(load: tuple[str, int]) -> tuple[int, int]:
 def _indices(name: str, values: Sequence[int]) -> Iterator[str]:
     if values:
         yield f"static const int {name}[] = {{{', '.join(map(str, values))}}};\n"
+
+
+def _numbers(kind: str, name: str, values: Sequence[str]) -> str:
+    """Return a constant array; a model of nothing has one entry that nobody reads."""
+    return f"static const {kind} {name}[] = {{{', '.join(values) or '0'}}};\n"
 
 
 def _header(program: Program) -> Iterator[str]:

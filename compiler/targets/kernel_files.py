@@ -26,9 +26,11 @@ _COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 
 def needed_kernel(
-    program: Program, method: str, users: Mapping[str, str], parts: Collection[str] = ()
+    program: Program, wanted: Sequence[str], users: Mapping[str, str], parts: Collection[str] = ()
 ) -> dict[str, str]:
     """Return the text by name of each file of the kernel that the files of its ``users`` need, directly or not.
+
+    ``wanted``: the methods by name.
 
     ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: every method.
     """
@@ -36,7 +38,8 @@ def needed_kernel(
 
     kernel = kernel_sources()
     if not EVERYTHING.issubset(parts):
-        methods = [*with_components(method), *methods_for(parts)]
+        methods = [name for method in wanted for name in with_components(method)]
+        methods += methods_for(parts)
         kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
         states = program.nq + program.nv + program.nx
         kernel["explicit_step.h"] = f"#define MECH_STATES {states}\n{kernel['explicit_step.h']}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
-from ..nominal import nominal_values
+from ..nominal import nominal_values, sizes_of
 from ..problem import Array
 from ..start.initial import unmoved
 from .kernel_run import run_kernel
@@ -22,19 +24,35 @@ MOST_STEPS = 5000
 
 def nominal_of(case: Case) -> Array:
     """Give the nominal value [ny] of each state in a case (nominal.py)."""
+    return _nominal(case, lambda provisional: largest_values(case, provisional))
+
+
+def takes_pilot(case: Case) -> bool:
+    """Tell whether nominal values need a first run."""
+    asked = []
+
+    def pilot(provisional: Array) -> Array:
+        asked.append(True)
+        return np.ones_like(provisional)
+
+    _nominal(case, pilot)
+    return bool(asked)
+
+
+def _nominal(case: Case, pilot: Callable[[Array], Array]) -> Array:
     problem, functions = case.problem, case.functions
     u = inputs_at(case, case.begin)
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     outputs = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
     energies = [float(v) for v, q in zip(outputs, problem.outputs, strict=True) if q.kind == "energy"]
     return nominal_values(
-        problem,
+        sizes_of(problem),
         unmoved(problem, case.assembled, case.wanted) if case.assembled else case.y0,
         rates,
         case.p,
         energies,
         case.stop - case.begin,
-        lambda provisional: largest_values(case, provisional),
+        pilot,
     )
 
 

@@ -34,6 +34,10 @@
  *     `constraint_jacobian`: out[n_velocity][nv] = K; the last two NULL where there are no constraints.
  * 17. `hybrid` is NULL where nothing switches. The kernel then owns z during a run: behind the user's
  *     discrete variables it holds switches, clocks, modes of rows, and places for impulses.
+ * 18. `start` is NULL where an initial state is as `initial` says. Else `assembly`: out[n_rows], residuals of
+ *     what an initial state must fulfil, rows of stage 1 between coordinates and of stage 2 with velocities;
+ *     `assembly_jacobian`: out[n_rows][nv], of a row of stage 1 by displacements in the space of velocities, of
+ *     stage 2 by v; `others`: out[n_dependent], the initial values y[dependent[k]] that follow from those of others.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -101,6 +105,24 @@ typedef struct mech_hybrid {
     mech_function *respond;         /* out[nv + n_rows]: change of v and of every r by the impulses in z */
 } mech_hybrid;
 
+typedef struct mech_start_row {
+    int stage;     /* 1 or 2                                                                     */
+    int hard;      /* 0: wished only                                                             */
+    int pure;      /* its unit has no length by which a wish would be weighed                    */
+} mech_start_row;
+
+/* Known values stay in an assembly; guesses move as little as possible, measured by their sizes. */
+typedef struct mech_start {
+    int n_rows, n_lengths, n_dependent;
+    const mech_start_row *rows;
+    const unsigned char *known; /* [ny] 0: guessed                                               */
+    const int *partner;         /* [nv] index in y of the coordinate, of the first entry of a rotation */
+    const mech_real *size;      /* [nv] of that coordinate; 0: the size of lengths               */
+    const int *lengths;         /* [n_lengths] index in p of the parameters that are lengths     */
+    const int *dependent;
+    mech_function *assembly, *assembly_jacobian, *others;
+} mech_start;
+
 typedef struct mech_model {
     int version;                   /* MECH_MODEL_VERSION of the header it was made with   */
     int nq, nv, nx;                /* sizes of q, v, x; ny = nq + nv + nx                 */
@@ -117,8 +139,9 @@ typedef struct mech_model {
     mech_function *project_position, *project_velocity, *displace, *closeness;
     mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
     const mech_hybrid *hybrid;
+    const mech_start *start;
 } mech_model;
 
-#define MECH_MODEL_VERSION 3
+#define MECH_MODEL_VERSION 4
 
 #endif

@@ -18,6 +18,11 @@
 #define mech_pow powq
 #define mech_abs fabsq
 #define mech_floor floorq
+#define mech_sin sinq
+#define mech_cos cosq
+#define mech_atan2 atan2q
+#define mech_exp expq
+#define mech_log logq
 #elif defined(MECH_LONG)
 #include <float.h>
 #define MECH_C(literal) literal##L
@@ -26,6 +31,11 @@
 #define mech_pow powl
 #define mech_abs fabsl
 #define mech_floor floorl
+#define mech_sin sinl
+#define mech_cos cosl
+#define mech_atan2 atan2l
+#define mech_exp expl
+#define mech_log logl
 #else
 #include <float.h>
 #define MECH_C(literal) literal
@@ -34,6 +44,11 @@
 #define mech_pow pow
 #define mech_abs fabs
 #define mech_floor floor
+#define mech_sin sin
+#define mech_cos cos
+#define mech_atan2 atan2
+#define mech_exp exp
+#define mech_log log
 #endif
 
 static inline mech_real mech_min(mech_real a, mech_real b) { return a < b ? a : b; }

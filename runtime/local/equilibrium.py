@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ..outcome import SimulationError
 from ..problem import Array
-from ..start.free_state import partners
 from .chart import Chart
 from .independent import null_space
 from .site import Derivatives, Site
@@ -54,7 +53,7 @@ def moving(chart: Chart) -> NDArray[np.intp]:
     """Return the displacements that may differ between equilibria: positions that have a velocity, and states."""
     problem = chart.problem
     found: list[int] = []
-    for k, i in enumerate(partners(problem)):
+    for k, i in enumerate(problem.partner):
         first = chart.places.index(i)
         same = i in problem.rotations and k and found and chart.places[found[-1]] == i
         found.append(found[-1] + 1 if same else first)

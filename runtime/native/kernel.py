@@ -26,12 +26,12 @@ from pathlib import Path
 from .build import build_shared, kernel_flags
 
 KERNEL = Path(__file__).parents[1] / "kernel"
-KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver")
+KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
 """Folders of the kernel, from the lowest to the highest: none calls what stands in a later one."""
 AROUND = ("fmi", "reference")
 """Further folders, of which each stands on all of the kernel and none on the other."""
 
-MODEL_VERSION = 3
+MODEL_VERSION = 4
 KERNEL_VERSION = 1
 
 EVENT_KINDS = (
@@ -105,6 +105,7 @@ class ModelStruct(Structure):
         *((name, c_void_p) for name in ("project_position", "project_velocity", "displace", "closeness")),
         *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
         ("hybrid", c_void_p),
+        ("start", c_void_p),
     )
     version: int
     nq: int
@@ -123,6 +124,7 @@ class ModelStruct(Structure):
     separable: int
     n_accounts: int
     hybrid: int | None
+    start: int | None
 
 
 class BranchStruct(Structure):
@@ -239,6 +241,16 @@ class EventStruct(Structure):
     instant: int
 
 
+class StartReportStruct(Structure):
+    """mech_start_report"""
+
+    _fields_ = (("status", c_int), ("row", c_int), ("steps", c_int * 2), ("off", c_double))
+    status: int
+    row: int
+    steps: Sequence[int]
+    off: float
+
+
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_kernel_version": (c_int, ()),
     "mech_layout": (None, (POINTER(c_size_t),)),
@@ -268,6 +280,8 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
         (c_void_p, c_void_p, c_int, c_void_p, c_int, c_long, *(c_void_p,) * 6),
     ),
     "mech_evaluate_inputs": (None, (c_void_p, c_void_p, c_int, c_long, *(c_void_p,) * 3)),
+    "mech_start_state": (c_int, (c_void_p, c_double, *(c_void_p,) * 6, POINTER(StartReportStruct))),
+    "mech_assemble": (c_int, (c_void_p, c_double, *(c_void_p,) * 5, POINTER(StartReportStruct))),
     "mech_dense_at": (None, (c_void_p, c_int, c_int, c_double, c_void_p)),
 }
 
@@ -293,7 +307,15 @@ def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
 
 def _check_layout(library: ctypes.CDLL) -> None:
     """Make sure that kernel and structs agree: a difference would corrupt memory."""
-    structs = (ModelStruct, HybridStruct, BranchStruct, TableStruct, OptionsStruct, ReportStruct, EventStruct)
+    structs = (
+        ModelStruct,
+        HybridStruct,
+        BranchStruct,
+        TableStruct,
+        OptionsStruct,
+        ReportStruct,
+        EventStruct,
+    )
     ours = [ctypes.sizeof(struct) for struct in structs]
     sizes = (c_size_t * len(structs))()
     library.mech_layout(sizes)

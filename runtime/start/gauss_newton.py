@@ -5,17 +5,21 @@ problem by a singular value decomposition, so that equations that repeat others 
 characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved.
 
 J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
+
+kernel/start/nearest.c does the same by orthogonal factors. What follows the marker stands in modules of the Python target.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
-from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..problem import Array
+
+# ---- copied from here
 
 STEPS = 200
 LONGEST = 0.5
@@ -28,7 +32,7 @@ FULFILLED = 1e-11
 """Largest residual, as a share of a characteristic size, that counts as none."""
 
 
-class Local(Struct, frozen=True):
+class Local(NamedTuple):
     """Everything at one point: ``hard`` and ``soft`` residuals, their Jacobians, deviations from the guess [n]."""
 
     hard: Array
@@ -38,7 +42,7 @@ class Local(Struct, frozen=True):
     deviation: Array
 
 
-class Nearest(Struct, frozen=True):
+class Nearest(NamedTuple):
     """``x``: the point reached; ``local``: everything there; ``scale`` of each hard row; ``fulfilled``: whether all
     of them vanish; ``steps`` taken."""
 

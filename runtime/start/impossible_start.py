@@ -5,18 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ..outcome import SimulationError
-from ..problem import Array, AssemblyRow
-from .free_state import Task, displaced, disturbed, without_velocity
+from ..problem import AssemblyRow, Problem
+from .free_state import Task, disturbed
 from .gauss_newton import Nearest
-
-NEARBY, TURNED = 1e-9, 0.1
-"""A gradient that changes by this share within this distance, in radians or characteristic lengths, has no direction."""
 
 
 def not_assembled(
-    task: Task, stage: int, found: Nearest, weights: Array, without_known: bool
+    problem: Problem, task: Task, stage: int, found: Nearest, without_known: bool
 ) -> SimulationError:
-    problem = task.problem
+    """``found``: the closest state; ``without_known``: whether there is one if the given values are guesses."""
     hard = [problem.assembly[i] for i in task.rows(stage, True)]
     off = found.violations
     undefined = [row for row, v in zip(hard, off, strict=True) if not np.isfinite(v)]
@@ -31,10 +28,10 @@ def not_assembled(
     guilty = [i for i in np.argsort(-off) if off[i] > 1e-3 * worst]
     notes = [f"{_told(hard[i], stage)} is off by {abs(float(found.local.hard[i])):.4g} {hard[i].unit}".rstrip()
              + _where(hard[i]) for i in guilty]  # fmt: skip
-    rows = found.local.hard_jacobian[guilty] / weights / found.scale[guilty][:, None]
+    rows = found.local.hard_jacobian[guilty] / task.weights / found.scale[guilty][:, None]
     touched = np.abs(rows).max(axis=0, initial=0.0)
     first = problem.nq if stage == 2 else 0
-    places = [first + j if stage == 2 else task.partner[j] for j in range(problem.nv)]
+    places = [first + j if stage == 2 else task.facts.partner[j] for j in range(problem.nv)]
     stated = dict.fromkeys(
         i for j, i in enumerate(places) if task.known[i] and touched[j] > 1e-6 * touched.max(initial=0.0)
     )
@@ -44,7 +41,7 @@ def not_assembled(
         line = f" ({place.file}:{place.line})" if place else ""
         unit = f" {quantity.unit}" if quantity.unit else ""
         notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} is given{line}")
-    for i in without_velocity(task) if stage == 1 else ():
+    for i in _without_velocity(task) if stage == 1 else ():
         quantity = problem.states[i]
         unit = f" {quantity.unit}" if quantity.unit else ""
         notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} stays as it is said: its rate is prescribed")
@@ -58,7 +55,7 @@ def not_assembled(
             notes=tuple(notes),
             help="replace '=' by '~' in one of the given values: it is then a guess",
         )
-    if without_known or _contradictory(task, stage, found, weights):
+    if without_known or _contradictory(problem, task, stage, found):
         return SimulationError(
             f"constraints and initial conditions contradict each other ({what})",
             origin,
@@ -85,20 +82,20 @@ def _where(row: AssemblyRow) -> str:
     return f" ({row.origin.file}:{row.origin.line})" if row.origin else ""
 
 
-def _contradictory(task: Task, stage: int, found: Nearest, weights: Array) -> bool:
+def _contradictory(problem: Problem, task: Task, stage: int, found: Nearest) -> bool:
     """Whether the rows depend on each other in every position, not in the one that was found alone."""
     if stage == 2:
         return True
-    hard = [task.problem.assembly[i] for i in task.rows(1, True)]
+    hard = [problem.assembly[i] for i in task.rows(1, True)]
     off = found.violations
     if len({row.origin for row, v in zip(hard, off, strict=True) if v > 1e-3 * off.max()}) < 2:
         return False  # one statement: nothing else to remove
-    free = np.arange(task.problem.nv)
+    free = np.arange(problem.nv)
     deficits = []
-    for y in disturbed(task, found.x, free, weights):
-        local = task.local(y, 1, np.zeros(task.problem.nv), 1.0)
+    for y in disturbed(task, found.x, free):
+        local = task.local(y, 1, np.zeros(problem.nv))
         rows = [i for i, v in enumerate(found.violations) if v > 1e-3 * found.violations.max()]
-        matrix = local.hard_jacobian[rows] / weights
+        matrix = local.hard_jacobian[rows] / task.weights
         values = np.linalg.svd(matrix / found.scale[rows][:, None], compute_uv=False)
         deficits.append(
             int((values < 1e-9 * max(values.max(initial=0.0), 1e-300)).sum()) + max(0, len(rows) - free.size)
@@ -106,23 +103,18 @@ def _contradictory(task: Task, stage: int, found: Nearest, weights: Array) -> bo
     return min(deficits) > 0
 
 
-def check_directions(task: Task, placed: Nearest, weights: Array) -> None:
-    """Refuse equations that hold, but whose gradient is undefined there, or turns about within a billionth."""
-    hard = [task.problem.assembly[i] for i in task.rows(1, True)]
-    numbers = np.random.default_rng(5)
-    matrices = [placed.local.hard_jacobian]
-    for _ in range(2):
-        d = NEARBY * numbers.standard_normal(task.problem.nv) / weights
-        there = displaced(task.problem, task.partner, placed.x, d)
-        matrices.append(task.local(there, 1, np.zeros(task.problem.nv), 1.0).hard_jacobian)
-    for other in matrices[1:]:
-        turned = np.abs((other - matrices[0]) / weights).max(axis=1, initial=0.0)
-        for row, change, scale in zip(hard, turned, placed.scale, strict=True):
-            if not change <= TURNED * scale:
-                raise SimulationError(
-                    f"{_told(row, 1)} has no direction in the position that it asks for",
-                    row.origin,
-                    code="E0608",
-                    help="a distance of zero has no direction: what coincides is held by a joint, or by an equation "
-                    "for each component",
-                )
+def no_direction(row: AssemblyRow) -> SimulationError:
+    return SimulationError(
+        f"{_told(row, 1)} has no direction in the position that it asks for",
+        row.origin,
+        code="E0608",
+        help="a distance of zero has no direction: what coincides is held by a joint, or by an equation "
+        "for each component",
+    )
+
+
+def _without_velocity(task: Task) -> list[int]:
+    """Coordinates in y whose rates are prescribed: nothing moves them."""
+    facts = task.facts
+    moved = {i + k for i in facts.partner for k in range(4 if i in facts.rotations else 1)}
+    return [i for i in range(facts.nq) if i not in moved]

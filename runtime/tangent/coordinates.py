@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ..problem import Array, Problem
-from ..start.free_state import partners
 
 
 def basis(problem: Problem, y: Array) -> Array:
@@ -16,7 +15,7 @@ def basis(problem: Problem, y: Array) -> Array:
     nq, nv, nx = problem.nq, problem.nv, problem.nx
     matrix = np.zeros((problem.ny, 2 * nv + nx))
     first = -1
-    for j, i in enumerate(partners(problem)):
+    for j, i in enumerate(problem.partner):
         if i not in problem.rotations:
             matrix[i, j] = 1.0
         elif i != first:
@@ -40,5 +39,5 @@ def minimal(problem: Problem, y: Array, w: Array) -> Array:
 
 def _squares(problem: Problem) -> Array:
     """Give the squares of the columns of B, which are orthogonal; 1 for all but rotations."""
-    quarter = [0.25 if i in problem.rotations else 1.0 for i in partners(problem)]
+    quarter = [0.25 if i in problem.rotations else 1.0 for i in problem.partner]
     return np.array([*quarter, *np.ones(problem.nv + problem.nx)])

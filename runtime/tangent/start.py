@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from ..case import Case, inputs_at, prepare
 from ..outcome import SimulationError
 from ..problem import Array, Setting
-from ..start.free_state import Flags, partners
+from ..start.free_state import Flags
 from .augmented import Augmented
 from .coordinates import basis
 from .directions import Direction, chosen
@@ -116,7 +116,7 @@ def _place(direction: Direction) -> Setting:
 
 def _assembled(augmented: Augmented, listed: Sequence[Direction], w: Array) -> Array:
     case, problem = augmented.case, augmented.case.problem
-    known = np.array([case.known[i] for i in partners(problem)], dtype=bool)
+    known = np.array([case.known[i] for i in problem.partner], dtype=bool)
     moved = basis(problem, case.y0)
     if not (_determined(case, 1, ~known) and _determined(case, 2, ~case.known[_rates(case)])):
         for k, direction in enumerate(listed):

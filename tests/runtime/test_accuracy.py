@@ -23,7 +23,7 @@ from written_problems import (
 
 import mechc
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.nominal import nominal_values
+from mechc.runtime.nominal import nominal_values, sizes_of
 from mechc.runtime.problem import Array, Problem, Quantity
 from mechc.runtime.results.accuracy import companion_tolerance
 from mechc.runtime.studies.simulate import simulate
@@ -163,7 +163,7 @@ def test_units_change_no_step_where_the_start_is_zero(x0: float) -> None:
 def nominal(
     p: Problem, y0: list[float], rates: list[float], parameters: list[float], duration: float
 ) -> Array:
-    return nominal_values(p, np.array(y0), np.array(rates), np.array(parameters), [], duration)
+    return nominal_values(sizes_of(p), np.array(y0), np.array(rates), np.array(parameters), [], duration)
 
 
 def test_nominal_values_follow_their_rules() -> None:
@@ -211,7 +211,7 @@ def test_nominal_values_of_falls_rotations_and_accounts() -> None:
     assert nominal(body, [1, 0, 0, 0, 0, 2, 0], [0] * 7, [], 1) == pytest.approx([1, 1, 1, 1, 2, 2, 2])
     account = problem("Account", x=[("E", "J")], functions={})
     account = replace(account, states=(Quantity("E", "account", "J"),))
-    assert nominal_values(account, np.zeros(1), np.zeros(1), np.zeros(0), [-40.0, 3.0], 1.0) == 40
+    assert nominal_values(sizes_of(account), np.zeros(1), np.zeros(1), np.zeros(0), [-40.0, 3.0], 1.0) == 40
 
 
 def test_the_estimate_sees_errors_of_steps_that_only_their_bound_limits() -> None:

@@ -176,7 +176,7 @@ def test_a_distance_of_zero_has_no_direction(guess: str) -> None:
 
 
 def test_a_constraint_without_a_value_is_named() -> None:
-    error = refusal("coordinate x ~ -1 m;kinetic 1/2*1 kg*der(x)^2;constraint c: sqrt(x/1 m) = 2;")
+    error = refusal("coordinate x ~ -5 m;kinetic 1/2*1 kg*der(x)^2;constraint c: sqrt(x/1 m) = 2;")
     assert error.code == "E0608" and error.message == "'c' has no value at the guesses"
 
 

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 
 from mechc.runtime.case import SimulationOptions, find_experiment, input_values, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.nominal import nominal_values
+from mechc.runtime.nominal import nominal_values, sizes_of
 from mechc.runtime.problem import Problem
 
 from ...equations.model import Equations
@@ -66,7 +66,7 @@ def start_of(
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
     out = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
     energies = [float(v) for v, q in zip(out, problem.outputs, strict=True) if q.kind == "energy"]
-    nominal = nominal_values(problem, case.y0, rates, case.p, energies, case.stop - case.begin)
+    nominal = nominal_values(sizes_of(problem), case.y0, rates, case.p, energies, case.stop - case.begin)
     given: dict[str, set[int]] = {"p": set(), "y": set(), "u": set()}
     for setting in plan.settings if plan else ():
         given[setting.array].add(setting.index)

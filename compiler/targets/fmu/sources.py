@@ -47,7 +47,7 @@ def sources(
         "model.c": code,
         "description.c": _description(program, start, table, method, sizes),
     }
-    chosen = needed_kernel(program, method, {**glue, **own}, parts)
+    chosen = needed_kernel(program, (method,), {**glue, **own}, parts)
     # only the functions of the standard are exported
     return {name: _hidden(text) for name, text in sorted(with_prefix(chosen | glue | own, visible).items())}
 

@@ -1,0 +1,219 @@
+/* Initial states: positions nearest to their guesses on the constraints, then velocities likewise. Known values stay. */
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "displacement.h"
+#include "nearest.h"
+#include "start.h"
+
+enum { ATTEMPTS = 8 };
+
+/* A gradient that changes by a tenth within this distance, in characteristic sizes, has no direction. */
+static const mech_real NEARBY = MECH_C(1e-9), TURNED = MECH_C(0.1);
+static const mech_real ROUNDING = MECH_C(1e-12); /* of assembled coordinates, in characteristic sizes */
+
+/* G. Steele, D. Lea, C. Flood, Fast splittable pseudorandom number generators, OOPSLA 2014: evenly spread with
+   variance 1, always the same ones. */
+static mech_real next_number(uint64_t *state)
+{
+    uint64_t x = *state += 0x9e3779b97f4a7c15u;
+    x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ x >> 27) * 0x94d049bb133111ebu;
+    x ^= x >> 31;
+    return MECH_C(1.7320508075688772) * ((mech_real)(x >> 11) / 4503599627370496.0 - 1);
+}
+
+static void *make_task(const mech_model *m, mech_task *k, mech_real length)
+{
+    const mech_start *s = m->start;
+    const size_t ny = (size_t)(m->nq + m->nv + m->nx), nv = (size_t)m->nv, rows = (size_t)s->n_rows;
+    const size_t point = ny + rows + rows * nv + nv;
+    const size_t numbers = 2 * point + ny + 3 * nv + 2 * rows + mech_nearest_numbers(m);
+    const size_t integers = 2 * rows + nv + mech_nearest_integers(m);
+    mech_real *block = calloc(1, numbers * sizeof(mech_real) + integers * sizeof(int));
+    if (!block) return NULL;
+    mech_real *next = block;
+    mech_point *points[2] = {&k->here, &k->there};
+    for (int i = 0; i < 2; i++) {
+        points[i]->y = next;
+        points[i]->values = points[i]->y + ny;
+        points[i]->jacobian = points[i]->values + rows;
+        points[i]->deviation = points[i]->jacobian + rows * nv;
+        next = points[i]->deviation + nv;
+    }
+    k->guess = next;
+    k->weights = k->guess + ny;
+    k->d = k->weights + nv;
+    k->step = k->d + nv;
+    k->shares = k->step + nv;
+    k->scale = k->shares + rows;
+    k->work = k->scale + rows;
+    k->hard = (int *)(k->work + mech_nearest_numbers(m));
+    k->soft = k->hard + rows;
+    k->free = k->soft + rows;
+    k->order = k->free + nv;
+    for (int j = 0; j < m->nv; j++) k->weights[j] = 1 / (s->size[j] > 0 ? s->size[j] : length);
+    for (int i = 0; i < s->n_rows; i++) k->shares[i] = s->rows[i].pure ? 1 : 1 / length;
+    return block;
+}
+
+static void begin_stage(mech_task *k, int stage, const unsigned char *known)
+{
+    const mech_model *m = k->model;
+    const mech_start *s = m->start;
+    k->stage = stage;
+    k->n_hard = k->n_soft = k->n_free = 0;
+    for (int i = 0; i < s->n_rows; i++) {
+        if (s->rows[i].stage != stage) continue;
+        if (s->rows[i].hard) k->hard[k->n_hard++] = i;
+        else k->soft[k->n_soft++] = i;
+    }
+    for (int j = 0; j < m->nv; j++)
+        if (!known[stage == 1 ? s->partner[j] : m->nq + j]) k->free[k->n_free++] = j;
+}
+
+/* Tries the guess, then states around it: the guess itself may be a position where nothing can begin. */
+static int place(mech_task *k, mech_start_report *r, mech_real *best)
+{
+    const size_t bytes = (size_t)(k->model->nq + k->model->nv + k->model->nx) * sizeof(mech_real);
+    uint64_t numbers = 3;
+    if (mech_nearest(k, &r->off, &r->row, &r->steps[0])) return 1;
+    memcpy(best, k->here.y, bytes);
+    mech_real size = MECH_C(0.05);
+    for (int attempt = 0; attempt < ATTEMPTS; attempt++, size *= 2) {
+        mech_real off;
+        int row;
+        for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
+        for (int f = 0; f < k->n_free; f++)
+            k->d[k->free[f]] = mech_min(size, MECH_C(1.5)) * next_number(&numbers) / k->weights[k->free[f]];
+        memcpy(k->here.y, k->guess, bytes);
+        mech_displace(k->model, k->here.y, k->d);
+        if (mech_nearest(k, &off, &row, &r->steps[0])) {
+            r->off = off;
+            r->row = row;
+            return 1;
+        }
+        if (!(r->off <= off)) { /* nor is it, where it is not a number */
+            r->off = off;
+            r->row = row;
+            memcpy(best, k->here.y, bytes);
+        }
+    }
+    memcpy(k->here.y, best, bytes);
+    return 0;
+}
+
+/* Whether all gradients of the hard rows are defined, and the same close by; else the row. */
+static int undirected_row(mech_task *k)
+{
+    const int nv = k->model->nv;
+    uint64_t numbers = 5;
+    for (int other = 0; other < 2; other++) {
+        for (int j = 0; j < nv; j++) k->d[j] = NEARBY * next_number(&numbers) / k->weights[j];
+        memcpy(k->there.y, k->here.y, (size_t)(k->model->nq + nv + k->model->nx) * sizeof(mech_real));
+        mech_displace(k->model, k->there.y, k->d);
+        mech_look(k, &k->there);
+        for (int a = 0; a < k->n_hard; a++) {
+            const int i = k->hard[a];
+            for (int j = 0; j < nv; j++) {
+                const size_t e = (size_t)i * (size_t)nv + (size_t)j;
+                const mech_real change = (k->there.jacobian[e] - k->here.jacobian[e]) / k->weights[j];
+                if (!(mech_abs(change) <= TURNED * (k->scale[i] > 0 ? k->scale[i] : 1))) return i;
+            }
+        }
+    }
+    return -1;
+}
+
+static int both_stages(mech_task *k, const unsigned char *known, mech_real *y, mech_start_report *r)
+{
+    const mech_model *m = k->model;
+    const size_t bytes = (size_t)(m->nq + m->nv + m->nx) * sizeof(mech_real);
+    memcpy(k->guess, y, bytes);
+    memcpy(k->here.y, y, bytes);
+    begin_stage(k, 1, known);
+    const int placed = place(k, r, y);
+    memcpy(y, k->here.y, bytes);
+    if (!placed) return MECH_START_APART;
+    const int row = undirected_row(k);
+    if (row >= 0) {
+        r->row = row;
+        return MECH_START_UNDIRECTED;
+    }
+    begin_stage(k, 2, known);
+    const int moving = mech_nearest(k, &r->off, &r->row, &r->steps[1]);
+    memcpy(y, k->here.y, bytes);
+    return moving ? MECH_STARTED : MECH_START_RATES;
+}
+
+int mech_assemble(const mech_model *m, mech_real t, const unsigned char *known, const mech_real *u,
+                  const mech_real *z, const mech_real *p, mech_real *y, mech_start_report *report)
+{
+    mech_start_report own, *r = report ? report : &own;
+    *r = (mech_start_report){MECH_STARTED, -1, {0, 0}, 0};
+    if (!m->start || !m->start->n_rows) return MECH_STARTED;
+    mech_task task = {.model = m, .t = t, .u = u, .z = z, .p = p};
+    void *block = make_task(m, &task, mech_characteristic_length(m, p));
+    if (!block) return r->status = MECH_START_NO_MEMORY;
+    r->status = both_stages(&task, known ? known : m->start->known, y, r);
+    free(block);
+    return r->status;
+}
+
+/* What the model states of y, behind what was given; then initial values that follow from those of others. */
+static void state_values(const mech_model *m, mech_real t, const unsigned char *given, const mech_real *u,
+                         const mech_real *z, const mech_real *p, mech_real *y, mech_real *value)
+{
+    const int ny = m->nq + m->nv + m->nx;
+    const mech_start *s = m->start;
+    m->initial(t, y, u, z, p, value);
+    for (int i = 0; i < ny; i++)
+        if (!given || !given[i]) y[i] = value[i];
+    for (int round = 0; s && round < s->n_dependent; round++) { /* one of them may be stated with another */
+        s->others(t, y, u, z, p, value);
+        for (int k = 0; k < s->n_dependent; k++)
+            if (!given || !given[s->dependent[k]]) y[s->dependent[k]] = value[k];
+    }
+    mech_normalise(m, y);
+}
+
+/* plain = y, but what was stated where a coordinate was moved by no more than rounding. */
+static void put_back(const mech_model *m, const mech_real *p, const mech_real *stated, const mech_real *y, mech_real *plain)
+{
+    const mech_start *s = m->start;
+    const mech_real length = s ? mech_characteristic_length(m, p) : 1;
+    memcpy(plain, y, (size_t)(m->nq + m->nv + m->nx) * sizeof(mech_real));
+    for (int j = 0; s && j < m->nv; j++) {
+        const int i = s->partner[j];
+        int rotation = 0;
+        for (int k = 0; k < m->n_rotations; k++) rotation |= m->rotations[k] == i;
+        if (!rotation && mech_abs(y[i] - stated[i]) < ROUNDING * (s->size[j] > 0 ? s->size[j] : length))
+            plain[i] = stated[i];
+    }
+}
+
+int mech_start_state(const mech_model *m, mech_real t, const unsigned char *given, const mech_real *u, mech_real *z,
+                     const mech_real *p, mech_real *y, mech_real *plain, mech_start_report *report)
+{
+    mech_start_report own, *r = report ? report : &own;
+    const int ny = m->nq + m->nv + m->nx;
+    *r = (mech_start_report){MECH_STARTED, -1, {0, 0}, 0};
+    mech_real *value = calloc((size_t)ny + 1, sizeof *value); /* formulas, then what was stated */
+    unsigned char *known = calloc((size_t)ny + 1, 1);
+    if (!value || !known) r->status = MECH_START_NO_MEMORY;
+    if (!r->status) {
+        if (m->discretes) m->discretes(t, y, u, z, p, z);
+        state_values(m, t, given, u, z, p, y, value);
+        memcpy(value, y, (size_t)ny * sizeof(mech_real));
+        for (int i = 0; i < ny && !r->status; i++)
+            if (!mech_finite(y[i])) *r = (mech_start_report){MECH_START_UNDEFINED, i, {0, 0}, y[i]};
+        for (int i = 0; m->start && i < ny; i++)
+            known[i] = given && given[i] ? given[i] == MECH_KNOWN : m->start->known[i];
+        if (!r->status) mech_assemble(m, t, known, u, z, p, y, r);
+        if (plain) put_back(m, p, value, y, plain);
+    }
+    free(value);
+    free(known);
+    return r->status;
+}

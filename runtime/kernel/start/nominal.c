@@ -1,0 +1,159 @@
+/* Nominal values: the size that each state has in a run, against which its error is measured.
+ *
+ * Every rule multiplies and compares quantities of one unit only, so that a change of units changes no step. The rules,
+ * in this order:
+ *  1. a nominal that the model declares; 1 for the entries of a rotation;
+ *  2. the initial value, else the size of the declared range;
+ *  3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
+ *  4. where this is zero, the smallest one of the states of the same kind and unit;
+ *  5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
+ *  6. what the state reaches in a first run, which measures it against what the rate at the start would lead to;
+ *  7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
+ * Values below 1e-12 of the largest one of their kind and unit count as zero, and no nominal is below 1e-6 of it, but not
+ * above what the state reaches. An account of energy has the size of the energies at the start, else what it reaches.
+ */
+#include "nominal.h"
+
+static const mech_real FLOOR = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
+
+
+static const mech_quantity *state(const mech_motion *x, int i) { return &x->sizes->states[i]; }
+
+/* What nominal values are shared among: coordinates and states, or velocities. */
+static int is_plain(const mech_motion *x, int i, int velocities)
+{
+    const mech_model *m = x->model;
+    const int velocity = i >= m->nq && i < m->nq + m->nv;
+    if (velocities) return velocity;
+    return !velocity && state(x, i)->kind == MECH_PLAIN;
+}
+
+static mech_real own_size(const mech_quantity *q, mech_real initial)
+{
+    if (q->nominal > 0) return q->nominal;
+    return initial != 0 ? mech_abs(initial) : q->range;
+}
+
+/* Gives states without a size that of the smallest one of their unit; keeps those below the floor at what they reach, but
+   not above it. 1 if there are such. */
+static int share(const mech_motion *x, int velocities, const mech_real *bounds, mech_real *nominal)
+{
+    const mech_model *m = x->model;
+    const int ny = m->nq + m->nv + m->nx;
+    int low = 0;
+    for (int first = 0; first < ny; first++) {
+        const int unit = state(x, first)->unit;
+        int seen = !is_plain(x, first, velocities);
+        for (int i = 0; i < first && !seen; i++) seen = is_plain(x, i, velocities) && state(x, i)->unit == unit;
+        if (seen) continue;
+        mech_real largest = 0, smallest = (mech_real)INFINITY;
+        for (int i = first; i < ny; i++)
+            if (is_plain(x, i, velocities) && state(x, i)->unit == unit) largest = mech_max(largest, nominal[i]);
+        const mech_real floor = FLOOR * largest;
+        for (int i = first; i < ny; i++) {
+            if (!is_plain(x, i, velocities) || state(x, i)->unit != unit) continue;
+            if (!(state(x, i)->nominal > 0) && nominal[i] > 0 && nominal[i] < floor) {
+                low = 1;
+                if (bounds) nominal[i] = mech_max(nominal[i], mech_min(floor, bounds[i]));
+            }
+            if (nominal[i] > 0) smallest = mech_min(smallest, nominal[i]);
+        }
+        for (int i = first; i < ny && mech_finite(smallest); i++)
+            if (is_plain(x, i, velocities) && state(x, i)->unit == unit && nominal[i] == 0) nominal[i] = smallest;
+    }
+    return low;
+}
+
+static mech_real parameter_size(const mech_motion *x, const mech_quantity *q)
+{
+    mech_real sum = 0;
+    int n = 0;
+    if (q->pure) return 1;
+    for (int k = 0; k < x->model->np; k++)
+        if (x->sizes->units[k] == q->unit && x->p[k] != 0) sum += mech_log(mech_abs(x->p[k])), n++;
+    return n ? mech_exp(sum / n) : 0;
+}
+
+/* How far a state gets by its rate, and a coordinate by its acceleration, at the start. */
+static mech_real reach(const mech_motion *x, int i)
+{
+    const mech_model *m = x->model;
+    mech_real far = mech_abs(x->rates[i]) * x->duration;
+    for (int j = 0; i < m->nq && j < m->nv; j++)
+        if (x->sizes->partner[j] == i)
+            far = mech_max(far, mech_abs(x->rates[m->nq + j]) * x->duration * x->duration);
+    return far;
+}
+
+static int of_positions(const mech_motion *x, const mech_real *reached, const mech_real *bounds, mech_real *nominal)
+{
+    const mech_model *m = x->model;
+    const int ny = m->nq + m->nv + m->nx;
+    for (int i = 0; i < ny; i++)
+        nominal[i] = state(x, i)->kind == MECH_ROTATION_ENTRY ? 1 : is_plain(x, i, 0) ? own_size(state(x, i), x->y0[i]) : 0;
+    int unsized = share(x, 0, bounds, nominal);
+    for (int i = 0; i < ny; i++) {
+        if (!is_plain(x, i, 0) || nominal[i] != 0) continue;
+        nominal[i] = parameter_size(x, state(x, i));
+        if (nominal[i] != 0) continue;
+        unsized = 1;
+        nominal[i] = reached && reached[i] != 0 ? reached[i] : reach(x, i);
+        if (nominal[i] == 0) nominal[i] = 1;
+    }
+    return unsized;
+}
+
+static int of_velocities(const mech_motion *x, const mech_real *bounds, mech_real *nominal)
+{
+    const mech_model *m = x->model;
+    const int *partner = x->sizes->partner;
+    mech_real speed = 0, acceleration = 0, fastest = 0;
+    for (int j = 0; j < m->nv; j++) {
+        speed = mech_max(speed, mech_abs(x->y0[m->nq + j]) / nominal[partner[j]]);
+        acceleration = mech_max(acceleration, mech_abs(x->rates[m->nq + j]) / nominal[partner[j]]);
+    }
+    const mech_real noise = ROUNDING * mech_max(speed, mech_sqrt(acceleration));
+    for (int j = 0; j < m->nv; j++) {
+        const int i = m->nq + j;
+        const mech_real unit = nominal[partner[j]];
+        mech_real own = own_size(state(x, i), mech_abs(x->y0[i]) / unit > noise ? x->y0[i] : 0);
+        if (!(state(x, i)->nominal > 0) && mech_abs(x->rates[i]) / unit > noise * noise / ROUNDING)
+            own = mech_max(own, mech_sqrt(mech_abs(x->rates[i]) * unit));
+        nominal[i] = own;
+    }
+    const int unsized = share(x, 1, bounds, nominal);
+    for (int j = 0; j < m->nv; j++) fastest = mech_max(fastest, nominal[m->nq + j] / nominal[partner[j]]);
+    if (!(fastest > 0)) fastest = x->duration > 0 ? 1 / x->duration : 1;
+    for (int j = 0; j < m->nv; j++)
+        if (nominal[m->nq + j] == 0) nominal[m->nq + j] = nominal[partner[j]] * fastest;
+    return unsized;
+}
+
+static int of_accounts(const mech_motion *x, const mech_real *reached, mech_real *nominal)
+{
+    const mech_model *m = x->model;
+    const int first = m->nq + m->nv, ny = first + m->nx;
+    mech_real largest = 0;
+    int unsized = 0;
+    for (int i = first; i < ny; i++) {
+        if (state(x, i)->kind != MECH_ACCOUNT) continue;
+        nominal[i] = state(x, i)->nominal > 0 ? state(x, i)->nominal : x->energy;
+        if (nominal[i] == 0) nominal[i] = mech_abs(x->rates[i]) * x->duration;
+        if (nominal[i] == 0) {
+            unsized = 1;
+            nominal[i] = !reached ? (mech_real)INFINITY : reached[i] != 0 ? reached[i] : 1;
+        }
+        if (mech_finite(nominal[i])) largest = mech_max(largest, nominal[i]);
+    }
+    for (int i = first; i < ny; i++) /* what cancels up to rounding has no size of its own */
+        if (state(x, i)->kind == MECH_ACCOUNT && !(state(x, i)->nominal > 0))
+            nominal[i] = mech_max(nominal[i], FLOOR * largest);
+    return unsized;
+}
+
+int mech_nominal_rules(const mech_motion *x, const mech_real *reached, const mech_real *bounds, mech_real *nominal)
+{
+    int unsized = of_positions(x, reached, bounds, nominal);
+    unsized |= of_velocities(x, bounds, nominal);
+    return unsized | of_accounts(x, reached, nominal);
+}

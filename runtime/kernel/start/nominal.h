@@ -1,0 +1,22 @@
+/* Nominal values by rules (nominal.c). Internal to the kernel, but for callers that make the first run themselves. */
+#ifndef MECH_NOMINAL_H
+#define MECH_NOMINAL_H
+
+#include "start.h"
+
+/* What the rules read. `y0` as wanted where an assembly has moved it by rounding; `rates`: dy/dt at the start. */
+typedef struct mech_motion {
+    const mech_model *model;
+    const mech_sizes *sizes;
+    const mech_real *p;
+    mech_real *y0, *rates; /* [ny], without what is rounding beside others of their unit            */
+    mech_real energy;      /* the largest one at the start                                        */
+    mech_real duration;
+} mech_motion;
+
+/* nominal[ny]; `reached`: the largest size of each state in a first run, NULL before it, and `bounds` of what is far below
+   others of its unit, NULL: unknown. 1 where a first run would tell more, else 0. */
+int mech_nominal_rules(const mech_motion *motion, const mech_real *reached, const mech_real *bounds,
+                       mech_real *nominal);
+
+#endif

@@ -1,0 +1,56 @@
+"""What an assembly knows of a model besides its functions: ``mech_start`` of ``kernel/model.h``, made from the problem."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..problem import PURE, Problem
+
+# ---- copied from here
+
+
+class StartFacts(NamedTuple):
+    """``rows``: stage, whether it must hold, whether its unit is a pure number; ``size`` [nv] of the coordinate of each
+    velocity, 0: the characteristic size of lengths, which is made from the parameters ``lengths``. ``partner`` [nv]:
+    the index of that coordinate, of the first entry of a rotation; ``rotations``: all of these."""
+
+    nq: int
+    nv: int
+    rotations: Sequence[int]
+    rows: Sequence[tuple[int, bool, bool]]
+    known: Sequence[bool]
+    partner: Sequence[int]
+    size: Sequence[float]
+    lengths: Sequence[int]
+    dependent: Sequence[int]
+
+
+# ---- to here
+
+
+def start_facts(problem: Problem) -> StartFacts | None:
+    """Return the facts of a model; None where its initial state is as it is stated."""
+    if not problem.assembly and not problem.dependent:
+        return None
+    partner = problem.partner
+    return StartFacts(
+        problem.nq,
+        problem.nv,
+        problem.rotations,
+        tuple((row.stage, row.known, row.unit in PURE) for row in problem.assembly),
+        problem.known,
+        partner,
+        tuple(_size(problem, i) for i in partner),
+        tuple(k for k, q in enumerate(problem.parameters) if q.unit == "m"),
+        problem.dependent,
+    )
+
+
+def _size(problem: Problem, i: int) -> float:
+    quantity = problem.states[i]
+    if i in problem.rotations:
+        return 1.0
+    if quantity.nominal is not None:
+        return abs(quantity.nominal)
+    return 1.0 if quantity.unit in PURE else 0.0

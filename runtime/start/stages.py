@@ -1,0 +1,96 @@
+"""The two stages of an assembly: positions nearest to their guesses on the constraints, then velocities likewise.
+
+kernel/start/assemble.c does the same. What follows the marker stands in modules of the Python target, too.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..problem import Array, ModelFunction
+from .facts import StartFacts
+from .free_state import (
+    Flags,
+    Task,
+    characteristic_length,
+    deviation_from,
+    displaced,
+    disturbed,
+    even_numbers,
+    weights_of,
+)
+from .gauss_newton import Local, Nearest, nearest
+
+# ---- copied from here
+
+NEARBY, TURNED = 1e-9, 0.1
+"""A gradient that changes by this share within this distance, in radians or characteristic lengths, has no direction."""
+
+
+def make_task(
+    facts: StartFacts,
+    residuals: ModelFunction,
+    jacobian: ModelFunction,
+    t: float,
+    known: Flags,
+    u: Array,
+    z: Array,
+    p: Array,
+) -> Task:
+    """Return an assembly whose ``known`` entries [ny] stay."""
+    length = characteristic_length(facts, p)
+    return Task(facts, residuals, jacobian, t, u, z, p, known, length, weights_of(facts, length))
+
+
+def placed(task: Task, guess: Array) -> Nearest:
+    """Return the positions nearest to the guess; where there are none, the closest ones that were found."""
+    free = task.free(1)
+    best = place(task, guess, guess, free)
+    if best.fulfilled:
+        return best
+    for other in disturbed(task, guess, free):
+        found = place(task, guess, other, free)
+        if found.fulfilled:
+            return found
+        if not best.violations.max() <= found.violations.max():  # nor is it, where it is not a number
+            best = found
+    return best
+
+
+def place(task: Task, guess: Array, start: Array, free: NDArray[np.intp]) -> Nearest:
+    """Search for the positions nearest to the guess from another start."""
+
+    def at(y: Array) -> Local:
+        return task.local(y, 1, deviation_from(task.facts, y, guess))
+
+    return nearest(at, lambda y, d: displaced(task.facts, y, d), start, free, task.weights)
+
+
+def moving(task: Task, y: Array, free: NDArray[np.intp]) -> Nearest:
+    """Return y with the velocities nearest to those that it has."""
+    rates = slice(task.facts.nq, task.facts.nq + task.facts.nv)
+    guess = y[rates].copy()
+
+    def at(state: Array) -> Local:
+        return task.local(state, 2, state[rates] - guess)
+
+    def move(state: Array, d: Array) -> Array:
+        moved = state.copy()
+        moved[rates] += d
+        return moved
+
+    return nearest(at, move, y, free, task.weights, linear=True)
+
+
+def undirected_row(task: Task, found: Nearest) -> int | None:
+    """Return the first hard row that holds, but whose gradient is undefined there, or turns about within a billionth."""
+    nv, first = task.facts.nv, found.local.hard_jacobian
+    for turn in even_numbers(5, 2 * nv).reshape(2, nv):
+        there = displaced(task.facts, found.x, NEARBY * turn / task.weights)
+        other = task.local(there, 1, np.zeros(nv)).hard_jacobian
+        turned = np.abs((other - first) / task.weights).max(axis=1, initial=0.0)
+        for row, change, scale in zip(task.rows(1, True), turned, found.scale, strict=True):
+            if not change <= TURNED * scale:
+                return row
+    return None

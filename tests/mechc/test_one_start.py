@@ -1,0 +1,172 @@
+"""One start for all targets: the standalone C program begins as a run does, and goes on like it, row by row."""
+
+from __future__ import annotations
+
+import csv
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.exporting import defaults_of
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.functions import load_functions
+from mechc.runtime.native.build import find_compiler
+from mechc.runtime.problem import Array
+from mechc.runtime.start import initial
+from mechc.runtime.studies.simulate import simulate
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CIRCLE = (
+    "coordinate x = 3 m;coordinate y ~ 3 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+    "constraint rod: sqrt(x^2 + y^2) = 5 m;experiment(stop = 1 s);"
+)
+BITS = ("-O0", "-ffp-contract=off", "-frounding-math")
+"""One rounding for each operation, as a reproducible run has."""
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")
+
+
+def rows_of_program(model: mechc.Model, folder: Path, *arguments: str) -> tuple[list[str], Array]:
+    """Return names and rows of the C program that a model is written as."""
+    compiler = find_compiler()
+    assert compiler is not None
+    model.compile("c", folder)
+    sources = sorted(path.name for path in folder.glob("*.c"))
+    flags = ["-std=c11", "-Wall", "-Wextra", "-Werror", *BITS]
+    subprocess.run([*compiler.command, *flags, "-o", "program", *sources, "-lm"], cwd=folder, check=True)
+    done = subprocess.run([str(folder / "program"), *arguments], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    head, *rows = csv.reader(done.stdout.splitlines())
+    return [name.split(" [")[0] for name in head], np.array(rows, dtype=float)
+
+
+def rows_of_run(model: mechc.Model, names: list[str]) -> Array:
+    """Return the same rows of a run with the same method, but those of events, of which it shows both sides."""
+    problem = model.problem("python")
+    defaults = defaults_of(problem, model.settings)
+    compiled = model.problem("c", reproducible=True, method=defaults.method)
+    options = SimulationOptions(
+        values=model.settings,
+        stop=defaults.stop,
+        estimate_error=False,
+        points=501,
+        method=defaults.method,
+        reproducible=True,
+    )
+    solution = simulate(compiled, options)
+    table = np.column_stack([solution.time, *(solution[name] for name in names[1:])])
+    times, counts = np.unique(table[:, 0], return_counts=True)
+    return table[np.isin(table[:, 0], times[counts == 1])]
+
+
+def check_rows(model: mechc.Model, folder: Path) -> None:
+    names, own = rows_of_program(model, folder)
+    expected = rows_of_run(model, names)
+    own = own[np.isin(own[:, 0], expected[:, 0])]
+    expected = expected[np.isin(expected[:, 0], own[:, 0])]
+    assert len(own) > 1 and own.shape == expected.shape
+    size = np.maximum(np.nanmax(np.abs(expected), axis=0), 1e-300)
+    off = np.abs(own - expected) / size
+    # rounding: outputs are sums of terms larger than their values
+    np.testing.assert_array_less(off[0], 1e-11)
+    # rounding of two compilations, by the factor by which these motions magnify it: the tolerance is 1e-8 or below, and
+    # another start or other nominal values show as that
+    assert np.nanmax(off) < 1e-9, names[int(np.nanargmax(np.nanmax(off, axis=0)))]
+
+
+def test_known_values_stay(tmp_path: Path) -> None:
+    names, rows = rows_of_program(mechc.loads(CIRCLE), tmp_path)
+    assert names[:3] == ["time", "x", "y"] and rows[0, :3].tolist() == [0, 3, 4]
+
+
+@pytest.mark.parametrize("name", ["four_bar", "schwarzschild", "bouncing_ball"])
+def test_rows(name: str, tmp_path: Path) -> None:
+    check_rows(mechc.load(EXAMPLES / f"{name}.mech"), tmp_path)
+
+
+def test_values_that_are_set_and_inputs_of_experiments(tmp_path: Path) -> None:
+    """Settings of the caller go before those of the experiment; initial values that follow from others follow them."""
+    text = (
+        "parameter k = 4 N/m;input Force F = 0 N;coordinate x = 1 m;coordinate y = 2*x;"
+        "kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);potential 1/2*k*(x^2 + y^2);force F on x;"
+        "experiment(stop = 1 s, k = 9 N/m, F = 3 N, x = 5 m);"
+    )
+    file = tmp_path / "pair.mech"
+    file.write_text(text)
+    check_rows(mechc.load(file), tmp_path / "own")
+    other = mechc.load(file, set={"x": "2 m", "k": 1})
+    names, rows = rows_of_program(other, tmp_path / "set")
+    assert rows[0, [names.index("x"), names.index("y")]].tolist() == [2, 4]
+    np.testing.assert_allclose(rows[:, 0:2], rows_of_run(other, names)[:, 0:2], rtol=1e-9, atol=1e-9)
+
+
+def test_sizes_that_a_first_run_gives(tmp_path: Path) -> None:
+    text = (
+        "coordinate x = 0 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*1 N/m*x^2;"
+        "force 1 N*cos(2 s^-1*time) on x;experiment(stop = 100 s);"
+    )
+    check_rows(mechc.loads(text), tmp_path)
+
+
+def test_what_cannot_be_assembled_ends_the_program(tmp_path: Path) -> None:
+    model = mechc.loads(CIRCLE)
+    model.compile("c", tmp_path)
+    main = tmp_path / "main.c"
+    text = main.read_text()
+    assert text.count("    mech_start_report made;") == 1
+    apart = "    y0[0] = 6; given[0] = MECH_KNOWN;\n    mech_start_report made;"
+    main.write_text(text.replace("    mech_start_report made;", apart))
+    compiler = find_compiler()
+    assert compiler is not None
+    sources = sorted(path.name for path in tmp_path.glob("*.c"))
+    subprocess.run(
+        [*compiler.command, "-std=c11", "-o", "program", *sources, "-lm"], cwd=tmp_path, check=True
+    )
+    done = subprocess.run([str(tmp_path / "program")], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert done.stderr == "the initial state cannot be assembled: rod\n"
+
+
+ASSEMBLED = (
+    CIRCLE,
+    "coordinate x ~ 0 m;coordinate y ~ 0 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint rod: x^2 + y^2 = 1 m^2;",
+    "coordinate x ~ 0 m;coordinate y ~ 0.5 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);initial 2*x + y ~ 1 m;"
+    "initial x*der(y) = 3 m^2/s;initial der(x) ~ 1 m/s;",
+    "coordinate x ~ 1 m;coordinate y ~ 0.5 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);constraint one: x + y = 2 m;"
+    "constraint same: 2*x + 2*y = 4 m;",
+)
+
+
+@pytest.mark.parametrize("text", ASSEMBLED)
+def test_the_kernel_assembles_like_the_singular_values(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Orthogonal factors in C, singular value decompositions in Python: no line is shared."""
+    by_kernel, in_python = both_starts(mechc.loads(text), monkeypatch)
+    np.testing.assert_allclose(by_kernel, in_python, rtol=1e-13, atol=1e-13)
+
+
+def both_starts(model: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> tuple[Array, Array]:
+    from mechc.runtime.case import prepare
+
+    problem = model.problem("c")
+    experiment = problem.experiments[0] if problem.experiments else None
+    stop = None if experiment and "stop" in experiment.options else 1.0
+    starts = []
+    for by_kernel in (True, False):
+        if not by_kernel:
+            monkeypatch.setattr(initial, "assembled_by_kernel", lambda *arguments: None)
+        starts.append(prepare(problem, load_functions(problem), SimulationOptions(stop=stop)).y0)
+    return starts[0], starts[1]
+
+
+@pytest.mark.slow
+def test_all_examples_are_assembled_alike(monkeypatch: pytest.MonkeyPatch) -> None:
+    for path in sorted(EXAMPLES.glob("*.mech")):
+        model = mechc.load(path)
+        if model.compilation.program.assembly:
+            with monkeypatch.context() as once:
+                by_kernel, in_python = both_starts(model, once)
+            size = np.abs(in_python).max()
+            assert np.abs(by_kernel - in_python).max() <= 1e-13 * size, path.stem
