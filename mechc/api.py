@@ -20,6 +20,7 @@ from .suggest import closest
 
 if TYPE_CHECKING:
     from .asking import Asked
+    from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
     from .runtime.studies.sweep import Runs
@@ -131,6 +132,19 @@ class Model(CompiledModel):
         """
         answer: Answer = self._answer(kind, set, settings)
         return answer
+
+    def fit(
+        self, data: Any, vary: Any, *, set: Mapping[str, Given] | None = None, **settings: Any
+    ) -> Findings:
+        """Find the values with which the model moves as it was measured (``runtime/studies/fit.py``).
+
+        ``data``: one or several measured motions: CSV files, mappings from names to arrays [n] in SI with ``time`` among
+        them, or tables of pandas. ``vary``: names of parameters and initial values, or a mapping from names to bounds
+        ``(low, high)`` or None. ``settings``: ``outputs``, ``noise``, ``shared``, ``loss``, ``starts``, and those of a run.
+        Raises UsageMistake and SimulationError for what does not fit the model.
+        """
+        found: Findings = self._answer("fit", set, {"data": data, "vary": vary, **settings})
+        return found
 
     def __getattr__(self, name: str) -> Any:
         from .runtime.studies.table import STUDIES

@@ -10,9 +10,11 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from .data import measured_motion
 from .lang.units import UnitError, parse_unit
 from .model import Target
 from .runtime.case import Progress
+from .runtime.fitting.measured import Measured
 from .runtime.inputs import Table, read_tables
 from .runtime.outcome import SimulationError
 from .runtime.problem import Problem
@@ -21,6 +23,7 @@ from .runtime.settings import (
     FORMULAS,
     START,
     Formula,
+    Free,
     Place,
     Range,
     Setting,
@@ -30,6 +33,7 @@ from .runtime.settings import (
 from .runtime.studies.study import Study
 from .settings import UsageMistake, elements_of, read_value, read_value_of, settings_in_si, tidy, unknown_name
 from .suggest import closest, setting_meant
+from .varied import free, ranges
 
 
 class Asked(Struct, frozen=True):
@@ -212,45 +216,28 @@ _SEPARATOR = re.compile(r",(?=[^=,{}\[\]]*(?:\[[^\]]*\][^=,{}\[\]]*)*=)")
 
 
 def _ranges(setting: Setting, given: Any, problem: Problem) -> tuple[Range, ...]:
-    """Read ``omega = 0 rad/s .. 10 rad/s``, with a number of values behind a comma where one is meant; several ones,
-    separated by commas; or a mapping from names to such texts or to (low, high) or (low, high, count)."""
-    pairs = _assignments(setting, given) if isinstance(given, str) else dict(given)
-    return tuple(_range(setting, tidy(name), what, problem) for name, what in pairs.items())
+    return ranges(setting.name, given, settable_units(problem))
 
 
-def _range(setting: Setting, name: str, what: Any, problem: Problem) -> Range:
-    units = settable_units(problem)
-    if name not in units:
-        raise unknown_name("parameter, initial value or input", name, units)
-    example = f'{setting.name} = "{name} = 0 .. 1", or with a number of values "{name} = 0 .. 1, 20"'
-    count = None
-    if isinstance(what, str):
-        ends, _, number = what.partition(",")
-        if number.strip():
-            count = _count(setting, number.strip(), problem)
-        low, dots, high = ends.partition("..")
-        if not dots:
-            raise UsageMistake(f"the values of '{name}' are a range, not '{what}'", example)
-        pair: list[Any] = [low.strip(), high.strip()]
-    else:
-        pair = list(what)
-        if len(pair) == 3:
-            count = _count(setting, pair.pop(), problem)
-        if len(pair) != 2:
-            raise UsageMistake(f"the values of '{name}' are a range, not {what!r}", example)
-    if isinstance(pair[0], str) and isinstance(pair[1], str):
-        pair[0] = _unit_of_the_other(pair[0], pair[1])
-    low_value, high_value = (settings_in_si({name: end}, {name: units[name]})[name] for end in pair)
-    if not low_value < high_value:
-        raise UsageMistake(f"the range of '{name}' goes from a lower to a higher value, not {what!r}")
-    return Range(name, units[name], low_value, high_value, count)
+def _free(setting: Setting, given: Any, problem: Problem) -> tuple[Free, ...]:
+    return free(setting.name, given, settable_units(problem))
 
 
-def _unit_of_the_other(low: str, high: str) -> str:
-    """Return ``0`` as ``0 rad/s`` where only the upper end has a unit."""
-    unit = high.lstrip("+-.0123456789eE ").strip()
-    bare = not low.strip("+-.0123456789eE ")
-    return f"{low} {unit}" if bare and unit else low
+def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]:
+    """Read positive amounts of quantities: ``theta = 1 mrad, x = 2 mm``."""
+    values = _assignments(setting, given) if isinstance(given, str) else dict(given)
+    units = {q.name: q.unit for q in (*problem.states, *problem.outputs)}
+    found = settings_in_si(values, units)
+    for name, amount in found.items():
+        if not amount > 0:
+            raise UsageMistake(f"'{setting.name}' of '{name}' is a positive number, not {amount:g}")
+    return found
+
+
+def _data(setting: Setting, given: Any, problem: Problem) -> tuple[Measured, ...]:
+    """Read files, or mappings from names to columns in SI; one or several."""
+    one = isinstance(given, (str, Path, Mapping)) or hasattr(given, "columns")
+    return tuple(measured_motion(what, problem) for what in ([given] if one else given))
 
 
 def settable_units(problem: Problem) -> dict[str, str]:
@@ -357,6 +344,9 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "surface": _surface,
     "interval": _interval,
     "energy": _energy,
+    "free": _free,
+    "amounts": _amounts,
+    "data": _data,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

@@ -131,7 +131,7 @@ def read_tables(
         raise SimulationError(f"cannot read the table {path}: {reason}") from error
     if len(rows) < 2:
         raise SimulationError(f"the table {path} has no rows")
-    names, units = zip(*(_split_header(cell) for cell in rows[0]), strict=True)
+    names, units = zip(*(header_of(cell) for cell in rows[0]), strict=True)
     if names[0] != "time":
         commas = ": columns are separated by commas" if len(names) == 1 and ";" in names[0] else ""
         raise SimulationError(
@@ -176,7 +176,7 @@ _UNIT = re.compile(r"(.*?)\s*\[(?![0-9, ]+\])([^\[\]]*)\]")
 """A name and its unit; what holds numbers only is an index."""
 
 
-def _split_header(cell: str) -> tuple[str, str]:
+def header_of(cell: str) -> tuple[str, str]:
     """Take ``torque [N.m]`` and ``u[1] [N]`` apart, as results are headed; a unit need not follow a blank."""
     text = cell.strip()
     match = _UNIT.fullmatch(text)

@@ -19,6 +19,7 @@ from .failures import explain_failure, say, write_to_nobody
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
     "study": "Put one of the known questions to a model.",
+    "fit": "Find parameters and starts from measured motions.",
     "bench": "Measure error against run time, for methods and tolerances.",
     "stress": "Run a model under extremes; tell whether any answer is silently wrong.",
     "check": "Check models without running them.",

@@ -27,6 +27,8 @@ METAVARS |= {
     "surface": '"FORMULA = VALUE"',
     "interval": "TIME",
     "energy": "ENERGY",
+    "free": 'A,B="LOW .. HIGH"',
+    "amounts": 'NAME="AMOUNT"',
 }
 
 
@@ -41,7 +43,7 @@ class Studies(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         from ..runtime.studies.table import STUDIES
 
-        return _command(STUDIES[cmd_name]) if cmd_name in STUDIES else None
+        return command_of(STUDIES[cmd_name]) if cmd_name in STUDIES else None
 
     def resolve_command(
         self, ctx: click.Context, args: list[str]
@@ -74,7 +76,7 @@ def command() -> None:
     """
 
 
-def _command(kind: Kind) -> click.Command:
+def command_of(kind: Kind) -> click.Command:
     """Make the command of one kind: its options are the settings of its question."""
     from ..runtime.settings import settings_of
 
@@ -108,6 +110,8 @@ def _command(kind: Kind) -> click.Command:
 
 
 def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    if setting.kind == "data":  # files stand behind the model
+        return click.argument(setting.name, metavar="DATA.csv...", nargs=-1)
     name = setting.option.replace("_", "-")
     if setting.kind == "flag":
         return click.option(f"--{name}/--no-{name}", setting.name, default=None, help=setting.description)

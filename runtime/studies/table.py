@@ -35,6 +35,11 @@ STUDIES = {
             "linearize:Linearize",
         ),
         Kind(
+            "fit",
+            "Which parameters and starts move the model as it was measured, and what cannot the data tell?",
+            "fit:Fit",
+        ),
+        Kind(
             "virial",
             "What are the averages over a long motion, of energies and of named quantities?",
             "virial:Virial",

@@ -19,6 +19,7 @@ from ..integrate.scipy_methods import PREFIX
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, SimulationError
 from ..problem import Array, Problem
+from ..results.evaluate import evaluate_rows
 from .augmented import augment
 from .coordinates import basis, minimal
 from .directions import Direction, as_asked, named
@@ -101,11 +102,18 @@ class Tangents:
     """A case made ready to be differentiated: from any state at any time, as often as one likes.
 
     ``states``: how many directions are changes of the initial state alone; they come first, and ``directions`` by name
-    after them.
+    after them. ``sizes``: what errors of the derivatives are measured against, as found by another one for the same
+    directions of a motion like this; found along the motion without them.
     """
 
     def __init__(
-        self, case: Case, method: Method, nominal: Array, directions: Sequence[str] = (), states: int = 0
+        self,
+        case: Case,
+        method: Method,
+        nominal: Array,
+        directions: Sequence[str] = (),
+        states: int = 0,
+        sizes: Array | None = None,
     ) -> None:
         if case.problem.hybrid is not None:
             raise SimulationError(
@@ -122,7 +130,7 @@ class Tangents:
         self.directions = (*(Direction(f"direction {k + 1}", "") for k in range(states)), *asked)
         self.augmented = augment(case, as_asked(case, self._listed, states + len(by_array["y"])))
         self.tolerance = case.tolerance
-        self._sizes: Array | None = None
+        self.sizes = sizes
 
     def tighter(self) -> Tangents:
         """Give the same with a tighter tolerance, or half the step."""
@@ -162,10 +170,10 @@ class Tangents:
         augmented, ny = self.augmented, self.case.problem.ny
         inner = np.empty_like(w)
         inner[:, self._order] = w
-        if self._sizes is None:
-            self._sizes = tangent_nominals(augmented, self.nominal, inner, self.tolerance)
+        if self.sizes is None:
+            self.sizes = tangent_nominals(augmented, self.nominal, inner, self.tolerance)
         row = augmented.joined(y, inner)
-        nominal = augmented.joined(self.nominal, np.maximum(self._sizes, _spread(inner, self.nominal)))
+        nominal = augmented.joined(self.nominal, np.maximum(self.sizes, _spread(inner, self.nominal)))
         z = augmented.discretes(self.case.z)
         run = augmented.run(self.method, self.tolerance, nominal, begin, row, z, times)
         if run.interrupted:
@@ -214,15 +222,18 @@ class Tangents:
 
     def _outputs(self, t: Array, states: Array, tangents: Array) -> tuple[Array, Array]:
         augmented, size = self.augmented, len(self.case.problem.outputs)
-        function = augmented.functions.outputs
-        if function is None:
+        if augmented.functions.outputs is None or not t.size:
             return np.empty((t.size, 0)), np.empty((t.size, 0, augmented.count))
-        z = augmented.discretes(self.case.z)
-        rows = [
-            function(float(time), augmented.joined(y, w), augmented.inputs(float(time)), z, augmented.p)
-            for time, y, w in zip(t, states, tangents, strict=True)
-        ]
-        return augmented.split(np.array(rows).reshape(t.size, -1), size)
+        case = replace(
+            self.case,
+            problem=augmented.problem,
+            functions=augmented.functions,
+            p=augmented.p,
+            z=augmented.discretes(self.case.z),
+        )
+        both = np.stack([augmented.joined(y, w) for y, w in zip(states, tangents, strict=True)])
+        rows = evaluate_rows(case, "outputs", t, both)
+        return augmented.split(rows, size)
 
 
 def _spread(w: Array, nominal: Array) -> Array:

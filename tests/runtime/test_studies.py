@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -42,10 +44,14 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         setting.kind in KINDS and setting.description.endswith(".") for setting in settings_of(question)
     )
     assert f"| `{name}` | {kind.asks} |" in PAGE, f"a row of {name} in docs/studies.md"
-    file = tmp_path / "well.mech"
+    file, data = tmp_path / "well.mech", tmp_path / "data.csv"
+    data.write_text(
+        "time,x\n" + "".join(f"{t / 10},{math.cos(t / 10)!r}\n" for t in range(31)), encoding="utf-8"
+    )
+    extra = {"fit": [str(data), "--vary", "x"]}.get(name, ["--stop", "3"])
     file.write_text(WELL.format(potential="1/2*x^2"), encoding="utf-8")
     picture = tmp_path / "picture.png"
-    command = ["study", name, str(file), "--stop", "3", "--json"]
+    command = ["study", name, str(file), *extra, "--json"]
     if name != "sweep":
         command += ["--plot", str(picture)]
     assert run_command(command) == 0
@@ -54,7 +60,8 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     answers = found["runs"] if name == "sweep" else [found]
     assert all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
     assert picture.exists() is (name != "sweep")
-    answer = getattr(mechc.load(file), name)(stop=3)
+    given: dict[str, Any] = {"fit": {"data": data, "vary": "x"}}.get(name, {"stop": 3})
+    answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
     assert all(run.outcome is Outcome.COMPLETED for run in answer.runs)
 

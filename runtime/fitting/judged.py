@@ -1,0 +1,73 @@
+"""What a solution of a search is worth: standard errors, intervals, correlation, and what the data cannot tell."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from ..problem import Array
+from .search import Found, Search
+from .unseen import Unseen, unseen
+
+CONFIDENCE = 0.95
+SMALLEST = 1e-6
+"""Of the best seen direction: a direction that moves the data less is noise of the derivatives."""
+LEAST = 1e-3
+"""Of the size with which a search begins: the least size of an unknown that ends at zero."""
+HOPELESS = 1e-3
+"""Of the noise: a direction whose whole size moves the data less is undetermined by a factor of a thousand."""
+
+
+class Judged(Struct, frozen=True, eq=False):
+    """``errors`` [k] are standard errors, infinite for what the data cannot tell; ``half`` [k] half the widths of the
+    intervals; ``correlation`` [k, k] not-a-number there; ``relative``: root mean square of residuals over their noise."""
+
+    errors: Array
+    half: Array
+    correlation: Array
+    unseen: Unseen
+    relative: float
+
+
+def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
+    """Tell it from the derivatives at the solution. ``names`` [k]: the unknowns in words."""
+    from scipy.stats import norm, t
+
+    motions = search.motions
+    computed = motions.at(found.x)
+    known = np.isfinite(search.given)
+    sigma = np.where(known, search.given, search.noise(found))
+    sizes = np.maximum(np.abs(found.x), LEAST * search.sizes)
+    r = motions.residuals(computed, 1.0 / sigma)
+    slopes = motions.jacobian(computed, 1.0 / sigma) * sizes * np.sqrt(counted(r, search.loss))[:, None]
+    hidden = unseen(names, found.x, slopes, HOPELESS, SMALLEST)
+    seen = np.array([name not in hidden.names for name in names])
+    covariance = np.full((len(names), len(names)), np.nan)
+    if seen.any():
+        _, s, v = np.linalg.svd(slopes[:, seen], full_matrices=False)
+        covariance[np.ix_(seen, seen)] = (v.T / s**2) @ v
+    scale = np.sqrt(np.diag(covariance))
+    errors = np.where(seen, scale * sizes, np.inf)
+    freedom = max(r.size - len(names), 1)
+    share = 0.5 + CONFIDENCE / 2
+    quantile = float(norm.ppf(share) if known.all() else t.ppf(share, freedom))
+    return Judged(
+        errors, quantile * errors, covariance / np.outer(scale, scale), hidden, float(np.sqrt(np.mean(r**2)))
+    )
+
+
+def counted(r: Array, loss: str) -> Array:
+    """Give how much each residual counts under a loss of scipy: the derivative of rho at its square."""
+    z = r**2
+    match loss:
+        case "linear":
+            return np.ones_like(z)
+        case "soft_l1":
+            return 1.0 / np.sqrt(1.0 + z)
+        case "huber":
+            return np.where(z <= 1.0, 1.0, 1.0 / np.sqrt(np.maximum(z, 1.0)))
+        case "cauchy":
+            return 1.0 / (1.0 + z)
+    return 1.0 / (1.0 + z**2)

@@ -1,0 +1,283 @@
+"""Fits: against least squares on equations by hand, the scatter of repetitions, and combinations known beforehand."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import least_squares
+
+import mechc
+from mechc.cli.main import run as run_command
+from mechc.runtime.fitting.unseen import unseen
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.problem import Array
+from mechc.settings import UsageMistake
+
+PENDULUM = """\
+model Pendulum
+  parameter Mass m(min = 1 g) = 1.3 kg;
+  parameter Length l(min = 1 cm, max = 5 m) = 0.9 m;
+  parameter c(min = 0 N.m.s) = 0.05 N.m.s;
+  parameter g = 9.81 m/s^2;
+  input push = 0 N.m;
+  coordinate Angle theta = 40 deg;
+  kinetic 1/2*m*l^2*der(theta)^2;
+  potential -m*g*l*cos(theta);
+  dissipation 1/2*c*der(theta)^2;
+  force push on theta;
+  output Length tip = l*sin(theta);
+  experiment(stop = 10 s);
+end Pendulum;
+"""
+
+TRUE = {"m": 1.0, "l": 1.1, "c": 0.08, "theta": 0.6}
+TIMES = np.linspace(0.0, 8.0, 81)
+
+
+@pytest.fixture(scope="module")
+def model() -> mechc.Model:
+    return mechc.loads(PENDULUM)
+
+
+@pytest.fixture(scope="module")
+def motion(model: mechc.Model) -> dict[str, Array]:
+    """The pendulum as it is, without noise, by equations of its own."""
+    m, l, c, theta = TRUE.values()
+
+    def rates(t: float, y: Array) -> Array:
+        return np.array([y[1], -9.81 / l * np.sin(y[0]) - c / (m * l**2) * y[1]])
+
+    found = solve_ivp(rates, (0, 8), [theta, 0.0], t_eval=TIMES, method="DOP853", rtol=1e-12, atol=1e-12)
+    return {"time": TIMES, "theta": found.y[0], "tip": l * np.sin(found.y[0])}
+
+
+def noisy(motion: dict[str, Array], seed: int, **sizes: float) -> dict[str, Array]:
+    random = np.random.default_rng(seed)
+    return {"time": TIMES} | {n: motion[n] + s * random.normal(size=TIMES.size) for n, s in sizes.items()}
+
+
+def errors(found: Any) -> dict[str, float | None]:
+    return {value.name: value.error for value in found.values}
+
+
+def test_the_values_come_back_from_data_without_noise(model: mechc.Model, motion: dict[str, Array]) -> None:
+    found = model.fit({"time": TIMES, "theta": motion["theta"]}, "l, c, theta, der(theta)", tolerance=1e-11)
+    expected = {"l": 1.1, "c": 0.08 * 1.3, "theta": 0.6, "der(theta)": 0.0}  # m is 1.3 kg, and c/m is seen
+    assert {name: found[name] for name in expected} == pytest.approx(expected, abs=1e-8)
+    assert found.details["unseen"] == [] and found.outcome.value == "completed"
+
+
+def test_the_minimum_is_that_of_equations_by_hand(model: mechc.Model, motion: dict[str, Array]) -> None:
+    data = noisy(motion, 3, theta=0.01)
+
+    def residuals(x: Array) -> Array:
+        def rates(t: float, y: Array) -> Array:
+            return np.array([y[1], -9.81 / x[0] * np.sin(y[0]) - x[1] / (1.3 * x[0] ** 2) * y[1]])
+
+        y = solve_ivp(rates, (0, 8), [x[2], 0.0], t_eval=TIMES, method="DOP853", rtol=1e-11, atol=1e-11).y
+        difference: Array = y[0] - data["theta"]
+        return difference
+
+    reference = least_squares(residuals, [0.9, 0.05, 0.7], xtol=1e-12, ftol=1e-14, gtol=1e-12, diff_step=1e-6)
+    covariance = np.linalg.inv(reference.jac.T @ reference.jac) * 2 * reference.cost / (81 - 3)
+    found = model.fit(data, "l, c, theta", tolerance=1e-10)
+    got = [found["l"], found["c"], found["theta"]]
+    assert got == pytest.approx(list(reference.x), rel=1e-6)  # two-point differences of the reference
+    stderr = [found.details["stderr"][name] for name in ("l", "c", "theta")]
+    assert stderr == pytest.approx(list(np.sqrt(np.diag(covariance))), rel=1e-4)
+
+
+def test_the_intervals_hold_as_often_as_they_say(model: mechc.Model, motion: dict[str, Array]) -> None:
+    """Of 40 repetitions 95 % intervals hold in at least 33, but for one case in 500."""
+    held, estimates, halves = np.zeros(3), [], []
+    for seed in range(40):
+        found = model.fit(noisy(motion, seed, theta=0.01), "l, c, theta")
+        values = np.array([value.value for value in found.values])
+        half = np.array([value.error for value in found.values])
+        held += np.abs(values - [1.1, 0.104, 0.6]) <= half
+        estimates.append(values)
+        halves.append(half)
+    assert held.min() >= 33
+    width = np.mean(halves, axis=0) / (1.96 * np.std(estimates, axis=0))
+    assert (width > 0.75).all() and (width < 1.3).all()  # the scatter of 40 is known to a tenth
+
+
+def test_what_cannot_be_told_is_said_as_formulas(model: mechc.Model, motion: dict[str, Array]) -> None:
+    data = noisy(motion, 1, theta=0.005)
+    found = model.fit(data, "m, l, c, theta")
+    assert found.details["unseen"] == ["the data cannot tell m and c apart: only c/m is seen"]
+    assert errors(found)["m"] is None and errors(found)["l"] is not None
+    assert found["c"] / found["m"] == pytest.approx(0.08, rel=0.1)
+    found = model.fit(data, "m, l, g, theta")
+    assert found.details["unseen"] == ["the data cannot tell m, l and g apart: only m*l^2 and g/l are seen"]
+    found = model.fit(data, "theta, push, g", set={"c": 0.104, "l": 1.1})
+    assert found.details["unseen"] == []
+
+
+@pytest.mark.parametrize(
+    ("seen", "values", "text"),
+    [
+        ([[1, 2, 0], [-1, 0, 1]], [1.0, 2.0, 0.3], "only a*b^2 and c/a are seen"),
+        ([[1, -1.5, 0], [0, 0, 1]], [2.0, 7.0, 1.0], "only b^3/a^2 is seen"),
+        ([[2, -3, 0]], [2.0, 3.0, 0.0], "only a - b is seen"),
+        ([[0, 0, 1]], [2.0, 3.0, 1.0], "nothing that was measured depends on b"),
+    ],
+)
+def test_combinations(seen: list[list[float]], values: list[float], text: str) -> None:
+    random = np.random.default_rng(0)
+    slopes = random.normal(size=(50, len(seen))) @ np.array(seen) + 1e-10 * random.normal(size=(50, 3))
+    texts = unseen(["a", "b", "c"], np.array(values), slopes, 0.0, 1e-6).texts
+    assert any(text in one for one in texts), texts
+
+
+def test_outputs_are_weighted_by_their_noise(model: mechc.Model, motion: dict[str, Array]) -> None:
+    """A column ten thousand times as noisy changes nothing."""
+    data = noisy(motion, 5, theta=0.001, tip=10.0)
+    both, one = model.fit(data, "l, c, theta"), model.fit(data, "l, c, theta", outputs="theta")
+    for name, error in errors(one).items():
+        assert error is not None and abs(both[name] - one[name]) < 0.05 * error
+    known = model.fit(data, "l, c, theta", noise="theta = 1 mrad, tip = 10 m")
+    assert errors(known)["l"] == pytest.approx(errors(one)["l"], rel=0.2)
+    assert "not compared: tip" in one.remarks
+
+
+def test_outliers_count_less_under_a_robust_loss(model: mechc.Model, motion: dict[str, Array]) -> None:
+    data = noisy(motion, 6, theta=0.005)
+    data["theta"][::9] += 1.0
+    plain, robust = model.fit(data, "l, c, theta"), model.fit(data, "l, c, theta", loss="soft_l1")
+    assert abs(robust["theta"] - 0.6) < 0.02 < abs(plain["theta"] - 0.6)
+
+
+def test_several_files_with_starts_of_their_own_gaps_and_inputs(
+    model: mechc.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The command: two motions, one of them pushed by what was measured, angles in degrees, cells that are empty."""
+    push = 0.3 * np.sin(2 * TIMES)
+    table = tmp_path / "push.csv"
+    table.write_text(
+        "time [s],push [N.m]\n" + "".join(f"{t},{float(u)!r}\n" for t, u in zip(TIMES, push, strict=True))
+    )
+    for name, start, inputs in (("a.csv", 0.3, {}), ("b.csv", -0.5, {"push": str(table)})):
+        run = model.simulate(
+            set={"l": 1.1, "c": 0.104, "theta": start}, stop=8, inputs=inputs, tolerance=1e-11
+        )
+        angle = np.degrees(run(TIMES)["theta"])
+        rows = ["time [ms],theta [deg]" + (",push [N.mm]" if inputs else "")]
+        for k, t in enumerate(TIMES):
+            cell = "" if k % 7 == 3 else repr(float(angle[k]))
+            rows.append(f"{float(1000 * t)!r},{cell}" + (f",{float(1000 * push[k])!r}" if inputs else ""))
+        (tmp_path / name).write_text("\n".join(rows) + "\n")
+    (tmp_path / "pendulum.mech").write_text(PENDULUM)
+    files = [str(tmp_path / name) for name in ("pendulum.mech", "a.csv", "b.csv")]
+    picture = tmp_path / "fit.png"
+    code = run_command(
+        ["fit", *files, "--vary", "l, c, theta = -1 .. 1 rad", "--json", "--plot", str(picture)]
+    )
+    assert code == 0 and picture.exists()
+    answer = json.loads(capsys.readouterr().out)
+    expected = {"l": 1.1, "c": 0.104, "theta (a.csv)": 0.3, "theta (b.csv)": -0.5}
+    assert answer["values"] == pytest.approx(expected, abs=1e-6)
+    assert {"stderr", "correlation", "unseen", "residual_rms"} <= set(answer)
+    code = run_command(["fit", *files, "--vary", "l,c,theta", "--shared", "theta", "--json"])
+    assert code == 0 and set(json.loads(capsys.readouterr().out)["values"]) == {"l", "c", "theta"}
+
+
+CART = """\
+model Cart
+  parameter M = 2 kg; parameter m = 0.4 kg; parameter l = 0.6 m; parameter k = 30 N/m;
+  coordinate Length x = 0.1 m;
+  coordinate Length u = 0.2 m;
+  coordinate Length w ~ -0.5 m;
+  constraint rod: u^2 + w^2 = l^2;
+  kinetic 1/2*M*der(x)^2 + 1/2*m*((der(x) + der(u))^2 + der(w)^2);
+  potential 1/2*k*x^2 + m*9.81 m/s^2*w;
+  experiment(stop = 3 s);
+end Cart;
+"""
+
+
+def test_constraints_move_with_the_parameters() -> None:
+    model = mechc.loads(CART)
+    times = np.linspace(0, 3, 61)
+    true = {"M": 1.7, "l": 0.7, "k": 36.0, "u": 0.25}
+    run = model.simulate(set=true, tolerance=1e-11, stop=3)
+    found = model.fit({"time": times, "x": run(times)["x"]}, list(true), tolerance=1e-10)
+    assert {name: found[name] for name in true} == pytest.approx(true, rel=1e-6)
+
+
+CHAOS = """\
+model Double
+  parameter l = 1 m; parameter m = 1 kg; parameter g = 9.81 m/s^2;
+  coordinate Angle a = 120 deg;
+  coordinate Angle b = -20 deg;
+  kinetic m*l^2*(der(a)^2 + 1/2*der(b)^2 + der(a)*der(b)*cos(a - b));
+  potential -m*g*l*(2*cos(a) + cos(b));
+  experiment(stop = 10 s);
+end Double;
+"""
+
+
+def test_a_chaotic_motion_is_fitted_bit_by_bit() -> None:
+    """From a start that is wrong by a tenth, the whole motion alone ends in a wrong valley."""
+    model = mechc.loads(CHAOS)
+    times = np.linspace(0, 8, 161)
+    run = model.simulate(set={"l": 0.8}, tolerance=1e-12, stop=8)
+    random = np.random.default_rng(0)
+    data = {"time": times} | {n: run(times)[n] + 0.01 * random.normal(size=161) for n in ("a", "b")}
+    found = model.fit(data, "l, a, b")
+    assert [found["l"], found["a"], found["b"]] == pytest.approx(
+        [0.8, np.radians(120), np.radians(-20)], abs=0.01
+    )
+    assert found.details["residual_rms"] == pytest.approx(0.01, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        ({"vary": "l, zz"}, "no parameter, initial value or input 'zz'"),
+        ({"vary": "l = 1 .. 2 m, 20"}, "no number of values"),
+        ({"vary": "l = 2 .. 1 m"}, "from a lower to a higher value"),
+        ({"vary": "l, l"}, "free twice"),
+        ({"vary": ""}, "takes names"),
+        ({"vary": "l = 4 .. 5 m, theta", "noise": "tip = 1 mm"}, "which is not compared"),
+        ({"vary": "l", "noise": "theta = 0 rad"}, "positive"),
+        ({"vary": "l", "loss": "squared"}, "the loss is linear"),
+        ({"vary": "l", "outputs": "tip"}, "in none of the measured motions"),
+        ({"vary": "l", "shared": "theta"}, "shared, but not free"),
+        ({"vary": "m", "starts": 4}, "has none"),
+        ({"vary": "l", "stop": 3}, "the measured times decide"),
+    ],
+)
+def test_what_does_not_fit_is_told(
+    model: mechc.Model, motion: dict[str, Array], given: dict[str, Any], words: str
+) -> None:
+    data = {"time": TIMES, "theta": motion["theta"]}
+    with pytest.raises((UsageMistake, SimulationError), match=words):
+        model.fit(data, **given)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time [s],theta [m]\n0,1\n1,1\n2,1\n", "is in m, the model has it in rad"),
+        ("time [s],thet [rad]\n0,1\n1,1\n", "did you mean 'theta'"),
+        ("theta [rad]\n1\n2\n", "no column 'time'"),
+        ("time [s],theta [rad]\n0,1\n0,2\n", "must rise"),
+        ("time [s],theta [rad]\n0,1\n1,x\n", "row 3 .* holds 'x'"),
+        ("time [s],theta [rad],push [N.m]\n0,1,0\n1,1,\n2,1,0\n", "no value of 'push'"),
+        ("time [s];theta [rad]\n0;1\n", "separated by commas"),
+        ("time [s],theta [rad]\n0,1\n1\n", "has 1 cells, not 2"),
+        ("time [s],theta [rad]\n", "no rows"),
+        ("time [s],theta [rad]\n0,1\n1,2\n", "cannot tell 2 unknowns"),
+    ],
+)
+def test_wrong_data_are_told(model: mechc.Model, tmp_path: Path, text: str, words: str) -> None:
+    file = tmp_path / "data.csv"
+    file.write_text(text)
+    with pytest.raises((UsageMistake, SimulationError), match=words):
+        model.fit(file, "l, theta")
