@@ -228,8 +228,9 @@ class Matter:
         return [pair for i, pair in enumerate(pairs) if i not in driven]
 
     def _total(self) -> Node:
-        lagrangian, free = self._lagrangian(), self._free()
-        velocities, accelerations = [s.node for s, _ in free], [a for _, a in free]
+        lagrangian = self._lagrangian()
+        velocities = [s.node for c in self._symbols.coordinates for s in c.v]
+        accelerations = [a for c in self._symbols.coordinates for a in c.a]
         momenta, seconds = momenta_of(self.graph, self.rate, lagrangian, velocities, accelerations)
         return total_energy(self.graph, lagrangian, velocities, accelerations, momenta, seconds)
 

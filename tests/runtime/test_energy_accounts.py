@@ -180,3 +180,29 @@ def test_potential_that_contains_a_velocity_is_reported_as_it_is_written() -> No
     for name in ("energy.potential", "asked"):
         assert solution[name] == pytest.approx(0.5 * x * v + 0.5 * x**2, abs=1e-9)
     assert solution["energy.total"] == pytest.approx(np.ones(len(t)), abs=1e-9)
+
+
+def test_what_a_drive_brings_to_a_mass_that_it_drags_through_a_damper() -> None:
+    """x = v t, and y'' = c (v - y') gives y' = v (1 - exp(-c t)): the drive brings c v^2 exp(-c t), half of it heats."""
+    speed, c = 3.0, 0.8
+    solution = run(
+        f"coordinate Length x; coordinate Length y = 0 m; kinetic 1/2*2 kg*der(x)^2 + 1/2*1 kg*der(y)^2; drive x = {speed} m/s*time; "
+        f"damping {c} N.s/m on x - y; output asked = energy();",
+        stop=1,
+    )
+    found, rest = solution.energy, math.exp(-c)
+    assert found is not None and found.start == pytest.approx(9, rel=1e-12)
+    assert found.end == pytest.approx(9 + (speed * (1 - rest)) ** 2 / 2, rel=1e-9)
+    assert found.supplied == pytest.approx(speed**2 * (1 - rest), rel=1e-9)
+    assert found.dissipated == pytest.approx(speed**2 / 2 * (1 - rest**2), rel=1e-9)
+    assert solution["asked"] == pytest.approx(solution["energy.total"], rel=1e-12)
+
+
+def test_the_energy_of_a_driven_linkage_is_that_of_its_bodies() -> None:
+    """The motor of the four-bar linkage brings what its loop takes up, with nothing left over."""
+    solution = mechc.load("examples/four_bar.mech").simulate(stop=0.3, tolerance=1e-11)
+    assert isinstance(solution, mechc.Solution)
+    total = solution["energy.total"]
+    assert total[0] == pytest.approx(13.188, abs=5e-4)
+    assert total == pytest.approx(solution["energy.kinetic"] + solution["energy.potential"], rel=1e-12)
+    assert total - solution["energy.supplied"] == pytest.approx(np.full(len(total), total[0]), rel=1e-8)

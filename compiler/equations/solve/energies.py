@@ -1,7 +1,8 @@
 """Energies, momenta and their balance.
 
-h = sum v dL/dv - L obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b. What explicit time, inputs, drives, moving
-constraints and forces that depend on no velocity bring in is *supplied*, the rest is *dissipated*.
+h = sum v dL/dv - L, over all velocities, obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b + P, with P the power of drives.
+What explicit time, inputs, drives, moving constraints and forces that depend on no velocity bring in is *supplied*, the
+rest is *dissipated*.
 """
 
 from __future__ import annotations
@@ -45,32 +46,30 @@ def energies(
     system: MechanicalSystem,
     driven: Mapping[Node, Node],
     free: Sequence[int],
-    constraint_power: Node,
+    outer_power: Node,
     friction_loss: Node,
 ) -> Energies:
     """Return the energies of a system.
 
     ``driven`` replaces prescribed coordinates, their rates and accelerations by functions of time; ``free`` are the
-    indices of velocities that are unknowns; ``constraint_power`` is -lam.b, ``friction_loss`` what friction of
+    indices of velocities that are unknowns; ``outer_power`` is -lam.b + P, ``friction_loss`` what friction of
     constraints turns into heat.
     """
     graph = system.graph
     kinetic = kinetic_energy(system, system.kinetic)
     potential = potential_energy(system, system.potential)
     lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
-    kinetic, potential, lagrangian = substitute(graph, [kinetic, potential, lagrangian], driven)
+    whole = substitute(
+        graph, [kinetic, potential, lagrangian], still(system)
+    )  # before drives put in anything
+    kinetic, potential, lagrangian = substitute(graph, whole, driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node
     accelerations = [system.a[i] for i in free]
-    momenta, seconds = momenta_of(graph, system.rate, lagrangian, velocities, accelerations)
-    total = total_energy(graph, lagrangian, velocities, accelerations, momenta, seconds)
-    if graph.equal_up_to_sign(total, plain_total):
-        total = plain_total
-    if not velocities and system.v:
-        total = plain_total  # nothing answers to forces: h would be -L
-        supplied, dissipated, reason = _prescribed_powers(system, total, driven)
-    else:
-        supplied, dissipated, reason = _powers(system, lagrangian, driven, velocities, constraint_power)
+    momenta, _ = momenta_of(graph, system.rate, lagrangian, velocities, accelerations)
+    total = _total(system, *whole)
+    total = plain_total if total is None else substitute(graph, [total], driven)[0]
+    supplied, dissipated, reason = _powers(system, whole[2], driven, outer_power)
     dissipated = graph.add(dissipated, friction_loss)
     forces, cyclic = _forces(system, lagrangian, free)
     all_momenta = dict(zip(free, momenta, strict=True))
@@ -87,12 +86,23 @@ def energies(
     )
 
 
+def still(system: MechanicalSystem) -> dict[Node, Node]:
+    """Return what replaces the virtual displacements and their rates."""
+    return {n: system.graph.zero for moved in system.virtual.values() for n in moved.values}
+
+
+def _total(system: MechanicalSystem, kinetic: Node, potential: Node, lagrangian: Node) -> Node | None:
+    """Return h as a formula of all velocities; None where it is T + V."""
+    graph = system.graph
+    velocities = [s.node for s in system.v]
+    plain = graph.add(kinetic, potential)
+    momenta, seconds = momenta_of(graph, system.rate, lagrangian, velocities, system.a)
+    total = total_energy(graph, lagrangian, velocities, system.a, momenta, seconds)
+    return None if graph.equal_up_to_sign(total, plain) else total
+
+
 def _powers(
-    system: MechanicalSystem,
-    lagrangian: Node,
-    driven: Mapping[Node, Node],
-    velocities: Sequence[Node],
-    constraint_power: Node,
+    system: MechanicalSystem, lagrangian: Node, driven: Mapping[Node, Node], outer_power: Node
 ) -> tuple[Node, Node, str]:
     """Return the supplied and the dissipated power, and why there is no balance if there is none."""
     graph = system.graph
@@ -100,8 +110,8 @@ def _powers(
     if reason:
         return graph.zero, graph.zero, reason
     explicit = {system.symbols.time: graph.one, **system.xdot}
-    (drift,) = jvp(graph, [lagrangian], explicit)
-    supplied = graph.sub(constraint_power, drift)
+    (drift,) = substitute(graph, jvp(graph, [lagrangian], explicit), driven)
+    supplied = graph.sub(outer_power, drift)
     for mass in system.masses:
         flow = system.rate(mass.mass)
         if not graph.is_zero(flow):
@@ -111,41 +121,23 @@ def _powers(
         spin = system.kinematics.angular_velocity(body.frame)
         flows = tuple(tuple(system.rate(x) for x in row) for row in body.inertia)
         supplied = graph.add(supplied, graph.dot(spin, matvec(graph, flows, spin)))
-    along = {v: v for v in velocities}
+    along = {s.node: s.node for s in system.v}
+    held = still(system)
     dissipated = graph.zero
     if not graph.is_constant(system.dissipation):
-        resistance = substitute(graph, [system.dissipation], driven)
+        resistance = substitute(graph, [system.dissipation], held)
         (work,) = substitute(graph, jvp(graph, resistance, along), driven)
         dissipated = graph.add(dissipated, work)
     for effort in system.efforts:
-        rates = substitute(graph, [rate for rate, _ in effort.pairs], driven)
+        rates = substitute(graph, [rate for rate, _ in effort.pairs], held)
+        rates = substitute(graph, jvp(graph, rates, along), driven)
         values = substitute(graph, [value for _, value in effort.pairs], driven)
-        power = graph.dot(jvp(graph, rates, along), values)
+        power = graph.dot(rates, values)
         if effort.supplied:
             supplied = graph.add(supplied, power)
         else:
             dissipated = graph.sub(dissipated, power)
     return supplied, dissipated, ""
-
-
-def _prescribed_powers(
-    system: MechanicalSystem, total: Node, driven: Mapping[Node, Node]
-) -> tuple[Node, Node, str]:
-    """Return the powers where every velocity is prescribed: what damping and forces that depend on velocities take, and
-    what drives and forces together must bring in for that and for the change of the energy."""
-    graph = system.graph
-    reason = _unknown_rate(system, total)
-    if reason:
-        return graph.zero, graph.zero, reason
-    along = {s.node: s.node for s in system.v}
-    parts = list(jvp(graph, [system.dissipation], along))
-    for effort in system.efforts:
-        if not effort.supplied:
-            rates = jvp(graph, [rate for rate, _ in effort.pairs], along)
-            parts.append(graph.neg(graph.dot(rates, [value for _, value in effort.pairs])))
-    (dissipated,) = substitute(graph, [graph.sum(parts)], driven)
-    (change,) = jvp(graph, [total], {system.symbols.time: graph.one, **system.xdot})
-    return graph.add(change, dissipated), dissipated, ""
 
 
 def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:

@@ -23,10 +23,11 @@ from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies
 from ..rows.modes import check_count, friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
-from ..rows.residual import energy_efforts, residual, seeds_of
+from ..rows.residual import constraint_rates, energy_efforts, residual, seeds_of
 from ..rows.signs import Side
 from .accelerations import accelerations, massless
 from .energies import Energies, energies
+from .energies import still as resting
 from .feeding import warn_of_feeding
 from .force_laws import solve_laws
 from .queries import Replies, answers, force_answers
@@ -78,7 +79,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
         for n, rows in enumerate(system.constraints)
     ]
     raw = residual(system, multipliers)
-    still = {n: graph.zero for moved in system.virtual.values() for n in moved.values}
+    still = resting(system)
     xdot = substitute(graph, list(system.xdot.values()), {**driven, **still})
     state_rates = {system.rate(x): f for x, f in zip(system.xdot, xdot, strict=True)}
     before = {**state_rates, **driven, **still}
@@ -130,7 +131,7 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     replace: dict[Node, Node] = {**driven, **still, **absent, **solution}
     replace |= _asked_by_rates(system, answered, replace)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
-    power = _constraint_power(system, solved_rows, [system.v[i].node for i in free])
+    power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
     energy = energies(system, {**driven, **still}, free, power, friction_loss(system, switched))
     replies = replace_fields(replies, dropped=frozenset(absent))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
@@ -314,14 +315,27 @@ def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequenc
     return Replies(named, frozenset(), drives, _joint_reactions(system, multipliers))
 
 
-def _constraint_power(system: MechanicalSystem, rows: Sequence[Row], velocities: Sequence[Node]) -> Node:
-    """Return -lam.b: the power of moving constraints, with b the part of their rate that is free of v."""
+def _outer_power(
+    system: MechanicalSystem,
+    rows: Sequence[Row],
+    raw: Sequence[Node],
+    driven: Mapping[Node, Node],
+    undriven: Mapping[Node, Node],
+) -> Node:
+    """Return -lam.b + P: the power of moving constraints, with b the part of their rate free of v, and of drives.
+
+    ``undriven`` replaces rates of states and virtual displacements, and nothing that is driven.
+    """
     graph = system.graph
-    rates = [row.rate for row in rows]
-    along = jvp(graph, rates, {v: v for v in velocities})
+    whole = [constraint_rates(system, row.constraint)[row.component] for row in rows]
+    whole = substitute(graph, whole, undriven)
+    along = jvp(graph, whole, {s.node: s.node for s in system.v})
     power = graph.zero
-    for row, part in zip(rows, along, strict=True):
-        power = graph.sub(power, graph.mul(row.multiplier, graph.sub(row.rate, part)))
+    for row, rate, part in zip(rows, whole, along, strict=True):
+        power = graph.sub(power, graph.mul(row.multiplier, graph.sub(rate, part)))
+    for drive in system.drives:
+        for i in drive.v:
+            power = graph.add(power, graph.mul(raw[i], driven[system.v[i].node]))
     return power
 
 
