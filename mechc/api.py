@@ -163,6 +163,10 @@ class Model(CompiledModel):
             near = closest(kind, list(STUDIES))
             help = f"did you mean '{near}'?" if near else f"the kinds are {', '.join(STUDIES)}"
             raise UsageMistake(f"there is no study '{kind}'", help)
+        if not isinstance(values or {}, Mapping):
+            raise UsageMistake(
+                f"'set' holds values by their names, not {values!r}", 'as in set={"l": "80 cm"}'
+            )
         question = asked(STUDIES[kind].question(), given)
         return self.with_values(values or {}).for_experiment(question.experiment), question
 

@@ -7,17 +7,19 @@ from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Literal, Self, TypeVar, get_args
 
 from msgspec.structs import replace
 
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
+from .compiler.equations.model import COMPLIANCE
+from .compiler.equations.needs import PARTS
 from .compiler.flat.model import Experiment
 from .compiler.flat.model import Literal as LiteralValue
 from .compiler.pipeline import Compilation, program_with
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
-from .settings import Given, UsageMistake, elements_of, settings_in_si, tidy, unknown_name
+from .settings import Given, UsageMistake, elements_of, one_of, settings_in_si, tidy, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
 
 Structural = Mapping[str, Exact]
 Target = Literal["auto", "c", "python"]
+TARGETS: tuple[str, ...] = get_args(Target)
 
 
 class CompiledModel:
@@ -181,6 +184,8 @@ class CompiledModel:
         """
         from .runtime.methods import parts_for
 
+        one_of(target, TARGETS, "target")
+        check_parts(parts)
         wanted = parts_for(method).union(parts)
         problems, key = self._code.problems, (target, reproducible, wanted)
         if key not in problems:
@@ -214,6 +219,7 @@ class CompiledModel:
 
     def keeping(self, parts: Collection[str]) -> Self:
         """Return this model with parts built whether they are needed or not."""
+        check_parts(parts)
         code, wanted = self._code, frozenset(parts)
         if wanted not in code.kept:
             code.kept[wanted] = Code.make(
@@ -233,6 +239,14 @@ class CompiledModel:
         return type(self)(code.asked[wanted], self._settings)
 
 
+def check_parts(parts: Collection[str]) -> None:
+    """Raise UsageMistake for a name that is no part of a model."""
+    if isinstance(parts, str):
+        raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')
+    for part in parts:
+        one_of(part, (*PARTS, COMPLIANCE), "part")
+
+
 M = TypeVar("M", bound=CompiledModel)
 
 
@@ -245,6 +259,7 @@ def compiled(
     keep: Collection[str],
 ) -> M:
     """Compile a source text with the values that are given, structural ones first."""
+    check_parts(keep)
     given = {tidy(name): value for name, value in given.items()}
     declared = structural_names(source) if given else ()
     early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}

@@ -133,6 +133,14 @@ def structural_value(text: Scalar) -> int | float | bool | str:
     return text.strip("\"'")
 
 
+def one_of(word: object, known: Collection[str], what: str) -> None:
+    """Raise UsageMistake where a word is none of those that are known."""
+    if word not in known:
+        near = closest(word, known) if isinstance(word, str) else None
+        help = f"did you mean '{near}'?" if near else f"there are {', '.join(known)}"
+        raise UsageMistake(f"there is no {what} {word!r}", help)
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
     """Return the exception for a name that the model has not, with the nearest one it has."""
     names = sorted(known)

@@ -7,6 +7,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
 from ..graph.differentiate import is_affine
+from ..graph.signs import never_positive
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame
 from .meaning.lower import Lowering
@@ -33,9 +34,15 @@ def efforts(lowering: Lowering, model: FlatModel, symbols: Symbols, reporter: Re
                 caption="this contains a second derivative",
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
-        supplied = bool(support & outside) or not support & symbols.velocities
+        supplied = bool(support & outside) or not _brakes(lowering, pairs)
         result.append(Effort(load.name, tuple(pairs), supplied, load.origin))
     return tuple(result)
+
+
+def _brakes(lowering: Lowering, pairs: Pairs) -> bool:
+    """Tell whether a force takes energy whatever the motion, with the default values of parameters."""
+    known = lowering.integrals.settled(lowering.graph.support(*(n for pair in pairs for n in pair)))
+    return never_positive(lowering.graph, pairs, known)
 
 
 def virtual_power(lowering: Lowering, load: Load, symbols: Symbols) -> Pairs:

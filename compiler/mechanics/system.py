@@ -42,8 +42,8 @@ class RotaryInertia(Struct, frozen=True):
 class Effort(Struct, frozen=True):
     """Generalised forces by virtual power: ``pairs`` of (rate, effort), each product a power [W].
 
-    ``supplied``: their work counts as supplied energy, as they depend on time or inputs, or on no velocity; what
-    resists motion, as a drag, depends on velocities alone and counts as dissipated.
+    ``supplied``: their work counts as supplied energy, unless they brake whatever the motion, as a drag: then it counts
+    as dissipated.
     """
 
     name: str

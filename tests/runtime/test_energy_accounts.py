@@ -206,3 +206,46 @@ def test_the_energy_of_a_driven_linkage_is_that_of_its_bodies() -> None:
     assert total[0] == pytest.approx(13.188, abs=5e-4)
     assert total == pytest.approx(solution["energy.kinetic"] + solution["energy.potential"], rel=1e-12)
     assert total - solution["energy.supplied"] == pytest.approx(np.full(len(total), total[0]), rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    "drag",
+    [
+        "-0.3 N.s^2/m^2*der(x)*abs(der(x))",
+        "-c*der(x)^3/(1 m^2/s^2)",
+        "-2 N*tanh(der(x)/(1 m/s))",
+        "-c*exp(-x/(1 m))*der(x)",
+    ],
+)
+def test_drag_is_dissipated(drag: str) -> None:
+    text = f"parameter c = 0.4 N.s/m; coordinate x = 1 m; kinetic 1/2*2 kg*der(x)^2; potential 1/2*3 N/m*x^2; force {drag} on x;"
+    found = run(text, stop=2).energy
+    assert found is not None and found.supplied is None and found.dissipated is not None
+    assert found.dissipated == pytest.approx(found.start - found.end, rel=1e-9)
+
+
+def test_drag_of_a_point_is_dissipated() -> None:
+    text = """coordinate x[2] = {0, 0} m; initial der(x) = {3, 2} m/s; point P = world*x; mass 2 kg at P;
+    let v = {der(x[1]), der(x[2])}; force -0.2 N.s^2/m^2*norm(v)*v on P;"""
+    found = run(text, stop=1).energy
+    assert found is not None and found.supplied is None and found.dissipated is not None
+    speed = 1 / (1 / math.hypot(3, 2) + 0.1)  # 2 v' = -0.2 v^2
+    assert found.dissipated == pytest.approx(13 - speed**2, rel=1e-9)
+
+
+def test_what_a_motor_brings_is_supplied() -> None:
+    """2 v' = 5 (1 - v/3): the force depends on velocities, and drives."""
+    found = run(
+        "coordinate x = 0 m; kinetic 1/2*2 kg*der(x)^2; force 5 N*(1 - der(x)/(3 m/s)) on x;", stop=1
+    ).energy
+    assert found is not None and found.dissipated is None
+    assert found.supplied == pytest.approx((3 * (1 - math.exp(-5 / 6))) ** 2, rel=1e-9)
+
+
+def test_what_a_pump_brings_is_supplied() -> None:
+    text = """coordinate x = 0.1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*4 N/m*x^2;
+    force 0.5 s/m^2*(2 J - energy())*der(x) on x; damping 0.1 N.s/m on x;"""
+    found = run(text, stop=20).energy
+    assert found is not None and found.supplied is not None and found.dissipated is not None
+    assert found.supplied > found.dissipated > 0
+    assert found.start + found.supplied - found.dissipated == pytest.approx(found.end, rel=1e-8)

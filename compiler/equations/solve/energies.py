@@ -1,8 +1,8 @@
 """Energies, momenta and their balance.
 
 h = sum v dL/dv - L, over all velocities, obeys dh/dt = -dL/dt + Q.v - v.dR/dv - lam.b + P, with P the power of drives.
-What explicit time, inputs, drives, moving constraints and forces that depend on no velocity bring in is *supplied*, the
-rest is *dissipated*.
+What explicit time, inputs, drives, moving constraints and forces bring in is *supplied*; what damping, friction and forces
+that brake whatever the motion take is *dissipated*.
 """
 
 from __future__ import annotations

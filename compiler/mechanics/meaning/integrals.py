@@ -77,7 +77,7 @@ class Integrals:
         s = graph.symbol(f"?{name}")
         self._depth += 1
         if name not in self._rules:
-            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self._settled)
+            self._rules[name], error = chosen_rule(graph, integrand, s, lower, upper, self.settled)
             tell(self._reporter, expression.span, error, self._rules[name])
         value, off = definite(graph, integrand, s, lower, upper, self._rules[name])
         self._depth -= 1
@@ -85,7 +85,7 @@ class Integrals:
             self.errors[name] = Integral(expression.span, off)
         return value
 
-    def _settled(self, symbols: Iterable[Node]) -> dict[Node, float]:
+    def settled(self, symbols: Iterable[Node]) -> dict[Node, float]:
         """Return the values of those symbols that are parameters with a value, and of what these depend on."""
         found: dict[Node, float] = {}
         for symbol in symbols:
@@ -95,7 +95,7 @@ class Integrals:
             numbers = self._numbers(scalar.variable.value)
             ours = [n for n, s in self._parameters.items() if s.variable is scalar.variable]
             value = numbers[ours.index(symbol) if len(numbers) > 1 else 0]
-            known = self._settled(self._graph.support(value))
+            known = self.settled(self._graph.support(value))
             if known.keys() >= set(self._graph.support(value)):
                 found[symbol] = float(evaluate(self._graph, [value], known)[0])
         return found

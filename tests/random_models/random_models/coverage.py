@@ -37,9 +37,9 @@ def cell(construct: Construct, place: Place) -> tuple[str, str]:
                 motion: Any = run(text, stop=LATER)
                 if str(motion.outcome) == "Outcome.FAILED":
                     return "FAILS", motion.message
-                wrong = along(base, motion, _ignored(text, place))
+                wrong = along(base, motion, _ignored(place))
             else:
-                wrong = undone(base, 1, 1, _ignored(text, place))
+                wrong = undone(base, 1, 1, _ignored(place))
     except Refused as refused:
         return refused.codes[0], refused.text
     except OracleFails as error:
@@ -78,12 +78,9 @@ def _open(construct: Construct, place: Place) -> str:
     return ""
 
 
-def _ignored(text: str, place: Place) -> tuple[str, ...]:
+def _ignored(place: Place) -> tuple[str, ...]:
     """Return outputs whose meaning pages leave open: as in ``definition.ignored``."""
-    found = ("energy.total",) if "drive " in text else ()
-    return (
-        (*found, "energy.potential", "energy.kinetic") if place.name in ("potential", "lagrangian") else found
-    )
+    return ("energy.potential", "energy.kinetic") if place.name in ("potential", "lagrangian") else ()
 
 
 class TooLong(BaseException):

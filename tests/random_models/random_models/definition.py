@@ -32,9 +32,6 @@ def skipped(model: Model) -> str:
 def ignored(model: Model) -> tuple[str, ...]:
     """Return outputs whose meaning pages leave open."""
     found: tuple[str, ...] = ()
-    kinds = {s.kind for s in model.statements()}
-    if "drive" in kinds:  # whether prescribed rates count in v dL/dv
-        found += ("energy.total",)
     moving = ("potential", "potential.linear", "lagrangian", "lagrangian.linear", "function.body")
     linear = any(
         e.kind in ("der", "vel", "angvel", "vel_at") or "v" in e.level
