@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import pytest
 
@@ -37,7 +37,7 @@ def test_words_of_a_study(call: str, given: dict[str, Any], words: str) -> None:
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: MODEL.problem("other"), "there is no target 'other'"),
+        (lambda: MODEL.problem(cast(Any, "other")), "there is no target 'other'"),
         (lambda: MODEL.problem(parts=("jacobain",)), "there is no part 'jacobain'; did you mean 'jacobian'?"),
         (lambda: MODEL.keeping({"other"}), "there is no part 'other'"),
         (lambda: mechc.loads(TEXT, keep={"other"}), "there is no part 'other'"),
