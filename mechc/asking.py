@@ -10,9 +10,10 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from .around import AROUND, check_around
 from .data import measured_motion
 from .lang.units import UnitError, parse_unit
-from .model import TARGETS, Target
+from .model import Target
 from .runtime.case import Progress
 from .runtime.fitting.measured import Measured
 from .runtime.inputs import Table, read_tables
@@ -34,7 +35,6 @@ from .runtime.studies.study import Study
 from .settings import (
     UsageMistake,
     elements_of,
-    one_of,
     read_value,
     read_value_of,
     settings_in_si,
@@ -64,10 +64,6 @@ class Asked(Struct, frozen=True):
         return replace(self, given={**self.given, **settings})
 
 
-AROUND = ("experiment", "inputs", "target", "progress")
-"""What every question may be given beside its settings."""
-
-
 def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     """Take what was given apart. Raises UsageMistake for a setting that the question has not."""
     settings = settings_of(question)
@@ -90,24 +86,9 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
                 + f"values of the model are given as set={{'{name}': ...}}; the options are "
                 + ", ".join((*AROUND, *known)),
             )
-    _check_around(given)
+    check_around(given)
     around = {name: given[name] for name in AROUND if given.get(name) is not None}
     return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
-
-
-def _check_around(given: Mapping[str, Any]) -> None:
-    """Raise UsageMistake for what stands around a question and is of a wrong kind."""
-    one_of(given.get("target") or "auto", TARGETS, "target")
-    if not isinstance(given.get("inputs") or {}, Mapping):
-        raise UsageMistake(
-            f"'inputs' are CSV files by the names of inputs, not {given['inputs']!r}",
-            'as in inputs={"push": "push.csv"}',
-        )
-    progress = given.get("progress")
-    if progress is not None and not callable(progress):
-        raise UsageMistake(f"'progress' is called with the fraction done; {progress!r} cannot be called")
-    if not isinstance(given.get("experiment") or "", str):
-        raise UsageMistake(f"'experiment' is a name, not {given['experiment']!r}")
 
 
 def study(it: Asked, problem: Problem, values: Mapping[str, float]) -> Study:
