@@ -202,7 +202,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
                     "which a Python module cannot run",
                     "the targets c and fmu can",
                 )
-            return _write({output or Path(f"{name}.py"): emit_python(program)})
+            return _write({output or Path(f"{name}.py"): emit_python(program, model.settings)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:

@@ -33,10 +33,15 @@ import numpy as np
 
 from .problem import PURE, Array, Problem, Quantity
 
+# ---- copied from here
+
+FLOOR = 1e-6
+NOISE = 1e-12
+
 
 class Sizes(NamedTuple):
-    """What the rules know of a model (``mech_sizes`` of kernel/start/start.h). It and all below the marker stand in the
-    modules of the Python target, too, which have NumPy alone: hence a named tuple.
+    """What the rules know of a model (``mech_sizes`` of kernel/start/start.h). What stands between the
+    markers stands in modules of the Python target, too, which have NumPy alone: hence a named tuple.
 
     By state: ``units``, the same number for the same unit; ``kinds``: "", account or rotation (an entry of one); ``pure``:
     an angle or a pure number; ``nominal``: declared, 0 without; ``ranges``: the size of the declared range, 0 without.
@@ -54,39 +59,6 @@ class Sizes(NamedTuple):
     partner: Sequence[int]
     parameter_units: Sequence[int]
     energies: Sequence[int]
-
-
-def sizes_of(problem: Problem) -> Sizes:
-    """Return what the rules know of a model."""
-    numbers: dict[str, int] = {}
-    units = [numbers.setdefault(q.unit, len(numbers)) for q in problem.states]
-    entries = {first + k for first in problem.rotations for k in range(4)}
-    return Sizes(
-        problem.nq,
-        problem.nv,
-        units,
-        [
-            "rotation" if i in entries else "account" if q.kind == "account" else ""
-            for i, q in enumerate(problem.states)
-        ],
-        [q.unit in PURE for q in problem.states],
-        [abs(q.nominal) if q.nominal is not None else 0.0 for q in problem.states],
-        [_range(q) for q in problem.states],
-        problem.partner,
-        [numbers.get(q.unit, -1) for q in problem.parameters],
-        [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
-    )
-
-
-def _range(quantity: Quantity) -> float:
-    ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
-    return max(ends, default=0.0)
-
-
-# ---- copied from here
-
-FLOOR = 1e-6
-NOISE = 1e-12
 
 
 def nominal_values(
@@ -233,3 +205,33 @@ def _reach(sizes: Sizes, index: int, rates: Array, duration: float) -> float:
         if coordinate == index:
             reach = max(reach, abs(float(rates[velocity])) * duration**2)
     return reach
+
+
+# ---- to here
+
+
+def sizes_of(problem: Problem) -> Sizes:
+    """Return what the rules know of a model."""
+    numbers: dict[str, int] = {}
+    units = [numbers.setdefault(q.unit, len(numbers)) for q in problem.states]
+    entries = {first + k for first in problem.rotations for k in range(4)}
+    return Sizes(
+        problem.nq,
+        problem.nv,
+        units,
+        [
+            "rotation" if i in entries else "account" if q.kind == "account" else ""
+            for i, q in enumerate(problem.states)
+        ],
+        [q.unit in PURE for q in problem.states],
+        [abs(q.nominal) if q.nominal is not None else 0.0 for q in problem.states],
+        [_range(q) for q in problem.states],
+        problem.partner,
+        [numbers.get(q.unit, -1) for q in problem.parameters],
+        [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
+    )
+
+
+def _range(quantity: Quantity) -> float:
+    ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
+    return max(ends, default=0.0)

@@ -5,22 +5,28 @@ from __future__ import annotations
 import inspect
 import json
 import keyword
-from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Final
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import ModuleType
+from typing import Any, Final, NamedTuple
 
 import numpy as np
 from msgspec.structs import replace
 from numpy.typing import NDArray
 
+from mechc.runtime import nominal
 from mechc.runtime.problem import Array, ModelFunction
+from mechc.runtime.start import facts as start_data
+from mechc.runtime.start import free_state, gauss_newton, stages
+from mechc.runtime.start.facts import start_facts
 
 from ..equations.model import Entry, ExperimentPlan, SettingTarget
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction
 from ..program.model import Body, Literal, Load, Lookup, Operate, Store
 from ..program.names import identifiers
-from . import scalar_functions, standalone
+from . import scalar_functions, standalone, standalone_start
 from .c import sentence, used_tables
+from .description import make_problem
 from .expressions import Dialect, lines
 from .literal import Form as LiteralForm
 from .literal import constant
@@ -49,9 +55,9 @@ _EVENT_FUNCTIONS: Final = ("indicators", "conditions", "row_values", "crossing_t
 """Only models with events have one of these."""
 
 
-def emit_python(program: Program) -> str:
-    """Return the text of a module that simulates the model and needs NumPy only."""
-    return "\n".join(_File(program).lines()) + "\n"
+def emit_python(program: Program, settings: Mapping[str, float] | None = None) -> str:
+    """Return the text of a module that simulates the model and needs NumPy only; ``settings`` in SI before its own."""
+    return "\n".join(_File(program, settings or {}).lines()) + "\n"
 
 
 def load_python(
@@ -59,7 +65,8 @@ def load_python(
 ) -> tuple[dict[str, ModelFunction], Callable[[Array, NDArray[np.uint8]], None]]:
     """Return the functions of a program by name, and the one that completes p in place."""
     namespace: dict[str, Any] = {"__name__": "generated"}
-    exec(compile(emit_python(program), f"<generated: {program.name}>", "exec"), namespace)
+    text = "\n".join(_File(program, {}).functions())
+    exec(compile(text, f"<generated: {program.name}>", "exec"), namespace)
     checked = namespace["checked"]
     complete = checked(namespace["parameters"])
 
@@ -79,8 +86,9 @@ def _over_lists(function: Callable[..., list[float]]) -> ModelFunction:
 
 
 class _File:
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, settings: Mapping[str, float]) -> None:
         self.program = program
+        self.settings = settings
         self.names = identifiers(program, _RESERVED)
         functions = (program.parameters, *program.functions)
         statements = [s for f in functions for body in f.bodies for s in body]
@@ -93,10 +101,29 @@ class _File:
         )
 
     def lines(self) -> Iterator[str]:
-        program = self.program
-        yield from _docstring(program)
+        """Yield the whole module."""
+        yield from _docstring(self.program)
         yield from self.imports()
-        yield from _tables(program)
+        yield from _copied(nominal)
+        yield from self.start()
+        yield from _tables(self.program, self.settings)
+        yield from self.definitions()
+        yield from _experiments(self.program.experiments)
+        for part in inspect.getsource(standalone).split(_COPIED)[1:]:
+            where, _, text = part.partition("\n")
+            if where == "from here" or self.program.constraints:
+                yield text.strip("\n") + "\n\n"
+
+    def functions(self) -> Iterator[str]:
+        """Yield what is needed to call the functions of the model."""
+        yield from self.imports()
+        yield from self.definitions()
+        yield inspect.getsource(standalone._careful)
+        yield inspect.getsource(standalone.checked)
+
+    def definitions(self) -> Iterator[str]:
+        """Yield the functions of the model and what they call."""
+        program = self.program
         for f in self.used:
             if f.own:
                 yield inspect.getsource(getattr(scalar_functions, f.name)) + "\n"
@@ -123,11 +150,20 @@ class _File:
                 yield f"def {name}(t, y, u, z, p):"
                 yield '    """The model has none."""'
                 yield "    return []\n\n"
-        yield from _experiments(program.experiments)
-        for part in inspect.getsource(standalone).split(_COPIED)[1:]:
-            where, _, text = part.partition("\n")
-            if where == "from here" or program.constraints:
-                yield text.strip("\n") + "\n\n"
+
+    def start(self) -> Iterator[str]:
+        """Yield what an initial state must fulfil, and the functions that find one."""
+        facts = start_facts(make_problem(self.program))
+        if facts is None:
+            yield _as_start_state(standalone_start.stated)
+            return
+        for part in (start_data, gauss_newton, free_state, stages):
+            yield from _copied(part)
+        yield "# what an initial state must fulfil: stage, whether it must hold, whether it is a pure number"
+        yield from _named_tuple("START", facts)
+        yield from _strings("START_ROWS", [row.name for row in self.program.assembly])
+        yield "\n"
+        yield _as_start_state(standalone_start.assembled)
 
     def imports(self) -> Iterator[str]:
         names = sorted([f.name for f in self.used if not f.own] + (["pi"] if self.uses_pi else []))
@@ -138,8 +174,12 @@ class _File:
         yield "from collections.abc import Callable, Iterator, Mapping, Sequence"
         if names:
             yield f"from math import {', '.join(names)}"
-        yield "from typing import Any\n"
-        yield "import numpy as np\n"
+        yield "from typing import Any, NamedTuple\n"
+        yield "import numpy as np"
+        yield "from numpy.typing import NDArray\n"
+        yield "Array = NDArray[np.float64]"
+        yield "Flags = NDArray[np.bool_]"
+        yield "ModelFunction = Callable[[float, Array, Array, Array, Array], Array]\n"
 
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function; it reads sequences of numbers and returns a list."""
@@ -205,11 +245,29 @@ def _docstring(program: Program) -> Iterator[str]:
     yield '"""\n'
 
 
-def _tables(program: Program) -> Iterator[str]:
+def _copied(module: ModuleType) -> Iterator[str]:
+    """Yield what stands between the markers of a module."""
+    text = inspect.getsource(module).partition(f"{_COPIED}from here\n")[2]
+    yield text.partition("# ---- to here\n")[0].strip("\n") + "\n\n"
+
+
+def _as_start_state(function: Callable[..., Any]) -> str:
+    text = inspect.getsource(function).replace(f"def {function.__name__}(", "def start_state(", 1)
+    return text + "\n"
+
+
+def _named_tuple(name: str, values: NamedTuple) -> Iterator[str]:
+    yield f"{name} = {type(values).__name__}("
+    for field, value in values._asdict().items():
+        shown = value if isinstance(value, int) else list(value)
+        yield f"    {field}={shown!r},"
+    yield ")"
+
+
+def _tables(program: Program, settings: Mapping[str, float]) -> Iterator[str]:
     yield f"NAME = {_string(program.name)}"
-    yield "# name, unit, and the size that tolerances refer to"
-    yield from _table("STATES", program.arrays["y"], nominal=True)
     yield "# name and unit"
+    yield from _table("STATES", program.arrays["y"])
     yield from _table("PARAMETERS", program.arrays["p"])
     yield from _table("INPUTS", program.arrays["u"])
     yield from _table("DISCRETES", program.arrays["z"])
@@ -219,18 +277,20 @@ def _tables(program: Program) -> Iterator[str]:
     yield f"EVENTS = {any(f.name in _EVENT_FUNCTIONS for f in program.functions)}"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
     yield from _strings("ASSERTIONS", [a.message for a in program.assertions])
+    yield f"SETTINGS = {dict(settings)!r}  # values that are set unless a call says otherwise"
+    yield "# what nominal values are made from: the sizes that tolerances refer to"
+    yield from _named_tuple("SIZES", nominal.sizes_of(make_problem(program)))
     yield "\n"
 
 
-def _table(name: str, entries: Sequence[Entry], *, nominal: bool = False) -> Iterator[str]:
+def _table(name: str, entries: Sequence[Entry]) -> Iterator[str]:
     if not entries:
         yield f"{name} = []"
         return
     yield f"{name} = ["
     for entry in entries:
-        size = f", {entry.nominal if entry.nominal is not None else 1.0!r}" if nominal else ""
         doc = entry.doc.strip().splitlines()
-        yield f"    ({_string(entry.name)}, {_string(entry.unit)}{size})," + (f"  # {doc[0]}" if doc else "")
+        yield f"    ({_string(entry.name)}, {_string(entry.unit)})," + (f"  # {doc[0]}" if doc else "")
     yield "]"
 
 
@@ -243,6 +303,7 @@ def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
         yield f'        "function": {e.function},'
         yield f'        "options": {json.dumps(e.options)},'
         yield f'        "settings": [{", ".join(map(_place, e.settings))}],'
+        yield f'        "known": {[not s.guess for s in e.settings]},'
         yield f'        "sweeps": [{", ".join(f"({_place(s)}, {list(values)})" for s, values in e.sweeps)}],'
         yield "    },"
     yield "}\n\n"

@@ -15,8 +15,10 @@ from typing import Any
 
 import numpy as np
 
+from mechc.runtime.nominal import Sizes, nominal_values
+
 NAME = "empty"
-STATES: list[tuple[str, str, float]] = []
+STATES: list[tuple[str, str]] = []
 PARAMETERS: list[tuple[str, str]] = []
 INPUTS: list[tuple[str, str]] = []
 OUTPUTS: list[tuple[str, str]] = []
@@ -25,9 +27,15 @@ NQ = NV = N_CONSTRAINTS = 0
 EVENTS = False
 ROTATIONS: list[int] = []
 ASSERTIONS: list[str] = []
+SETTINGS: dict[str, float] = {}
+SIZES = Sizes(0, 0, (), (), (), (), (), (), (), ())
 EXPERIMENTS: dict[str, dict[str, Any]] = {}
 ARRAY_FUNCTIONS: dict[str, Callable[..., Any]] = {}
 CONDITIONS: set[str] = set()
+
+
+def start_state(t: float, y: Any, known: Mapping[int, bool], u: Any, z: Any, p: Any) -> tuple[Any, Any]:
+    return y, y
 
 
 def nothing(*arguments: Any) -> list[float]:
@@ -91,7 +99,7 @@ def vectorised(function: Callable[..., list[float]]) -> Callable[..., Any]:
 
 PLACES = {
     **{name: ("u", i) for i, (name, _) in enumerate(INPUTS)},
-    **{name: ("y", i) for i, (name, _, _) in enumerate(STATES)},
+    **{name: ("y", i) for i, (name, _) in enumerate(STATES)},
     **{name: ("p", i) for i, (name, _) in enumerate(PARAMETERS)},
 }
 
@@ -120,7 +128,8 @@ def simulate(
     if EVENTS:
         raise RuntimeError("the model has events, which this module does not treat: use mechc run")
     plan = EXPERIMENTS[experiment] if experiment is not None else next(iter(EXPERIMENTS.values()), None)
-    own = {PLACES[name]: float(value) for name, value in (values or {}).items()}
+    own = {PLACES[name]: float(value) for name, value in {**SETTINGS, **(values or {})}.items()}
+    known = dict.fromkeys(own, True)
     chosen, options = dict(own), {}
     driven = {PLACES[name][1]: signal for name, signal in (signals or {}).items()}
     default_inputs = checked(inputs)
@@ -137,6 +146,7 @@ def simulate(
             results = checked(plan["function"])(0.0, y, inputs_at(0.0), z, p)
             options = dict(zip(plan["options"], results, strict=False))
             chosen = {**dict(zip(plan["settings"], results[len(options) :], strict=True)), **own}
+            known = {**dict(zip(plan["settings"], plan["known"], strict=True)), **known}
     stop = options.get("stop") if stop is None else stop
     every = options.get("every") if every is None else every
     tolerance = options.get("tolerance", 1e-8) if tolerance is None else tolerance
@@ -146,14 +156,19 @@ def simulate(
     times = np.linspace(start, stop, points)
     if every is not None:
         times = np.append(np.arange(start, stop - 1e-9 * every, every), stop)
-    y = [chosen.get(("y", i), value) for i, value in enumerate(y)]
+    begin = min(0.0, start)
+    z = checked(discretes)(begin, (), inputs_at(begin), (), p)
+    given = {i: value for (array, i), value in chosen.items() if array == "y"}
+    y = [given.get(i, value) for i, value in enumerate(checked(initial)(begin, (), inputs_at(begin), z, p))]
+    y, plain = start_state(begin, y, {i: known["y", i] for i in given}, inputs_at(begin), z, p)
     rate, report, hold = checked(rhs), checked(outputs), checked(assertions)
+    nominal = np.ones(len(y))
 
     def accept(t: float, y: Any) -> Any:
         for i in ROTATIONS:
             y[i : i + 4] /= math.sqrt(sum(y[i : i + 4] ** 2))
         if N_CONSTRAINTS:
-            _project(t, y, inputs_at(t), z, p)
+            _project(t, y, inputs_at(t), z, p, nominal)
         for holds, message in zip(hold(t, y.tolist(), inputs_at(t), z, p), ASSERTIONS, strict=True):
             if not holds > 0.5:
                 raise RuntimeError(f"at t = {t:g}: {message}")
@@ -162,10 +177,25 @@ def simulate(
     def slope(t: float, y: Any) -> Any:
         return np.array(rate(t, y.tolist(), inputs_at(t), z, p))
 
-    begin = min(0.0, start)
-    states = list(_dormand_prince(slope, begin, accept(begin, np.array(y)), times, tolerance, accept))
+    def motion(times: Any, tolerance: float) -> Iterator[Any]:
+        return _dormand_prince(slope, begin, accept(begin, y.copy()), times, tolerance, nominal, accept)
+
+    def reached(provisional: Any) -> Any:
+        """The largest sizes in a first run; of one that fails, before it does."""
+        nonlocal nominal
+        nominal, largest = provisional, abs(y)
+        try:
+            for state in motion(np.linspace(begin, stop, 200), 1e-6):
+                largest = np.maximum(largest, abs(state))
+        except RuntimeError:
+            pass
+        return largest
+
+    energies = [report(begin, y.tolist(), inputs_at(begin), z, p)[k] for k in SIZES.energies]
+    nominal = nominal_values(SIZES, plain, slope(begin, y), np.array(p), energies, stop - begin, reached)
+    states = list(motion(times, tolerance))
     rows = [report(t, s.tolist(), inputs_at(t), z, p) for t, s in zip(times, states, strict=True)]
-    names = [name for name, _, _ in STATES] + [name for name, _ in OUTPUTS]
+    names = [name for name, _ in STATES] + [name for name, _ in OUTPUTS]
     table = np.hstack([np.array(states), np.array(rows).reshape(len(rows), -1)])
     return {"time": times, **dict(zip(names, table.T, strict=True))}
 
@@ -173,9 +203,8 @@ def simulate(
 # ---- copied where there are constraints
 
 
-def _project(t: float, y: Any, u: list[float], z: list[float], p: list[float]) -> None:
+def _project(t: float, y: Any, u: list[float], z: list[float], p: list[float], nominal: Any) -> None:
     """Move y onto the constraints: coordinates by Newton's method in the mass metric, then velocities."""
-    nominal = np.array([size for *_, size in STATES])
     for _ in range(11):
         d = checked(project_position)(t, y.tolist(), u, z, p)[:NV]
         change = np.array(checked(displace)(t, [*y[:NQ].tolist(), *d, *y[NQ + NV :].tolist()], u, z, p))
@@ -214,13 +243,13 @@ def _dormand_prince(
     y: Any,
     times: Any,
     tolerance: float,
+    nominal: Any,
     accept: Callable[[float, Any], Any],
 ) -> Iterator[Any]:
     """Yield the state at each of the times; steps end there, and ``accept`` may correct their result.
 
     The error of a step stays below ``tolerance`` times (nominal value + size) of each state.
     """
-    nominal = np.array([size for *_, size in STATES])
     k = np.empty((7, len(y)))
     k[0] = slope(t, y)
     dt = (
@@ -252,7 +281,7 @@ def _dormand_prince(
             else:
                 dt = step * factor
                 if not t + 1e-3 * dt > t:
-                    bad = [name for (name, *_), v in zip(STATES, k[6], strict=True) if not math.isfinite(v)]
+                    bad = [name for (name, _), v in zip(STATES, k[6], strict=True) if not math.isfinite(v)]
                     what = f"the rate of {bad[0]} is undefined" if bad else "the step size vanishes"
                     raise RuntimeError(f"at t = {t:g}: {what}")
         yield y.copy()
@@ -284,7 +313,7 @@ def main() -> None:
     plan = EXPERIMENTS.get(options.experiment) or next(iter(EXPERIMENTS.values()), {})
     names = {place: name for name, place in PLACES.items()}
     sweeps = [[(names[place], v) for v in numbers] for place, numbers in plan.get("sweeps", [])]
-    columns = [("time", "s"), *((name, unit) for name, unit, _ in STATES)]
+    columns = [("time", "s"), *STATES]
     columns += [output for output in OUTPUTS if output not in columns]
     rows = []
     for combination in itertools.product(*sweeps):
