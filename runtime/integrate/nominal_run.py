@@ -23,8 +23,12 @@ MOST_STEPS = 5000
 
 
 def nominal_of(case: Case) -> Array:
-    """Give the nominal value [ny] of each state in a case (nominal.py)."""
-    return _nominal(case, lambda provisional: largest_values(case, provisional))
+    """Give the nominal value [ny] of each state in a case (nominal.py).
+
+    What switches needs the kernel: without it such a case makes no first run.
+    """
+    runs = case.functions.struct is not None or case.problem.hybrid is None
+    return _nominal(case, (lambda provisional: largest_values(case, provisional)) if runs else None)
 
 
 def takes_pilot(case: Case) -> bool:
@@ -39,7 +43,7 @@ def takes_pilot(case: Case) -> bool:
     return bool(asked)
 
 
-def _nominal(case: Case, pilot: Callable[[Array], Array]) -> Array:
+def _nominal(case: Case, pilot: Callable[[Array], Array] | None) -> Array:
     problem, functions = case.problem, case.functions
     u = inputs_at(case, case.begin)
     rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)

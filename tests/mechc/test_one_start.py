@@ -14,6 +14,7 @@ import pytest
 import mechc
 from mechc.compiler.targets.python import emit_python
 from mechc.exporting import defaults_of
+from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.nominal_run import nominal_of, takes_pilot
@@ -234,3 +235,27 @@ def test_all_examples_are_assembled_alike(monkeypatch: pytest.MonkeyPatch) -> No
                 by_kernel, in_python = both_starts(model, once)
             size = np.abs(in_python).max()
             assert np.abs(by_kernel - in_python).max() <= 1e-13 * size, path.stem
+
+
+CRANK = (
+    "model Crank parameter r = 0.1 m;parameter l = 0.3 m;coordinate Length s ~ 0.2 m;coordinate Angle phi = 40 deg;"
+    "initial der(phi)*r = 0.2 m/s;kinetic 1/2*1 kg*der(s)^2 + 1/2*0.1 kg.m^2*der(phi)^2;"
+    "constraint rod: (s - r*cos(phi))^2 + (r*sin(phi))^2 = l^2;experiment(stop = 1 s);end Crank;"
+)
+
+
+def test_a_unit_whose_parameters_are_set_begins_as_a_run(tmp_path: Path) -> None:
+    """The constraint, and a condition at the start that a unit did not meet with other parameters."""
+    fmpy = pytest.importorskip("fmpy")
+    model = mechc.loads(CRANK)
+    (unit,) = export_fmu(
+        model, tmp_path / "crank.fmu", FmuOptions("3", "cs", None, False, False, ("host",), False)
+    )
+    names = [q.name for q in model.problem("c").states]
+    result = fmpy.simulate_fmu(
+        str(unit), start_values={"r": 0.12}, output=names, stop_time=0.5, output_interval=0.1
+    )
+    run = model.simulate(stop=0.5, set={"r": 0.12}, estimate_error=False)
+    for name in names:
+        assert result[name][0] == pytest.approx(run[name][0], rel=1e-13), name
+        assert result[name][-1] == pytest.approx(run[name][-1], rel=1e-6), name

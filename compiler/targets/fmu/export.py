@@ -7,13 +7,12 @@ import io
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.runtime.case import SimulationOptions, find_experiment, input_values, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.nominal import nominal_values, sizes_of
+from mechc.runtime.integrate.nominal_run import nominal_of
 from mechc.runtime.problem import Problem
 
 from ...equations.model import Equations
@@ -63,17 +62,12 @@ def start_of(
     )
     case = prepare(problem, functions, options)
     u = input_values(functions, case.tables, case.begin, case.p, len(problem.inputs))
-    rates = functions.rhs(case.begin, case.y0, u, case.z, case.p)
-    out = functions.outputs(case.begin, case.y0, u, case.z, case.p) if functions.outputs else np.empty(0)
-    energies = [float(v) for v, q in zip(out, problem.outputs, strict=True) if q.kind == "energy"]
-    nominal = nominal_values(sizes_of(problem), case.y0, rates, case.p, energies, case.stop - case.begin)
+    nominal = nominal_of(case)
     given: dict[str, set[int]] = {"p": set(), "y": set(), "u": set()}
     for setting in plan.settings if plan else ():
         given[setting.array].add(setting.index)
     for array, quantities in (("p", problem.parameters), ("y", problem.states), ("u", problem.inputs)):
         given[array] |= {i for i, q in enumerate(quantities) if q.name in (values or {})}
-    if problem.assembly:
-        given["y"] |= {i for i in range(problem.ny) if not case.known[i]}
     return Start(
         problem, case, u, nominal, frozenset(given["p"]), frozenset(given["y"]), frozenset(given["u"])
     )

@@ -43,6 +43,8 @@ def sources(
     glue = {name: text for name, text in glue.items() if not name.startswith(f"fmi{5 - fmi}")}
     if program.hybrid is None:
         del glue["fmi_events.c"]
+    if not program.assembly:
+        del glue["fmi_start.c"]
     own = {
         "model.c": code,
         "description.c": _description(program, start, table, method, sizes),
@@ -86,6 +88,7 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         "",
         _numbers("mech_real", "nominal", start.nominal),
         _numbers("mech_real", "start_y", case.y0),
+        _numbers("mech_real", "stated_y", case.wanted),
         _numbers("mech_real", "start_u", start.inputs),
         _numbers("mech_real", "start_p", case.p[:n_p]),
         _numbers("unsigned char", "y_given", given_y),
@@ -114,13 +117,13 @@ def _description(program: Program, start: Start, table: Table, method: str, size
         f"    .n_seeds = {n_seeds},",
         f"    .n_discrete = {len(discretes)}, .z_type = z_type,",
         f"    .n_indicators = {len(table.zero_crossings)}, .indicators = indicators,",
-        "    .nominal = nominal, .y = start_y, .u = start_u, .p = start_p,",
+        "    .nominal = nominal, .y = start_y, .y_stated = stated_y, .u = start_u, .p = start_p,",
         "    .y_given = y_given, .u_given = u_given, .p_given = p_given,",
         "    .p_settable = p_settable, .y_settable = y_settable,",
         f"    .initial_is_free = {int(table.free_initial)},",
         f"    .y_held = y_held, .n_dependent = {len(program.dependent)}, .dependent = dependent,",
         f"    .others = {'initial_of_others' if program.dependent else 'NULL'},",
-        f"    .n_conditions = {sum(row.kind == 'initial' for row in program.assembly)},",
+        f"    .assemble = {'fmu_assemble' if program.assembly else 'NULL'},",
         f"    .inputs_move = {int(table.inputs_move)},",
         f"    .n_sizes = {len(sizes)}, .sizes = {'sizes' if sizes else 'NULL'},",
         "    .assertions = assertions,",

@@ -206,10 +206,9 @@ fmu *fmu_create(const char *name, const char *token, int is_co_simulation, fmu_l
     f->scratch = calloc((size_t)(own + f->n_w), sizeof *f->scratch);
     f->slopes = f->scratch ? f->scratch + own - slopes : NULL;
     f->w = f->scratch ? f->scratch + own : NULL;
-    if (m->n_velocity)
-        f->room = calloc((size_t)(2 * (m->nv + m->n_velocity) + m->nv * (2 * m->nv + 5) + m->nq), sizeof *f->room);
+    f->known = calloc((size_t)ny + 1, 1);
     f->elements = calloc(2 * (size_t)d->n_sizes + 1, sizeof *f->elements);
-    if (!f->name || !f->st || !f->tables || !f->scratch || !f->elements || (m->n_velocity && !f->room)) {
+    if (!f->name || !f->st || !f->tables || !f->scratch || !f->elements || !f->known) {
         fmu_destroy(f);
         return NULL;
     }
@@ -240,7 +239,7 @@ void fmu_destroy(fmu *f)
     free(f->saved);
     free(f->elements);
     free(f->scratch);
-    free(f->room);
+    free(f->known);
     free(f->tables);
     free(f->st);
     free(f->name);

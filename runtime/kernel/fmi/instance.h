@@ -67,6 +67,7 @@ typedef struct fmu_description {
     const int *indicators;              /* [n_indicators] of those of mech_hybrid                */
     const mech_real *nominal;           /* [ny]                                                  */
     const mech_real *y, *u, *p;         /* values of the experiment                              */
+    const mech_real *y_stated;          /* the same before it was assembled                      */
     const unsigned char *y_given, *u_given, *p_given; /* 0: by the formulas of the model         */
     const unsigned char *p_settable;    /* 0: calculated from others                             */
     const unsigned char *y_settable;    /* states whose initial value may be changed             */
@@ -74,7 +75,7 @@ typedef struct fmu_description {
     int n_dependent;                    /* initial values that are stated with those of others   */
     const int *dependent;               /* [n_dependent] in y                                    */
     mech_function *others;              /* out[n_dependent]; NULL: there are none                */
-    int n_conditions;                   /* on expressions at the start: met by the exporter only */
+    int (*assemble)(struct fmu *f);     /* fmu_assemble; NULL: the initial state is as it is stated */
     int initial_is_free;                /* no initial value depends on other quantities          */
     int inputs_move;                    /* an input that nobody sets depends on time             */
     int n_sizes;
@@ -119,7 +120,7 @@ struct fmu {
     mech_real *y, *dy, *u, *p, *z, *out, *atol, *scratch, *w;
     mech_real *slopes; /* [ny + nu + 1 + np] of derivatives.c                                   */
     mech_real *noise; /* [n_w] by how much more than rounding the importer leaves gaps below zero */
-    mech_real *room;  /* of constraints.c                                                        */
+    unsigned char *known; /* [ny] of fmi_start.c                                                 */
     int n_w;          /* event indicators of the kernel                                          */
     unsigned char *p_set, *y_set, *u_set;
     mech_table *tables;
@@ -190,7 +191,7 @@ mech_real fmu_off_unit(const fmu *f);
 /* Moves y onto the constraints: 0, or MECH_OFF_CONSTRAINTS. */
 int fmu_project(fmu *f);
 /* The same for an initial state after a change from outside. */
-int fmu_meet_constraints(fmu *f);
+int fmu_assemble(fmu *f);
 /* Tells why a run failed; gives the status. */
 int fmu_failed(fmu *f, int outcome);
 int fmu_undefined(fmu *f, const char *what);

@@ -50,7 +50,6 @@ static int check_assertions(fmu *f)
 int fmu_exit_initialisation(fmu *f)
 {
     fmu_state *st = f->st;
-    const int unmet = st->off && f->d->n_conditions;
     int status = fmu_refresh_initial(f);
     if (!status) status = fmu_refresh_rates(f);
     if (!status) status = fmu_refresh_outputs(f);
@@ -65,8 +64,7 @@ int fmu_exit_initialisation(fmu *f)
         st->solver_stale = 0;
     }
     st->mode = f->is_co_simulation && !f->event_mode ? FMU_STEP : FMU_EVENT;
-    return unmet ? fmu_fail(f, FMU_WARNING, "conditions on expressions at the start hold for the exported values only")
-                 : FMU_OK;
+    return FMU_OK;
 }
 
 int fmu_completed_step(fmu *f, int *event)

@@ -49,7 +49,7 @@ static int start_values(fmu *f)
     mech_real *value = f->scratch;
     m->initial(f->st->t, f->y, f->u, f->z, f->p, value);
     for (int i = 0; i < f->ny; i++)
-        if (!f->y_set[i] && !d->y_given[i]) f->y[i] = value[i];
+        if (!f->y_set[i]) f->y[i] = d->y_given[i] ? d->y_stated[i] : value[i];
     for (int k = 0; k < d->n_dependent; k++) { /* one of them may be stated with another */
         d->others(f->st->t, f->y, f->u, f->z, f->p, value);
         for (int j = 0; j < d->n_dependent; j++) {
@@ -71,7 +71,8 @@ int fmu_refresh_initial(fmu *f)
     if (status) return status;
     if (st->mode == FMU_INITIALISATION) {
         fmu_list_tables(f);
-        if (st->off) status = fmu_meet_constraints(f);
+        if (st->off && f->d->assemble) status = f->d->assemble(f);
+        else if (st->off) fmu_project(f); /* rotations alone, which always succeeds */
         if (!status && m->hybrid) status = f->d->events->look(f);
     }
     st->stale_initial = status != FMU_OK;
