@@ -25,6 +25,10 @@ NEAR = 1e-8
 """A state whose Newton step is shorter than this counts as the equilibrium beside it."""
 CUT = 1e-11
 """Singular values below this share of the largest one are directions in which nothing pushes."""
+UNRESOLVED = 1e-7
+"""Of the forces that a displacement of the size of the coordinates makes: what remains counts as none."""
+REGULAR = 1e9
+"""Equations whose condition is below have no such directions."""
 
 
 class Equilibrium(Struct, frozen=True, eq=False):
@@ -101,78 +105,99 @@ def check_autonomous(site: Site, found: Derivatives, y: Array) -> None:
         )
 
 
-def newton_step(here: _Rest) -> tuple[Array, float, Array]:
-    """Return the shortest step to where forces and constraints vanish, the condition, and free directions [m][k]."""
+class _Newton(Struct, frozen=True, eq=False):
+    """The shortest ``step`` [m] to where forces and constraints vanish; ``inverse`` of their derivatives, with the
+    directions [m][k] that are ``free`` left out; the ``condition``."""
+
+    step: Array
+    inverse: Array
+    condition: float
+    free: Array
+
+
+def _newton(here: _Rest) -> _Newton:
     rows = np.vstack([here.slopes, here.phi_slopes])
     wanted = -np.concatenate([here.forces, here.phi])
     sizes = np.linalg.norm(rows, axis=1)
     sizes[sizes == 0] = 1.0
-    left, values, right = np.linalg.svd(rows / sizes[:, None], full_matrices=False)
-    kept = values > CUT * max(float(values.max(initial=0.0)), 1e-300)
-    step: Array = right[kept].T @ ((left[:, kept].T @ (wanted / sizes)) / values[kept])
-    condition = float(values[kept].max() / values[kept].min()) if kept.any() else 1.0
-    return step, condition, right[~kept].T
+    scaled = rows / sizes[:, None]
+    if rows.shape[0] == rows.shape[1] and len(rows):  # nearly always, and ten times faster
+        try:
+            inverse = np.linalg.inv(scaled)
+        except np.linalg.LinAlgError:
+            inverse = np.full_like(scaled, np.inf)
+        condition = float(np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1))
+        if condition < REGULAR:
+            inverse = inverse / sizes
+            return _Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
+    if not np.isfinite(scaled).all():
+        nothing = np.full(rows.shape[1], np.nan)
+        return _Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
+    left, values, right = np.linalg.svd(scaled, full_matrices=True)
+    kept = int((values > CUT * max(float(values.max(initial=0.0)), 1e-300)).sum())
+    inverse = (right[:kept].T / values[:kept]) @ left[:, :kept].T / sizes
+    condition = float(values[0] / values[kept - 1]) if kept else 1.0
+    return _Newton(inverse @ wanted, inverse, condition, right[kept:].T)
 
 
 def polished(site: Site, y: Array, most: int = NEWTON) -> Equilibrium | None:
     """Return the equilibrium to which Newton's method leads, None where it does not lead to one."""
     moved = moving(site.chart)
     y = at_rest(site, y)
-    best: tuple[float, Array] | None = None
+    best: tuple[float, Array, _Rest, _Newton] | None = None
     worse = 0
     for _ in range(most):
         try:
             here = _rest(site, y, moved)
         except SimulationError:
             return None
-        step, _, _ = newton_step(here)
-        size = float(np.abs(step / _sizes(site, y, moved)).max(initial=0.0))
+        sizes = _sizes(site, y, moved)
+        newton = _newton(here)
+        size = float(np.abs(newton.step / sizes).max(initial=0.0))
         if not np.isfinite(size):
             return None
         if best is None or size < best[0]:
-            best, worse = (size, y), 0
+            best, worse = (size, y, here, newton), 0
         else:
             worse += 1
         if size <= EPSILON or (worse >= 2 and best[0] < NEAR):
             break
-        y = site.chart.moved(y, _full(site.chart, moved, step * min(1.0, LONGEST / max(size, 1e-300))))
+        y = site.chart.moved(y, _full(site.chart, moved, newton.step * min(1.0, LONGEST / max(size, 1e-300))))
     if best is None or not best[0] < NEAR:
         return None
-    return _certified(site, best[1], moved)
+    return _certified(site, best[1], moved, best[2], best[3])
 
 
-def _certified(site: Site, y: Array, moved: NDArray[np.intp]) -> Equilibrium | None:
+def _certified(
+    site: Site, y: Array, moved: NDArray[np.intp], here: _Rest, newton: _Newton
+) -> Equilibrium | None:
     """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
-    here = _rest(site, y, moved)
     rows = np.vstack([here.slopes, here.phi_slopes])
     left = np.concatenate([here.forces, here.phi])
     sizes = _sizes(site, y, moved)
-    noise = EPSILON * (np.abs(rows) @ sizes)
-    step, condition, free = newton_step(here)
     scale = np.abs(rows) @ sizes
-    unresolved = rows @ step + left
-    if (np.abs(unresolved) > 1e-7 * scale + 1e-300).any():
+    if (np.abs(rows @ newton.step + left) > UNRESOLVED * scale + 1e-300).any():
         return None  # the least squares have a minimum here, the forces no zero
-    errors = np.abs(np.linalg.pinv(rows, rcond=CUT)) @ (np.abs(left) + noise) + EPSILON * sizes
+    errors = np.abs(newton.inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * sizes
     everything = np.zeros(site.chart.size)
     everything[moved] = errors
-    still = np.zeros((site.chart.size, free.shape[1]))
-    still[moved] = free
-    return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), condition, still)
+    still = np.zeros((site.chart.size, newton.free.shape[1]))
+    still[moved] = newton.free
+    return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), newton.condition, still)
 
 
-def is_equilibrium(site: Site, y: Array) -> bool:
-    """Whether nothing moves at a state, and Newton's method stays there."""
+def resting(site: Site, y: Array) -> Equilibrium | None:
+    """Return the equilibrium that a state is, but for rounding; None where something moves."""
     problem = site.problem
     if np.abs(y[problem.nq : problem.nq + problem.nv]).max(initial=0.0) > 0:
-        return False
+        return None
     moved = moving(site.chart)
     here = _rest(site, y, moved)
-    step, _, _ = newton_step(here)
-    sizes = _sizes(site, y, moved)
-    if float(np.abs(step / sizes).max(initial=0.0)) > NEAR:
-        return False
-    return _certified(site, y, moved) is not None
+    newton = _newton(here)
+    size = float(np.abs(newton.step / _sizes(site, y, moved)).max(initial=0.0))
+    if not size <= NEAR or here.found.moves_by_itself:
+        return None
+    return _certified(site, y, moved, here, newton) if size <= 4 * EPSILON else polished(site, y)
 
 
 def reached(site: Site, y: Array) -> Equilibrium:
@@ -180,10 +205,9 @@ def reached(site: Site, y: Array) -> Equilibrium:
     moved = moving(site.chart)
     y = at_rest(site, y)
     check_autonomous(site, site.derivatives(y), y)
-    if is_equilibrium(site, y):
-        found = polished(site, y)
-        if found is not None:
-            return found
+    found = resting(site, y)
+    if found is not None:
+        return found
     relaxed = _relaxed(site, y, moved)
     found = polished(site, relaxed) or polished(site, y)
     if found is None:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from msgspec import Struct, field
+from numpy.typing import NDArray
 
 from ..outcome import Outcome
 from ..problem import Array
@@ -76,7 +77,7 @@ class Findings(Struct, frozen=True, eq=False, kw_only=True):
     tables: tuple[Table, ...] = ()
     panels: tuple[Panel, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
-    arrays: Mapping[str, Array] = field(default_factory=dict)
+    arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     runs: tuple[Solution, ...] = ()
 
     def __getitem__(self, name: str) -> float:

@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from msgspec import field
 
-from ..local.equilibrium import is_equilibrium, reached
+from ..local.equilibrium import reached, resting
 from ..local.independent import independent
 from ..local.site import PART, Site, moving_inputs, refuse_edges, site_of
 from ..local.zeros import Complex, poles, zeros
@@ -90,7 +90,7 @@ class Linearize(Study, frozen=True, kw_only=True):
         if self.at.word == EQUILIBRIUM:
             y = reached(site, y).y
         remarks += refuse_edges(site, y, "linearisation")
-        if self.at.word != EQUILIBRIUM and not is_equilibrium(site, y):
+        if self.at.word != EQUILIBRIUM and resting(site, y) is None:
             remarks.append(
                 "this state is no equilibrium: the system tells how nearby motions part from this one"
             )

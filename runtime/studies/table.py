@@ -34,6 +34,7 @@ STUDIES = {
             "What linear system is it near a state, between inputs and outputs?",
             "linearize:Linearize",
         ),
+        Kind("modes", "What are the frequencies, dampings and shapes of small motions?", "modes:FindModes"),
         Kind(
             "fit",
             "Which parameters and starts move the model as it was measured, and what cannot the data tell?",

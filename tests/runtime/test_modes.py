@@ -1,0 +1,286 @@
+"""Modes of small motions against closed forms, and two ways to them against each other."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from mpmath import mp, mpf, polyroots, sin
+from numpy.typing import NDArray
+
+import mechc
+from mechc.cli.main import run as run_command
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.studies.linearize import Linearization
+from mechc.runtime.studies.modes import FoundModes
+
+ROOT = Path(__file__).resolve().parents[2]
+DATA = ROOT / "tests" / "physics" / "data" / "normal_modes_set.json"
+Array = NDArray[np.float64]
+
+CHAIN = """\
+model Chain
+  dimensionless;
+  structural parameter Integer n = 3;
+  coordinate Real x[n];
+  kinetic 1/2*sum(der(x[i])^2 for i in 1:n);
+  potential 1/2*x[1]^2 + 1/2*x[n]^2 + 1/2*sum((x[i+1] - x[i])^2 for i in 1:n-1);
+end Chain;
+"""
+HANGING = """\
+model Hanging
+  dimensionless;
+  structural parameter Integer n = 3;
+  coordinate Real a[n];
+  let Real x[n] = {sum(sin(a[j]) for j in 1:i) for i in 1:n};
+  let Real y[n] = {-sum(cos(a[j]) for j in 1:i) for i in 1:n};
+  kinetic 1/2*sum(der(x[i])^2 + der(y[i])^2 for i in 1:n);
+  potential sum(y[i] for i in 1:n);
+end Hanging;
+"""
+
+
+TURNED = """\
+model Turned
+  dimensionless;
+  coordinate a = 0; coordinate x = 0;
+  drive der(a) = 2;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*(x - cos(a))^2;
+end Turned;
+"""
+
+
+def modes(model: mechc.Model, **settings: Any) -> FoundModes:
+    found = model.study("modes", **settings)
+    assert isinstance(found, FoundModes)
+    return found
+
+
+def check(found: FoundModes, wanted: Any, relative: float = 1e-12) -> None:
+    """Compare frequencies; each stated error contains its own, and is below the relative bound."""
+    wanted = np.sort(np.array(wanted, dtype=float))
+    errors = np.array([mode["error"] for mode in found.details["modes"]])
+    assert found.frequencies.shape == wanted.shape
+    assert (np.abs(found.frequencies - wanted) <= np.maximum(errors, 2e-16 * wanted)).all()
+    scale = np.where(wanted > 0, wanted, np.inf)
+    assert (np.abs(found.frequencies - wanted) <= relative * scale + np.where(wanted > 0, 0, errors)).all()
+    assert (errors <= relative * np.where(wanted > 0, wanted, 1e6)).all()
+
+
+@pytest.mark.parametrize(
+    "case", json.loads(DATA.read_text(encoding="utf-8"))["references"], ids=lambda c: c["case"][:24]
+)
+def test_the_reference(case: dict[str, Any]) -> None:
+    """Thirty digits of chains of springs, hanging chains, double pendulums and coupled pendulums."""
+    name, values = case["case"], {k: float(v) for k, v in case["values"].items()}
+    wanted = [np.sqrt(v) if k.startswith("omega^2") else v for k, v in values.items()]
+    if name.startswith("hanging chain of n="):
+        model = mechc.loads(HANGING).with_values({"n": len(wanted)})
+    elif "n+1 equal springs" in name:
+        model = mechc.loads(CHAIN).with_values({"n": len(wanted)})
+    elif name.startswith("double pendulum equal masses"):
+        model = mechc.loads(HANGING).with_values({"n": 2})
+    elif name.startswith("point double pendulum"):
+        model = mechc.loads(HANGING.replace("potential sum", "potential 9.81*sum")).with_values({"n": 2})
+    elif name.startswith("thesis"):
+        model = mechc.load(ROOT / "examples" / "double_pendulum_bars.mech", set=THESIS)
+    elif name.startswith("three pendulums"):
+        model = mechc.loads("""\
+model Three
+  dimensionless;
+  coordinate Real a[3];
+  kinetic 1/2*sum(der(a[i])^2 for i in 1:3);
+  potential 1/2*9.81*sum(a[i]^2 for i in 1:3) + 1/2*2*sum((a[i+1] - a[i])^2 for i in 1:2);
+end Three;
+""")
+    else:
+        assert name.startswith("continuous hanging chain")
+        return  # no model of finitely many masses
+    check(modes(model, at="start" if not name.startswith("thesis") else "equilibrium"), wanted)
+
+
+THESIS: dict[str, Any] = {}
+
+
+def test_a_chain_of_springs() -> None:
+    """P17: 2 sin(k pi/(2(n + 1))); shapes are sines; also T7."""
+    n = 40
+    found = modes(mechc.loads(CHAIN).with_values({"n": n}))
+    mp.dps = 30
+    check(found, [float(2 * sin(mp.pi * k / (2 * (n + 1)))) for k in range(1, n + 1)])
+    j = np.arange(1, n + 1)
+    for k in range(n):
+        shape = np.sin((k + 1) * np.pi * j / (n + 1)) * np.sqrt(2 / (n + 1))
+        assert min(np.abs(found.shapes[:, k] - shape).max(), np.abs(found.shapes[:, k] + shape).max()) < 1e-12
+
+
+@pytest.mark.slow
+def test_a_chain_of_400() -> None:
+    """Its stiffness has the condition 6.5e4: without correction the lowest frequency is off by 1e-12 and more."""
+    n = 400
+    found = modes(mechc.loads(CHAIN).with_values({"n": n}))
+    mp.dps = 30
+    wanted = np.array([float(2 * sin(mp.pi * k / (2 * (n + 1)))) for k in range(1, n + 1)])
+    assert (np.abs(found.frequencies / wanted - 1) < 1e-14).all()
+    assert max(mode["error"] / w for mode, w in zip(found.details["modes"], wanted, strict=True)) < 1e-10
+
+
+def test_the_sources() -> None:
+    """P14: k/m and 7k/m. T20: 0, and 3k/m twice. V10: g/l and g/l + k (1/m1 + 1/m2)."""
+    three = mechc.load(ROOT / "examples" / "three_springs.mech")
+    p = values(three)
+    check(modes(three), [np.sqrt(p["k"] / p["m"]), np.sqrt(7 * p["k"] / p["m"])])
+    ring = mechc.load(ROOT / "examples" / "ring_of_masses.mech")
+    p = values(ring)
+    found = modes(ring)
+    check(found, [0.0, *[np.sqrt(3 * p["k"] / p["m"])] * 2])
+    assert found.details["degenerate"] == [[2, 3]]
+    assert any("modes 2, 3 have one frequency" in r for r in found.remarks)
+    assert any("nothing brings back mode 1" in r for r in found.remarks)
+    pair = mechc.load(ROOT / "examples" / "coupled_pendulums.mech")
+    p = values(pair)
+    check(modes(pair), np.sqrt([p["g"] / p["l"], p["g"] / p["l"] + p["k"] * (1 / p["m1"] + 1 / p["m2"])]))
+
+
+def values(model: mechc.Model) -> dict[str, float]:
+    from mechc.runtime.case import SimulationOptions
+    from mechc.runtime.local.site import site_of
+    from mechc.runtime.settings import Place
+    from mechc.runtime.studies.modes import FindModes
+
+    site = site_of(model.problem(parts=FindModes.needs), SimulationOptions(), Place())
+    return {q.name: float(v) for q, v in zip(model.parameters, site.p, strict=False)}
+
+
+@pytest.mark.parametrize("n", [4, 7])
+def test_a_ring_has_pairs(n: int) -> None:
+    """2 sin(pi k/n), each twice but for k = 0 and, for even n, k = n/2."""
+    text = f"""\
+model Ring
+  dimensionless;
+  coordinate Real x[{n}];
+  kinetic 1/2*sum(der(x[i])^2 for i in 1:{n});
+  potential 1/2*sum((x[i+1] - x[i])^2 for i in 1:{n - 1}) + 1/2*(x[1] - x[{n}])^2;
+end Ring;
+"""
+    found = modes(mechc.loads(text))
+    check(found, [2 * abs(np.sin(np.pi * k / n)) for k in range(n)])
+    assert len(found.details["degenerate"]) == (n - 1) // 2
+
+
+def test_damping_and_a_rotor() -> None:
+    """A damped oscillator, overdamped too; a Jeffcott rotor in the turning frame, whose whirls are w0 + n and w0 - n."""
+    found = modes(mechc.load(ROOT / "examples" / "damped_oscillator.mech"))
+    assert len(found.eigenvalues) == 1 and 0 < found.dampings[0] < 1
+    text = "model D dimensionless; coordinate x = 0; kinetic 1/2*der(x)^2; potential 2*x^2; damping 5 on x; end D;"
+    over = modes(mechc.loads(text))
+    assert np.abs(over.eigenvalues - [-1, -4]).max() < 1e-14 and (over.dampings == 1).all()
+    rotor = """\
+model Rotor
+  dimensionless;
+  parameter n = 0.7;
+  coordinate x = 0; coordinate y = 0;
+  kinetic 1/2*((der(x) - n*y)^2 + (der(y) + n*x)^2);
+  potential 1/2*(x^2 + y^2);
+end Rotor;
+"""
+    for speed in (0.3, 0.7, 2.5):
+        found = modes(mechc.loads(rotor).with_values({"n": speed}))
+        assert np.abs(np.sort(found.frequencies) - np.sort([1 + speed, abs(1 - speed)])).max() < 1e-14
+        assert np.abs(found.eigenvalues.real).max() < 1e-14
+
+
+def test_a_loop_and_its_twin() -> None:
+    """A pendulum of two constraints swings as it does without any; a slider-crank at its dead centre as by hand."""
+    loop = """\
+model Loop
+  dimensionless;
+  coordinate x = 0.3; coordinate y = -sqrt(1 - 0.3^2);
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential 9.81*y;
+  constraint x^2 + y^2 = 1;
+end Loop;
+"""
+    found = modes(mechc.loads(loop))
+    check(found, [np.sqrt(9.81)])
+    assert abs(found.at["x"]) < 1e-15 and abs(found.at["y"] + 1) < 1e-15
+    crank = """\
+import mech.planar.*;
+model SliderCrank
+  Bar crank(m = 0.5 kg, l = 10 cm);
+  Bar rod(m = 0.4 kg, l = 30 cm);
+  Body piston(m = 0.8 kg);
+  Revolute main(world -> crank.a, angle = 2 deg);
+  Revolute big_end(crank.b -> rod.a, angle ~ -3 deg);
+  Prismatic guide(world -> piston.a, axis = {1, 0}, position ~ 40 cm);
+  Revolute small_end(rod.b -> piston.a);
+  potential 1/2*(500 N/m)*(guide.position - 30 cm)^2;
+end SliderCrank;
+"""
+    found = modes(mechc.loads(crank), at="main.angle = 0, big_end.angle = 0")
+    r, length = 0.1, 0.3
+    # outstretched: s = r + l - r (1 + r/l) a^2/2, the rod turns by -a r/l, and its centre moves by r a/2 across
+    stiffness = -500 * 0.1 * r * (1 + r / length)
+    inertia = 0.5 * r**2 / 3 + 0.4 * length**2 / 12 * (r / length) ** 2 + 0.4 * (r / 2) ** 2
+    wanted = np.emath.sqrt(stiffness / inertia)
+    assert abs(found.eigenvalues[0] - abs(wanted)) < 1e-11 * abs(wanted)
+    assert found.dampings[0] == -1
+
+
+def test_a_state_beside_the_coordinates() -> None:
+    """A lag in the spring: three eigenvalues, those of the whole system."""
+    text = """\
+model Lag
+  dimensionless;
+  coordinate x = 0; state f = 0;
+  kinetic 1/2*der(x)^2; potential 1/2*x^2;
+  equation der(f) = -3*(f + 2*x);
+  force f on x;
+end Lag;
+"""
+    found = modes(mechc.loads(text))
+    mp.dps = 30
+    roots = [complex(r) for r in polyroots([mpf(1), 3, 1, 9])]
+    for root in roots:
+        if root.imag >= 0:
+            assert np.abs(found.eigenvalues - root).min() < 1e-13
+
+
+def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pendulum = mechc.load(ROOT / "examples" / "pendulum.mech")
+    with pytest.raises(SimulationError, match="no equilibrium, so that small motions"):
+        modes(pendulum, at="theta = 20 deg")
+    with pytest.raises(SimulationError, match="depends on time"):
+        modes(mechc.load(ROOT / "examples" / "forced_oscillator.mech"))
+    with pytest.raises(SimulationError, match="is driven"):
+        modes(mechc.loads(TURNED))
+    standing = modes(pendulum, at="theta = 180 deg")
+    assert standing.eigenvalues[0].real > 0 and standing.eigenvalues[0].imag == 0
+    picture = tmp_path / "modes.png"
+    file = str(ROOT / "examples" / "coupled_pendulums.mech")
+    assert run_command(["study", "modes", file, "--json", "--plot", str(picture)]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [set(mode["shape"]) for mode in found["modes"]] == [{"th1", "th2"}] * 2
+    assert {"frequency", "damping", "eigenvalue", "shape"} <= set(found["modes"][0]) and picture.exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", sorted((ROOT / "examples").glob("*.mech")), ids=lambda p: p.stem)
+def test_examples_against_poles(path: Path) -> None:
+    """The equations before and after they are solved for accelerations have the same eigenvalues at equilibria."""
+    model = mechc.load(path)
+    try:
+        found = modes(model)
+    except SimulationError:
+        return
+    wanted = model.study("linearize", at={**found.at})
+    assert isinstance(wanted, Linearization)
+    scale = max(1e-6, float(np.abs(wanted.poles).max(initial=0.0)))
+    both = np.concatenate([found.eigenvalues, found.eigenvalues.conj(), -found.eigenvalues])
+    for pole, error in zip(wanted.poles, wanted.details["accuracy"]["errors"]["poles"], strict=True):
+        if abs(pole) > 1e-6 * scale:
+            assert np.abs(both - pole).min() < 1e-7 * scale + 100 * (error or 1e-3 * scale)
