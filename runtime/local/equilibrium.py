@@ -121,15 +121,16 @@ def _newton(here: _Rest) -> _Newton:
     sizes = np.linalg.norm(rows, axis=1)
     sizes[sizes == 0] = 1.0
     scaled = rows / sizes[:, None]
-    if rows.shape[0] == rows.shape[1] and len(rows):  # nearly always, and ten times faster
+    if rows.shape[0] == rows.shape[1]:  # nearly always, and ten times faster
         try:
             inverse = np.linalg.inv(scaled)
         except np.linalg.LinAlgError:
-            inverse = np.full_like(scaled, np.inf)
-        condition = float(np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1))
-        if condition < REGULAR:
-            inverse = inverse / sizes
-            return _Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
+            inverse = None
+        if inverse is not None and np.isfinite(inverse).all():
+            condition = float(np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1)) if len(rows) else 1.0
+            if condition < REGULAR:
+                inverse = inverse / sizes
+                return _Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
     if not np.isfinite(scaled).all():
         nothing = np.full(rows.shape[1], np.nan)
         return _Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
