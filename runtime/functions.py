@@ -40,6 +40,9 @@ class Functions(Struct, frozen=True):
     scene: ModelFunction | None = None
     scene_still: ModelFunction | None = None
     matrices: Mapping[str, ModelFunction] = field(default_factory=dict)
+    phase: ModelFunction | None = None
+    phase_rate: ModelFunction | None = None
+    phase_gradient: ModelFunction | None = None
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
 
@@ -100,6 +103,9 @@ def _from_python(problem: Problem) -> Functions:
         scene=needed("scene", problem.scene.n_moving if problem.scene else 0),
         scene_still=needed("scene_still", problem.scene.n_still if problem.scene else 0),
         matrices={name: _as_array(given[name]) for name in problem.patterns},
+        phase=needed("phase", len(problem.phase)),
+        phase_rate=needed("phase_rate", len(problem.phase)),
+        phase_gradient=needed("phase_gradient", len(problem.phase)),
     )
 
 
@@ -179,6 +185,9 @@ def _from_library(problem: Problem) -> Functions:
             for name, pattern in problem.patterns.items()
             if (found := exported(name, len(pattern))) is not None
         },
+        phase=exported("phase", len(problem.phase)),
+        phase_rate=exported("phase_rate", len(problem.phase)),
+        phase_gradient=exported("phase_gradient", len(problem.phase) * (problem.nq + problem.nv)),
         struct=model,
         library=library,
     )

@@ -213,6 +213,9 @@ class Problem(Struct, frozen=True):
     energy_balance: tuple[int, ...] = ()
     """Indices of outputs (total, dissipated, supplied) with total + dissipated - supplied constant;
     dissipated and supplied are -1 where the model has none."""
+    phase: tuple[Quantity, ...] = ()
+    """What the functions ``phase``, ``phase_rate`` and ``phase_gradient`` (by q and v, row by row) give, named by its
+    formula; kinds: momentum, energy, potential, spin, linear, angular, moment, place, atom, output. Empty unless asked for."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

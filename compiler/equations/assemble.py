@@ -15,12 +15,13 @@ from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .hybrid.switching import add_events
 from .local_derivatives import local_derivatives, second_order
-from .model import AssertionText, ConstraintEntry, Equations, Function, ParameterRule
+from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .reported.assembly import assembly
 from .reported.entries import Layout, layout_of
 from .reported.experiments import experiment_plans
 from .reported.outputs import OutputList, list_outputs
+from .reported.phase import phase_functions
 from .reported.scene import scene_of
 from .rows.constraints import Projection
 from .solve.accelerations import massless
@@ -80,6 +81,11 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     if "second_order" in parts:
         derivatives, patterns[derivatives.name] = second_order(system, solved, layout)
         functions = (*functions, derivatives)
+    phase: tuple[Entry, ...] = ()
+    if "phase" in parts:
+        rhs = next(f for f in functions if f.name == "rhs")
+        found = phase_functions(system, solved, layout, rhs.outputs)
+        phase, functions = found.entries, (*functions, *found.functions)
     everything = (*functions, *plan_functions, *scene_functions)
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     return Equations(
@@ -113,6 +119,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         constraints=_constraint_entries(solved),
         assembly=assembled,
         separable=_separable(system, layout, functions),
+        phase=phase,
         hybrid=hybrid.plan if hybrid is not None else None,
         scene=scene,
     )

@@ -271,3 +271,5 @@ class Equations(Struct, frozen=True):
     """None where nothing switches."""
     scene: ScenePlan | None = None
     """None where nothing asks for a picture."""
+    phase: tuple[Entry, ...] = ()
+    """What the functions ``phase``, ``phase_rate`` and ``phase_gradient`` give (reported/phase.py); named by formulas."""

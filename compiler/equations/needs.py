@@ -70,6 +70,12 @@ PARTS = {
         "no study asks for them; one that does brings them",
         studied=True,
     ),
+    "phase": Part(
+        "momenta, energy and outputs with their rates and gradients",
+        (),
+        "no study that looks for what is constant is asked for; one that is brings them",
+        studied=True,
+    ),
     "projection": Part(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
     ),

@@ -136,6 +136,8 @@ class _Check:
             "mass": e.nv**2,
             "jacobian": len(e.jacobian_pattern),
             **{name: len(pattern) for name, pattern in e.patterns.items()},
+            **dict.fromkeys(("phase", "phase_rate"), len(e.phase)),
+            "phase_gradient": len(e.phase) * (e.nq + e.nv),
             "tangent": ny + n_out,
             "adjoint": ny + nu + 1 + np_,
             "start_tangent": ny,

@@ -62,6 +62,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         hybrid=equations.hybrid,
         separable=equations.separable,
         scene=equations.scene,
+        phase=equations.phase,
     )
 
 

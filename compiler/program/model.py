@@ -133,6 +133,7 @@ class Program(Struct, frozen=True):
     assembly: tuple[AssemblyEntry, ...] = ()
     separable: bool = False
     scene: ScenePlan | None = None
+    phase: tuple[Entry, ...] = ()
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

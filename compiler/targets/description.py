@@ -65,6 +65,7 @@ def make_problem(
         experiments=tuple(_experiment(e) for e in program.experiments),
         conserved=program.conserved,
         energy_balance=program.energy_balance,
+        phase=tuple(_quantity(entry) for entry in program.phase),
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,

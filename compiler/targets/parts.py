@@ -10,6 +10,7 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "local_derivatives": ("local_derivatives",),
     "second_order": ("second_order",),
     "momenta": ("momentum", "force", "mass"),
+    "phase": ("phase", "phase_rate", "phase_gradient"),
     "projection": (
         "project_position",
         "project_velocity",

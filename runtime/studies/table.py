@@ -51,5 +51,15 @@ STUDIES = {
             "Where does it go through a surface, or stand once in every period?",
             "section:Section",
         ),
+        Kind(
+            "symmetries",
+            "Which transformations leave it as it is, and what do they keep constant?",
+            "symmetries:Symmetries",
+        ),
+        Kind(
+            "invariants",
+            "Which polynomials in velocities or momenta are constant along every motion?",
+            "invariants:Invariants",
+        ),
     )
 }

@@ -43,7 +43,7 @@ def conserved_momenta(system: MechanicalSystem, solved: Solved, pure: bool) -> l
     velocities = system.symbols.velocities
     if jumps(system, system.potential) or velocities.intersection(graph.support(system.potential)):
         return []
-    linear, angular = _totals(system)
+    linear, angular = totals(system)
     names = "xyz"
     found = [
         (f"momentum.{names[k]}", "" if pure else "kg.m/s", component) for k, component in enumerate(linear)
@@ -91,7 +91,7 @@ def _vanish(system: MechanicalSystem, nodes: list[Node]) -> list[bool]:
     return [size <= limit for size in sizes]
 
 
-def _totals(system: MechanicalSystem) -> tuple[Vector, Vector]:
+def totals(system: MechanicalSystem) -> tuple[Vector, Vector]:
     """Return the linear momentum and the angular momentum about the origin of the world, in world components."""
     graph, kinematics = system.graph, system.kinematics
     linear: Vector = (graph.zero,) * kinematics.size
