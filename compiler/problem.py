@@ -11,7 +11,7 @@ from mechc.runtime.problem import Problem
 from .program.model import Program
 from .targets import description
 from .targets.c import emit_c
-from .targets.python import load_python
+from .targets.python import load_arrays, load_python
 
 HEADER = "model.h"
 
@@ -24,6 +24,9 @@ def make_problem(
     ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says.
     Raises CompilerMissing (target ``c``) and BuildError.
     """
+    if program.curve is not None:
+        functions, parameters = load_arrays(program)
+        return description.make_problem(program, functions=functions, parameters_function=parameters)
     if target == "python" or (target == "auto" and find_compiler() is None):
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)

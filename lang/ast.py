@@ -376,6 +376,13 @@ class Constraint(Statement, frozen=True):
     right: Expression
 
 
+class Inequality(Statement, frozen=True):
+    """``constraint label: a >= b;``, of a curve."""
+
+    label: LabelName | None
+    condition: Expression
+
+
 class Drive(Statement, frozen=True):
     target: Expression
     value: Expression

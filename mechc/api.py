@@ -97,6 +97,24 @@ class Model(CompiledModel):
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
         return solution
 
+    def solve(
+        self,
+        *,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        tolerance: float | None = None,
+        all: bool = False,
+    ) -> Any:
+        """Find the curve of a model with a range (``independent x from a to b``) and return it: a ``CurveSolution``.
+
+        With ``all``, or where the experiment sweeps, ``Curves`` holds what was found. ``set``: parameters, and constants
+        as guesses of coordinates. Raises UsageMistake, SimulationError where no stationary curve is found.
+        """
+        from .curves import curves_of
+
+        found = curves_of(self.with_values(set or {}).for_experiment(experiment), experiment, tolerance, all)
+        return found.solutions[0][0] if len(found.solutions) == 1 and not all else found
+
     def sweep(
         self,
         *,

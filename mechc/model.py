@@ -157,7 +157,8 @@ class CompiledModel:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
         equations = self.compilation.equations
         settable = (*equations.parameters, *equations.states, *equations.inputs)
-        return {entry.name: entry.unit for entry in settable if entry.kind != "account"}
+        settable += tuple(entry for entry in equations.discretes if entry.kind == "end")
+        return {entry.name: entry.unit for entry in settable if entry.kind not in ("account", "internal")}
 
     @property
     def settings(self) -> dict[str, float]:

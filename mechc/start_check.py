@@ -47,6 +47,12 @@ def _begin(model: CompiledModel, name: str | None) -> None:
 
     if _without_value(model):
         return
+    if model.compilation.equations.curve is not None:
+        from .runtime.curves.posed import pose
+
+        at_rest = model.problem()
+        pose(at_rest, model.settings, find_experiment(at_rest, name), None)
+        return
     problem, method = _problem(model, model.method(name))
     experiment = find_experiment(problem, name)
     said = experiment is not None and "stop" in experiment.options

@@ -174,6 +174,57 @@ class Scene(Struct, frozen=True):
     by_rule: bool
 
 
+class CurveRow(Struct, frozen=True):
+    """One number that belongs to a curve. ``kind``: integral, lower, upper, inside (values at places); whole, initial,
+    final (conditions on numbers); position, velocity (conditions at every place); momentum, energy (first integrals).
+    ``bound``: an inequality, not negative."""
+
+    name: str
+    kind: str
+    unit: str
+    bound: bool = False
+    origin: Origin | None = None
+
+
+class Curve(Struct, frozen=True):
+    """A curve q(x), a <= x <= b, with x = a + (b - a) s; every function reads s in t and derivatives by s in y, for many
+    places at once.
+
+    y: q and ``depth`` derivatives of all ``coordinates``, then densities of the multipliers of ``points``. z: ``unknown``
+    ends of the range, then ``numbers`` (integrals first, then values at places); multipliers of ``numbers`` and of
+    ``wholes``; with ``gauge`` the weights of the coordinates in the speed that is kept constant; ``further`` numbers, which
+    decide nothing. ``order``: the highest derivative that decides. ``shared``: numbers that integrands read. Patterns hold
+    places (row, column) of the entries of derivatives, of second ones the upper triangle; columns are derivatives (order *
+    coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place. ``bends``: something
+    bends where the curve decides. ``guessed``: coordinates with a guess.
+    """
+
+    coordinates: int
+    order: int
+    depth: int
+    unknown: int
+    numbers: tuple[CurveRow, ...]
+    further: tuple[CurveRow, ...]
+    wholes: tuple[CurveRow, ...]
+    points: tuple[CurveRow, ...]
+    first: tuple[CurveRow, ...]
+    shared: tuple[int, ...]
+    gradient: tuple[tuple[int, int], ...]
+    curvature: tuple[tuple[int, int], ...]
+    point_gradient: tuple[tuple[int, int], ...]
+    point_curvature: tuple[tuple[int, int], ...]
+    place_gradient: tuple[tuple[int, int], ...]
+    place_curvature: tuple[tuple[int, int], ...]
+    whole_gradient: tuple[tuple[int, int], ...]
+    whole_curvature: tuple[tuple[int, int], ...]
+    varying: tuple[bool, ...]
+    unit: str
+    action: bool
+    gauge: bool
+    bends: bool
+    guessed: tuple[bool, ...]
+
+
 class Problem(Struct, frozen=True):
     """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
 
@@ -222,6 +273,8 @@ class Problem(Struct, frozen=True):
     """None where nobody asked for a picture."""
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)
     """(row, column) of each output of functions that give the entries of a matrix, by the names of these."""
+    curve: Curve | None = None
+    """None where the model moves; a curve has functions in Python only."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None

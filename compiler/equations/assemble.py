@@ -13,6 +13,7 @@ from ..graph.rewrite import substitute
 from ..mechanics.defaults import default_formulas, first_values
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
+from .curves.assemble import assemble_curve
 from .hybrid.switching import add_events
 from .local_derivatives import local_derivatives, second_order
 from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, ParameterRule
@@ -35,6 +36,8 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
     ``parts`` are built whether the equations need them or not (needs.py): ``jacobian`` for implicit methods,
     ``momenta`` for the structure-preserving methods of constrained models, others for comparison.
     """
+    if system.curve is not None:
+        return assemble_curve(system, system.curve, reporter)
     try:
         return without_dead_symbols(_assemble(system, reporter, frozenset(parts)))
     except DivisionByZero:

@@ -224,6 +224,58 @@ class ScenePlan(Struct, frozen=True):
     by_rule: bool
 
 
+class CurveRow(Struct, frozen=True):
+    """One number that belongs to a curve: an integral, a value at a place, a condition, a multiplier, a first integral.
+
+    ``kind``: integral, lower, upper, inside (values at places); whole, initial, final (conditions on numbers of the whole);
+    position, velocity (conditions at every place); momentum, energy (first integrals). ``bound``: an inequality.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    bound: bool = False
+    span: Span | None = None
+
+
+class CurvePlan(Struct, frozen=True):
+    """A curve q(x), a <= x <= b, with x = a + (b - a) s; every function reads s in t and derivatives by s in y.
+
+    y holds q and ``depth`` derivatives of all coordinates, then the densities of the multipliers of ``points``. z holds
+    numbers: ``unknown`` ends of the range, then ``numbers`` (integrals first, then values at places); multipliers of
+    ``numbers`` and of ``wholes``; with ``gauge`` the weights of the coordinates in the speed that is kept constant;
+    ``further`` numbers, which decide nothing (integrals first).
+    ``order``: the highest derivative in what is stationary. ``shared``: which numbers integrands read. Patterns hold places
+    of entries that can differ from zero: (row, column), of second derivatives the upper triangle. Columns are derivatives
+    (order * coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place.
+    """
+
+    coordinates: int
+    order: int
+    depth: int
+    unknown: int
+    numbers: tuple[CurveRow, ...]
+    further: tuple[CurveRow, ...]
+    wholes: tuple[CurveRow, ...]
+    points: tuple[CurveRow, ...]
+    first: tuple[CurveRow, ...]
+    shared: tuple[int, ...]
+    gradient: tuple[tuple[int, int], ...]
+    curvature: tuple[tuple[int, int], ...]
+    point_gradient: tuple[tuple[int, int], ...]
+    point_curvature: tuple[tuple[int, int], ...]
+    place_gradient: tuple[tuple[int, int], ...]
+    place_curvature: tuple[tuple[int, int], ...]
+    whole_gradient: tuple[tuple[int, int], ...]
+    whole_curvature: tuple[tuple[int, int], ...]
+    varying: tuple[bool, ...]
+    unit: str
+    action: bool
+    gauge: bool
+    bends: bool
+    guessed: tuple[bool, ...]
+
+
 class Equations(Struct, frozen=True):
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
 
@@ -273,3 +325,5 @@ class Equations(Struct, frozen=True):
     """None where nothing asks for a picture."""
     phase: tuple[Entry, ...] = ()
     """What the functions ``phase``, ``phase_rate`` and ``phase_gradient`` give (reported/phase.py); named by formulas."""
+    curve: CurvePlan | None = None
+    """None where the model moves."""

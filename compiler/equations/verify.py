@@ -8,7 +8,7 @@ from ..graph import Node
 from ..graph import verify as graphs
 from ..graph.operations import LOOKUP, SYMBOL
 from ..malformed import Malformed, excerpt
-from .model import Entry, Equations, Function, HybridPlan, Slot
+from .model import CurvePlan, Entry, Equations, Function, HybridPlan, Slot
 
 KINDS = {
     "t": ("time",),
@@ -48,6 +48,13 @@ class _Check:
         }
 
     def run(self) -> None:
+        if self.equations.curve is not None:
+            self.layout()
+            self.rules()
+            for function in self.equations.functions:
+                self.reads(f"function {function.name}", function.outputs, "tyzp")
+            self.curve(self.equations.curve)
+            return
         self.entries()
         self.layout()
         self.sizes()
@@ -233,6 +240,59 @@ class _Check:
                 del waiting[k]
         if waiting:
             self.at_entry("p", min(waiting), "follows from itself")
+
+    # ------------------------------------------------------------ curves
+
+    def curve(self, c: CurvePlan) -> None:
+        """Functions have the results that the plan promises, and patterns stay inside of their matrices."""
+        columns = c.coordinates * (c.order + 1) + len(c.shared)
+        numbers = c.unknown + len(c.numbers)
+        integrals = sum(row.kind == "integral" for row in c.numbers)
+        further = sum(row.kind == "integral" for row in c.further)
+        promised = {
+            "range": 2,
+            "guess": c.coordinates,
+            "guess_of_ends": c.unknown,
+            "places": len(c.numbers) + len(c.further) - integrals - further,
+            "further_integrands": further,
+            "further_values": len(c.further) - further,
+            "integrands": integrals,
+            "integrand_gradients": len(c.gradient),
+            "curvature": len(c.curvature),
+            "points": len(c.points),
+            "point_gradients": len(c.point_gradient),
+            "point_curvature": len(c.point_curvature),
+            "at_places": len(c.numbers) - integrals,
+            "place_gradients": len(c.place_gradient),
+            "place_curvature": len(c.place_curvature),
+            "wholes": 1 + len(c.wholes),
+            "whole_gradients": len(c.whole_gradient),
+            "whole_curvature": len(c.whole_curvature),
+            "outputs": len(self.equations.outputs),
+            "first_integrals": len(c.first),
+        }
+        for name, size in promised.items():
+            found = self.functions.get(name)
+            if found is None or len(found.outputs) != size:
+                what = (
+                    "is not there"
+                    if found is None
+                    else f"has {len(found.outputs)} results in the place of {size}"
+                )
+                raise Malformed(f"equations, function {name}", what)
+        for what, pattern, rows, width in (
+            ("gradient", c.gradient, integrals, columns),
+            ("curvature", c.curvature, columns, columns),
+            ("point_gradient", c.point_gradient, len(c.points), columns),
+            ("point_curvature", c.point_curvature, columns, columns),
+            ("place_gradient", c.place_gradient, len(c.numbers) - integrals, columns),
+            ("place_curvature", c.place_curvature, columns, columns),
+            ("whole_gradient", c.whole_gradient, 1 + len(c.wholes), numbers),
+            ("whole_curvature", c.whole_curvature, numbers, numbers),
+        ):
+            self.indices(f"curve, rows of {what}", [i for i, _ in pattern], rows)
+            self.indices(f"curve, columns of {what}", [j for _, j in pattern], width)
+        self.indices("curve, shared", c.shared, numbers)
 
     # ------------------------------------------------------------ plans
 

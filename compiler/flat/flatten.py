@@ -19,7 +19,6 @@ from .checks.cycles import check_cycles
 from .checks.oversights import lint
 from .checks.unused import warn_of_unused
 from .expressions.elaborate import elaborate
-from .instances.declared_types import declared_type
 from .instances.instantiate import make_instance
 from .instances.overrides import Given, check_known, exact
 from .model import FlatModel, Role
@@ -35,6 +34,7 @@ from .statements.experiments import experiments
 from .statements.record import Record
 from .statements.relations import hold_released_drives
 from .statements.variables import variable
+from .statements.variations import name_independent, variation
 
 _FILE_LEVEL = (ast.Import, ast.Model, ast.Function, ast.Type)
 
@@ -134,7 +134,6 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     if cls.dimensionless:
         flattening.time_type = types.NUMBER
     instance = make_instance(flattening, cls, "", None, None, [])
-    _refuse_variation(instance)
     _name_independent(instance)
     check_known(instance, reporter)
     look_ahead(flattening, cls)
@@ -142,6 +141,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     run(instance, record)
     hold_released_drives(record)
     declared = _variables(record)
+    curve = variation(instance, record)
     found = experiments(instance)
     _add_integrals(flattening, record)  # all that was elaborated until here may hold some
     variables = (*declared, *record.hidden)
@@ -183,35 +183,19 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         origin=model.Origin(cls.model.span),
         draws=draws,
         quiet=is_quiet(instance),
+        variation=curve,
     )
 
 
-def _refuse_variation(instance: Instance) -> None:
-    """Stop at the first statement of a boundary-value model."""
-    for stated in instance.cls.statements:
-        statement = stated.statement
-        variation = isinstance(statement, ast.Final | ast.Stationary)
-        if variation or (isinstance(statement, ast.Independent) and statement.lower is not None):
-            raise instance.flattening.reporter.fail(
-                "E0590",
-                "variational models are not supported yet",
-                statement.span,
-                help="mechc integrates in time; a boundary-value model is understood, but cannot be run",
-            )
-
-
 def _name_independent(instance: Instance) -> None:
-    """Rename time where the model says ``independent``."""
-    flattening = instance.flattening
+    """Rename time where the model says ``independent``, and open the interval of a curve."""
     for stated in instance.cls.statements:
-        statement = stated.statement
-        if not isinstance(statement, ast.Independent):
-            continue
-        flattening.independent = statement.name
-        scope = Scope(flattening, instance, stated.namespace)
-        if statement.type:
+        if isinstance(stated.statement, ast.Independent):
+            scope = Scope(instance.flattening, instance, stated.namespace)
             with suppress(Poisoned):  # reported; the model goes on with seconds
-                flattening.time_type = declared_type(scope, statement.type, statement.span)
+                name_independent(scope, stated.statement)
+            if stated.statement.lower is not None:
+                instance.flattening.reporter.stop_on_errors()  # all else would be told of a motion
 
 
 def _add_integrals(flattening: Flattening, record: Record) -> None:

@@ -479,6 +479,30 @@ class Experiment(Struct, frozen=True):
     doc: str = ""
 
 
+class End(Struct, frozen=True):
+    """``initial e = v`` or ``final e = v`` of a curve: ``e`` at the lower or the ``upper`` end."""
+
+    target: Expression
+    value: Expression
+    upper: bool
+    origin: Origin
+
+
+class Variation(Struct, frozen=True):
+    """What makes a model one of a curve: the interval of the independent variable, and what is stationary.
+
+    ``lower`` and ``upper`` are formulas of parameters and of the coordinates named in ``unknown``, which are no curves but
+    numbers to be found. ``functional`` is None where energies are stated: the action, then.
+    """
+
+    lower: Expression
+    upper: Expression
+    unknown: tuple[str, ...]
+    ends: tuple[End, ...]
+    functional: Expression | None
+    origin: Origin
+
+
 class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
@@ -514,3 +538,4 @@ class FlatModel(Struct, frozen=True):
     draws: tuple[Draw, ...] = ()
     quiet: bool = False
     """The model says ``draw none``: nothing is drawn by rule."""
+    variation: Variation | None = None

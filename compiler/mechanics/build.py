@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from mechc.lang.diagnostics import Label, Reporter
 
 from ..flat.model import (
@@ -19,6 +21,7 @@ from ..flat.subscripts import element_name, subscripts
 from ..graph import Graph, Node
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
+from .curves import curve_of, finished
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
@@ -47,7 +50,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     reporter.stop_on_errors()
     graph = Graph(by_value=by_value)
     symbols = declare(graph, model, topology.dropped)
-    rate, unknown_rates = _rates(graph, symbols)
+    rate, unknown_rates = _rates(graph, symbols, () if model.variation is None else model.variation.unknown)
     kinematics = Spatial(graph, rate) if model.space == 3 else Planar(graph, rate)
     frictions = frozenset(f.name for f in model.frictions)
     questions = Questions(graph, rate, frictions, unknown_rates, reporter)
@@ -65,6 +68,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     matter = Matter(lowering, model, symbols, reporter)
     virtual = _place_frames(lowering, topology, asked)
     _lower_frames(lowering, model)
+    curve = None if model.variation is None else curve_of(lowering, model, model.variation, symbols, matter)
     xdot = _state_equations(lowering, model, symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
@@ -73,8 +77,9 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     if isinstance(kinematics, Spatial):
         kinematics.field = next((m.field for m in masses if m.field is not None), None)
     kinetic, potential, lagrangian, dissipation = matter.energies()
+    stated = () if curve is not None else constraint_rows(lowering, model, symbols, reporter)
     constraints = (
-        *switchable(lowering, model, (*closures, *constraint_rows(lowering, model, symbols, reporter))),
+        *switchable(lowering, model, (*closures, *stated)),
         *contact_rows(lowering, model, symbols, reporter),
     )
     q = tuple(s for c in symbols.coordinates for s in c.q)
@@ -116,19 +121,23 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         queries=questions.asked,
         virtual=virtual,
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
+        curve=None if curve is None else finished(lowering, curve),
     )
-    check_known_beforehand(system, reporter)
-    check_instants(system, reporter)
-    warn_of_idle(system, reporter)
+    if curve is None:
+        check_known_beforehand(system, reporter)
+        check_instants(system, reporter)
+        warn_of_idle(system, reporter)
     reporter.stop_on_errors()
     return system
 
 
-def _rates(graph: Graph, symbols: Symbols) -> tuple[TotalDerivative, dict[Node, Scalar | Query]]:
+def _rates(
+    graph: Graph, symbols: Symbols, constant: Sequence[str]
+) -> tuple[TotalDerivative, dict[Node, Scalar | Query]]:
     """Return the total derivative: q' = N v, v' = a, t' = 1; rates of states are symbols of their own.
 
     So are the rates of inputs and of accelerations, which nothing determines: they are returned with what they are
-    rates of, so that formulas which need them can be refused.
+    rates of, so that formulas which need them can be refused. ``constant`` are coordinates that are numbers of a curve.
     """
     rates = {symbols.time: graph.constant(1)}
     unknown: dict[Node, Scalar | Query] = {}

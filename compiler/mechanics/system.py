@@ -126,6 +126,49 @@ class AssertionRow(Struct, frozen=True):
     origin: Origin
 
 
+class WholeNumber(Struct, frozen=True):
+    """A number of a whole curve and the symbol that stands for it: an integral of ``node`` over the range, or the value of
+    ``node`` at ``place``."""
+
+    symbol: Node
+    name: str
+    node: Node
+    place: Node | None
+    unit: str
+    origin: Origin
+
+
+class CurveRows(Struct, frozen=True):
+    """A condition on a curve: residuals that are zero, or with ``bound`` not negative.
+
+    ``on_the_curve``: at every place; else they are made of numbers of the whole curve. ``upper``: None, or the end at
+    which they hold.
+    """
+
+    name: str
+    residuals: tuple[Node, ...]
+    bound: bool
+    on_the_curve: bool
+    upper: bool | None
+    units: tuple[str, ...]
+    origin: Origin
+
+
+class Curve(Struct, frozen=True):
+    """What a curve is found from. ``functional`` is a formula of the symbols of ``numbers`` and of ``unknown``, the ends of
+    the range that are to be found; ``action``: it is that of energies."""
+
+    lower: Node
+    upper: Node
+    unknown: tuple[Scalar, ...]
+    functional: Node
+    action: bool
+    unit: str
+    numbers: tuple[WholeNumber, ...]
+    rows: tuple[CurveRows, ...]
+    origin: Origin
+
+
 class MechanicalSystem(Struct, frozen=True):
     """One model as a Lagrangian system.
 
@@ -169,3 +212,4 @@ class MechanicalSystem(Struct, frozen=True):
     queries: Mapping[Node, Query]
     virtual: Mapping[str, VirtualDisplacement]
     branches: tuple[BranchRow, ...] = ()
+    curve: Curve | None = None

@@ -63,6 +63,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         separable=equations.separable,
         scene=equations.scene,
         phase=equations.phase,
+        curve=equations.curve,
     )
 
 

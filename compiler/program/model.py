@@ -18,6 +18,7 @@ from ..equations.model import (
     AssemblyEntry,
     AssertionText,
     ConstraintEntry,
+    CurvePlan,
     Entry,
     ExperimentPlan,
     HybridPlan,
@@ -134,6 +135,7 @@ class Program(Struct, frozen=True):
     separable: bool = False
     scene: ScenePlan | None = None
     phase: tuple[Entry, ...] = ()
+    curve: CurvePlan | None = None
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

@@ -16,6 +16,8 @@ from mechc.runtime.problem import (
     Assertion,
     Branch,
     Constraint,
+    Curve,
+    CurveRow,
     Experiment,
     Hybrid,
     ModelFunction,
@@ -28,7 +30,7 @@ from mechc.runtime.problem import (
     SwitchedRow,
 )
 
-from ..equations.model import Entry, ExperimentPlan, HybridPlan, ScenePlan, SettingTarget
+from ..equations.model import CurvePlan, Entry, ExperimentPlan, HybridPlan, ScenePlan, SettingTarget
 from ..program import Program
 
 
@@ -69,6 +71,7 @@ def make_problem(
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,
+        curve=_curve(program.curve),
         functions=functions or {},
         parameters_function=parameters_function,
         library=library,
@@ -114,6 +117,17 @@ def _scene(plan: ScenePlan | None) -> Scene | None:
         return None
     shapes = (Shape(s.kind, s.numbers, s.name, s.colour, s.text, s.relative, s.grid) for s in plan.shapes)
     return Scene(plan.size, tuple(shapes), plan.n_still, plan.n_moving, plan.by_rule)
+
+
+def _curve(plan: CurvePlan | None) -> Curve | None:
+    if plan is None:
+        return None
+    fields = {name: getattr(plan, name) for name in plan.__struct_fields__}
+    for name in ("numbers", "further", "wholes", "points", "first"):
+        fields[name] = tuple(
+            CurveRow(row.name, row.kind, row.unit, row.bound, origin(row.span)) for row in fields[name]
+        )
+    return Curve(**fields)
 
 
 def _quantities(program: Program, array: str) -> tuple[Quantity, ...]:

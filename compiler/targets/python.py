@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import json
 import keyword
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any, Final, NamedTuple
@@ -74,6 +75,42 @@ def load_python(
         p[:] = complete(p.tolist(), given.tolist())
 
     return {f.name: _over_lists(checked(namespace[f.name])) for f in program.functions}, parameters
+
+
+def load_arrays(
+    program: Program,
+) -> tuple[dict[str, ModelFunction], Callable[[Array, NDArray[np.uint8]], None]]:
+    """Return the functions of a program for many places at once, and the one that completes p in place.
+
+    t has n values, y the shape (ny, n); u, z and p are numbers. The result has the shape (n_out, n).
+    """
+    written = _File(program)
+    names: dict[str, Any] = {"np": np, "pi": np.pi, "bisect_right": bisect_right}
+    names["lookup"] = scalar_functions.lookup
+    over_arrays = {f.name: eval(f.array, names) for f in written.used}
+    tables = {f"TABLE_{i}": (t.points, t.values, t.slopes) for i, t in used_tables(program)}
+    namespace: dict[str, Any] = names | over_arrays | tables
+    text = [line for f in (program.parameters, *program.functions) for line in written.function(f)]
+    exec(compile("\n".join(text), f"<generated: {program.name}>", "exec"), namespace)
+
+    def parameters(p: Array, given: NDArray[np.uint8]) -> None:
+        with np.errstate(all="ignore"):
+            p[:] = namespace["parameters"](p, given)
+
+    return {f.name: _over_places(namespace[f.name]) for f in program.functions}, parameters
+
+
+def _over_places(function: Callable[..., list[Any]]) -> ModelFunction:
+    def evaluate(t: Any, y: Array, u: Array, z: Array, p: Array) -> Array:
+        shape = np.shape(t)
+        with np.errstate(all="ignore"):
+            out = function(t, y, u, z, p)
+            found = np.empty((len(out), *shape))
+            for k, value in enumerate(out):
+                found[k] = value
+        return found
+
+    return evaluate
 
 
 def _over_lists(function: Callable[..., list[float]]) -> ModelFunction:

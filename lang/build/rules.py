@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from . import blocks, drawings, expressions, statements
+from . import blocks, curves, drawings, expressions, statements
 from .builder import Action
 
 ACTIONS: Mapping[str, Action] = {
@@ -53,6 +53,7 @@ ACTIONS: Mapping[str, Action] = {
     "damping": statements.damping,
     "friction": statements.friction,
     "constraint": statements.constraint,
+    "inequality": curves.inequality,
     "asserted_constraint": statements.asserted_constraint,
     "drive": statements.drive,
     "contact": statements.contact,
@@ -62,18 +63,18 @@ ACTIONS: Mapping[str, Action] = {
     "place": statements.place,
     "closure": statements.closure,
     "initial": statements.initial,
-    "final": statements.final,
+    "final": curves.final,
     "equation": statements.equation,
     "exact": statements.exact,
     "assert": statements.assertion,
     "experiment": statements.experiment,
     "dimensionless": statements.dimensionless,
-    "independent": statements.independent,
-    "interval": statements.interval,
-    "stationary": statements.stationary,
     "draw": drawings.draw,
     "shape_arguments": statements.second,
     "sampled": drawings.sampled,
+    "independent": curves.independent,
+    "interval": curves.interval,
+    "stationary": curves.stationary,
     "for_block": blocks.for_block,
     "if_block": blocks.if_block,
     "elseif_block": blocks.elseif_block,

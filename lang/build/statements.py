@@ -340,10 +340,6 @@ def initial(b: Builder, c: Children, span: Span) -> ast.Initial:
     return ast.Initial(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
 
 
-def final(b: Builder, c: Children, span: Span) -> ast.Final:
-    return ast.Final(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
-
-
 def equation(b: Builder, c: Children, span: Span) -> ast.Equation:
     if b.source.position(c[0].end)[0] != b.source.position(c[1].span.start)[0]:
         b.reporter.error(
@@ -370,21 +366,3 @@ def experiment(b: Builder, c: Children, span: Span) -> ast.Experiment:
 
 def dimensionless(b: Builder, c: Children, span: Span) -> ast.Dimensionless:
     return ast.Dimensionless(doc=text_of(b, c[1]), span=span)
-
-
-def independent(b: Builder, c: Children, span: Span) -> ast.Independent:
-    type, name, dimensions = c[1]
-    if dimensions:
-        b.reporter.error("E0110", "the independent variable is a single number", dimensions[0].span)
-    lower, upper = c[2] or (None, None)
-    return ast.Independent(
-        name=name.text, type=type, lower=lower, upper=upper, doc=text_of(b, c[3]), span=span
-    )
-
-
-def interval(b: Builder, c: Children, span: Span) -> tuple[Any, Any]:
-    return c[1], c[3]
-
-
-def stationary(b: Builder, c: Children, span: Span) -> ast.Stationary:
-    return ast.Stationary(value=c[1], doc=text_of(b, c[2]), span=span)

@@ -12,8 +12,8 @@ from .layout import Bracket, Clauses, Doc, Row, flat
 Simple = (
     ast.Import | ast.Extends | ast.Parameter | ast.Coordinate | ast.State | ast.Discrete | ast.Input
     | ast.Output | ast.Let | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
-    | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Drive | ast.Contact
-    | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
+    | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Drive
+    | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
     | ast.Experiment | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
     | ast.Draw | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
 )  # fmt: skip
@@ -83,6 +83,8 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Constraint():
             word = f"{s.kind} constraint" if s.kind else "constraint"
             return [*_labelled(word, s.label, s.left), *_clause("=", s.right)]
+        case ast.Inequality():
+            return _labelled("constraint", s.label, s.condition)
         case ast.Contact():
             clauses = _labelled("contact", s.label, s.gap) + _clause("restitution", s.restitution)
             clauses += _clause("friction", s.friction) + _clause("static", s.static)

@@ -78,6 +78,9 @@ if TYPE_CHECKING:
     help="Units to show results in, and to write them in; files are in SI without it.",
 )
 @click.option("--no-error-estimate", is_flag=True, help="Leave out the second run that estimates the error.")
+@click.option(
+    "--all", "every_curve", is_flag=True, help="Of a model of a curve: look for further stationary curves."
+)
 @click.option("--reproducible", is_flag=True, help="The same bits on every machine, in C and in Python.")
 @click.option(
     "--target",
@@ -111,6 +114,10 @@ def command(file: str, **given: Any) -> int:
         if not (given["quiet"] or given["as_json"]):
             _show_warnings(model)
             _note_bare_angles(model, given["settings"])
+        if model.compilation.equations.curve is not None:
+            from .curve import run_curve
+
+            return run_curve(model, file, given, display)
         names = _chosen_outputs(model, given["outputs"])
         _spare_inputs(given["output"], given["inputs"])
         return _run_all(model, file, given, display, names)

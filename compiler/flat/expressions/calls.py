@@ -62,9 +62,9 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     if node.arguments and isinstance(node.arguments[0], ast.Aggregate):
         return _aggregate(scope, node, builtin, node.arguments[0])
     _check_count(scope, node, builtin)
-    if name == "integral":
+    if name == "integral" and scope.flattening.interval is None:
         return _running_integral(scope, node)
-    if builtin.category is Category.QUERY:
+    if builtin.category is Category.QUERY or name == "integral":
         return QUERY_RULES[name](Call(scope, node, name, []))
     arguments = [scope.elaborate(a) for a in node.arguments]
     return _ALL_RULES[name](Call(scope, node, name, arguments))

@@ -121,8 +121,10 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
             gap = scope.elaborate(statement.gap)
             result = gap.type, False
         else:
-            assert isinstance(statement, ast.Constraint)
-            left, right = scope.elaborate(statement.left), scope.elaborate(statement.right)
+            assert isinstance(statement, ast.Constraint | ast.Inequality)
+            parts = statement.condition if isinstance(statement, ast.Inequality) else statement
+            assert isinstance(parts, ast.Binary | ast.Constraint)
+            left, right = scope.elaborate(parts.left), scope.elaborate(parts.right)
             type = meet(scope, statement, left, right, "the sides of the constraint")
             shape = left.type.shape or right.type.shape
             rates = has_rates(scope.flattening, left) or has_rates(scope.flattening, right)
@@ -132,3 +134,40 @@ def constraint_dimension(label: LabelMember) -> tuple[Type, bool]:
         raise
     label.progress = Progress.DONE
     return result
+
+
+_WHOLE = ("integral", "at", "multiplier")
+"""Questions whose answers are numbers of the whole curve."""
+
+
+def on_the_curve(flattening: Flattening, label: LabelMember) -> bool:
+    """Tell whether a constraint holds at every place of a curve, or is one of integrals and ends."""
+    statement = label.statement
+    parts = statement.condition if isinstance(statement, ast.Inequality) else statement
+    assert isinstance(parts, ast.Binary | ast.Constraint)
+    sides = (label.scope.elaborate(parts.left), label.scope.elaborate(parts.right))
+    return any(varies(flattening, side) for side in sides)
+
+
+def varies(flattening: Flattening, expression: Expression) -> bool:
+    """Tell whether an expression has another value at each place of a curve."""
+    interval = flattening.interval
+    fixed = () if interval is None else interval.unknown
+    seen: set[str | int] = set()
+    pending = [expression]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Query) and at.function in _WHOLE:
+            continue
+        if isinstance(at, Name):
+            member = flattening.variables.get(at.name)
+            role = None if member is None else member.role
+            if at.name == "time" or (role is Role.COORDINATE and at.name not in fixed):
+                return True
+            if at.name not in seen:
+                seen.add(at.name)
+                pending.extend(definition_of(flattening, at.name))
+        elif id(at) not in seen:
+            seen.add(id(at))
+            pending.extend(children(at))
+    return False

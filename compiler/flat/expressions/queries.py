@@ -9,10 +9,11 @@ from mechc.lang.units import Dimension
 from mechc.suggest import closest
 
 from .. import types
+from ..instances.declared_types import fit
 from ..model import Apply, Element, Expression, Kind, Query, Role, Type
 from ..names.instance import Instance, LabelMember
-from ..names.scope import Poisoned, Scope
-from .coordinates import Target, constraint_dimension, target_of
+from ..names.scope import Interval, Poisoned, Scope
+from .coordinates import Target, constraint_dimension, on_the_curve, target_of
 from .kinematics import in_frame, position_argument
 from .references import find_instance, find_label
 from .signature import Call
@@ -75,8 +76,19 @@ def _per(call: Call, dimension: Dimension, per: Dimension) -> Dimension:
 def _multiplier(call: Call) -> Expression:
     label = _label(call, _CONSTRAINING, "a named constraint or contact")
     type, of_rates = constraint_dimension(label)
+    interval = call.scope.flattening.interval
+    if interval is not None:
+        return _query(call, _curve_multiplier(call, interval, label, type), label.name)
     dimension = _per(call, types.POWER if of_rates else types.ENERGY, type.dimension)
     return _query(call, types.real(dimension, type.shape), label.name)
+
+
+def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: Type) -> Type:
+    """Return the type of dJ/dc; of a constraint at every place, that of its density."""
+    dimension = interval.functional().dimension / type.dimension
+    if on_the_curve(call.scope.flattening, label):
+        dimension = dimension / call.scope.flattening.time_type.dimension
+    return types.real(dimension, type.shape)
 
 
 def _closed(call: Call) -> Expression:
@@ -139,6 +151,13 @@ def _coordinates(instance: Instance) -> list[str]:
 
 def _momentum(call: Call) -> Expression:
     target = _coordinate(call)
+    interval = call.scope.flattening.interval
+    if interval is not None:
+        return _of_elements(
+            call,
+            target,
+            types.real(interval.functional().dimension / target.type.dimension, target.whole.shape),
+        )
     action = (
         call.dimension(types.ACTION) if not call.scope.flattening.dimensionless else types.NUMBER.dimension
     )
@@ -235,12 +254,39 @@ def _mass_centre(call: Call) -> Expression:
     return _query(call, types.real(call.dimension(types.LENGTH), (call.space(),)), "", *arguments)
 
 
+def _integral(call: Call) -> Expression:
+    """Return the integral over the interval of a curve."""
+    body = call.scope.elaborate(call.nodes[0])
+    if body.type.kind not in types.NUMERIC or body.type.shape:
+        raise call.scope.fail(
+            "E0305",
+            "the integrand must be one number",
+            call.nodes[0].span,
+            caption=f"this is {types.describe(body.type)}",
+            help="write 'dot(v, v)' or 'norm(v)' for the size of a vector" if body.type.shape else "",
+        )
+    type = types.real(body.type.dimension * call.scope.flattening.time_type.dimension)
+    return _query(call, type, "", body)
+
+
 def _at(call: Call) -> Expression:
-    raise call.scope.fail(
-        "E0590",
-        "'at' belongs to variational models, which are not supported yet",
-        call.node.span,
-    )
+    """Return a value at one place of a curve."""
+    scope = call.scope
+    if scope.flattening.interval is None:
+        raise scope.fail(
+            "E0550",
+            "'at' asks for a value at one place of a curve, and this model is none",
+            call.node.span,
+            help="a curve has a range: 'independent x from a to b;'",
+        )
+    value, place = (scope.elaborate(node) for node in call.nodes)
+    if value.type.kind not in types.NUMERIC:
+        raise scope.fail(
+            "E0308", f"'at' asks for numbers, this is {types.describe(value.type)}", call.nodes[0].span
+        )
+    wanted = scope.flattening.time_type
+    place = fit(scope, place, wanted, call.nodes[1].span, name=scope.flattening.independent)
+    return _query(call, types.numeric(value.type), "", value, place)
 
 
 QUERY_RULES: dict[str, Callable[[Call], Expression]] = {
@@ -256,5 +302,6 @@ QUERY_RULES: dict[str, Callable[[Call], Expression]] = {
     "inertia_tensor": _inertia_tensor,
     "mass_centre": _mass_centre,
     "at": _at,
+    "integral": _integral,
 }
 """Rules that get their arguments unelaborated, because they name things."""

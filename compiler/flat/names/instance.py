@@ -141,7 +141,7 @@ class ComponentMember(Member, eq=False):
 AnyMember = VariableMember | DefinitionMember | PlaceMember | ComponentMember
 
 
-Labelled = ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Contact
+Labelled = ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Contact
 """Statements that may have a name."""
 
 

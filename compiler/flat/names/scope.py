@@ -70,6 +70,19 @@ class Space(Struct):
 _PLACES = {2: "planar", 3: "spatial"}
 
 
+class Interval(Struct):
+    """The range of the independent variable of a model of a curve, and the type of what is stationary once it is known.
+
+    ``unknown``: coordinates that are numbers, as the range ends there.
+    """
+
+    lower: Expression
+    upper: Expression
+    unknown: tuple[str, ...]
+    span: Span
+    functional: Callable[[], Type]
+
+
 class Flattening(Struct):
     """The state of one compilation that all passes share."""
 
@@ -82,6 +95,7 @@ class Flattening(Struct):
     independent: str = "time"
     time_type: Type = field(default_factory=lambda: types.real(types.TIME))
     space: Space = field(default_factory=Space)
+    interval: Interval | None = None
     instances: int = 0
     turns: int = 0
     quadratures: int = 0

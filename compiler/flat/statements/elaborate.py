@@ -29,6 +29,7 @@ from .record import JointParts, Record
 from .relations import assertion, closure, constraint, drive, equation, exact, place
 from .torques import is_torque
 from .variables import attributes, check_input, check_parameter
+from .variations import end, inequality, refuse, stationary
 
 
 def run(instance: Instance, record: Record) -> None:
@@ -47,6 +48,8 @@ def run(instance: Instance, record: Record) -> None:
 
 
 def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: JointParts) -> None:
+    if scope.flattening.interval:
+        refuse(scope, statement)
     match statement:
         case ast.Declaration():
             _declaration(statement, scope, record)
@@ -72,6 +75,8 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             place(scope, statement, parts, record)
         case ast.Closure():
             closure(scope, statement, parts)
+        case ast.Initial() | ast.Final() if isinstance(statement, ast.Final) or scope.flattening.interval:
+            end(scope, statement, record)
         case ast.Initial():
             initial(scope, statement, record)
         case ast.Equation():
@@ -88,8 +93,10 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             )
         case ast.Draw():
             record.draws.append((statement, scope))
-        case ast.Final() | ast.Stationary():
-            raise scope.fail("E0590", "variational models are not supported yet", statement.span)
+        case ast.Stationary():
+            stationary(scope, statement, record)
+        case ast.Inequality():
+            inequality(scope, statement, record)
         case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Independent():
             pass  # gravities(), flatten.py and experiments.py see to them
         case ast.Extends() | ast.Import() | ast.Function() | ast.Type() | ast.Model():

@@ -106,7 +106,10 @@ def _setting(scope: Scope, node: ast.Modification, parts: _Parts) -> None:
         _sweep(scope, node, left, parts)
         return
     value = scope.elaborate(node.value)
-    _check_fixed(scope, node, value)
+    if (
+        node.kind != "~" or scope.flattening.interval is None
+    ):  # the guess of a curve differs from place to place
+        _check_fixed(scope, node, value)
     for part, part_value in _spread(scope, node, left, value):
         parts.settings.append(_set(scope, node, part, part_value))
 
@@ -157,6 +160,13 @@ def _check_fixed(scope: Scope, node: ast.Modification, value: Expression) -> Non
 
 
 def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> None:
+    if scope.flattening.interval is not None and name not in ("tolerance", "display"):
+        raise scope.fail(
+            "E0562",
+            f"'{name}' belongs to a run in time",
+            node.span,
+            help="an experiment of a curve sets parameters, guesses, 'tolerance' and 'display'",
+        )
     if node.kind != "=":
         raise scope.fail("E0804", f"'{name}' is set by '='", node.span, help=f"write '{name} = ...'")
     value = scope.elaborate(node.value)

@@ -48,6 +48,8 @@ class Record(Struct):
     assertions: list[model.Assertion] = field(default_factory=list)
     exacts: list[model.ExactSolution] = field(default_factory=list)
     draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)
+    ends: list[model.End] = field(default_factory=list)
+    functional: model.Expression | None = None
     starts: dict[str, list[StatedStart]] = field(default_factory=dict)
     hidden: list[model.Variable] = field(default_factory=list)
     reached: set[int] = field(default_factory=set)

@@ -234,9 +234,9 @@ def test_right_statements(statement: str) -> None:
         ("if x > 0 m then damping 1 N.s/m on x; end if;", "E0315"),
         ("if true then experiment(stop = 1 s); end if;", "E0410"),
         ("for i in 1:2 loop extends M; end for;", "E0410"),
-        ("final x = 1 m;", "E0590"),
-        ("stationary integral(x);", "E0590"),
-        ("output r = at(x, 1 s);", "E0590"),
+        ("final x = 1 m;", "E0550"),
+        ("stationary integral(x);", "E0550"),
+        ("output r = at(x, 1 s);", "E0550"),
     ],
 )
 def test_wrong_statements(statement: str, code: str) -> None:

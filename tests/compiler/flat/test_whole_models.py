@@ -31,12 +31,6 @@ REFUSED_DRAFTS = {
     "E07_half_car": "E0401",
     "E18_backlash": "E0211",
     "E24_bricard": "E0315",
-    "U59_brachistochrone": "E0590",
-    "U60_rubber_band": "E0590",
-    "U61_clothesline": "E0590",
-    "U63_fermat": "E0590",
-    "U64_soap_film": "E0590",
-    "U71_half_plane_geodesic": "E0590",
     "V9_U62_second_derivative_lagrangian": "E0590",
 }
 """Drafts that are older than the library or the rules, with the only kind of error they may have."""

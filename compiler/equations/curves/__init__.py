@@ -1,0 +1,1 @@
+"""Equations of a curve that makes something stationary."""

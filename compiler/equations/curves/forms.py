@@ -1,0 +1,87 @@
+"""The formulas of a curve over the unit interval: x = a + (b - a) s, with derivatives by s."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ...graph import Graph, Node
+from ...graph import operations as ops
+from ...graph.rewrite import substitute
+from ...mechanics.meaning.symbols import Scalar
+from ...mechanics.system import Curve, MechanicalSystem
+
+
+class Forms(NamedTuple):
+    """Symbols of a curve: ``s``; ``by_s[k][i]`` the k-th derivative by s of coordinate i; ``rates`` those by x."""
+
+    graph: Graph
+    scalars: tuple[Scalar, ...]
+    s: Node
+    length: Node
+    by_s: tuple[tuple[Node, ...], ...]
+    rates: tuple[tuple[Node, ...], ...]
+    known: dict[Node, Node]
+
+    def over_s(self, nodes: Sequence[Node]) -> list[Node]:
+        """Return formulas in x and derivatives by x as formulas in s and derivatives by s."""
+        return list(substitute(self.graph, nodes, self.known))
+
+
+DEEPEST = 4
+"""The highest derivative that formulas may contain."""
+
+
+def forms_of(system: MechanicalSystem, curve: Curve) -> Forms:
+    """Return the symbols of a curve, over x and over s."""
+    graph = system.graph
+    fixed = {s.node for s in curve.unknown}
+    coordinates = [c for c in system.symbols.coordinates if c.q[0].node not in fixed]
+    scalars = tuple(s for c in coordinates for s in c.q)
+    rates: list[tuple[Node, ...]] = [
+        tuple(s.node for s in scalars),
+        tuple(s.node for c in coordinates for s in c.v),
+        tuple(a for c in coordinates for a in c.a),
+    ]
+    while len(rates) <= DEEPEST:
+        rates.append(tuple(system.rate(n) for n in rates[-1]))
+    s = graph.symbol("#s")
+    length = graph.sub(curve.upper, curve.lower)
+    by_s = [rates[0]]
+    known = {system.symbols.time: graph.add(curve.lower, graph.mul(length, s))}
+    scale = graph.one
+    for k in range(1, DEEPEST + 1):
+        scale = graph.mul(scale, length)
+        row = tuple(graph.symbol(f"#{k} {c.name}") for c in scalars)
+        known |= {n: graph.div(w, scale) for n, w in zip(rates[k], row, strict=True)}
+        by_s.append(row)
+    return Forms(graph, scalars, s, length, tuple(by_s), tuple(rates), known)
+
+
+def kinks(graph: Graph, nodes: Sequence[Node], time: Node, fixed: frozenset[Node]) -> tuple[list[Node], bool]:
+    """Return formulas of x that are zero where formulas bend, and whether they bend in other places, too.
+
+    ``fixed``: symbols that are the same along the curve.
+    """
+    found: dict[Node, None] = {}
+    bends = False
+    for n in graph.reach(nodes):
+        code = graph.op(n)
+        arguments: list[Node] = []
+        if code in (ops.ABS, ops.SIGN):
+            arguments = [graph.args(n)[0]]
+        elif code in (ops.MINIMUM, ops.MAXIMUM, ops.LESS, ops.LESS_EQUAL):
+            arguments = [graph.sub(*graph.args(n))]
+        elif code == ops.LOOKUP:
+            points = graph.tables[graph.table_of(n)[0]].points
+            at = graph.args(n)[0]
+            arguments = [graph.sub(at, graph.constant(p)) for p in points]
+        elif code in (ops.FLOOR, ops.MODULO):
+            bends = True
+        for argument in arguments:
+            support = set(graph.support(argument))
+            if not support <= fixed | {time}:
+                bends = True
+            elif time in support:
+                found[argument] = None
+    return list(found), bends

@@ -1,0 +1,18 @@
+"""Models of curves: from what is asked to what is found, for the Python interface and the command line."""
+
+from __future__ import annotations
+
+from .model import CompiledModel
+from .runtime.studies.stationary import Curves, Stationary
+from .settings import UsageMistake
+
+
+def curves_of(model: CompiledModel, experiment: str | None, tolerance: float | None, every: bool) -> Curves:
+    """Find the curves of a model. Raises UsageMistake for a model that moves, SimulationError."""
+    if model.compilation.equations.curve is None:
+        raise UsageMistake(
+            f"'{model.name}' is a motion and no curve",
+            "'simulate' follows it; a curve has a range: 'independent x from a to b;'",
+        )
+    study = Stationary(experiment=experiment, values=model.settings, tolerance=tolerance, all=every)
+    return study.solve(model.problem())

@@ -1,0 +1,255 @@
+"""A curve that was found, as data: its values with their errors, what kind of extremum it is, and the curve at any place."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..outcome import Outcome
+from ..problem import Array, Problem, Quantity
+from ..results.files import json_number, write_results
+from ..results.quantities import Display
+from .posed import Posed
+from .search import Answer, densities, evaluate, reported_z
+
+POINTS = 501
+"""Places at which the curve is written and drawn, beside the borders of its elements."""
+
+
+class CurveSolution:
+    """A mapping from names to arrays over ``places``: coordinates, their slopes, outputs that vary, multipliers.
+
+    ``stationary`` is the value of what is stationary with its ``error``; ``outputs``, ``multipliers`` are numbers by name;
+    ``negative_directions`` and ``kind`` tell a minimum from a saddle; ``interval`` the ends of the range. All in SI.
+    """
+
+    def __init__(self, posed: Posed, answer: Answer, *, coarse: Answer | None, seconds: float) -> None:
+        self.problem: Problem = posed.problem
+        self.model = posed.problem.name
+        self.experiment = posed.experiment.name if posed.experiment else ""
+        self.tolerance = posed.tolerance
+        self.parameters: Mapping[str, float] = {
+            q.name: float(v) for q, v in zip(self.problem.parameters, posed.p, strict=False)
+        }
+        self._posed, self._answer = posed, answer
+        self.seconds = seconds
+        self.stationary = answer.value
+        self.error = answer.value_error
+        self.interval = posed.range(answer.solved.whole[: posed.curve.unknown])
+        self.remarks: list[str] = list(dict.fromkeys(answer.remarks))
+        self._z = reported_z(posed, answer.discrete, answer.solved)
+        self.negative_directions, self.kind = _kind(posed, answer, coarse)
+        self.places = self._sample()
+        self._table = self._tabulated()
+        self.outputs: dict[str, float] = {}
+        self.output_errors: dict[str, float] = {}
+        for q, varies, value, error in zip(
+            self.problem.outputs, posed.curve.varying, answer.outputs, answer.output_errors, strict=True
+        ):
+            if not varies:
+                self.outputs[q.name] = float(value)
+                self.output_errors[q.name] = float(error)
+        self.multipliers = self._multipliers()
+        self.first_integrals = self._drifts()
+        self.conjugate_points: tuple[float, ...] = ()
+
+    # ------------------------------------------------------------ the curve
+
+    def __call__(self, x: float | Array) -> dict[str, Any]:
+        """Return everything that varies at places of the range."""
+        a, b = self.interval
+        at = np.atleast_1d(np.asarray(x, dtype=float))
+        low, high = a - 1e-12 * (b - a), b + 1e-12 * (b - a)
+        if np.any(at < low) or np.any(at > high):
+            raise ValueError(f"the range goes from {a:g} to {b:g}")
+        table = self._values((at - a) / (b - a))
+        return {n: v if np.ndim(x) else float(v[0]) for n, v in table.items()}
+
+    def __getitem__(self, name: str) -> Array:
+        return self._table[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._table)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._table
+
+    def __len__(self) -> int:
+        return len(self._table)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What varies along the curve, the independent variable first."""
+        return (self.problem.time.name, *self._table)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        return tuple(q.name for q in self.problem.states[: self._posed.curve.coordinates])
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of what varies along the curve."""
+        if name == self.problem.time.name:
+            return self.problem.time.unit
+        known = {q.name: q.unit for q in (*self.problem.states, *self.problem.outputs)}
+        if name in known:
+            return known[name]
+        if name.startswith("der("):
+            over = self.problem.time.unit
+            unit = known.get(name[4:-1], "")
+            return f"{unit or '1'}/{over}" if over else unit
+        return ""
+
+    def _sample(self) -> Array:
+        nodes = self._answer.discrete.mesh.nodes
+        s = np.unique(np.concatenate([np.linspace(0, 1, POINTS), nodes[(nodes > 1e-9) & (nodes < 1 - 1e-9)]]))
+        a, b = self.interval
+        self._s = s
+        return a + (b - a) * s
+
+    def _tabulated(self) -> dict[str, Array]:
+        return self._values(self._s)
+
+    def _values(self, s: Array) -> dict[str, Array]:
+        posed, answer = self._posed, self._answer
+        curve, n = posed.curve, posed.curve.coordinates
+        y = evaluate(answer.discrete, answer.solved, s, curve.depth)
+        length = self.interval[1] - self.interval[0]
+        height = n * (curve.depth + 1)
+        if curve.points:
+            y[height:] = densities(answer.discrete, answer.solved, s) / length
+        names = self.coordinates
+        table = {name: y[k] for k, name in enumerate(names)}
+        if curve.depth >= 1:
+            table |= {f"der({name})": y[n + k] / length for k, name in enumerate(names)}
+        varying = [k for k, v in enumerate(curve.varying) if v]
+        if varying:
+            found = answer.discrete.call("outputs", s, y, self._z)
+            table |= {self.problem.outputs[k].name: found[k] for k in varying}
+        table |= {f"multiplier({row.name})": y[height + k] for k, row in enumerate(curve.points)}
+        return table
+
+    # ------------------------------------------------------------ numbers of the whole
+
+    def _multipliers(self) -> dict[str, float]:
+        curve = self._posed.curve
+        start = curve.unknown + 2 * len(curve.numbers)
+        return {
+            row.name: float(self._z[start + k]) for k, row in enumerate(curve.wholes) if row.kind == "whole"
+        }
+
+    def _drifts(self) -> dict[str, tuple[float, float]]:
+        """Return each first integral with its largest deviation from the mean."""
+        posed, answer = self._posed, self._answer
+        if not posed.curve.first:
+            return {}
+        discrete = answer.discrete
+        inner = discrete.inner
+        y = discrete.rows(answer.solved, inner)
+        height = posed.curve.coordinates * (posed.curve.depth + 1)
+        if posed.curve.points:
+            found = densities(discrete, answer.solved, inner.s.ravel())
+            y[height:] = found.reshape(len(found), *inner.s.shape) / (self.interval[1] - self.interval[0])
+        values = discrete.call("first_integrals", inner.s, y, self._z)
+        weights = inner.weights / inner.weights.sum()
+        drifts = {}
+        for row, value in zip(posed.curve.first, values, strict=True):
+            mean = float(np.sum(weights * value))
+            off = np.sqrt(max(float(np.sum(weights * (value - mean) ** 2)), 0.0))
+            drifts[row.name] = (mean, float(off))
+        return drifts
+
+    # ------------------------------------------------------------ what reports and files show
+
+    @property
+    def outcome(self) -> Outcome:
+        return Outcome.DOUBTFUL if self._doubts() else Outcome.COMPLETED
+
+    def _doubts(self) -> bool:
+        return not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * max(
+            abs(self.stationary), 1e-300
+        )
+
+    @property
+    def runs(self) -> tuple[()]:
+        return ()
+
+    def quantity(self, name: str) -> Quantity | None:
+        return next((q for q in (*self.problem.states, *self.problem.outputs) if q.name == name), None)
+
+    def statistics(self) -> dict[str, Any]:
+        return {
+            "newton_steps": self._answer.steps,
+            "unknowns": self._answer.count,
+            "elements": self._answer.discrete.mesh.count,
+            "degree": self._answer.discrete.mesh.degree,
+            "seconds": self.seconds,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """Return the answer as JSON knows it, in SI."""
+        varying = {n: v for n, v in self._table.items() if n in {q.name for q in self.problem.outputs} or n.startswith("multiplier(")}  # fmt: skip
+        unknown = self.problem.discretes[: self._posed.curve.unknown]
+        return {
+            "study": "curve",
+            "model": self.model,
+            "experiment": self.experiment,
+            "outcome": self.outcome.value,
+            "stationary": json_number(self.stationary),
+            "unit": self._posed.curve.unit,
+            "kind": self.kind,
+            "negative_directions": self.negative_directions,
+            "conjugate_points": [json_number(x) for x in self.conjugate_points],
+            "interval": [json_number(x) for x in self.interval],
+            "unknown": {q.name: json_number(float(v)) for q, v in zip(unknown, self._z, strict=False)},
+            "outputs": {name: json_number(v) for name, v in self.outputs.items()},
+            "ranges": {
+                n: [json_number(float(v.min())), json_number(float(v.max()))] for n, v in varying.items()
+            },
+            "multipliers": {name: json_number(v) for name, v in self.multipliers.items()},
+            "parameters": {name: json_number(v) for name, v in self.parameters.items()},
+            "accuracy": {
+                "tolerance": self.tolerance,
+                "estimated_error": json_number(self.error),
+                "outputs": {name: json_number(v) for name, v in self.output_errors.items()},
+                "first_integrals": {
+                    name: {"value": json_number(v), "drift": json_number(d)}
+                    for name, (v, d) in self.first_integrals.items()
+                },
+            },
+            "statistics": self.statistics(),
+            "remarks": self.remarks,
+        }
+
+    def save(
+        self, path: str | Path, names: Sequence[str] | None = None, display: Display | None = None
+    ) -> None:
+        """Write the curve: csv, npz or json. ``display`` gives (unit, factor) by name and SI unit; SI without it."""
+        over = self.problem.time.name
+        columns = {over: (self.unit(over), self.places)}
+        columns |= {n: (self.unit(n), v) for n, v in self._table.items() if not names or n in names}
+        if display is not None:
+            for name, (unit, values) in columns.items():
+                shown, factor = display(name, unit)
+                columns[name] = (shown, values * factor)
+        write_results(Path(path), columns, self.summary())
+
+
+def _kind(posed: Posed, answer: Answer, coarse: Answer | None) -> tuple[int, str]:
+    """Return the number of negative directions and what that makes of the curve."""
+    negative = answer.negative
+    positive = answer.free - negative
+    if posed.curve.gauge:  # the speed is kept by directions of its own, all positive
+        mesh = answer.discrete.mesh
+        positive -= mesh.count * mesh.degree - 1
+    if not answer.definite:
+        return negative, "degenerate"
+    if posed.curve.action:
+        return negative, "minimum" if negative == 0 else "saddle"
+    if negative == 0:
+        return 0, "minimum"
+    if positive <= 0:
+        return negative, "maximum"
+    return negative, "saddle"

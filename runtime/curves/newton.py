@@ -1,0 +1,252 @@
+"""Newton's method for a discrete curve: bubbles are condensed in each element, what is left is solved as a whole."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+
+from ..problem import Array
+from .discrete import Blocks, Discrete
+from .unknowns import Unknowns
+
+DENSE = 400
+"""Unknowns of borders and the whole up to which a dense matrix is faster than a sparse one."""
+MOST_STEPS = 60
+SMALLEST = 1e-4
+"""Share of a step below which it is given up."""
+
+
+class Factors:
+    """The matrix of Newton's method, factorised: solves for steps, and tells how many of its eigenvalues are negative."""
+
+    def __init__(self, discrete: Discrete, blocks: Blocks) -> None:
+        layout = discrete.layout
+        self.width, self.inner, self.wholes = layout.width, layout.inner, layout.whole
+        self.count = discrete.mesh.count
+        two = 2 * self.width
+        self.inside = blocks.local[:, two:, two:]
+        self.inverse = np.linalg.inv(self.inside) if self.inner else np.zeros((self.count, 0, 0))
+        outer = np.concatenate([blocks.local[:, two:, :two], blocks.across[:, two:]], axis=2)
+        self.outer = outer
+        reduced = self.inverse @ outer
+        left = np.swapaxes(outer, 1, 2) @ reduced
+        size = self.width * (self.count + 1) + self.wholes
+        self.size = size
+        borders = blocks.local[:, :two, :two] - left[:, :two, :two]
+        across = blocks.across[:, :two] - left[:, :two, two:]
+        whole = blocks.whole - left[:, two:, two:].sum(axis=0)
+        start = self.width * (self.count + 1)
+        self.matrix: Any
+        rows = self.width * np.arange(self.count)[:, None] + np.arange(two)[None, :]
+        if size <= DENSE:
+            matrix = np.zeros((size, size))
+            for e in range(self.count):
+                matrix[rows[e, 0] : rows[e, 0] + two, rows[e, 0] : rows[e, 0] + two] += borders[e]
+                matrix[rows[e, 0] : rows[e, 0] + two, start:] += across[e]
+            matrix[start:, :start] = matrix[:start, start:].T
+            matrix[start:, start:] = whole
+            self.matrix = matrix
+            self.scale = _scales(np.abs(matrix))
+            self.solver = np.linalg.inv(matrix * self.scale[:, None] * self.scale[None, :])
+        else:
+            import scipy.sparse as sparse
+            from scipy.sparse.linalg import splu
+
+            i = np.repeat(rows, two, axis=1).ravel()
+            j = np.tile(rows, (1, two)).ravel()
+            k = np.repeat(rows, self.wholes, axis=1).ravel()
+            last = start + np.tile(np.arange(self.wholes), (self.count, two)).ravel()
+            corner = start + np.indices((self.wholes, self.wholes)).reshape(2, -1)
+            data = np.concatenate([borders.ravel(), across.ravel(), across.ravel(), whole.ravel()])
+            places = (np.concatenate([i, k, last, corner[0]]), np.concatenate([j, last, k, corner[1]]))
+            matrix = sparse.coo_matrix((data, places), shape=(size, size)).tocsr()
+            self.matrix = matrix
+            self.scale = 1 / np.sqrt(np.maximum(abs(matrix).max(axis=1).toarray().ravel(), 1e-300))
+            scaled = sparse.diags(self.scale) @ matrix @ sparse.diags(self.scale)
+            self.solver = splu(scaled.tocsc())
+
+    def step(self, blocks: Blocks) -> Unknowns:
+        """Return the step that a residual asks for."""
+        two, w = 2 * self.width, self.width
+        inner = np.einsum("eij,ej->ei", self.inverse, blocks.local_residual[:, two:])
+        taken = np.einsum("eji,ej->ei", self.outer, inner)
+        rest = np.zeros(self.size)
+        start = w * (self.count + 1)
+        sides = blocks.local_residual[:, :two] - taken[:, :two]
+        borders = rest[:start].reshape(self.count + 1, w)
+        borders[:-1] += sides[:, :w]
+        borders[1:] += sides[:, w:]
+        rest[start:] = blocks.whole_residual - taken[:, two:].sum(axis=0)
+        scaled = rest * self.scale
+        solved = self.solver @ scaled if isinstance(self.solver, np.ndarray) else self.solver.solve(scaled)
+        found = -self.scale * solved
+        border = found[:start].reshape(self.count + 1, w)
+        whole = found[start:]
+        known = np.concatenate([border[:-1], border[1:], np.tile(whole, (self.count, 1))], axis=1)
+        right = -blocks.local_residual[:, two:] - np.einsum("eij,ej->ei", self.outer, known)
+        return Unknowns(border.copy(), np.einsum("eij,ej->ei", self.inverse, right), whole.copy())
+
+    def negative(self) -> tuple[int, float]:
+        """Return how many eigenvalues are negative, and the smallest one in size, of the matrix scaled to one."""
+        count = 0
+        if self.inner:
+            scale = 1 / np.sqrt(np.maximum(np.abs(self.inside).max(axis=2), 1e-300))
+            inner = np.linalg.eigvalsh(self.inside * scale[:, :, None] * scale[:, None, :])
+            count += int(np.sum(inner < 0))
+        dense = self.matrix if isinstance(self.matrix, np.ndarray) else self.matrix.toarray()
+        outer = np.linalg.eigvalsh(dense * self.scale[:, None] * self.scale[None, :])
+        return count + int(np.sum(outer < 0)), float(np.min(np.abs(outer)))
+
+
+def _scales(size: Array) -> Array:
+    """Return factors that bring the rows of a symmetric matrix to entries of about one (Ruiz 2001)."""
+    scale = np.ones(len(size))
+    for _ in range(4):
+        rows = (size * scale[:, None] * scale[None, :]).max(axis=1)
+        scale /= np.sqrt(np.where(rows > 0, rows, 1.0))
+    return scale
+
+
+class Solved(Struct, eq=False):
+    """What Newton's method came to: ``steps`` that it took, and the size of the last one against that of the curve."""
+
+    unknowns: Unknowns
+    converged: bool
+    steps: int
+    last: float
+    why: str = ""
+
+
+class Norm(Struct, frozen=True, eq=False):
+    """Measures steps against the size of what they change."""
+
+    border: Array
+    inside: Array
+    whole: Array
+
+    def __call__(self, step: Unknowns) -> float:
+        parts = [step.border / self.border, step.inside / self.inside, step.whole / self.whole]
+        return float(np.sqrt(max(np.mean(x**2) if x.size else 0.0 for x in parts)))
+
+
+def norm_of(discrete: Discrete, unknowns: Unknowns) -> Norm:
+    """Return the measure of steps: coordinates by their largest values, numbers of the whole by theirs; no multipliers."""
+    layout = discrete.layout
+    n, r = layout.n, layout.r
+    values = np.moveaxis(discrete.inner.functions[0] @ discrete.coordinates(unknowns), 2, 0).reshape(n, -1)
+    size = np.maximum(np.max(np.abs(values), axis=1), np.ptp(values, axis=1))
+    size = np.where(size > 0, size, max(float(size.max()), 1e-3))
+    never = np.inf
+    border = np.full(layout.width, never)
+    border[:n] = size
+    border[n : r * n] = np.tile(size * 10, r - 1) if r > 1 else border[n : r * n]
+    inside = np.full(layout.inner, never)
+    inside[: layout.bubbles * n] = np.tile(size, layout.bubbles)
+    whole = np.full(layout.whole, never)
+    known = unknowns.whole[: layout.unknown]
+    whole[: layout.unknown] = np.where(known != 0, np.abs(known), 1.0)
+    return Norm(border, inside, whole)
+
+
+def newton(
+    discrete: Discrete, start: Unknowns, *, tolerance: float = 1e-10, deflated: list[Unknowns] | None = None
+) -> Solved:
+    """Solve from a start; steps are shortened until the next one would be shorter (Deuflhard, Newton methods, 2004, ch. 3).
+
+    ``deflated``: solutions from which the search is driven away (Farrell, Birkisson, Funke 2015).
+    """
+    at = start
+    known = deflated or []
+    steps = 0
+    share = 1.0
+    last = np.inf
+    best = np.inf
+    stalled = 0
+    while steps < MOST_STEPS:
+        blocks = discrete.blocks(at)
+        if not _finite(blocks):
+            return Solved(at, False, steps, last, "not finite")
+        try:
+            factors = Factors(discrete, blocks)
+        except (np.linalg.LinAlgError, RuntimeError):
+            return Solved(at, False, steps, last, "singular")
+        norm = norm_of(discrete, at)
+        step = factors.step(blocks)
+        size = norm(step)
+        if not np.isfinite(size):
+            return Solved(at, False, steps, last, "singular")
+        if known:
+            step, size = _driven(at, step, known, norm, size)
+        steps += 1
+        if size <= tolerance:
+            after = at.moved(step)
+            return Solved(after, True, steps, size)
+        if known:
+            # far from a solution the deflated step may be long: bounded, not tested
+            share = min(1.0, 0.5 / size) if size > 0.5 else 1.0
+            share = _within(discrete, at, step, share)
+            if share == 0:
+                return Solved(at, False, steps, size, "not finite")
+            at, last = at.moved(step, share), size
+            continue
+        share = min(1.0, 2 * share)
+        while True:
+            after = at.moved(step, share)
+            trial = discrete.blocks(after, matrix=False)
+            if _finite(trial):
+                further = norm(factors.step(trial))
+                if np.isfinite(further) and further <= (1 - share / 4) * size:
+                    break
+                if share == 1.0 and further <= 1e-12:
+                    break
+            share /= 2
+            if share < SMALLEST:
+                if size < 1e-7:  # rounding keeps steps from becoming shorter
+                    return Solved(at.moved(step), True, steps, size)
+                return Solved(at, False, steps, size, "no shorter step")
+        if size > 0.9 * best and size < 1e-8:
+            stalled += 1
+            if stalled > 2:
+                return Solved(after, True, steps, size)
+        best = min(best, size)
+        at, last = after, size
+    return Solved(at, False, steps, last, "too many steps")
+
+
+def _driven(
+    at: Unknowns, step: Unknowns, known: list[Unknowns], norm: Norm, size: float
+) -> tuple[Unknowns, float]:
+    """Return the step of the problem that is multiplied by prod (1/d^2 + 1), d the distances from known solutions."""
+    total, slope = 1.0, 0.0
+    for other in known:
+        apart = Unknowns(at.border - other.border, at.inside - other.inside, at.whole - other.whole)
+        distance = norm(apart) ** 2
+        along = _inner(apart, step, norm)
+        factor = 1 / distance + 1
+        total *= factor
+        slope += -2 * along / (distance**2 * factor)
+    scale = 1 / (1 - slope) if abs(1 - slope) > 1e-12 else 1.0
+    scaled = Unknowns(scale * step.border, scale * step.inside, scale * step.whole)
+    return scaled, abs(scale) * size
+
+
+def _inner(a: Unknowns, b: Unknowns, norm: Norm) -> float:
+    parts = [
+        float(np.mean((a.border / norm.border) * (b.border / norm.border))) if a.border.size else 0.0,
+        float(np.mean((a.inside / norm.inside) * (b.inside / norm.inside))) if a.inside.size else 0.0,
+    ]
+    return max(parts, key=abs)
+
+
+def _within(discrete: Discrete, at: Unknowns, step: Unknowns, share: float) -> float:
+    while share > SMALLEST:
+        if _finite(discrete.blocks(at.moved(step, share), matrix=False)):
+            return share
+        share /= 2
+    return 0.0
+
+
+def _finite(blocks: Blocks) -> bool:
+    return bool(np.isfinite(blocks.local_residual).all() and np.isfinite(blocks.whole_residual).all())

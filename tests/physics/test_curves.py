@@ -1,0 +1,143 @@
+"""Curves with known answers: values of what is stationary, each within its estimated error, and what kind of extremum it is."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import pytest
+
+import mechc
+from mechc.runtime.curves.found import CurveSolution
+
+mpmath.mp.dps = 30
+
+TRUST = 30
+"""A true error is at most this many times the estimated one."""
+
+
+def solve(text: str, **options: Any) -> CurveSolution:
+    found: CurveSolution = mechc.loads(text).solve(**options)
+    return found
+
+
+def near(value: float, exact: float, claimed: float) -> None:
+    """The true error is below 1e-9 of the value, and not far above what was claimed."""
+    error = abs(value - exact)
+    assert error <= 1e-9 * abs(exact)
+    assert error <= TRUST * claimed, (error, claimed)
+
+
+CATENARY = """
+model Clothesline
+  parameter w = 10 N/m;
+  parameter d = 1 m;
+  parameter S = 1.5 m;
+  independent x from 0 m to d;
+  coordinate z ~ -x*(d - x)/d;
+  initial z = 0 m;
+  final z = 0 m;
+  stationary integral(w*z*sqrt(1 + der(z)^2));
+  constraint length: integral(sqrt(1 + der(z)^2)) = S;
+  output sag = -at(z, d/2);
+  output lambda = multiplier(length);
+end Clothesline;
+"""
+
+
+def test_a_hanging_line_of_given_length() -> None:
+    c = float(mpmath.findroot(lambda c: 2 * c * mpmath.sinh(1 / (2 * c)) - 1.5, 0.3))
+    sag = c * (math.cosh(1 / (2 * c)) - 1)
+    found = solve(CATENARY)
+    near(found.outputs["sag"], sag, found.output_errors["sag"])
+    near(found.outputs["lambda"], 10 * (sag + c), found.output_errors["lambda"])
+    assert found.multipliers["length"] == found.outputs["lambda"]
+    assert (found.kind, found.negative_directions) == ("minimum", 0)
+    value, drift = found.first_integrals["energy"]
+    assert drift < 1e-10 * abs(value)
+
+
+BRACHISTOCHRONE = """
+model Brachistochrone
+  parameter g = 9.81 m/s^2;
+  independent depth from 0 m to 1 m;
+  coordinate x ~ depth;
+  initial x = 0 m;
+  final x = 1 m;
+  stationary integral(sqrt((1 + der(x)^2)/(2*g*depth)));
+  output invariant = der(x)/sqrt(1 + der(x)^2)/sqrt(depth);
+end Brachistochrone;
+"""
+
+
+def test_the_curve_of_fastest_descent_begins_steeply() -> None:
+    theta = mpmath.findroot(lambda t: (t - mpmath.sin(t)) / (1 - mpmath.cos(t)) - 1, 2.4)
+    exact = float(mpmath.sqrt(1 / (1 - mpmath.cos(theta)) / mpmath.mpf("9.81")) * theta)
+    found = solve(BRACHISTOCHRONE)
+    near(found.stationary, exact, found.error)
+
+
+SOAP = """
+model SoapFilm
+  dimensionless;
+  parameter b = 0.5;
+  independent z from -b to b;
+  coordinate r ~ 1;
+  initial r = 1;
+  final r = 1;
+  stationary 2*pi*integral(r*sqrt(1 + der(r)^2));
+  output waist = at(r, 0);
+  experiment shallow();
+  experiment deep(r ~ 0.2 + 0.8*(z/b)^2);
+end SoapFilm;
+"""
+
+
+@pytest.mark.parametrize(("experiment", "guess", "negative"), [("shallow", 0.85, 0), ("deep", 0.235, 1)])
+def test_both_soap_films(experiment: str, guess: float, negative: int) -> None:
+    c = mpmath.findroot(lambda c: c * mpmath.cosh(mpmath.mpf("0.5") / c) - 1, guess)
+    exact = float(2 * mpmath.pi * c * (mpmath.mpf("0.5") + c / 2 * mpmath.sinh(1 / c)))
+    found = solve(SOAP, experiment=experiment)
+    near(found.stationary, exact, found.error)
+    near(found.outputs["waist"], float(c), found.output_errors["waist"])
+    assert found.negative_directions == negative
+    assert found.kind == ("saddle" if negative else "minimum")
+
+
+def test_light_through_two_media_bends_where_they_meet() -> None:
+    found = solve("""
+        model Fermat
+          parameter n1 = 1.0;
+          parameter n2 = 1.5;
+          independent z from -1 m to 1 m;
+          coordinate x ~ 0.5*z + 0.5 m;
+          initial x = 0 m;
+          final x = 1 m;
+          let n = if z > 0 m then n1 else n2;
+          stationary integral(n*sqrt(1 + der(x)^2));
+          output cross = at(x, 0 m);
+        end Fermat;
+    """)
+    c = mpmath.findroot(
+        lambda x: 1.5 * x / mpmath.sqrt(1 + x**2) - (1 - x) / mpmath.sqrt(1 + (1 - x) ** 2), 0.4
+    )
+    exact = 1.5 * mpmath.sqrt(1 + c**2) + mpmath.sqrt(1 + (1 - c) ** 2)
+    near(found.stationary, float(exact), found.error)
+    near(found.outputs["cross"], float(c), found.output_errors["cross"])
+
+
+def test_a_geodesic_of_the_half_plane_is_a_circle() -> None:
+    found = solve("""
+        model HalfPlane
+          dimensionless;
+          independent x from -1 to 1;
+          coordinate y ~ 1;
+          initial y = 1;
+          final y = 1;
+          stationary integral(sqrt(1 + der(y)^2)/y);
+          output circle = x^2 + y^2;
+        end HalfPlane;
+    """)
+    near(found.stationary, 2 * math.log(1 + math.sqrt(2)), found.error)
+    assert abs(found["circle"] - 2).max() < 1e-10
