@@ -9,11 +9,11 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Kind
 from ...graph import Graph, Node
 from ...graph.differentiate import gradient, jacobian
+from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
 from ..model import CurvePlan, CurveRow, Entry, Equations, Function, ParameterRule, Slot
 from ..reported.entries import unit_of
-from ..rows.defaults import default_formulas
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
 from .first_integrals import answered, first_integrals
