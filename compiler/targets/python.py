@@ -84,7 +84,7 @@ def load_arrays(
 
     t has n values, y the shape (ny, n); u, z and p are numbers. The result has the shape (n_out, n).
     """
-    written = _File(program)
+    written = _File(program, {})
     names: dict[str, Any] = {"np": np, "pi": np.pi, "bisect_right": bisect_right}
     names["lookup"] = scalar_functions.lookup
     over_arrays = {f.name: eval(f.array, names) for f in written.used}
