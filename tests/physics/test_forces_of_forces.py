@@ -271,6 +271,7 @@ OFTEN = pytest.mark.slow
         ),
         pytest.param("contact c: mass_centre()[1] - 0.6 m restitution 0.5; force -5 N on x;", marks=OFTEN),
         pytest.param("contact c: y friction 0.1 along der(mass_centre()[1]); force -10 N on y;", marks=OFTEN),
+        "dissipation 0.1 kg/s*(1 + energy()/(4 J))*der(x)^2; damping 0.05 s/m^2*kinetic_energy() on y;",
         pytest.param("friction 0.1 m^-1*energy() on x;", marks=OFTEN),
         pytest.param("force (if momentum(x) > 1 N.s then 1 N else 0 N) on y;", marks=OFTEN),
         pytest.param("potential (if mass_centre()[1] > 0.75 m then 0.2 J else 0 J);", marks=OFTEN),

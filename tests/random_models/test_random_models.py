@@ -14,10 +14,7 @@ from random_models.tree import E, Model, map_expression
 from random_models.twins import Twin
 
 KNOWN = {
-    10: "a twin has another number of instants, where friction by a momentum comes to rest",
-    51: "a division by what is identically zero is met as a bug, without the place in the text",
     155: "its start is on a kink, where both sides are right",
-    181: "a point that receives the opposite of a force at a point fails without words",
 }  # fmt: skip
 """Seeds that disagree today, with the reason."""
 _SLOW = ("oracle", "motion", "exports")

@@ -69,12 +69,17 @@ def table(jobs: int = 1) -> dict[tuple[str, str], tuple[str, str]]:
 
 def _open(construct: Construct, place: Place) -> str:
     """Say why a difference from the definition is no fault yet: as in ``definition.skipped``."""
-    if "table" in construct.name or "table" in place.name:
-        return "the page of the language does not say which smooth curve a table is"
     if place.name == "where a force acts":
         return "the oracle leaves out a force that acts at another point than its frame"
-    if place.name in ("damping", "dissipation"):
-        return "pages do not say whether a dissipation is differentiated through questions"
+    asked = construct.name.removesuffix("()") in (
+        "energy",
+        "kinetic_energy",
+        "momentum",
+        "power of a name",
+        "power of a force",
+    )
+    if asked and place.name in ("damping", "dissipation"):
+        return "the oracle holds an answer in a dissipation fixed, where it is to be differentiated"
     return ""
 
 

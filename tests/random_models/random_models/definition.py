@@ -19,8 +19,6 @@ class OracleFails(Exception):
 def skipped(model: Model) -> str:
     """Say why a model is not compared with the definition: pages or the oracle leave it open."""
     pairs = set(model.pairs())
-    if any(kind == "table" for kind, _ in pairs):
-        return "the page of the language does not say which smooth curve a table is"
     if any(place == "force.at" for _, place in pairs):
         return "the oracle leaves out a force that acts at another point than its frame"
     damped = {kind for kind, place in pairs if place in ("dissipation", "damping.value")}

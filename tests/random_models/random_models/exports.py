@@ -74,6 +74,8 @@ def _python(model: Any, here: Path) -> dict[str, Any] | str:
         model.compile("python", path)
     except mechc.CompileError as error:
         return f"refused: {mechc.render(error.diagnostics)[:300]}"
+    except mechc.UsageMistake:  # a model that switches has no such module
+        return ""
     ran = subprocess.run(
         [
             sys.executable,

@@ -58,30 +58,32 @@ def difference(a: Any, b: Any, twin: Twin | None = None) -> str:
         return ""
     if kinds_a != kinds_b:
         return f"events {kinds_a}, then {kinds_b}"
-    if len(a.time) != len(b.time):
-        return "another number of rows"
+    ours, theirs = _single(a.time), _single(b.time)
+    common = [(ours[t], theirs[t]) for t in ours if t in theirs]
     near_jump = [float(e.time) for e in a.events]
-    near_jump += [float(t) for t, u in zip(a.time[1:], a.time[:-1], strict=True) if t == u]
-    rows = np.array([all(abs(t - j) > 1e-4 for j in near_jump) for t in a.time])
+    near_jump += [float(t) for s in (a, b) for t, u in zip(s.time[1:], s.time[:-1], strict=True) if t == u]
+    common = [(k, n) for k, n in common if all(abs(a.time[k] - j) > 1e-4 for j in near_jump)]
+    mine, there = [k for k, _ in common], [n for _, n in common]
     ignored = twin.ignored if twin is not None else ()
     for name, x in ca.items():
         other = renamed_name(twin, name) if twin is not None else name
         if other not in cb or name in ignored:
             continue
-        y = cb[other]
+        x, y = x[mine], cb[other][there]
         if x.shape != y.shape:
             return f"{name}: shape {x.shape}, then {y.shape}"
         scale = 1 + np.max(np.abs(x[np.isfinite(x)]), initial=0.0)
-        off = np.abs(x - y)[rows]
-        off = off[np.isfinite(off)]
+        off = np.where(np.isfinite(x - y), np.abs(x - y), 0.0)
         if off.size and float(np.max(off)) > allowed * scale * (100 if _asked(name) else 1):
-            k = int(
-                np.argmax(
-                    np.where(np.isfinite(np.abs(x - y)), np.abs(x - y) * (rows if x.ndim == 1 else 1), 0)
-                )
-            )
-            return f"{name} at row {k}: {np.ravel(x)[k]:.9g}, then {np.ravel(y)[k]:.9g}, allowed {allowed * scale:.2g}"
+            k = int(np.argmax(off))
+            return f"{name}: {np.ravel(x)[k]:.9g}, then {np.ravel(y)[k]:.9g}, allowed {allowed * scale:.2g}"
     return ""
+
+
+def _single(times: Any) -> dict[float, int]:
+    """Return the rows of the times that stand once."""
+    rounded = [round(float(t), 12) for t in times]
+    return {t: k for k, t in enumerate(rounded) if rounded.count(t) == 1}
 
 
 def _asked(name: str) -> bool:
