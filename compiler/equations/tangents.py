@@ -40,6 +40,9 @@ KEPT = (
 )
 """Functions that are those of the model itself."""
 
+AT_EVENTS = ("indicators", "crossing_times", "row_values", "respond")
+"""Functions that tell of events, differentiated along the time as well."""
+
 EVENTS = frozenset({"events", "modes"})
 """Facts that do not hold between events."""
 
@@ -175,6 +178,14 @@ class _Tangents:
             if name in self.functions:
                 doc = f"derivatives of '{name}' in all directions"
                 yield Function(f"tangent_{name}", doc, self.along(self.own(name)[:count]))
+        if self.base.hybrid is None:
+            return
+        new = len(self.base.states) + len(self.base.discretes)
+        for name in (*AT_EVENTS, *(branch.function for branch in self.base.hybrid.branches)):
+            if name in self.functions:
+                doc = f"derivatives of '{name}' in all directions, where the time changes too"
+                own = self.own(name) if name in AT_EVENTS else self.own(name)[:new]
+                yield Function(f"tangent_{name}", doc, self.along(own, time=True))
 
     def tangents(self, d: int, time: bool) -> Mapping[Node, Node]:
         """Return what changes in a direction: state, discrete variables, a parameter or an input, and what follows."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..native import kernel as native
 from ..problem import Array, Problem
-from .events import Event, EventRecord
+from .events import Event, EventRecord, Note
 from .solver import FIRST_EVENTS, Solver
 
 
@@ -18,6 +18,7 @@ class EventLog:
         self._problem = problem
         self._events: list[tuple[float, str, str, float, int]] = []
         self._instants: list[Array] = []
+        self._notes: list[Note] = []
         self._count = 0
         self._capacity = FIRST_EVENTS
 
@@ -31,6 +32,7 @@ class EventLog:
         for e in events:
             kind = native.EVENT_KINDS[e.kind]
             name = self._name(kind, e.index)
+            self._notes.append(Note(self._count + e.instant, kind, e.index, e.value))
             self._events.append((e.t, name, kind, e.value, self._count + e.instant))
         self._instants.append(instants)
         self._count += len(instants)
@@ -55,4 +57,6 @@ class EventLog:
                     changed[0][names[i]] = float(before[instant, i])
                     changed[1][names[i]] = float(after[instant, i])
             events.append(Event(t, name, kind, value, *changed))
-        return EventRecord(tuple(events), rows[:, 0].copy(), before, after, start_z, grid_z)
+        return EventRecord(
+            tuple(events), rows[:, 0].copy(), before, after, start_z, grid_z, tuple(self._notes)
+        )

@@ -25,6 +25,15 @@ class Event(Struct, frozen=True):
     after: Mapping[str, float] = field(default_factory=dict)
 
 
+class Note(Struct, frozen=True):
+    """What the kernel noted at an ``instant``, in the order in which it happened: ``index`` of a branch or a row."""
+
+    instant: int
+    kind: str
+    index: int
+    value: float
+
+
 class EventRecord(Struct, frozen=True, eq=False):
     """``times`` [m]; ``before`` and ``after`` [m, ny + nz]; ``grid_z`` [n, nz] belongs to the rows of the grid."""
 
@@ -34,6 +43,7 @@ class EventRecord(Struct, frozen=True, eq=False):
     after: Array
     start_z: Array
     grid_z: Array
+    notes: tuple[Note, ...] = ()
 
     def discretes(self, t: Array, ny: int) -> Array:
         """Give z [n, nz] at the times t [n], continuous from the right."""

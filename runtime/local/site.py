@@ -207,10 +207,9 @@ def edges(site: Site, y: Array) -> Edges:
     if problem.hybrid is None or struct is None or struct.hybrid is None:
         return Edges((), ())
     plan = ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
-    rows = ctypes.cast(plan.rows, ctypes.POINTER(ctypes.c_int * len(native.ROW_FIELDS)))
     sharp: list[str] = []
     for k, row in enumerate(problem.hybrid.rows):
-        flag = rows[k][native.ROW_FIELDS.index("flag")]
+        flag = plan.rows[k].flag
         if flag >= 0 and site.z[flag] > 0.5:
             words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
             sharp.append(f"the {row.kind} '{row.name}' {words}")

@@ -134,8 +134,16 @@ class BranchStruct(Structure):
     act: int | None
 
 
-ROW_FIELDS = ("kind", "normal", "flag", "sign", "impulse", "enabled")
-"""The integers of ``mech_row``."""
+class RowStruct(Structure):
+    """mech_row"""
+
+    _fields_ = tuple((name, c_int) for name in ("kind", "normal", "flag", "sign", "impulse", "enabled"))
+    kind: int
+    normal: int
+    flag: int
+    sign: int
+    impulse: int
+    enabled: int
 
 
 class HybridStruct(Structure):
@@ -146,7 +154,7 @@ class HybridStruct(Structure):
         *((name, c_int) for name in ("initial", "simultaneous", "dissipated", "supplied", "total")),
         *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
         ("branches", POINTER(BranchStruct)),
-        ("rows", c_void_p),
+        ("rows", POINTER(RowStruct)),
         *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
         *((name, c_void_p) for name in ("conditions", "row_values", "respond")),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
+from ..outcome import SimulationError
 from ..problem import Array
 from ..results.sensitivity import Sensitivities
 from ..results.solution import Solution
@@ -21,18 +22,28 @@ def with_sensitivities(
     problem, case, times = solution.problem, tangents.case, solution.time
     if not times.size:
         return solution
-    flow = tangents.flow(case.begin, case.y0, start, times)
-    second = tangents.tighter().flow(case.begin, case.y0, start, times) if estimate_error else None
+    grid = times if problem.hybrid is None else case.grid[case.grid <= times[-1]]
+    if problem.hybrid is not None and (not grid.size or grid[-1] < times[-1]):
+        grid = np.append(grid, times[-1])  # where a branch ended the run
+    flow = tangents.flow(case.begin, case.y0, start, grid, both_sides=True)
+    tighter = tangents.tighter() if estimate_error else None
+    second = tighter.flow(case.begin, case.y0, start, grid, both_sides=True) if tighter else None
     names = [q.name for q in (*problem.states, *problem.outputs)]
     shown = {name: i for i, name in enumerate(names) if not name.startswith("exact(")}
     table = np.full((times.size, len(names), len(tangents.directions)), np.nan)
     found = np.concatenate([flow.tangents, flow.output_tangents], axis=1)
+    if not np.allclose(flow.time, times[: flow.time.size], rtol=1e-6):
+        raise SimulationError(
+            "the run with derivatives met other events than the run alone, so it is not differentiated"
+        )
     table[: len(found)] = found
     errors, remark = None, "no second run was asked for"
     if flow.failure is not None:
         remark = f"the motion could not be differentiated to its end: {flow.failure.message}"
     elif second is not None and second.failure is not None:
         remark = f"the second run failed: {second.failure.message}"
+    elif second is not None and second.time.size != flow.time.size:
+        remark = "the second run met other events"
     elif second is not None:
         other = np.concatenate([second.tangents, second.output_tangents], axis=1)
         errors = {name: np.abs(table - other)[:, i] for name, i in shown.items()}
@@ -44,4 +55,5 @@ def with_sensitivities(
         errors=errors,
         remark=remark,
     )
-    return type(solution)(replace(solution.motion, sensitivities=made))
+    remarks = (*solution.motion.remarks, *flow.remarks)
+    return type(solution)(replace(solution.motion, sensitivities=made, remarks=remarks))

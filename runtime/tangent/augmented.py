@@ -33,6 +33,14 @@ class Augmented(Struct, frozen=True, eq=False):
     def count(self) -> int:
         return self.directions.count
 
+    @property
+    def reals(self) -> list[int]:
+        """The discrete variables that have derivatives: the real ones."""
+        own = self.case.problem.discretes
+        count = (len(self.problem.discretes) - len(own)) // max(self.count, 1) - 1
+        listed = self.problem.discretes[len(own) : len(own) + max(count, 0)]
+        return [k for k, q in enumerate(own) if any(d.name.startswith(f"d({q.name})/d(") for d in listed)]
+
     def split(self, rows: Array, size: int) -> tuple[Array, Array]:
         """Give values [..., size] and derivatives [..., size, k] from rows of both."""
         parts = rows.reshape(*rows.shape[:-1], self.count + 1, size)

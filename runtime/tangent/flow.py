@@ -23,6 +23,8 @@ from ..results.evaluate import evaluate_rows
 from .augmented import augment
 from .coordinates import basis, minimal
 from .directions import Direction, as_asked, named
+from .pieces import Pieces, Rows, spread
+from .projection import projected
 from .sizes import tangent_nominals
 from .start import start_tangents
 
@@ -55,6 +57,8 @@ class TangentFlow(Struct, frozen=True, eq=False):
     errors: Array | None = None
     output_errors: Array | None = None
     failure: Failure | None = None
+    remarks: tuple[str, ...] = ()
+    """What is to be known of the derivatives: events that almost graze or coincide."""
     units: tuple[tuple[str, ...], ...] = ()
     """Of the derivatives of states, then of outputs, [ny + m][k]."""
 
@@ -72,23 +76,25 @@ def tangent_flow(
     initial: Array | None = None,
     times: Array | None = None,
     estimate_error: bool = True,
+    both_sides: bool = False,
 ) -> TangentFlow:
     """Differentiate a motion in its directions.
 
     ``directions``: names of parameters, initial values and inputs. A parameter changes with all that follows from it, the
     assembly of the start included; an initial value as far as the start stays consistent; an input by a constant. ``initial``
     [2 nv + nx, m]: further directions, before these, as changes of the initial state in the space of velocities (the whole
-    flow: the unit matrix), put onto the constraints. ``times`` [n]: where, instead of the times of the case.
+    flow: the unit matrix), put onto the constraints. ``times`` [n]: where, instead of the times of the case; ``both_sides``: at
+    both sides of each event as well, so that its time stands twice.
     Raises SimulationError where the motion has no derivatives.
     """
     begun = Tangents(case, method, nominal, directions, 0 if initial is None else initial.shape[1])
     w = begun.start(initial)
     grid = case.grid if times is None else np.asarray(times, dtype=np.float64)
-    flow = begun.flow(case.begin, case.y0, w, grid)
+    flow = begun.flow(case.begin, case.y0, w, grid, both_sides=both_sides)
     if not estimate_error or flow.failure is not None:
         return flow
     other = begun.tighter()
-    second = other.flow(case.begin, case.y0, w, grid)
+    second = other.flow(case.begin, case.y0, w, grid, both_sides=both_sides)
     if second.failure is not None or second.time.size != flow.time.size:
         return flow
     return replace(
@@ -115,20 +121,22 @@ class Tangents:
         states: int = 0,
         sizes: Array | None = None,
     ) -> None:
-        if case.problem.hybrid is not None:
-            raise SimulationError(
-                f"'{case.problem.name}' switches: its motion is not differentiated across events"
-            )
         asked = named(case, directions)
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}
         self.case = case
+        self.recording = method
         self.method = method if method.name in GENERAL or not method.in_kernel else _general(case)
         self.nominal = nominal
         self._vectors = states
+        self._probes = (
+            1 if case.problem.hybrid is not None else 0
+        )  # a free direction, for rates along the motion
+        first = states + self._probes
         self._listed = (*by_array["y"], *by_array["p"], *by_array["u"])
-        self._order = [*range(states), *(states + self._listed.index(d) for d in asked)]
+        self._order = [*range(states), *(first + self._listed.index(d) for d in asked)]
         self.directions = (*(Direction(f"direction {k + 1}", "") for k in range(states)), *asked)
-        self.augmented = augment(case, as_asked(case, self._listed, states + len(by_array["y"])))
+        _check_tables(case)
+        self.augmented = augment(case, as_asked(case, self._listed, first + len(by_array["y"])))
         self.tolerance = case.tolerance
         self.sizes = sizes
 
@@ -156,46 +164,81 @@ class Tangents:
             if initial.shape != (size, self._vectors):
                 raise ValueError(f"directions of the initial state have the shape {size} x {self._vectors}")
             vectors = basis(problem, case.y0) @ initial
-        everything = (*self.directions[: self._vectors], *self._listed)
+        first = self._vectors + self._probes
+        everything = (*(Direction(f"direction {k + 1}", "") for k in range(first)), *self._listed)
         w = np.zeros((problem.ny, self.augmented.count))
         if self._listed:
-            w[:, self._vectors :] = start_tangents(self.augmented, everything)[:, self._vectors :]
+            w[:, first:] = start_tangents(self.augmented, everything)[:, first:]
         w[:, : self._vectors] = vectors
         if self._vectors and problem.constraints:
-            w[:, : self._vectors] = self.onto(case.begin, case.y0, w)[:, : self._vectors]
+            put = projected(self.augmented, case.begin, case.y0, w, case.z)
+            w[:, : self._vectors] = put[:, : self._vectors]
         return w[:, self._order]
 
-    def flow(self, begin: float, y: Array, w: Array, times: Array) -> TangentFlow:
-        """Integrate y [ny] and W [ny, k] from ``begin`` and give both at ``times`` [n]."""
-        augmented, ny = self.augmented, self.case.problem.ny
-        inner = np.empty_like(w)
+    def flow(
+        self, begin: float, y: Array, w: Array, times: Array, *, both_sides: bool = False
+    ) -> TangentFlow:
+        """Integrate y [ny] and W [ny, k] from ``begin`` and give both at ``times`` [n], behind what happens there;
+        ``both_sides``: at each event as well, before and behind it."""
+        augmented = self.augmented
+        inner = np.zeros((self.case.problem.ny, augmented.count))
         inner[:, self._order] = w
         if self.sizes is None:
             self.sizes = tangent_nominals(augmented, self.nominal, inner, self.tolerance)
-        row = augmented.joined(y, inner)
-        nominal = augmented.joined(self.nominal, np.maximum(self.sizes, _spread(inner, self.nominal)))
-        z = augmented.discretes(self.case.z)
-        run = augmented.run(self.method, self.tolerance, nominal, begin, row, z, times)
-        if run.interrupted:
-            raise KeyboardInterrupt
-        states, tangents = augmented.split(run.y, ny)
+        rows = self._across(begin, y, inner, times) if self._probes else self._smooth(begin, y, inner, times)
+        if not both_sides:
+            rows = rows.at(times)
+        tangents = rows.w
         if self.case.problem.constraints:
             tangents = np.stack(
-                [self.onto(float(t), y, v) for t, y, v in zip(run.t, states, tangents, strict=True)]
+                [
+                    projected(augmented, *row)
+                    for row in zip(rows.t, rows.y, rows.w, rows.z, rows.dz, strict=True)
+                ]
             )
-        outputs = self._outputs(run.t, states, tangents)
+        outputs = self._outputs(replace(rows, w=tangents))
         return TangentFlow(
             problem=self.case.problem,
             directions=self.directions,
-            time=run.t,
-            states=states,
+            time=rows.t,
+            states=rows.y,
             tangents=tangents[:, :, self._order],
             outputs=outputs[0],
             output_tangents=outputs[1][:, :, self._order],
-            statistics=run.statistics,
-            failure=run.failure,
+            statistics=rows.run.statistics,
+            failure=rows.failure,
             units=self._units(),
+            remarks=rows.remarks,
         )
+
+    def _smooth(self, begin: float, y: Array, w: Array, times: Array) -> Rows:
+        """Follow a motion in which nothing switches."""
+        augmented = self.augmented
+        assert self.sizes is not None
+        nominal = augmented.joined(self.nominal, np.maximum(self.sizes, spread(w, self.nominal)))
+        z = augmented.discretes(self.case.z)
+        run = augmented.run(self.method, self.tolerance, nominal, begin, augmented.joined(y, w), z, times)
+        if run.interrupted:
+            raise KeyboardInterrupt
+        states, tangents = augmented.split(run.y, y.size)
+        n = run.t.size
+        return Rows(
+            run.t,
+            states,
+            tangents,
+            np.tile(self.case.z, (n, 1)),
+            np.zeros((n, 0, w.shape[1])),
+            run,
+            run.failure,
+        )
+
+    def _across(self, begin: float, y: Array, w: Array, times: Array) -> Rows:
+        """Follow a motion across its events."""
+        assert self.sizes is not None
+        pieces = Pieces(
+            self.augmented, self.method, self.recording, self.tolerance, self.nominal, self._vectors
+        )
+        return pieces.follow(begin, y, w, self.sizes, times)
 
     def _units(self) -> tuple[tuple[str, ...], ...]:
         problem, found = self.case.problem, self.augmented.problem
@@ -205,25 +248,10 @@ class Tangents:
                 rows.append(tuple(quantities[size * (d + 1) + i].unit for d in self._order))
         return tuple(rows)
 
-    def onto(self, t: float, y: Array, w: Array) -> Array:
-        """Move W [ny, k], in the order of ``augmented``, onto the linearised constraints by the derivative of the projection."""
-        augmented, problem = self.augmented, self.case.problem
-        nq, nv = problem.nq, problem.nv
-        turn, u, z = basis(problem, y)[:, :nv], augmented.inputs(t), augmented.discretes(self.case.z)
-        for name, into in (("project_position", turn), ("project_velocity", None)):
-            change = augmented.function(f"tangent_{name}", nv)(t, augmented.joined(y, w), u, z, augmented.p)
-            d = change.reshape(-1, nv).T
-            w = w.copy()
-            if into is not None:
-                w += into @ d
-            else:
-                w[nq : nq + nv] += d
-        return w
-
-    def _outputs(self, t: Array, states: Array, tangents: Array) -> tuple[Array, Array]:
+    def _outputs(self, rows: Rows) -> tuple[Array, Array]:
         augmented, size = self.augmented, len(self.case.problem.outputs)
-        if augmented.functions.outputs is None or not t.size:
-            return np.empty((t.size, 0)), np.empty((t.size, 0, augmented.count))
+        if augmented.functions.outputs is None or not rows.t.size:
+            return np.empty((rows.t.size, 0)), np.empty((rows.t.size, 0, augmented.count))
         case = replace(
             self.case,
             problem=augmented.problem,
@@ -231,15 +259,25 @@ class Tangents:
             p=augmented.p,
             z=augmented.discretes(self.case.z),
         )
-        both = np.stack([augmented.joined(y, w) for y, w in zip(states, tangents, strict=True)])
-        rows = evaluate_rows(case, "outputs", t, both)
-        return augmented.split(rows, size)
+        both = np.stack([augmented.joined(y, w) for y, w in zip(rows.y, rows.w, strict=True)])
+        z = np.stack([augmented.discretes(z, dz) for z, dz in zip(rows.z, rows.dz, strict=True)])
+        return augmented.split(evaluate_rows(case, "outputs", rows.t, both, z), size)
 
 
-def _spread(w: Array, nominal: Array) -> Array:
-    """Give sizes [ny, k] by how far the directions reach now: they may have been scaled since the start."""
-    far: Array = np.abs(w / nominal[:, None]).max(axis=0)
-    return nominal[:, None] * far
+def _check_tables(case: Case) -> None:
+    """Refuse events that act on what a table gives: how it changes with their times is not known here."""
+    problem = case.problem
+    moving = [
+        problem.inputs[k].name
+        for k, t in case.tables.items()
+        if t.times.size > 1 and t.interpolation != "step"
+    ]
+    if moving and problem.hybrid is not None and problem.hybrid.branches:
+        raise SimulationError(
+            f"the input '{moving[0]}' is a table, and '{problem.name}' has events that act ('when'): such motions are not "
+            "differentiated",
+            help="give the input by a formula of the time, or as steps",
+        )
 
 
 def _general(case: Case) -> Method:

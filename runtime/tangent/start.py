@@ -55,7 +55,8 @@ def _stated(augmented: Augmented, listed: Sequence[Direction]) -> Array:
     for k, direction in enumerate(listed):
         if direction.array == "y":
             w[:, k] = 0.0
-            w[direction.index, k] = 1.0
+            if direction.index >= 0:
+                w[direction.index, k] = 1.0
     if problem.dependent:
         _of_others(augmented, w, by_caller | by_experiment, listed)
     for i in problem.rotations:  # the stated numbers are scaled to unit length
@@ -120,7 +121,8 @@ def _assembled(augmented: Augmented, listed: Sequence[Direction], w: Array) -> A
     moved = basis(problem, case.y0)
     if not (_determined(case, 1, ~known) and _determined(case, 2, ~case.known[_rates(case)])):
         for k, direction in enumerate(listed):
-            w[:, k] = _difference(case, direction)
+            if direction.index >= 0:
+                w[:, k] = _difference(case, direction)
     for stage, free, first in ((1, ~known, 0), (2, ~case.known[_rates(case)], problem.nv)):
         places = np.flatnonzero(free)
         rows = _rows(case, stage)

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from msgspec.structs import replace
+from derivatives import differences
 
 import mechc
 from mechc.runtime.case import SimulationOptions
-from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.simulate import Plan, plan_run
@@ -42,28 +40,6 @@ def planned(problem: Problem, **options: object) -> Plan:
 
 def flowing(plan: Plan, names: Sequence[str], initial: Array | None = None) -> TangentFlow:
     return tangent_flow(plan.case, plan.method, plan.nominal, names, initial=initial)
-
-
-def differences(problem: Problem, options: SimulationOptions, name: str) -> Array:
-    """Extrapolated central differences [n, ny] of runs at the tightest tolerance."""
-    plan = plan_run(problem, options)
-    known = {q.name: v for q, v in zip(problem.parameters, plan.case.p, strict=False)}
-    known |= {q.name: v for q, v in zip(problem.states, plan.case.wanted, strict=True)}
-    value = float(known[name])
-    table: list[list[Array]] = []
-    for level in range(4):
-        h = (abs(value) or 1.0) * 2e-3 / 2**level
-        sides = []
-        for there in (value + h, value - h):
-            case = plan_run(problem, replace(options, values={**options.values, name: there})).case
-            sides.append(
-                run_kernel(replace(case, grid=plan.case.grid), SolverOptions("dop853", 1e-14, plan.nominal)).y
-            )
-        row = [(sides[0] - sides[1]) / (2 * h)]
-        for m, before in enumerate(table[-1] if table else []):
-            row.append(row[m] + (row[m] - before) / (4.0 ** (m + 1) - 1))
-        table.append(row)
-    return table[-1][-1]
 
 
 @pytest.mark.parametrize("target", ["auto", "python"])

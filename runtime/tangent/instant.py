@@ -1,0 +1,227 @@
+"""What happens at one instant, done again with derivatives: impulses, branches, and what holds afterwards.
+
+The kernel has decided what happens; here it is done once more, each operation on a state and its derivatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from msgspec import Struct
+
+from ..case import inputs_at
+from ..functions import named_function
+from ..native import kernel as native
+from ..problem import Array
+from .augmented import Augmented
+from .coordinates import basis
+from .projection import projected
+
+GAP, RATE, DRIFT, SECOND, FORCE, LIMIT, COEFFICIENT, EXTRA = range(8)
+"""What is measured of each row (``mech_row_value`` of the kernel)."""
+
+CONTACT, FRICTION, BILATERAL, STEP = range(4)
+ROUNDING = 1e-11
+"""Share of the largest response below which rows depend on each other, as in the kernel."""
+
+
+class Row(Struct, frozen=True):
+    """``mech_row`` of the kernel."""
+
+    kind: int
+    normal: int
+    flag: int
+    sign: int
+    impulse: int
+    enabled: int
+
+
+class Hits(Struct, frozen=True):
+    """Impulses along rows: each acts along ``joined`` (row, share) pairs, and brings the rate of its row to ``aim``."""
+
+    rows: tuple[int, ...]
+    aims: Array
+    aim_changes: Array
+
+
+class Instant:
+    """A state at one time that changes: ``y`` [ny], ``w`` [ny, k], ``z`` [nz], ``dz`` [real ones, k], and how the time itself
+    changes in each direction, ``dt`` [k]. ``w`` are changes at the changed time."""
+
+    def __init__(
+        self, augmented: Augmented, t: float, y: Array, w: Array, z: Array, dz: Array, dt: Array
+    ) -> None:
+        self.augmented, self.t = augmented, t
+        self.y, self.w, self.z, self.dz, self.dt = y.copy(), w.copy(), z.copy(), dz.copy(), dt
+        self.case = augmented.case
+        struct = self.case.functions.struct
+        assert struct is not None and struct.hybrid
+        self.hybrid = native.HybridStruct.from_address(struct.hybrid)
+        found = (self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
+        self.rows = tuple(Row(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
+        self.reals = augmented.reals
+
+    # ------------------------------------------------------------ functions
+
+    def own(self, name: str, size: int) -> Array:
+        """Evaluate a function of the model here."""
+        function = named_function(self.case.problem, self.case.functions, name, size)
+        return function(self.t, self.y, self.inputs(), self.z, self.case.p)
+
+    def change(self, name: str, size: int) -> Array:
+        """Evaluate its derivatives [size, k] here."""
+        augmented = self.augmented
+        z = augmented.discretes(self.z, self.dz, self.dt)
+        function = augmented.function(f"tangent_{name}", size)
+        row = function(self.t, augmented.joined(self.y, self.w), augmented.inputs(self.t), z, augmented.p)
+        return row.reshape(augmented.count, size).T
+
+    def inputs(self) -> Array:
+        return inputs_at(self.case, self.t)
+
+    def rates(self) -> Array:
+        return self.case.functions.rhs(self.t, self.y, self.inputs(), self.z, self.case.p)
+
+    def energy(self) -> tuple[float, Array]:
+        """The total energy and its derivatives."""
+        if self.hybrid.total < 0:
+            return 0.0, np.zeros(self.augmented.count)
+        augmented = self.augmented
+        assert augmented.functions.outputs is not None
+        row = augmented.functions.outputs(
+            self.t,
+            augmented.joined(self.y, self.w),
+            augmented.inputs(self.t),
+            augmented.discretes(self.z, self.dz),
+            augmented.p,
+        )
+        values, changes = augmented.split(row, len(self.case.problem.outputs))
+        return float(values[self.hybrid.total]), changes[self.hybrid.total]
+
+    def measured(self) -> tuple[Array, Array]:
+        """Give [rows, 8] and [rows, 8, k]: what is measured of the rows."""
+        count = len(self.rows)
+        values = self.own("row_values", 8 * count).reshape(count, 8)
+        return values, self.change("row_values", 8 * count).reshape(count, 8, -1)
+
+    def responses(self) -> tuple[Array, Array]:
+        """Give [rows, nv + rows] and [.., k]: changes of velocities and rates by a unit impulse along each row."""
+        width = self.case.problem.nv + len(self.rows)
+        values, changes = [], []
+        for row in self.rows:
+            self.z[row.impulse] = 1.0
+            values.append(self.own("respond", width))
+            changes.append(self.change("respond", width))
+            self.z[row.impulse] = 0.0
+        return np.array(values), np.array(changes)
+
+    # ------------------------------------------------------------ operations
+
+    def push(self, rows: Sequence[int], impulses: Array, impulse_changes: Array) -> None:
+        """Let impulses [n] along rows act on velocities and accounts of energy."""
+        problem, (b, db), (m, dm) = self.case.problem, self.responses(), self.measured()
+        nv, nq, chosen = problem.nv, problem.nq, list(rows)
+        moved = np.einsum("j,jw->w", impulses, b[chosen])
+        change = np.einsum("jk,jw->wk", impulse_changes, b[chosen]) + np.einsum(
+            "j,jwk->wk", impulses, db[chosen]
+        )
+        lost = supplied = 0.0
+        d_lost, d_supplied = np.zeros(self.augmented.count), np.zeros(self.augmented.count)
+        for p, dp, i in zip(impulses, impulse_changes, chosen, strict=True):
+            if self.rows[i].kind == STEP:
+                continue
+            half, d_half = m[i, RATE] + moved[nv + i] / 2, dm[i, RATE] + change[nv + i] / 2
+            lost -= p * half
+            d_lost -= dp * half + p * d_half
+            supplied -= p * m[i, DRIFT]
+            d_supplied -= dp * m[i, DRIFT] + p * dm[i, DRIFT]
+        self.y[nq : nq + nv] += moved[:nv]
+        self.w[nq : nq + nv] += change[:nv]
+        for place, amount, changes in (
+            (self.hybrid.dissipated, lost, d_lost),
+            (self.hybrid.supplied, supplied, d_supplied),
+        ):
+            if place >= 0:
+                self.y[place] += amount
+                self.w[place] += changes
+
+    def solve(
+        self, matrix: Array, matrix_changes: Array, target: Array, target_changes: Array
+    ) -> tuple[Array, Array]:
+        """Solve A x = b with derivatives; rows that depend on others get none."""
+        inverse = np.linalg.pinv(matrix, rcond=ROUNDING)
+        x = inverse @ target
+        return x, inverse @ (target_changes - np.einsum("ijk,j->ik", matrix_changes, x))
+
+    def stop(self, held: Sequence[int]) -> None:
+        """Let rows that hold have no gap and no rate, and the derivatives none either."""
+        if not held:
+            return
+        problem, nv = self.case.problem, self.case.problem.nv
+        chosen = list(held)
+        for which, first in ((GAP, 0), (RATE, problem.nq)):
+            (b, _), (_, dm) = self.responses(), self.measured()
+            if which == GAP and not np.any([self.rows[i].kind != FRICTION for i in chosen]):
+                continue
+            matrix = b[np.ix_(chosen, [nv + i for i in chosen])].T
+            inverse = np.linalg.pinv(matrix, rcond=ROUNDING)
+            change = np.einsum("jk,jw->wk", inverse @ -dm[chosen, which], b[chosen])[:nv]
+            if which == GAP:
+                self.w[: problem.ny] += basis(problem, self.y)[:, :nv] @ change
+            else:
+                self.w[first : first + nv] += change
+
+    def act(self, branch: int) -> None:
+        """Let a branch act, and book what its energy changes by."""
+        problem = self.case.problem
+        name = self.branch_name(branch)
+        before = self.energy()
+        size = problem.ny + len(problem.discretes)
+        checks = self.hybrid.branches[branch]
+        values, changes = self._acted(checks, size), self.change(name, size)
+        self.y, self.w = values[: problem.ny].copy(), changes[: problem.ny].copy()
+        self.z, self.dz = values[problem.ny : size].copy(), changes[problem.ny :][self.reals].copy()
+        if problem.constraints:
+            self.onto()
+        self.book(before)
+
+    def _acted(self, branch: native.BranchStruct, size: int) -> Array:
+        out = np.empty(size + branch.n_checks)
+        assert branch.act is not None
+        native.MODEL_FUNCTION(branch.act)(
+            self.t, *(a.ctypes.data for a in (self.y, self.inputs(), self.z, self.case.p, out))
+        )
+        return out[:size]
+
+    def branch_name(self, branch: int) -> str:
+        return f"act_{branch + 1}"
+
+    def book(self, before: tuple[float, Array]) -> None:
+        """Put a change of the energy into its account, as the kernel does."""
+        after = self.energy()
+        gain, change = after[0] - before[0], after[1] - before[1]
+        if self.hybrid.supplied >= 0 and (gain > 0 or self.hybrid.dissipated < 0):
+            self.y[self.hybrid.supplied] += gain
+            self.w[self.hybrid.supplied] += change
+        elif self.hybrid.dissipated >= 0:
+            self.y[self.hybrid.dissipated] -= gain
+            self.w[self.hybrid.dissipated] -= change
+
+    def onto(self) -> None:
+        """Move the derivatives onto the linearised constraints."""
+        self.w = projected(self.augmented, self.t, self.y, self.w, self.z, self.dz)
+
+    def pass_step(self, row: int, reflected: bool) -> None:
+        """Cross a jump of the potential energy, or be thrown back by it."""
+        (b, db), (m, dm) = self.responses(), self.measured()
+        place = self.case.problem.nv + row
+        w, dw, r, dr = b[row, place], db[row, place], m[row, RATE], dm[row, RATE]
+        jump, d_jump = m[row, FORCE], dm[row, FORCE]
+        if reflected:
+            after, d_after = -r, -dr
+        else:
+            after = np.sign(r) * np.sqrt(r * r - 2 * w * jump)
+            d_after = (r * dr - dw * jump - w * d_jump) / after
+        p = (after - r) / w
+        self.push([row], np.array([p]), ((d_after - dr - p * dw) / w)[None, :])

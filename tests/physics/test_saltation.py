@@ -1,0 +1,219 @@
+"""Derivatives of motions across events: impacts, friction, branches, samples and jumps of energy."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from derivatives import differences
+
+import mechc
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.tangent.flow import TangentFlow, tangent_flow
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+
+BALL = """
+model Ball
+  parameter g = 9.81 m/s^2;
+  parameter e = 0.8;
+  coordinate Length z = 1 m;
+  kinetic 1/2*(1 kg)*der(z)^2;
+  potential (1 kg)*g*z;
+  contact floor: z restitution e;
+  experiment(stop = 1.5 s, tolerance = 1e-11);
+end Ball;
+"""
+
+BLOCK = """
+model Block
+  parameter m = 1 kg;
+  parameter mu = 0.3;
+  parameter g = 9.81 m/s^2;
+  coordinate Length x = 0 m;
+  initial der(x) = 2 m/s;
+  kinetic 1/2*m*der(x)^2;
+  friction mu*m*g on x;
+  experiment(stop = 1 s, tolerance = 1e-11);
+end Block;
+"""
+
+PULLED = BLOCK.replace("initial der(x) = 2 m/s;", "input F = 5*time*(1 N/s);").replace(
+    "friction mu", "force F on x;\n  friction mu"
+)
+
+SPIN = """
+model Spin "a ball with spin that bounces, first slipping, then with so little slip that it rolls off"
+  parameter m = 1 kg;
+  parameter R = 0.1 m;
+  parameter mu = 0.2;
+  parameter e = 0.7;
+  coordinate Length x = 0 m;
+  coordinate Length z = 0.5 m;
+  coordinate Angle phi = 0 rad;
+  initial der(x) = 1 m/s;
+  initial der(phi) = 12 rad/s;
+  kinetic 1/2*m*(der(x)^2 + der(z)^2) + 1/5*m*R^2*der(phi)^2;
+  potential m*(9.81 m/s^2)*z;
+  contact floor: z restitution e friction mu along der(x) + R*der(phi);
+  experiment(stop = 1.6 s, tolerance = 1e-11);
+end Spin;
+"""
+
+SAMPLED = """
+model Sampled
+  parameter k = 2;
+  parameter Ts = 0.3 s;
+  coordinate Length x = 1 m;
+  discrete Real held = 0.5;
+  kinetic 1/2*(1 kg)*der(x)^2;
+  when sample(Ts) then
+    held := 0.9*held + k*x/(1 m) + 0.2*der(x)/(1 m/s);
+  end when;
+  force -held*(1 N) on x;
+  experiment(stop = 2 s, tolerance = 1e-11);
+end Sampled;
+"""
+
+THROWN_BACK = """
+model ThrownBack
+  parameter wall = 2 m;
+  parameter lift = 1.5;
+  coordinate Length x = 0 m;
+  initial der(x) = 1 m/s;
+  kinetic 1/2*(1 kg)*der(x)^2;
+  potential -(1 N)*x;
+  when x > wall then
+    reinit(der(x), -lift*pre(der(x)));
+    reinit(x, x - 0.1*wall);
+  end when;
+  experiment(stop = 2.5 s, tolerance = 1e-11);
+end ThrownBack;
+"""
+
+
+def flow_of(text: str, *names: str, initial: bool = False, **options: float) -> TangentFlow:
+    problem = mechc.loads(text).problem()
+    plan = plan_run(problem, SimulationOptions(**options))  # type: ignore[arg-type]
+    unit = np.eye(2 * problem.nv + problem.nx) if initial else None
+    return tangent_flow(plan.case, plan.method, plan.nominal, names, initial=unit, both_sides=True)
+
+
+def test_a_bouncing_ball_has_the_derivatives_of_its_closed_solution() -> None:
+    """After n impacts z = e^n w (t - T) - g/2 (t - T)^2, w = sqrt(2 g h), T = w/g (1 + 2 e + .. 2 e^n... ); by sympy."""
+    import sympy
+
+    h, g, e, t = sympy.symbols("h g e t", positive=True)
+    fall = sympy.sqrt(2 * h / g)
+    flow = flow_of(BALL, "z", "g", "e")
+    values = {h: 1.0, g: 9.81, e: 0.8}
+    numbers = np.searchsorted(flow.time[np.flatnonzero(np.diff(flow.time) == 0)], flow.time, side="right")
+    pairs = np.flatnonzero(np.diff(flow.time) == 0)
+    assert pairs.size == 2
+    numbers[pairs] -= 1  # the side before
+    for n in range(3):
+        rows = numbers == n
+        if n == 0:
+            z = h - g / 2 * t**2
+        else:
+            begin = fall * (1 + 2 * sum(e**k for k in range(1, n)))
+            z = e**n * g * fall * (t - begin) - g / 2 * (t - begin) ** 2
+        assert rows.sum() > 10
+        for k, symbol in enumerate((h, g, e)):
+            for i, what in enumerate((z, sympy.diff(z, t))):
+                exact = sympy.lambdify(t, sympy.diff(what, symbol).subs(values), "numpy")(flow.time[rows])
+                np.testing.assert_allclose(flow.tangents[rows, i, k], exact + 0 * flow.time[rows], atol=1e-9)
+
+
+def test_impacts_without_loss_keep_areas() -> None:
+    """Liouville: det W = 1 for a conservative model of one coordinate, impacts included; and e^2 at each with loss
+    (the velocity is reversed, and so is its derivative: the determinant is positive)."""
+    flow = flow_of(BALL.replace("e = 0.8", "e = 1"), initial=True)
+    np.testing.assert_allclose(np.linalg.det(flow.tangents[:, :2, :2]), 1.0, atol=1e-9)
+    flow = flow_of(BALL, initial=True)
+    # each impact multiplies by e (velocities) times e (times between: v+ = e v-)
+    np.testing.assert_allclose(np.linalg.det(flow.tangents[-1, :2, :2]), 0.8**4, rtol=1e-8)
+
+
+def test_a_block_that_comes_to_rest_stays_where_friction_stopped_it() -> None:
+    """x = v^2/(2 mu g) at rest: d/dv = v/(mu g), d/dmu = -x/mu, and nothing of it depends on m."""
+    flow = flow_of(BLOCK, "der(x)", "mu", "g", "m", "x")
+    x = 4 / (2 * 0.3 * 9.81)
+    np.testing.assert_allclose(flow.states[-1, 0], x, rtol=1e-9)
+    np.testing.assert_allclose(flow.tangents[-1, 0], [2 / (0.3 * 9.81), -x / 0.3, -x / 9.81, 0, 1], atol=1e-9)
+    np.testing.assert_allclose(flow.tangents[-1, 1], 0, atol=1e-9)
+
+
+def test_a_block_begins_to_slide_when_the_pull_exceeds_friction() -> None:
+    """m x'' = F - mu m g from F = mu m g on: x = a (t - t1)^3/6 with a = 5/m, t1 = mu m g/5: dx/dmu = -a/2 (t - t1)^2 dt1/dmu."""
+    flow = flow_of(PULLED, "mu", "m")
+    t, t1 = 1.0, 0.3 * 9.81 / 5
+    np.testing.assert_allclose(flow.states[-1, 0], 5 * (t - t1) ** 3 / 6, rtol=1e-8)
+    by_mu = -5 / 2 * (t - t1) ** 2 * 9.81 / 5
+    by_m = -5 / 2 * (t - t1) ** 2 * 0.3 * 9.81 / 5 - 5 * (t - t1) ** 3 / 6
+    np.testing.assert_allclose(flow.tangents[-1, 0], [by_mu, by_m], atol=1e-8)
+
+
+AGAINST_DIFFERENCES = [
+    (SPIN, ("mu", "e", "R", "der(phi)", "z"), {}),
+    (SAMPLED, ("k", "Ts", "x", "der(x)"), {}),
+    (THROWN_BACK, ("wall", "lift", "x", "der(x)"), {}),
+    ("potential_step", ("U2", "x", "m"), {"stop": 3.0}),
+    ("coulomb_pendulum", ("l", "theta"), {"stop": 3.0}),
+    ("double_pendulum_stops", None, {"stop": 2.0}),
+    ("newtons_cradle", ("theta[1]", "l"), {"stop": 1.0}),
+    ("relay_attitude", ("T", "on", "M"), {"stop": 3.0}),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "names", "options"),
+    AGAINST_DIFFERENCES,
+    ids=["spin", "sampled", "thrown back", *(row[0] for row in AGAINST_DIFFERENCES[3:])],
+)
+def test_derivatives_agree_with_differences(
+    text: str, names: tuple[str, ...] | None, options: dict[str, float]
+) -> None:
+    """At the end of the run, 1e-6 of the largest derivative of a state: what is promised across events."""
+    model = mechc.loads(text) if "\n" in text else mechc.load(EXAMPLES / f"{text}.mech")
+    problem = model.problem()
+    names = names or tuple(q.name for q in problem.parameters[:2])
+    asked = SimulationOptions(tolerance=1e-12, points=3, **options)  # type: ignore[arg-type]
+    plan = plan_run(problem, asked)
+    flow = tangent_flow(plan.case, plan.method, plan.nominal, names, both_sides=True)
+    assert (np.diff(flow.time) == 0).any(), "nothing happened"
+    for k, name in enumerate(names):
+        expected = differences(problem, asked, name, 2e-4, 3)[-1]
+        error = np.abs(flow.tangents[-1, :, k] - expected)
+        assert error.max() < 1e-6 * max(np.abs(expected).max(), 1e-3), (name, error, expected)
+    assert flow.errors is not None and flow.errors[-1].max() < 1e-6 * np.abs(flow.tangents[-1]).max()
+
+
+REFUSED = {
+    "one side only": (BALL.replace("z = 1 m", "z = 0 m;\n  initial der(z) = 1 m/s"), "z"),
+    "several things happen at once": (
+        BALL.replace(
+            "contact floor",
+            "coordinate Length w = 1 m;\n  kinetic 1/2*(1 kg)*der(w)^2;\n"
+            "  potential (1 kg)*g*w;\n  contact ground: w restitution e;\n  contact floor",
+        ),
+        "z",
+    ),
+}
+
+
+@pytest.mark.parametrize("reason", REFUSED)
+def test_what_has_no_derivative_is_refused_with_the_reason(reason: str) -> None:
+    text, name = REFUSED[reason]
+    with pytest.raises(SimulationError, match=reason):
+        flow_of(text, name)
+
+
+def test_what_both_do_at_once_may_change_together() -> None:
+    """Two balls that hit at the same time: in g they go on doing so, and each has the derivative of one alone."""
+    text, _ = REFUSED["several things happen at once"]
+    both, alone = flow_of(text, "g"), flow_of(BALL, "g")
+    np.testing.assert_allclose(both.tangents[-1, :2, 0], alone.tangents[-1, 0, 0], atol=1e-9)
