@@ -42,7 +42,7 @@ class Equilibrium(Struct, frozen=True, eq=False):
     free: Array
 
 
-class _Rest(Struct, frozen=True, eq=False):
+class Rest(Struct, frozen=True, eq=False):
     """Everything at one state without velocities: ``forces`` [m] (accelerations and rates of states), their derivatives by
     the ``moving`` displacements, residuals of the position constraints and theirs."""
 
@@ -72,10 +72,11 @@ def at_rest(site: Site, y: Array) -> Array:
     return still
 
 
-def _rest(site: Site, y: Array, moved: NDArray[np.intp]) -> _Rest:
+def rest(site: Site, y: Array, moved: NDArray[np.intp]) -> Rest:
+    """Return everything at one state without velocities. Raises SimulationError where a derivative is undefined."""
     found = site.derivatives(y)
     nd = site.chart.nd
-    return _Rest(
+    return Rest(
         site.rates(y)[nd:],
         found.rates[nd:][:, moved],
         site.constraints(y)[0],
@@ -105,7 +106,7 @@ def check_autonomous(site: Site, found: Derivatives, y: Array) -> None:
         )
 
 
-class _Newton(Struct, frozen=True, eq=False):
+class Newton(Struct, frozen=True, eq=False):
     """The shortest ``step`` [m] to where forces and constraints vanish; ``inverse`` of their derivatives, with the
     directions [m][k] that are ``free`` left out; the ``condition``."""
 
@@ -115,7 +116,8 @@ class _Newton(Struct, frozen=True, eq=False):
     free: Array
 
 
-def _newton(here: _Rest) -> _Newton:
+def newton(here: Rest) -> Newton:
+    """Return the Newton step at a state; the shortest one where directions are free."""
     rows = np.vstack([here.slopes, here.phi_slopes])
     wanted = -np.concatenate([here.forces, here.phi])
     sizes = np.linalg.norm(rows, axis=1)
@@ -130,61 +132,63 @@ def _newton(here: _Rest) -> _Newton:
             condition = float(np.linalg.norm(scaled, 1) * np.linalg.norm(inverse, 1)) if len(rows) else 1.0
             if condition < REGULAR:
                 inverse = inverse / sizes
-                return _Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
+                return Newton(inverse @ wanted, inverse, condition, np.zeros((len(rows), 0)))
     if not np.isfinite(scaled).all():
         nothing = np.full(rows.shape[1], np.nan)
-        return _Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
+        return Newton(nothing, np.zeros(rows.shape[::-1]), np.inf, np.zeros((rows.shape[1], 0)))
     left, values, right = np.linalg.svd(scaled, full_matrices=True)
     kept = int((values > CUT * max(float(values.max(initial=0.0)), 1e-300)).sum())
     inverse = (right[:kept].T / values[:kept]) @ left[:, :kept].T / sizes
     condition = float(values[0] / values[kept - 1]) if kept else 1.0
-    return _Newton(inverse @ wanted, inverse, condition, right[kept:].T)
+    return Newton(inverse @ wanted, inverse, condition, right[kept:].T)
 
 
-def polished(site: Site, y: Array, most: int = NEWTON) -> Equilibrium | None:
-    """Return the equilibrium to which Newton's method leads, None where it does not lead to one."""
-    moved = moving(site.chart)
+def polished(site: Site, y: Array, moved: NDArray[np.intp] | None = None) -> Equilibrium | None:
+    """Return the equilibrium to which Newton's method leads by some displacements, None where it does not lead to one."""
+    moved = moving(site.chart) if moved is None else moved
     y = at_rest(site, y)
-    best: tuple[float, Array, _Rest, _Newton] | None = None
+    best: tuple[float, Array, Rest, Newton] | None = None
     worse = 0
-    for _ in range(most):
+    for _ in range(NEWTON):
         try:
-            here = _rest(site, y, moved)
+            here = rest(site, y, moved)
         except SimulationError:
             return None
-        sizes = _sizes(site, y, moved)
-        newton = _newton(here)
-        size = float(np.abs(newton.step / sizes).max(initial=0.0))
+        sizes = sizes_of(site, y, moved)
+        solved = newton(here)
+        size = float(np.abs(solved.step / sizes).max(initial=0.0))
         if not np.isfinite(size):
             return None
         if best is None or size < best[0]:
-            best, worse = (size, y, here, newton), 0
+            best, worse = (size, y, here, solved), 0
         else:
             worse += 1
         if size <= EPSILON or (worse >= 2 and best[0] < NEAR):
             break
-        y = site.chart.moved(y, _full(site.chart, moved, newton.step * min(1.0, LONGEST / max(size, 1e-300))))
+        y = site.chart.moved(
+            y, spread(site.chart, moved, solved.step * min(1.0, LONGEST / max(size, 1e-300)))
+        )
     if best is None or not best[0] < NEAR:
         return None
-    return _certified(site, best[1], moved, best[2], best[3])
+    return certified(site, best[1], moved, best[2], best[3])
 
 
-def _certified(
-    site: Site, y: Array, moved: NDArray[np.intp], here: _Rest, newton: _Newton
+def certified(
+    site: Site, y: Array, moved: NDArray[np.intp], here: Rest, solved: Newton
 ) -> Equilibrium | None:
     """Return an equilibrium with bounds of its errors; None where what is left of the forces is no rounding."""
     rows = np.vstack([here.slopes, here.phi_slopes])
     left = np.concatenate([here.forces, here.phi])
-    sizes = _sizes(site, y, moved)
+    sizes = sizes_of(site, y, moved)
     scale = np.abs(rows) @ sizes
-    if (np.abs(rows @ newton.step + left) > UNRESOLVED * scale + 1e-300).any():
+    if (np.abs(rows @ solved.step + left) > UNRESOLVED * scale + 1e-300).any():
         return None  # the least squares have a minimum here, the forces no zero
-    errors = np.abs(newton.inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * sizes
+    errors = np.abs(solved.inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * sizes
     everything = np.zeros(site.chart.size)
     everything[moved] = errors
-    still = np.zeros((site.chart.size, newton.free.shape[1]))
-    still[moved] = newton.free
-    return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), newton.condition, still)
+    still = np.zeros((site.chart.size, solved.free.shape[1]))
+    still[moved] = solved.free
+    return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), solved.condition, still)
 
 
 def resting(site: Site, y: Array) -> Equilibrium | None:
@@ -193,12 +197,12 @@ def resting(site: Site, y: Array) -> Equilibrium | None:
     if np.abs(y[problem.nq : problem.nq + problem.nv]).max(initial=0.0) > 0:
         return None
     moved = moving(site.chart)
-    here = _rest(site, y, moved)
-    newton = _newton(here)
-    size = float(np.abs(newton.step / _sizes(site, y, moved)).max(initial=0.0))
+    here = rest(site, y, moved)
+    solved = newton(here)
+    size = float(np.abs(solved.step / sizes_of(site, y, moved)).max(initial=0.0))
     if not size <= NEAR or here.found.moves_by_itself:
         return None
-    return _certified(site, y, moved, here, newton) if size <= 4 * EPSILON else polished(site, y)
+    return certified(site, y, moved, here, solved) if size <= 4 * EPSILON else polished(site, y)
 
 
 def reached(site: Site, y: Array) -> Equilibrium:
@@ -224,7 +228,7 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
     chart, nd, nv = site.chart, site.chart.nd, site.problem.nv
     tau = last = None
     for _ in range(RELAXING):
-        here = _rest(site, y, moved)
+        here = rest(site, y, moved)
         allowed = (
             null_space(here.found.rate[:, nd : nd + nv], len(here.found.rate)) if nv else np.zeros((0, 0))
         )
@@ -246,18 +250,18 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
         step = basis @ np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
         if len(here.phi):
             step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]
-        length = float(np.abs(step / _sizes(site, y, moved)).max(initial=0.0))
+        length = float(np.abs(step / sizes_of(site, y, moved)).max(initial=0.0))
         if not np.isfinite(length):
             break
         if length > LONGEST:
             step, tau = step * (LONGEST / length), tau / 2
-        y = chart.moved(y, _full(chart, moved, step))
+        y = chart.moved(y, spread(chart, moved, step))
         if length < 1e-9:
             break
     return y
 
 
-def _sizes(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
+def sizes_of(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
     """Return the size of each displacement: a radian, or for others the largest of 1 and what it is."""
     chart = site.chart
     now = np.ones(chart.size)
@@ -269,7 +273,7 @@ def _sizes(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
     return now[moved]
 
 
-def _full(chart: Chart, moved: NDArray[np.intp], step: Array) -> Array:
+def spread(chart: Chart, moved: NDArray[np.intp], step: Array) -> Array:
     d = np.zeros(chart.size)
     d[moved] = step
     return d

@@ -102,11 +102,11 @@ class Site(Struct, frozen=True, eq=False):
         if len(pattern):
             entries = self.case.functions.matrices[PART](self.t, y, self.u, self.z, self.p)
             full[pattern[:, 0], pattern[:, 1]] = entries
-        if not np.isfinite(full).all():
-            row, column = (int(k) for k in np.argwhere(~np.isfinite(full))[0])
-            raise SimulationError(
-                f"a derivative is undefined here: of {self._row(row)} by {self._column(column)}",
-                help="look for square roots, quotients or angles of vectors that vanish at this state",
+        needed = np.r_[0:n, nd + behind + n_out : shape[0]]
+        if not np.isfinite(full[needed]).all():
+            row, column = (int(k) for k in np.argwhere(~np.isfinite(full[needed]))[0])
+            raise self.undefined(
+                f"the rate of '{self.chart.names[row]}'" if row < n else "a constraint", column
             )
         by_inputs, by_time = slice(nd + behind, nd + behind + nu), nd + behind + nu
         out = slice(nd + behind, nd + behind + n_out)
@@ -129,12 +129,12 @@ class Site(Struct, frozen=True, eq=False):
             ),
         )
 
-    def _row(self, row: int) -> str:
-        n = self.chart.size
-        names = [f"the rate of '{name}'" for name in self.chart.names]
-        behind = self.problem.ny - self.problem.nq - (n - self.chart.nd)
-        names += ["an energy account"] * behind + [f"'{q.name}'" for q in self.problem.outputs]
-        return names[row] if row < len(names) else "a constraint"
+    def undefined(self, what: str, column: int) -> SimulationError:
+        """Return the message that a derivative does not exist."""
+        return SimulationError(
+            f"a derivative is undefined here: of {what} by {self._column(column)}",
+            help="look for square roots, quotients or angles of vectors that vanish at this state",
+        )
 
     def _column(self, column: int) -> str:
         n = self.chart.size
@@ -193,6 +193,32 @@ def _begun(case: Case) -> tuple[Array, Array]:
     return y, z
 
 
+def switched(site: Site, y: Array) -> Site:
+    """Return the same model with its switches as they stand at a state; what holds or sticks stays as it is."""
+    plan = _plan(site)
+    if plan is None or not plan.n_switches:
+        return site
+    values, z = _indicators(site, plan, y), site.z.copy()
+    for k in range(plan.n_switches):
+        z[plan.switches[k]] = float(values[k] < 0)
+    return replace(site, z=z)
+
+
+def _plan(site: Site) -> native.HybridStruct | None:
+    struct = site.case.functions.struct
+    if site.problem.hybrid is None or struct is None or struct.hybrid is None:
+        return None
+    return ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
+
+
+def _indicators(site: Site, plan: native.HybridStruct, y: Array) -> Array:
+    values = np.zeros(plan.n_switches + plan.n_rows)
+    if plan.indicators is not None:
+        arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
+        native.MODEL_FUNCTION(plan.indicators)(site.t, *(a.ctypes.data for a in arrays), values.ctypes.data)
+    return values
+
+
 class Edges(Struct, frozen=True):
     """``sharp``: what holds at a state, or has other derivatives on its other side; ``smooth``: events at their edges
     that change no derivative."""
@@ -203,10 +229,9 @@ class Edges(Struct, frozen=True):
 
 def edges(site: Site, y: Array) -> Edges:
     """Find what stands at an edge at a state, or holds there."""
-    problem, struct = site.problem, site.case.functions.struct
-    if problem.hybrid is None or struct is None or struct.hybrid is None:
+    problem, plan = site.problem, _plan(site)
+    if problem.hybrid is None or plan is None:
         return Edges((), ())
-    plan = ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
     sharp: list[str] = []
     for k, row in enumerate(problem.hybrid.rows):
         flag = plan.rows[k].flag
@@ -214,11 +239,7 @@ def edges(site: Site, y: Array) -> Edges:
             words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
             sharp.append(f"the {row.kind} '{row.name}' {words}")
     smooth: list[str] = []
-    if plan.indicators is None:
-        return Edges(tuple(sharp), ())
-    values = np.zeros(plan.n_switches + len(problem.hybrid.rows))
-    arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
-    native.MODEL_FUNCTION(plan.indicators)(site.t, *(a.ctypes.data for a in arrays), values.ctypes.data)
+    values = _indicators(site, plan, y)
     for k, text in enumerate(problem.hybrid.switches[: plan.n_switches]):
         if abs(values[k]) > EDGE:
             continue

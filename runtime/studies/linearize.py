@@ -191,6 +191,8 @@ def _observed(
         match array:
             case "out":
                 rows[row], direct[row] = found.outputs[k], found.outputs_by_inputs[k]
+                for column in np.flatnonzero(~np.isfinite(rows[row])):
+                    raise site.undefined(f"'{quantity.name}'", int(column))
                 if found.outputs_by_accounts[k].any():
                     raise SimulationError(
                         f"the output '{quantity.name}' counts energy from the start on: it is no function of the state",

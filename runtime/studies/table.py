@@ -34,6 +34,11 @@ STUDIES = {
             "What linear system is it near a state, between inputs and outputs?",
             "linearize:Linearize",
         ),
+        Kind(
+            "equilibria",
+            "Where does it rest, stable or not, and how does that change over a parameter?",
+            "equilibria:FindEquilibria",
+        ),
         Kind("modes", "What are the frequencies, dampings and shapes of small motions?", "modes:FindModes"),
         Kind(
             "fit",

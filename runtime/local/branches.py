@@ -1,0 +1,295 @@
+"""Branches of equilibria over a parameter, by pseudo-arclength, with the points where their number or stability changes.
+
+H. B. Keller, in: Applications of Bifurcation Theory (P. Rabinowitz, ed.), Academic Press 1977, 359.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import scipy.optimize
+from msgspec import Struct
+
+from ..outcome import SimulationError
+from ..problem import Array
+from .equilibrium import moving, rest, spread
+from .independent import independent
+from .search import Box
+from .site import Site
+from .stability import Stability, stability
+
+FIRST, SHORTEST, LONGEST = 0.02, 1e-5, 0.05
+"""Steps, in the size of the range and of the coordinates."""
+MOST = 1500
+"""Points of a branch."""
+CORRECTIONS = 12
+BESIDE = 1e-2
+"""How far from a fork its other branch is looked for."""
+
+
+class Point(Struct, frozen=True, eq=False):
+    """A state on a branch: ``x`` displacements from the start and the parameter, 0 to 1 over its range; ``tangent``."""
+
+    x: Array
+    tangent: Array
+    stable: Stability
+    crossing: float
+    """The real eigenvalue of the stiffness nearest to zero, with its sign: it changes it at folds and forks."""
+    growing: float
+    """The largest growth of an oscillation; not-a-number where nothing oscillates."""
+
+
+class Special(Struct, frozen=True, eq=False):
+    """``kind``: fold, fork or hopf. ``exact``: located as a root, not between two points of the branch."""
+
+    kind: str
+    x: Array
+    exact: bool
+
+
+class Branch(Struct, frozen=True, eq=False):
+    points: tuple[Point, ...]
+    specials: tuple[Special, ...]
+
+
+class Tracer:
+    """Follows branches. ``at``: the model with a value of the parameter, as a share of its range."""
+
+    def __init__(self, site: Site, box: Box, at: Callable[[float], Site], scales: Array) -> None:
+        self.site = site
+        self.box = box
+        self.at = at
+        self.scales = scales
+        self.start = site.y
+        chart = site.chart
+        turns = [j < chart.nd and chart.places[j] in chart.problem.rotations for j in box.moved]
+        places = [chart.places[j] if j < chart.nd else chart.problem.nq + j - chart.nd for j in box.moved]
+        self.origin = np.where(turns, 0.0, site.y[places]) if len(box.moved) else np.zeros(0)
+
+    # ------------------------------------------------------------ one point
+
+    def state(self, x: Array) -> Array:
+        d = spread(self.site.chart, self.box.moved, x[:-1] * self.scales)
+        return self.site.chart.moved(self.start, d)
+
+    def coordinates(self, y: Array, share: float) -> Array:
+        d = self.site.chart.between(self.start, y)[self.box.moved]
+        return np.append(d / self.scales, share)
+
+    def _system(self, x: Array) -> tuple[Array, Array]:
+        """Return what has to vanish and its derivatives by x; those by the parameter are differences."""
+        y, h = self.state(x), 1e-6
+        here = rest(self.at(float(x[-1])), y, self.box.moved)
+        values = np.concatenate([here.forces, here.phi])
+        slopes = np.vstack([here.slopes, here.phi_slopes]) * self.scales
+        sides = []
+        for share in (x[-1] + h, x[-1] - h):
+            site = self.at(float(share))
+            sides.append(np.concatenate([site.rates(y)[site.chart.nd :], site.constraints(y)[0]]))
+        column = (sides[0] - sides[1]) / (2 * h)
+        matrix = np.column_stack([slopes, column])
+        sizes = np.linalg.norm(matrix, axis=1)
+        sizes[sizes == 0] = 1.0
+        return values / sizes, matrix / sizes[:, None]
+
+    def corrected(self, x: Array, normal: Array) -> Array | None:
+        """Return the point of the branch in the plane through x, None where Newton's method finds none near."""
+        origin, last = x, np.inf
+        for _ in range(CORRECTIONS):
+            try:
+                values, matrix = self._system(x)
+            except SimulationError:
+                return None
+            whole = np.vstack([matrix, normal])
+            left = np.append(values, normal @ (x - origin))
+            if not (np.isfinite(whole).all() and np.isfinite(left).all()):
+                return None
+            step = np.linalg.lstsq(whole, -left, rcond=1e-13)[0]
+            size = float(np.linalg.norm(step))
+            if size > 0.5:
+                return None
+            x = x + step
+            if size < 1e-15 or (size < 1e-10 and size > last / 4):
+                break
+            last = size
+        values, _ = self._system(x)
+        return x if np.abs(values).max(initial=0.0) < 1e-9 else None
+
+    def tangent(self, x: Array, before: Array | None) -> tuple[Array, int]:
+        """Return the direction of the branch, along the one before, and how many directions there are."""
+        _, matrix = self._system(x)
+        _, values, right = np.linalg.svd(matrix)
+        rank = int((values > 1e-9 * max(float(values[0]) if values.size else 0.0, 1e-300)).sum())
+        null = right[rank:]
+        if before is not None and len(null) > 1:
+            along = null.T @ (null @ before)
+            length = float(np.linalg.norm(along))
+            direction = along / length if length > 1e-3 else right[-1]
+        else:
+            direction = right[-1]
+        if before is not None and direction @ before < 0:
+            direction = -direction
+        return direction, len(null)
+
+    def point(self, x: Array, tangent: Array) -> Point:
+        site, y = self.at(float(x[-1])), self.state(x)
+        found = stability(site, y)
+        crossing, growing = self._tests(site, y, found)
+        return Point(x, tangent, found, crossing, growing)
+
+    def _tests(self, site: Site, y: Array, found: Stability) -> tuple[float, float]:
+        derivatives = site.derivatives(y)
+        free = independent(site.chart, derivatives)
+        nd, nv = site.chart.nd, site.problem.nv
+        place = moving(site.chart)
+        kept = [int(j) for j in free.chosen if int(j) in self.box.moved]
+        forces = [int(j) for j in free.chosen if nd <= j < nd + nv and place[j - nd] in kept]
+        forces += [j for j in kept if j >= nd + nv]
+        order = free.chosen.tolist()
+        a = (derivatives.rates @ free.tangent)[free.chosen]
+        matrix = a[np.ix_([order.index(j) for j in forces], [order.index(j) for j in kept])]
+        crossing = np.nan
+        if matrix.size and matrix.shape[0] == matrix.shape[1]:
+            size = float(np.linalg.norm(matrix))
+            sign = float(np.sign(np.linalg.det(matrix / size))) if size else 0.0
+            crossing = sign * float(np.abs(np.linalg.eigvals(matrix)).min())
+        oscillating = found.eigenvalues[
+            np.abs(found.eigenvalues.imag) > 1e-6 * np.abs(found.eigenvalues).max(initial=1e-300)
+        ]
+        growing = float(oscillating.real.max()) if oscillating.size else np.nan
+        if found.conservative:
+            growing = np.nan
+        return crossing, growing
+
+    # ------------------------------------------------------------ a branch
+
+    def trace(self, seed: Array) -> Branch:
+        """Return the branch through a point, in both directions as far as the range of the parameter and the bounds."""
+        direction, _ = self.tangent(seed, None)
+        forward, closed = self._follow(seed, direction)
+        backward = [] if closed else self._follow(seed, -direction)[0]
+        turned = [Point(p.x, -p.tangent, p.stable, p.crossing, p.growing) for p in reversed(backward[1:])]
+        points = (*turned, *forward)
+        specials: list[Special] = []
+        whole = list(points[:1])
+        for a, b in itertools.pairwise(points):
+            found = self._between(a, b)
+            whole += [self.point(s.x, b.tangent) for s in found if s.exact]
+            whole.append(b)
+            specials += found
+        return Branch(tuple(whole), tuple(specials))
+
+    def _follow(self, seed: Array, direction: Array) -> tuple[list[Point], bool]:
+        points = [self.point(seed, direction)]
+        step = FIRST
+        while len(points) < MOST:
+            last = points[-1]
+            x = self.corrected(last.x + step * last.tangent, last.tangent)
+            tangent = self.tangent(x, last.tangent)[0] if x is not None else last.tangent
+            bend = float(tangent @ last.tangent) if x is not None else -1.0
+            if x is None or bend < 0.97 or np.linalg.norm(x - last.x) > 2 * step:
+                step /= 2
+                if step < SHORTEST:
+                    break
+                continue
+            if not 0.0 <= x[-1] <= 1.0:
+                end = float(np.clip(x[-1], 0.0, 1.0))
+                edge = self._at_share(last.x + (x - last.x) * (end - last.x[-1]) / (x[-1] - last.x[-1]), end)
+                if edge is not None:
+                    points.append(self.point(edge, tangent))
+                break
+            points.append(self.point(x, tangent))
+            if self._out(x):
+                break
+            if len(points) > 10 and np.linalg.norm(x - seed) < step and tangent @ direction > 0.5:
+                return points, True
+            if bend > 0.995:
+                step = min(1.5 * step, LONGEST)
+        return points, False
+
+    def _at_share(self, x: Array, share: float) -> Array | None:
+        normal = np.zeros(len(x))
+        normal[-1] = 1.0
+        x = x.copy()
+        x[-1] = share
+        return self.corrected(x, normal)
+
+    def _out(self, x: Array) -> bool:
+        """Whether a branch has left the bounds: those that the model states, else thrice as wide ones."""
+        y = self.state(x)
+        d = self.site.chart.between(self.start, y)[self.box.moved]
+        values = d + self.origin
+        margin = np.where(self.box.stated, 0.0, self.box.high - self.box.low)
+        beyond = (values < self.box.low - margin) | (values > self.box.high + margin)
+        return bool(beyond.any())
+
+    # ------------------------------------------------------------ special points
+
+    def _between(self, a: Point, b: Point) -> list[Special]:
+        found: list[Special] = []
+        turns = a.tangent[-1] * b.tangent[-1] < 0
+        if turns:
+            found.append(self._located("fold", a, b, lambda p: float(p.tangent[-1])))
+        if a.crossing * b.crossing < 0 and not turns:
+            found.append(self._located("fork", a, b, lambda p: p.crossing))
+        if a.growing * b.growing < 0 and max(abs(a.growing), abs(b.growing)) > 1e-9:
+            found.append(self._located("hopf", a, b, lambda p: p.growing))
+        return found
+
+    def _located(self, kind: str, a: Point, b: Point, test: Callable[[Point], float]) -> Special:
+        """Return where a quantity changes its sign between two points, on the branch."""
+        chord = b.x - a.x
+        length = float(np.linalg.norm(chord))
+        normal = chord / length
+
+        def on(s: float) -> tuple[Array, float]:
+            x = self.corrected(a.x + s * normal, normal)
+            if x is None:
+                raise _Lost
+            return x, test(self.point(x, self.tangent(x, normal)[0]))
+
+        try:
+            s = scipy.optimize.brentq(lambda s: on(s)[1], 0.0, length, xtol=1e-15, rtol=1e-14)
+            return Special(kind, on(float(s))[0], True)
+        except (_Lost, ValueError):
+            share = abs(test(a)) / (abs(test(a)) + abs(test(b)))
+            return Special(kind, a.x + share * chord, False)
+
+    def beside(self, special: Special) -> list[Array]:
+        """Return points of the other branch through a fork."""
+        _, matrix = self._system(special.x)
+        _, _, right = np.linalg.svd(matrix)
+        null = right[-2:]
+        found = []
+        for angle in np.linspace(0, np.pi, 12, endpoint=False):
+            direction = np.cos(angle) * null[0] + np.sin(angle) * null[1]
+            for sign in (1, -1):
+                x = self.corrected(special.x + sign * BESIDE * direction, direction)
+                if x is not None and np.linalg.norm(x - special.x) < 2 * BESIDE:
+                    found.append(x)
+        return found
+
+
+class _Lost(Exception):
+    pass
+
+
+def near(branches: Sequence[Branch], x: Array, tracer: Tracer, within: float) -> bool:
+    """Whether a point lies on one of the branches: closer to a chord of it than the chord bends."""
+    return any(_distance(branch, x, tracer) < within for branch in branches)
+
+
+def _distance(branch: Branch, x: Array, tracer: Tracer) -> float:
+    points = np.array([p.x for p in branch.points])
+    turn = 2 * np.pi / tracer.scales
+    d = x - points
+    d[:, :-1] = np.where(tracer.box.periodic, (d[:, :-1] + turn / 2) % turn - turn / 2, d[:, :-1])
+    if len(points) == 1:
+        return float(np.linalg.norm(d[0]))
+    chords = np.diff(points, axis=0)
+    lengths = np.maximum((chords**2).sum(axis=1), 1e-30)
+    share = np.clip((d[:-1] * chords).sum(axis=1) / lengths, 0.0, 1.0)
+    away = np.linalg.norm(d[:-1] - share[:, None] * chords, axis=1)
+    return float(away.min())
