@@ -100,7 +100,9 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
 def _with_formulas(model: M, asked: Asked) -> M:
     """Return the model with the formulas of a question as outputs."""
     equations = model.compilation.equations
-    return model.with_formulas(formulas(asked, [e.name for e in (*equations.states, *equations.outputs)]))
+    names = [e.name for e in (*equations.states, *equations.outputs)]
+    taken = [e.name for e in (*equations.parameters, *equations.inputs, *equations.discretes)]
+    return model.with_formulas(formulas(asked, names, taken))
 
 
 def _moving_inputs(model: CompiledModel) -> frozenset[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from .around import AROUND, check_around
 from .data import measured_motion
+from .formulas import apart, in_momenta, is_value, sides
 from .lang.units import UnitError, parse_unit
 from .model import Target
 from .runtime.case import Progress
@@ -35,7 +36,6 @@ from .runtime.studies.study import Study
 from .settings import (
     UsageMistake,
     elements_of,
-    read_value,
     read_value_of,
     settings_in_si,
     tidy,
@@ -256,8 +256,11 @@ def _rotations(problem: Problem) -> set[str]:
     return {problem.states[i].name.removesuffix("[1]") for i in problem.rotations}
 
 
-def formulas(it: Asked, problem_names: Sequence[str]) -> dict[str, str]:
-    """Give the formulas of a question that are no plain names or values: texts by the names of their outputs."""
+def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = ()) -> dict[str, str]:
+    """Give the formulas of a question that are no plain names or values: texts by the names of their outputs.
+
+    ``taken``: names of parameters and the like, which are no momenta whatever they look like.
+    """
     found: dict[str, str] = {}
     for setting in settings_of(it.question):
         given = it.given.get(setting.name)
@@ -266,32 +269,34 @@ def formulas(it: Asked, problem_names: Sequence[str]) -> dict[str, str]:
         if ";" in given:
             raise UsageMistake(f"'{setting.name}' is one formula, not '{given}'")
         text = given
+        if setting.kind == "formulas":
+            for k, one in enumerate(apart(given), start=1):
+                formula = in_momenta(one.rpartition("=")[2], problem_names, taken)
+                if tidy(formula) not in problem_names or "=" in one:
+                    found[f"{_output_of(setting)}_{k}"] = formula
+            continue
         if setting.kind == "surface":
-            left, right = _sides(setting, given)
-            text = left if _is_value(right) else f"({left}) - ({right})"
-        if not (tidy(text) in problem_names or (setting.kind == "interval" and _is_value(text))):
+            left, right = sides(setting, given)
+            text = left if is_value(right) else f"({left}) - ({right})"
+        if not (tidy(text) in problem_names or (setting.kind == "interval" and is_value(text))):
             found[_output_of(setting)] = text
     return found
 
 
+def _several(setting: Setting, given: object, problem: Problem) -> tuple[Formula, ...]:
+    """Read formulas, each with or without a name in front; the text keeps it."""
+    known = {q.name for q in (*problem.states, *problem.outputs)}
+    found = []
+    for k, one in enumerate(apart(_text(setting, given, problem)), start=1):
+        name = tidy(one) if tidy(one) in known else f"{_output_of(setting)}_{k}"
+        if name not in known:
+            raise UsageMistake(f"'{setting.name}' takes numbers, '{one}' is a vector")
+        found.append(Formula(name, one))
+    return tuple(found)
+
+
 def _output_of(setting: Setting) -> str:
     return f"asked_{setting.name}"
-
-
-def _is_value(text: str) -> bool:
-    try:
-        read_value(text)
-    except UsageMistake:
-        return False
-    return True
-
-
-def _sides(setting: Setting, text: str) -> tuple[str, str]:
-    """Take ``a = b`` apart."""
-    left, sign, right = text.replace("==", "=").partition("=")
-    if not sign or not left.strip() or not right.strip() or any(c in text for c in "<>~") or "=" in right:
-        raise UsageMistake(f"'{setting.name}' is a surface such as 'x = 0', not '{text}'")
-    return left.strip(), right.strip()
 
 
 def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
@@ -310,8 +315,8 @@ def _named(setting: Setting, text: str, problem: Problem) -> str:
 
 def _surface(setting: Setting, given: object, problem: Problem) -> Surface:
     text = _text(setting, given, problem)
-    left, right = _sides(setting, text)
-    if not _is_value(right):
+    left, right = sides(setting, text)
+    if not is_value(right):
         return Surface(_named(setting, f"({left}) - ({right})", problem), 0.0, text)
     name = _named(setting, left, problem)
     (unit,) = {q.unit for q in (*problem.states, *problem.outputs) if q.name == name}
@@ -319,7 +324,7 @@ def _surface(setting: Setting, given: object, problem: Problem) -> Surface:
 
 
 def _interval(setting: Setting, given: object, problem: Problem) -> float | Formula:
-    if isinstance(given, str) and not _is_value(given):
+    if isinstance(given, str) and not is_value(given):
         return _formula(setting, given, problem)
     return _time(setting, given, problem)
 
@@ -347,6 +352,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "ranges": _ranges,
     "directions": _directions,
     "formula": _formula,
+    "formulas": _several,
     "surface": _surface,
     "interval": _interval,
     "energy": _energy,

@@ -41,6 +41,7 @@ class Functions(Struct, frozen=True):
     scene_still: ModelFunction | None = None
     matrices: Mapping[str, ModelFunction] = field(default_factory=dict)
     phase: ModelFunction | None = None
+    matter: ModelFunction | None = None
     phase_rate: ModelFunction | None = None
     phase_gradient: ModelFunction | None = None
     struct: native.ModelStruct | None = None
@@ -104,6 +105,7 @@ def _from_python(problem: Problem) -> Functions:
         scene_still=needed("scene_still", problem.scene.n_still if problem.scene else 0),
         matrices={name: _as_array(given[name]) for name in problem.patterns},
         phase=needed("phase", len(problem.phase)),
+        matter=needed("matter", problem.matter_size),
         phase_rate=needed("phase_rate", len(problem.phase)),
         phase_gradient=needed("phase_gradient", len(problem.phase)),
     )
@@ -186,6 +188,7 @@ def _from_library(problem: Problem) -> Functions:
             if (found := exported(name, len(pattern))) is not None
         },
         phase=exported("phase", len(problem.phase)),
+        matter=exported("matter", problem.matter_size),
         phase_rate=exported("phase_rate", len(problem.phase)),
         phase_gradient=exported("phase_gradient", len(problem.phase) * (problem.nq + problem.nv)),
         struct=model,

@@ -267,6 +267,10 @@ class Problem(Struct, frozen=True):
     phase: tuple[Quantity, ...] = ()
     """What the functions ``phase``, ``phase_rate`` and ``phase_gradient`` (by q and v, row by row) give, named by its
     formula; kinds: momentum, energy, potential, spin, linear, angular, moment, place, atom, output. Empty unless asked for."""
+    matter: tuple[Quantity, ...] = ()
+    """Bodies: kind mass (the function ``matter`` gives the mass and its place) and inertia (the tensor in the axes of the
+    world), ``matter_size`` numbers in all. Empty unless asked for."""
+    matter_size: int = 0
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

@@ -21,6 +21,7 @@ from .needs import choices, needs
 from .reported.assembly import assembly
 from .reported.entries import Layout, layout_of
 from .reported.experiments import experiment_plans
+from .reported.matter import matter_of
 from .reported.outputs import OutputList, list_outputs
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
@@ -89,6 +90,10 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         rhs = next(f for f in functions if f.name == "rhs")
         found = phase_functions(system, solved, layout, rhs.outputs)
         phase, functions = found.entries, (*functions, *found.functions)
+    matter: tuple[Entry, ...] = ()
+    if "matter" in parts:
+        bodies = matter_of(system, solved, layout)
+        matter, functions = bodies.entries, (*functions, *bodies.functions)
     everything = (*functions, *plan_functions, *scene_functions)
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     return Equations(
@@ -123,6 +128,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         assembly=assembled,
         separable=_separable(system, layout, functions),
         phase=phase,
+        matter=matter,
         hybrid=hybrid.plan if hybrid is not None else None,
         scene=scene,
     )

@@ -327,3 +327,18 @@ class Equations(Struct, frozen=True):
     """What the functions ``phase``, ``phase_rate`` and ``phase_gradient`` give (reported/phase.py); named by formulas."""
     curve: CurvePlan | None = None
     """None where the model moves."""
+    matter: tuple[Entry, ...] = ()
+    """Masses (each with its place) and inertias that the function ``matter`` gives (reported/matter.py)."""
+
+    @property
+    def matter_size(self) -> int:
+        """How many numbers the function ``matter`` gives: of places and tensors in the plane or in space."""
+        return sum(self.matter_width[x.kind] for x in self.matter)
+
+    @property
+    def matter_width(self) -> Mapping[str, int]:
+        """How many numbers belong to a mass and to an inertia."""
+        found = next((f for f in self.functions if f.name == "matter"), None)
+        masses = sum(x.kind == "mass" for x in self.matter)
+        planar = found is not None and len(found.outputs) == 3 * masses + (len(self.matter) - masses)
+        return {"mass": 3, "inertia": 1} if planar else {"mass": 4, "inertia": 9}

@@ -76,6 +76,12 @@ PARTS = {
         "no study that looks for what is constant is asked for; one that is brings them",
         studied=True,
     ),
+    "matter": Part(
+        "masses and inertias where they are",
+        (),
+        "no study asks for them; one that does brings them",
+        studied=True,
+    ),
     "projection": Part(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
     ),

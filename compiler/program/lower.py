@@ -64,6 +64,8 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         scene=equations.scene,
         phase=equations.phase,
         curve=equations.curve,
+        matter=equations.matter,
+        matter_size=equations.matter_size,
     )
 
 

@@ -136,6 +136,8 @@ class Program(Struct, frozen=True):
     scene: ScenePlan | None = None
     phase: tuple[Entry, ...] = ()
     curve: CurvePlan | None = None
+    matter: tuple[Entry, ...] = ()
+    matter_size: int = 0
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

@@ -68,6 +68,8 @@ def make_problem(
         conserved=program.conserved,
         energy_balance=program.energy_balance,
         phase=tuple(_quantity(entry) for entry in program.phase),
+        matter=tuple(_quantity(entry) for entry in program.matter),
+        matter_size=program.matter_size,
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,

@@ -11,6 +11,7 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "second_order": ("second_order",),
     "momenta": ("momentum", "force", "mass"),
     "phase": ("phase", "phase_rate", "phase_gradient"),
+    "matter": ("matter",),
     "projection": (
         "project_position",
         "project_velocity",

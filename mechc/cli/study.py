@@ -24,6 +24,7 @@ METAVARS |= {
     "directions": "A,B",
     "ranges": 'NAME="LOW .. HIGH"',
     "formula": "FORMULA",
+    "formulas": '"A, B" or "P=A, Q=B"',
     "surface": '"FORMULA = VALUE"',
     "interval": "TIME",
     "energy": "ENERGY",

@@ -37,23 +37,34 @@ class Monomial(Struct, frozen=True):
 class Terms:
     """The terms of the span, with values, rates, gradients and texts."""
 
-    def __init__(self, case: Case, degree: int) -> None:
+    def __init__(
+        self,
+        case: Case,
+        degree: int,
+        *,
+        factors: int | None = None,
+        moving: Sequence[Variable] | None = None,
+    ) -> None:
+        """``degree`` in velocities or momenta (or in what is ``moving``), at most ``factors`` in all, one more than the
+        degree without it."""
         self.case, self.problem = case, case.problem
         self.remarks: list[str] = []
-        self.variables = self._variables()
-        self.listed = self._listed(degree)
+        self.variables = self._variables(moving)
+        self.listed = self._listed(degree, degree + 1 if factors is None else factors)
 
     def keep(self, kept: Sequence[int]) -> None:
         """Leave out terms that are made of others."""
         self.listed = [self.listed[k] for k in kept]
 
-    def _variables(self) -> list[Variable]:
+    def _variables(self, moving: Sequence[Variable] | None) -> list[Variable]:
         problem = self.problem
         nq, nv = problem.nq, problem.nv
         phase = problem.phase
         momenta = [k for k, quantity in enumerate(phase) if quantity.kind == "momentum"]
         found: list[Variable] = []
-        if self._constant_mass(momenta):
+        if moving is not None:
+            found += moving
+        elif self._constant_mass(momenta):
             found += [Variable(problem.states[nq + i].name, "y", nq + i, True) for i in range(nv)]
         else:
             found += [Variable(phase[k].name or phase[k].doc, "phase", k, True) for k in momenta]
@@ -78,10 +89,9 @@ class Terms:
         first = found[0]
         return all(np.abs(other - first).max() <= 1e-12 * np.abs(first).max() for other in found)
 
-    def _listed(self, degree: int) -> list[Monomial]:
+    def _listed(self, degree: int, most: int) -> list[Monomial]:
         moving = [k for k, v in enumerate(self.variables) if v.moving]
         placed = [k for k, v in enumerate(self.variables) if not v.moving]
-        most = degree + 1
         while most > degree and _count(len(moving), len(placed), degree, most) > MOST_TERMS:
             most -= 1
         while placed and _count(len(moving), len(placed), degree, most) > MOST_TERMS:

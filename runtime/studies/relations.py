@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -84,6 +84,10 @@ class Chance:
             p[k], fixed[k] = value, 1
         self.case.functions.parameters(p, fixed)
         return p
+
+    def at(self, new: Mapping[int, float]) -> Array:
+        """Return p with some parameters at given values."""
+        return self._with(dict(new), self._given)
 
     def relations(self) -> list[Relation]:
         """Return what holds of the values that the parameters have: zeros, ratios, and whole pure numbers."""

@@ -66,5 +66,30 @@ STUDIES = {
             "Which polynomials in velocities or momenta are constant along every motion?",
             "invariants:Invariants",
         ),
+        Kind(
+            "brackets",
+            "What are the Poisson brackets of quantities, and is a transformation canonical?",
+            "brackets:Brackets",
+        ),
+        Kind("hamilton", "What are Hamilton's function and Hamilton's equations?", "hamilton:Hamilton"),
+        Kind(
+            "field",
+            "Is a force field conservative, and what are its curl, circulation and potential?",
+            "field:Field",
+        ),
+        Kind(
+            "inertia",
+            "What are mass, centre, inertia tensor and principal axes of bodies and of all together?",
+            "inertia:InertiaOf",
+        ),
+        Kind(
+            "kinematics",
+            "How does a point move, in which components, and what is a rotation's axis and angle?",
+            "kinematics:Kinematics",
+        ),
+        Kind(
+            "action", "What is the action of the path, and the action variable of a swing?", "action:Action"
+        ),
+        Kind("energy", "Where can a motion of a given energy go?", "energy:Energy"),
     )
 }

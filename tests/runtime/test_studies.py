@@ -34,6 +34,17 @@ end Well;
 """
 
 
+BODY = """\
+model Slider
+  coordinate x = 1 m;
+  frame b = world * trans({x, 0 m, 0 m});
+  mass 2 kg at b;
+  output place = pos(b);
+  experiment(stop = 300 s);
+end Slider;
+"""
+
+
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Its settings, its page, its command, its method and its JSON object go through the table."""
@@ -49,7 +60,8 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "time,x\n" + "".join(f"{t / 10},{math.cos(t / 10)!r}\n" for t in range(31)), encoding="utf-8"
     )
     extra = {"fit": [str(data), "--vary", "x"]}.get(name, ["--stop", "3"])
-    file.write_text(WELL.format(potential="1/2*x^2"), encoding="utf-8")
+    text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
+    file.write_text(text, encoding="utf-8")
     picture = tmp_path / "picture.png"
     command = ["study", name, str(file), *extra, "--json"]
     if name != "sweep":

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from random import Random
 
 from msgspec import Struct
 
 from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jacobian, jvp, vjp
+from ...graph.evaluate import evaluate
 from ...graph.vector import Vector, add, cross, scale
 from ...graph.written import written
 from ...mechanics.energies import kinetic_energy, potential_energy
@@ -31,6 +33,9 @@ SHORT = 60
 """Characters of a momentum that is written out; a longer one is asked for by its name."""
 
 MOST_ATOMS = 40
+
+SINGULAR = 1e-10
+"""Share of its usual value below which the determinant of a mass matrix vanishes."""
 
 _FUNCTIONS = frozenset(
     {
@@ -295,7 +300,31 @@ def _divided_by(system: MechanicalSystem, solved: Solved) -> list[Node]:
         for n in graph.reach(mass)
         if graph.op(n) == ops.MUL and graph.args(n)[0] == graph.args(n)[1]
     ]
-    return [n for n in squared if n in found or graph.op(n) == ops.SIN]
+    return [n for n in squared if n in found] + _vanishing_sines(system, rows, angles & support)
+
+
+def _vanishing_sines(
+    system: MechanicalSystem, rows: Sequence[Mapping[int, Node]], angles: set[Node]
+) -> list[Node]:
+    """Return the sines of angles at whose zeros the mass matrix is singular, as at the poles of a sphere."""
+    import numpy as np
+
+    graph = system.graph
+    random = Random(7)
+    n = len(rows)
+    dense = [row.get(j, graph.zero) for row in rows for j in range(n)]
+    values = {symbol: random.uniform(0.5, 1.5) for symbol in graph.support(*dense)}
+
+    def size(at: Mapping[Node, float]) -> float:
+        matrix = np.reshape(evaluate(graph, dense, at), (n, n))
+        return float(abs(np.linalg.det(matrix))) if np.isfinite(matrix).all() else np.inf
+
+    usual = size(values) if n else 0.0
+    found = []
+    for angle in sorted(angles):
+        if size({**values, angle: 0.0}) < SINGULAR * usual:
+            found.append(graph.sin(angle))
+    return found
 
 
 def _directions(system: MechanicalSystem) -> list[Node]:
