@@ -14,6 +14,7 @@ from mechc.lang.diagnostics import Diagnostic, Reporter
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
 
+from .compilation import Compilation
 from .equations.assemble import assemble
 from .equations.model import Equations
 from .equations.tangents import tangent_equations
@@ -33,8 +34,8 @@ if TYPE_CHECKING:
 Structural = Mapping[str, Fraction | bool | str]
 
 
-class Compilation(Struct, frozen=True):
-    """One model after every stage, with the warnings and notes found on the way."""
+class Formed(Struct, frozen=True):
+    """A compilation that was formed just now."""
 
     source: SourceFile
     ast: ast.File
@@ -55,7 +56,7 @@ def compile_source(
     by_value: bool = True,
     parts: Collection[str] = (),
     formulas: Collection[tuple[str, str]] = (),
-) -> Compilation:
+) -> Formed:
     """Compile one model of a source text. Raises CompileError with every diagnostic found so far.
 
     ``parts`` are built whether the equations need them or not (equations/needs.py). ``formulas``: names and texts of
@@ -86,7 +87,7 @@ def compile_source(
                 None,
                 help="leave out steps between them",
             ) from None
-    return Compilation(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
+    return Formed(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
 
 
 def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:

@@ -11,7 +11,6 @@ from mechc.runtime.problem import Problem
 from .program.model import Program
 from .targets import description
 from .targets.c import emit_c
-from .targets.python import load_arrays, load_python
 
 HEADER = "model.h"
 
@@ -25,9 +24,13 @@ def make_problem(
     Raises CompilerMissing (target ``c``) and BuildError.
     """
     if program.curve is not None:
+        from .targets.python import load_arrays
+
         functions, parameters = load_arrays(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
     if target == "python" or (target == "auto" and find_compiler() is None):
+        from .targets.python import load_python
+
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
     sources = {"model.c": emit_c(program), HEADER: header()}

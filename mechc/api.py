@@ -55,15 +55,17 @@ def load(
     model: str | None = None,
     set: Mapping[str, Given] | None = None,
     keep: Collection[str] = (),
+    remembered: bool = False,
 ) -> Model:
     """Compile a model file.
 
     ``model`` names one of several models of the file (the last that can be run, if not given). ``set``
     changes parameters, structural ones too, and initial values for every run of this model. ``keep`` names parts
-    that are built whether they are needed or not (``PARTS`` of the compiler). Raises CompileError with all diagnostics.
+    that are built whether they are needed or not (``PARTS`` of the compiler). ``remembered`` keeps what was formed beside
+    compiled code, and takes it from there while nothing has changed. Raises CompileError with all diagnostics.
     """
     source = read_source(path)
-    return compiled(Model, source, Path(path).parent, model, dict(set or {}), keep)
+    return compiled(Model, source, Path(path).parent, model, dict(set or {}), keep, remembered=remembered)
 
 
 def loads(

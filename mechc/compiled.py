@@ -10,15 +10,12 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from .compiler.flat.model import Expression, Literal
-from .compiler.pipeline import Compilation, compile_source
-from .lang import ast
-from .lang.diagnostics import Reporter
-from .lang.parser import parse
+from .compiler.compilation import Compilation
 from .lang.source import SourceFile
 from .settings import Given, Scalar, UsageMistake, plain, read_value, structural_value
 
 if TYPE_CHECKING:
+    from .compiler.flat.model import Expression
     from .runtime.problem import Problem
 
 Exact = Fraction | bool | str
@@ -34,6 +31,8 @@ class Code(Struct, eq=False):
     structural: dict[str, Exact]
     compilation: Compilation
     keep: frozenset[str] = frozenset()
+    remembered: bool = False
+    """Whether compilations are kept for other processes (kept_stages.py)."""
     formulas: tuple[tuple[str, str], ...] = ()
     """Outputs that a question adds: names and texts."""
     problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
@@ -49,11 +48,24 @@ class Code(Struct, eq=False):
         structural: dict[str, Exact],
         keep: frozenset[str],
         formulas: tuple[tuple[str, str], ...] = (),
+        *,
+        remembered: bool = False,
     ) -> Code:
-        compilation = compile_source(
-            source, model=model, structural=structural, search=(folder,), parts=keep, formulas=formulas
-        )
-        return Code(source, folder, model, structural, compilation, keep, formulas)
+        def form() -> Compilation:
+            from .compiler.pipeline import compile_source
+
+            return compile_source(
+                source, model=model, structural=structural, search=(folder,), parts=keep, formulas=formulas
+            )
+
+        if remembered:
+            from .kept_stages import kept_or_formed
+
+            asked = (str(folder), model, sorted(structural.items()), sorted(keep), formulas)
+            compilation = kept_or_formed(source, asked, keep, form)
+        else:
+            compilation = form()
+        return Code(source, folder, model, structural, compilation, keep, remembered, formulas)
 
     def variant(self, structural: dict[str, Exact]) -> Code:
         if structural == self.structural:
@@ -61,7 +73,13 @@ class Code(Struct, eq=False):
         key = tuple(sorted(structural.items()))
         if key not in self.variants:
             self.variants[key] = Code.make(
-                self.source, self.folder, self.model, structural, self.keep, self.formulas
+                self.source,
+                self.folder,
+                self.model,
+                structural,
+                self.keep,
+                self.formulas,
+                remembered=self.remembered,
             )
         return self.variants[key]
 
@@ -81,6 +99,10 @@ def compiled_again(
 
 def structural_names(source: SourceFile) -> Sequence[str]:
     """Return the structural parameters of all models of a file: they must be known before it is compiled."""
+    from .lang import ast
+    from .lang.diagnostics import Reporter
+    from .lang.parser import parse
+
     names: list[str] = []
     pending: list[object] = list(parse(source, Reporter()).items)
     while pending:
@@ -107,6 +129,8 @@ def exact_value(name: str, value: Given) -> Exact:
 
 def structural_literal(value: Expression) -> Exact:
     """Return the value of a swept structural parameter, which the compiler has made a literal."""
+    from .compiler.flat.model import Literal
+
     if not isinstance(value, Literal):
         raise TypeError("a swept structural parameter takes literal values")
     return value.value

@@ -12,17 +12,15 @@ from typing import TYPE_CHECKING, Literal, Self, TypeVar, get_args
 from msgspec.structs import replace
 
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
-from .compiler.equations.model import COMPLIANCE
-from .compiler.equations.needs import PARTS
-from .compiler.flat.model import Experiment
-from .compiler.flat.model import Literal as LiteralValue
-from .compiler.pipeline import Compilation, program_with
+from .compiler.compilation import Compilation
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
 from .settings import Given, UsageMistake, elements_of, one_of, settings_in_si, tidy, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
+    from .compiler.flat.model import Experiment
+    from .compiler.program.model import Program
     from .runtime.problem import Directions, Problem
 
 Structural = Mapping[str, Exact]
@@ -166,6 +164,8 @@ class CompiledModel:
         return self._in_si(self._settings)
 
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
+        if not settings:
+            return {}
         rotations = {c.variable.name for c in self.compilation.system.symbols.coordinates if c.is_rotation}
         return settings_in_si(settings, self.settable_units(), rotations)
 
@@ -192,10 +192,17 @@ class CompiledModel:
         if key not in problems:
             from .compiler.problem import make_problem
 
-            program = program_with(self.compilation, wanted)
+            program = self._program(wanted)
             problem = make_problem(program, target, reproducible=reproducible)
             problems[key] = replace(problem, tangents=self._tangents(target, reproducible, wanted))
         return problems[key]
+
+    def _program(self, parts: frozenset[str]) -> Program:
+        if parts <= self.compilation.parts:
+            return self.compilation.program
+        from .compiler.pipeline import program_with
+
+        return program_with(self.compilation, parts)
 
     def _tangents(
         self, target: Target, reproducible: bool, parts: frozenset[str]
@@ -214,6 +221,8 @@ class CompiledModel:
 
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""
+        from .compiler.flat.model import Literal as LiteralValue
+
         plan = self._experiment(experiment)
         said = plan.options.get("method") if plan else None
         return str(said.value) if isinstance(said, LiteralValue) else ""
@@ -242,6 +251,11 @@ class CompiledModel:
 
 def check_parts(parts: Collection[str]) -> None:
     """Raise UsageMistake for a name that is no part of a model."""
+    if not parts:
+        return
+    from .compiler.equations.model import COMPLIANCE
+    from .compiler.equations.needs import PARTS
+
     if isinstance(parts, str):
         raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')
     for part in parts:
@@ -258,13 +272,20 @@ def compiled(
     model: str | None,
     given: dict[str, Given],
     keep: Collection[str],
+    *,
+    remembered: bool = False,
 ) -> M:
-    """Compile a source text with the values that are given, structural ones first."""
+    """Compile a source text with the values that are given, structural ones first.
+
+    ``remembered``: keep what is formed for other processes, and take what they kept.
+    """
     check_parts(keep)
     given = {tidy(name): value for name, value in given.items()}
     declared = structural_names(source) if given else ()
     early = {name: exact_value(name, given.pop(name)) for name in declared if name in given}
-    return kind(Code.make(source, folder, model, early, frozenset(keep)), {}).with_values(given)
+    return kind(
+        Code.make(source, folder, model, early, frozenset(keep), remembered=remembered), {}
+    ).with_values(given)
 
 
 def _arrived(

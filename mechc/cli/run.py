@@ -109,7 +109,11 @@ def command(file: str, **given: Any) -> int:
     try:
         display = choose(given["display"]) if given["display"] else None
         model = load(
-            file, model=given["model"], set=given["settings"], keep=kept(given["keep_all"], given["target"])
+            file,
+            model=given["model"],
+            set=given["settings"],
+            keep=kept(given["keep_all"], given["target"]),
+            remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
             _show_warnings(model)

@@ -38,7 +38,10 @@ class Solver:
         self.n_dense = int(kernel.mech_method_n_dense(index))
         self.ny = case.y0.size
         self._tables, self._table_data = table_structs(case.tables)
-        stops = np.unique(np.concatenate([np.empty(0), *(table.kinks() for table in case.tables.values())]))
+        # np.unique imports numpy.ma, which takes longer than a short run
+        stops = np.array(
+            sorted({t for table in case.tables.values() for t in table.kinks().tolist()}), dtype=float
+        )
         self._arrays = {
             "atol": np.ascontiguousarray(atol),
             "y0": np.ascontiguousarray(case.y0),

@@ -31,13 +31,15 @@ SUBFOLDER = "mechc-compiled"
 BUILD_PREFIX = "build-"
 STALE_SECONDS = 24 * 3600.0
 
-ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|dylib|o|npz)")
+ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|dylib|o|npz|stages)")
 """Names of entries: what it is, what it was made from, its checksum."""
 
 _BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}")
 """A folder in which something is built, named by ``tempfile``."""
 
-_BUILT = frozenset((".c", ".h", ".o", ".so", ".dll", ".dylib", ".npz", ".lib", ".pdb", ".exp", ".def"))
+_BUILT = frozenset(
+    (".c", ".h", ".o", ".so", ".dll", ".dylib", ".npz", ".stages", ".lib", ".pdb", ".exp", ".def")
+)
 """Endings of what a build leaves in its folder: sources, what we make of them, what linkers add."""
 
 

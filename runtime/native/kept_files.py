@@ -27,7 +27,8 @@ def find_entry(stem: str, suffix: str) -> Path | None:
     """
     folder = cache_folder()
     with locked(folder):
-        for file in sorted(folder.glob(f"{stem}-*{suffix}")):
+        listed = sorted(n for n in os.listdir(folder) if n.startswith(f"{stem}-") and n.endswith(suffix))
+        for file in map(folder.joinpath, listed):
             name = ENTRY.fullmatch(file.name)
             if name is None:
                 continue
@@ -47,7 +48,7 @@ def find_entry(stem: str, suffix: str) -> Path | None:
 
 def keep_entry(file: Path, stem: str, suffix: str) -> Path:
     """Move a file of a build folder to where ``find_entry`` finds it, readable and writable by its owner alone."""
-    file.chmod(0o700 if suffix != ".npz" else 0o600)
+    file.chmod(0o600 if suffix in (".npz", ".stages") else 0o700)
     kept = cache_folder() / f"{stem}-{_checksum(file.read_bytes())}{suffix}"
     assert ENTRY.fullmatch(kept.name), f"{kept.name} would never be found again"
     with locked(kept.parent):

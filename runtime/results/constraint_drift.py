@@ -43,7 +43,7 @@ def _projected_states(case: Case, main: Trajectory) -> tuple[Array, Array, Array
     if main.happened is not None:  # at an event both sides have the same time
         quiet = ~np.isin(t, main.happened.times)
         t, y = t[quiet], y[quiet]
-    chosen = np.unique(np.linspace(0, max(t.size - 1, 0), min(t.size, MOST_STATES)).astype(int))
+    chosen = np.linspace(0, max(t.size - 1, 0), min(t.size, MOST_STATES)).astype(int)  # at least 1 apart
     t, y = t[chosen], y[chosen]
     if main.happened is not None:
         return t, y, main.happened.discretes(t, case.problem.ny)

@@ -10,7 +10,8 @@ from pathlib import Path
 import pytest
 from syntax import SAMPLES
 
-from mechc.compiler.pipeline import Compilation, compile_source
+from mechc.compiler.compilation import Compilation
+from mechc.compiler.pipeline import compile_source
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.python import emit_python
 from mechc.lang import ast

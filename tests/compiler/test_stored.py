@@ -11,6 +11,7 @@ from compiled import compiled
 from msgspec.structs import replace
 
 from mechc.compiler import stored
+from mechc.compiler.compilation import Compilation
 from mechc.compiler.equations import verify as equations
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.flat import verify as flat
@@ -21,7 +22,7 @@ from mechc.compiler.graph import verify as graphs
 from mechc.compiler.graph.columns import columns, graph_of
 from mechc.compiler.mechanics.build import build
 from mechc.compiler.mechanics.show import show
-from mechc.compiler.pipeline import Compilation, compile_source
+from mechc.compiler.pipeline import compile_source
 from mechc.compiler.program import Program, lower
 from mechc.compiler.stored import OtherVersion, read, write
 from mechc.compiler.targets.c import emit_c

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from mechc.compiler.compilation import Compilation
 from mechc.compiler.equations.rows.defaults import default_values
 from mechc.compiler.graph import Node
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.pipeline import Compilation, compile_source
+from mechc.compiler.pipeline import compile_source
 from mechc.lang.source import SourceFile
 
 

@@ -14,6 +14,8 @@ from mechc.lang.parser import parse
 from mechc.lang.read import read_source
 from mechc.lang.source import SourceFile
 
+from .looked_for import note
+
 LIBRARY = "mech"
 """First word of the names of the standard library: ``mech.planar``."""
 
@@ -27,7 +29,7 @@ def load(path: Path | str, reporter: Reporter) -> ast.File:
 
     Raises CompileError where it cannot be read or is not of the language.
     """
-    path = Path(path)
+    path = note(Path(path))
     try:
         status = path.stat()
     except OSError:
@@ -67,7 +69,7 @@ def search_path(file: ast.File, further: tuple[Path, ...]) -> tuple[Path, ...]:
 def find(name: str, folders: tuple[Path, ...]) -> Path | None:
     """Return the file that the dotted name of an import means."""
     for candidate in _candidates(name, folders):
-        if candidate.is_file():
+        if note(candidate).is_file():
             return candidate
     return None
 

@@ -17,6 +17,7 @@ from mechc.suggest import closest
 from .. import types
 from ..model import Array, Draw, Expression, Kind, Name, Sample
 from ..names.instance import Instance
+from ..names.looked_for import note
 from ..names.scope import Flattening, Poisoned, Scope
 from ..values.evaluate import constant
 from .independence import check_alone, not_in_a_picture
@@ -218,7 +219,7 @@ class _Checker(Struct):
             path = Path(span.file.name).parent / path
         if path.suffix.casefold() != ".stl":
             raise self.scope.fail("E1004", f"'{name}' is no STL file", span, help="its name ends with '.stl'")
-        if not path.is_file():
+        if not note(path).is_file():
             raise self.scope.fail(
                 "E1004",
                 f"there is no file '{name}'",

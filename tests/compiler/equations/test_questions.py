@@ -17,7 +17,7 @@ from compiled import compiled, outcome
 from msgspec import Struct, field
 from sympy import Expr, Symbol
 
-from mechc.compiler.pipeline import Compilation
+from mechc.compiler.compilation import Compilation
 from mechc.lang.diagnostics import CompileError
 
 t, Q = sp.symbols("t Q")

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.compiler.compilation import Compilation
 from mechc.compiler.flat.names import files
-from mechc.compiler.pipeline import Compilation, compile_source, program_for
+from mechc.compiler.pipeline import compile_source, program_for
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.fmu.export import start_of, write_program
 from mechc.compiler.targets.python import emit_python

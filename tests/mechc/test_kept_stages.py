@@ -1,0 +1,109 @@
+"""Compilations that are kept: used as long as nothing has changed on which they depend, and equal to those formed anew."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import mechc
+from mechc.compiler.compilation import StoredCompilation
+from mechc.compiler.targets.c import emit_c
+from mechc.runtime.native.cache import cache_folder
+
+
+@pytest.fixture
+def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
+
+
+def write(folder: Path, k: int) -> Path:
+    (folder / "part.mech").write_text(
+        f"model Part parameter k = {k} N/m;coordinate x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*k*x^2;end Part;"
+    )
+    file = folder / "whole.mech"
+    file.write_text("import part.*;model Whole Part p;output o = 2*p.x;experiment(stop = 1 s);end Whole;")
+    return file
+
+
+def load(file: Path) -> tuple[mechc.Model, bool]:
+    """Return the model, and whether it was read."""
+    model = mechc.load(file, remembered=True)
+    return model, isinstance(model.compilation, StoredCompilation)
+
+
+def test_the_same_text_is_read(tmp_path: Path) -> None:
+    file = write(tmp_path, 4)
+    (formed, first), (kept, second) = load(file), load(file)
+    assert (first, second) == (False, True)
+    assert emit_c(kept.compilation.program) == emit_c(formed.compilation.program)
+    assert kept.compilation.flat == formed.compilation.flat
+    implicit = [m.problem("python", method="radau5").name for m in (formed, kept)]
+    assert implicit == ["Whole", "Whole"], "what is not kept is formed of what is"
+    one, two = (m.simulate(set={"p.k": 9}, estimate_error=False) for m in (formed, kept))
+    assert one["o"].tolist() == two["o"].tolist()
+
+
+def test_what_it_depends_on_is_looked_at(tmp_path: Path) -> None:
+    """The text, a file that it imports, one that would come before that, and what was asked for."""
+    file = write(tmp_path, 4)
+    assert [load(file)[1] for _ in range(2)] == [False, True]
+    write(tmp_path, 9)
+    model, read = load(file)
+    assert not read and model.simulate(estimate_error=False)["o"][-1] == pytest.approx(2 * -0.98999, abs=1e-4)
+    assert load(file)[1]
+    file.write_text(file.read_text() + "// more\n")
+    assert [load(file)[1] for _ in range(2)] == [False, True]
+    other = mechc.load(file, remembered=True, keep={"jacobian"})
+    assert not isinstance(other.compilation, StoredCompilation)
+
+
+def test_a_file_that_would_come_before(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The library by the search path is hidden by a file beside the text that was not there before."""
+    far, near = tmp_path / "far", tmp_path / "near"
+    far.mkdir()
+    near.mkdir()
+    file = write(far, 4).rename(near / "whole.mech")
+    monkeypatch.setenv("MECHPATH", str(far))
+    assert [load(file)[1] for _ in range(2)] == [False, True]
+    (near / "part.mech").write_text((far / "part.mech").read_text().replace("k = 4", "k = 9"))
+    model, read = load(file)
+    assert not read and model.problem("python").parameters[0].name == "p.k"
+
+
+def test_damaged_entries_are_formed_anew(tmp_path: Path, own_cache: None) -> None:
+    file = write(tmp_path, 4)
+    load(file)
+    (entry,) = cache_folder().glob("stages-*.stages")
+    entry.write_bytes(entry.read_bytes()[:-9])
+    with pytest.warns(RuntimeWarning, match="cut off or damaged"):
+        assert not load(file)[1]
+    assert load(file)[1]
+
+
+def test_warnings_are_told_each_time(tmp_path: Path) -> None:
+    file = tmp_path / "warned.mech"
+    file.write_text("coordinate Angle th = 30;kinetic 1/2*1 kg.m^2*der(th)^2;experiment(stop = 1 s);")
+    for _ in range(2):
+        model, read = load(file)
+        assert model.diagnostics and not read
+
+
+def test_the_compiler_is_not_imported(tmp_path: Path) -> None:
+    """Neither the parser nor what forms equations, where a run finds all that it needs."""
+    file = write(tmp_path, 4)
+    text = (
+        "import sys\nfrom mechc.cli import main\n"
+        f"sys.argv = ['mechc', 'run', {str(file)!r}]\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "print([n for n in sys.modules if n in ('lark', 'mechc.compiler.pipeline', 'mechc.compiler.equations.assemble')])"
+    )
+    last = [
+        subprocess.run(
+            [sys.executable, "-c", text], capture_output=True, text=True, check=True
+        ).stdout.splitlines()[-1]
+        for _ in range(2)
+    ]
+    assert "pipeline" in last[0] and last[1] == "[]"
