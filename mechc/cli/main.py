@@ -31,6 +31,7 @@ COMMANDS = {
     "show": "Print a model as one stage of the compiler sees it.",
     "compile": "Write a model as Python code, C code or an FMU.",
     "fmu": "Check or run a Functional Mock-up Unit.",
+    "lsp": "Answer an editor (language server).",
     "doctor": "Say what this installation can use, and what is missing.",
     "cache": "Show or clear the compiled code that is kept.",
 }

@@ -1,0 +1,178 @@
+"""A text that is being written: what it says now, and what the last version of it that could be read said.
+
+Names are looked up in the last tree that could be parsed, by what stands in the present text: so half-written
+text gets answers, too. Nothing here raises for a wrong text.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from ..compiler.equations.assemble import assemble
+from ..compiler.flat.flatten import flatten
+from ..compiler.flat.model import FlatModel
+from ..compiler.flat.names.classes import Class, Classes
+from ..compiler.flat.names.files import search_path
+from ..compiler.flat.names.namespace import Library, Namespace
+from ..compiler.mechanics.build import build
+from ..compiler.recursion import deep_recursion
+from ..lang import ast
+from ..lang.diagnostics import CompileError, Diagnostic, Reporter
+from ..lang.parser import parse
+from ..lang.source import SourceFile
+
+_MODEL = re.compile(r"^[ \t]*(?:partial[ \t]+)?model[ \t]+(\w+)", re.MULTILINE)
+_END = re.compile(r"^[ \t]*end[ \t]+(\w+)[ \t]*;", re.MULTILINE)
+
+
+class Document:
+    """One open file. ``tree`` is that of the last text that could be parsed, None before there was one."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self.path = path
+        self.tree: ast.File | None = None
+        self._flat: dict[str, FlatModel] = {}  # of the present text
+        self._typed: dict[str, FlatModel] = {}  # the last ones that there were
+        self.change(text)
+
+    def change(self, text: str) -> None:
+        """Take a new text."""
+        self.source = SourceFile(str(self.path), text.replace("\r\n", "\n").replace("\r", "\n"))
+        self._front: tuple[Diagnostic, ...] | None = None
+        reporter = Reporter()
+        try:
+            self.tree = parse(self.source, reporter)
+            self.broken = False
+        except CompileError:
+            self.broken = True
+        self._syntax = reporter.diagnostics
+        if not self.broken:
+            self._library = (
+                Library(search_path(self.tree, (self.path.parent,)), Reporter()) if self.tree else None
+            )
+            self._namespace: Namespace | None = None
+
+    @property
+    def text(self) -> str:
+        return self.source.text
+
+    # ------------------------------------------------------------ messages
+
+    def at_once(self) -> tuple[Diagnostic, ...]:
+        """Return what is wrong with the text, its names, types and units."""
+        if self.broken:
+            return self._syntax
+        if self._front is None:
+            found = dict.fromkeys(self._syntax)
+            for name in self.models():
+                found.update(dict.fromkeys(self._flattened(name)))
+            self._front = tuple(found)
+        return self._front
+
+    def in_full(self) -> tuple[Diagnostic, ...]:
+        """Return what the whole compiler says, of every model that can be run."""
+        found = dict.fromkeys(self.at_once())
+        if self.broken or self.tree is None:
+            return tuple(found)
+        for name in self.models():
+            flat = self._flat.get(name or "")
+            if flat is None:
+                continue
+            reporter = Reporter()
+            with suppress(CompileError, RecursionError), deep_recursion():
+                assemble(build(flat, reporter), reporter, ())
+            found.update(dict.fromkeys(reporter.diagnostics))
+        return tuple(found)
+
+    def models(self) -> list[str | None]:
+        """Name the models that can be run; None stands for the bare statements of a file."""
+        if self.tree is None:
+            return []
+        items = self.tree.items
+        named: list[str | None] = [m.name for m in items if isinstance(m, ast.Model) and not m.partial]
+        bare = any(not isinstance(i, ast.Import | ast.Model | ast.Function | ast.Type) for i in items)
+        return [*named, *([None] if bare and not named else [])]
+
+    def _flattened(self, name: str | None) -> tuple[Diagnostic, ...]:
+        assert self.tree is not None
+        reporter = Reporter()
+        self._flat.pop(name or "", None)
+        with suppress(CompileError, RecursionError):
+            flat = flatten(self.tree, reporter, model=name, search=(self.path.parent,))
+            self._flat[name or ""] = self._typed[name or ""] = flat
+        return reporter.diagnostics
+
+    # ------------------------------------------------------------ what names mean
+
+    def namespace(self) -> Namespace | None:
+        """Return what the names of the file mean, from the last tree."""
+        if self.tree is None:
+            return None
+        if self._namespace is None:
+            library = Library(search_path(self.tree, (self.path.parent,)), Reporter())
+            try:
+                self._namespace = library.register(self.tree)
+                self._namespace.resolve()
+            except CompileError:
+                return None
+        return self._namespace
+
+    def model_at(self, offset: int) -> str:
+        """Name the model whose text surrounds a place; "" where the statements stand in no model."""
+        name = ""
+        for match in _MODEL.finditer(self.text, 0, offset):
+            name = match[1]
+            end = next((e for e in _END.finditer(self.text, match.end()) if e[1] == name), None)
+            if end is not None and end.end() <= offset:
+                name = ""
+        return name
+
+    def class_of(self, name: str) -> Class | None:
+        """Return a model of this file with what it inherits; "" for the bare statements."""
+        namespace = self.namespace()
+        if namespace is None or self.tree is None:
+            return None
+        for item in self.tree.items:
+            if isinstance(item, ast.Model) and item.name == name:
+                return class_of(item, namespace)
+        if name:
+            return None
+        bare = tuple(i for i in self.tree.items if not isinstance(i, ast.Model | ast.Function | ast.Type))
+        if not bare:
+            return None
+        span = bare[0].span
+        return class_of(ast.Model(name="", name_span=span, body=bare, span=span), namespace)
+
+    def flat_of(self, name: str) -> FlatModel | None:
+        """Return the last flat form of a model that there was."""
+        return self._typed.get(name)
+
+
+def class_of(model: ast.Model, namespace: Namespace) -> Class | None:
+    """Return a model with what it inherits; None where that cannot be told."""
+    try:
+        return Classes(Reporter()).of(model, namespace)
+    except CompileError:
+        return None
+
+
+def type_of(declaration: ast.Declaration, namespace: Namespace) -> Class | None:
+    """Return the model that a component is of; None for what is no component, and for unknown ones."""
+    if not isinstance(declaration, ast.Component):
+        return None
+    found = namespace.look_up(declaration.type, declaration.span)
+    if found is None or not isinstance(found.definition, ast.Model):
+        return None
+    return class_of(found.definition, found.namespace)
+
+
+def declarations(cls: Class) -> Iterator[tuple[ast.Declaration, Namespace]]:
+    """Yield what a model declares or inherits, with the names that the declaration sees."""
+    for stated in cls.declarations.values():
+        if isinstance(stated.statement, ast.Declaration):
+            yield stated.statement, stated.namespace
+    for declaration in cls.conditional.values():
+        yield declaration, cls.namespace

@@ -1,0 +1,85 @@
+"""What is shown about the word under the pointer, as Markdown."""
+
+from __future__ import annotations
+
+from ..compiler.flat import types
+from ..compiler.flat.model import FlatModel, Type
+from ..lang import ast
+from ..lang.builtins import Builtin
+from .document import Document
+from .names import Meaning, meaning_at
+from .words import WORDS
+
+
+def hover(document: Document, offset: int) -> tuple[str, int, int] | None:
+    """Return Markdown and the range [start, end) that it is about; None where nothing is known."""
+    found = meaning_at(document, offset)
+    if found is None:
+        return None
+    return _text(document, found, document.model_at(offset)), found.word.start, found.word.end
+
+
+def _text(document: Document, found: Meaning, model: str) -> str:
+    match found.what:
+        case str(word):
+            written, means = WORDS.get(word, (word, ""))
+            return _code(written) + (f"\n\n{means}" if means else "")
+        case Builtin() as function:
+            return f"{_code(f'{function.name}({_arguments(function)})')}\n\n{function.doc}"
+        case ast.Model() as defined:
+            head = f"{'partial ' if defined.partial else ''}model {defined.name}"
+            return _joined(_code(head), defined.doc, _interface(defined))
+        case ast.Function() | ast.Type() as defined:
+            return _joined(_code(defined.span.text.strip()), defined.doc)
+        case declaration:
+            return _declared(document, declaration, found.path, model)
+
+
+def _declared(document: Document, declaration: ast.Declaration, path: str, model: str) -> str:
+    kind = type(declaration).__name__.lower()
+    lines = [_code(" ".join(declaration.span.text.split()))]
+    if isinstance(declaration, ast.Component):
+        kind = f"component of {declaration.type}"
+    flat = document.flat_of(model)
+    known = type_in(flat, path) if flat is not None else None
+    if known is not None:
+        kind += f": {types.describe(known)}"
+    return _joined(lines[0], kind, declaration.doc)
+
+
+def type_in(flat: FlatModel, path: str) -> Type | None:
+    """Return the type of a variable, output, let or place of a flat model by its name in results."""
+    found = [v.type for v in flat.variables if path in (v.name, _plain(v.name))]
+    found += [d.type for d in flat.definitions if path in (d.name, _plain(d.name))]
+    return found[0] if found else None
+
+
+def _plain(name: str) -> str:
+    """Return a name without indices: ``bars[2].m`` is ``bars.m``."""
+    text, depth = "", 0
+    for c in name:
+        depth += (c == "[") - (c == "]")
+        if depth == 0 and c != "]":
+            text += c
+    return text
+
+
+def _arguments(function: Builtin) -> str:
+    names = ["x", "y", "z", "u", "v", "w"]
+    if function.most is None:
+        return "x, ..."
+    return ", ".join(names[: function.most]) if function.most <= len(names) else "..."
+
+
+def _interface(model: ast.Model) -> str:
+    """List the parameters of a model with their defaults."""
+    rows = [" ".join(s.span.text.split()) for s in model.body if isinstance(s, ast.Parameter)]
+    return _code("\n".join(rows)) if rows else ""
+
+
+def _code(text: str) -> str:
+    return f"```mech\n{text}\n```"
+
+
+def _joined(*parts: str) -> str:
+    return "\n\n".join(part for part in parts if part)

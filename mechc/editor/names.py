@@ -1,0 +1,136 @@
+"""What the word at a place of a text means."""
+
+from __future__ import annotations
+
+import re
+
+from msgspec import Struct
+
+from ..compiler.flat.names.classes import Class
+from ..compiler.flat.names.namespace import Namespace
+from ..lang import ast
+from ..lang.builtins import BUILTINS, Builtin
+from ..lang.grammar.keywords import KEYWORDS
+from ..lang.source import Span
+from .document import Document, declarations, type_of
+
+_PATH = re.compile(
+    r"[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?(?:[ \t]*\.[ \t]*[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?)*"
+)
+_INDEX = re.compile(r"\[[^\[\]]*\]|[ \t]")
+
+
+class Word(Struct, frozen=True):
+    """A dotted name in a text: its ``parts`` up to the one at the place, and where that one stands, [start, end)."""
+
+    parts: tuple[str, ...]
+    start: int
+    end: int
+
+    @property
+    def name(self) -> str:
+        return self.parts[-1]
+
+
+class Meaning(Struct, frozen=True):
+    """What a word stands for: a declaration of a model (``path`` its name in results), a definition, a built-in function, a
+    keyword. ``place``: where its name is declared, None for what the language has."""
+
+    word: Word
+    what: ast.Declaration | ast.Model | ast.Function | ast.Type | Builtin | str
+    place: Span | None = None
+    path: str = ""
+
+
+def word_at(text: str, offset: int) -> Word | None:
+    """Find the dotted name around a place; comments and strings hold none."""
+    start = text.rfind("\n", 0, offset) + 1
+    end = text.find("\n", offset)
+    line = text[start : end if end >= 0 else len(text)]
+    at = offset - start
+    if _is_aside(line, at):
+        return None
+    for match in _PATH.finditer(line):
+        if not match.start() <= at <= match.end():
+            continue
+        pieces = list(re.finditer(r"[A-Za-z_]\w*", _blank_indices(match[0])))
+        for k, piece in enumerate(pieces):
+            if match.start() + piece.start() <= at <= match.start() + piece.end():
+                parts = tuple(p[0] for p in pieces[: k + 1])
+                return Word(parts, start + match.start() + piece.start(), start + match.start() + piece.end())
+    return None
+
+
+def _blank_indices(text: str) -> str:
+    """Return a dotted name with blanks in the place of its indices."""
+    return re.sub(r"\[[^\[\]]*\]", lambda m: " " * len(m[0]), text)
+
+
+def _is_aside(line: str, at: int) -> bool:
+    """Whether a place of a line lies in a comment or a string."""
+    quoted = False
+    for k, c in enumerate(line[:at]):
+        if c == '"':
+            quoted = not quoted
+        elif not quoted and line.startswith("//", k):
+            return True
+    return quoted
+
+
+def meaning_at(document: Document, offset: int) -> Meaning | None:
+    """Say what the word at a place means; None where there is none, or it means nothing."""
+    word = word_at(document.text, offset)
+    return None if word is None else meaning(document, word, document.model_at(offset))
+
+
+def meaning(document: Document, word: Word, model: str) -> Meaning | None:
+    """Say what a word means inside a model of the document."""
+    namespace = document.namespace()
+    cls = document.class_of(model)
+    if cls is not None and (component := _modifies(document, cls, word)):
+        inner = type_of(*component)
+        return None if inner is None else _declared(word, inner)
+    if cls is not None and (found := _declared(word, cls)):
+        return found
+    if namespace is not None:
+        seen = cls.namespace if cls is not None else namespace
+        defined = seen.look_up(".".join(word.parts), Span(document.source, word.start, word.end))
+        if defined is not None:
+            return Meaning(word, defined.definition, defined.definition.name_span)
+    if len(word.parts) == 1:
+        if word.name in BUILTINS:
+            return Meaning(word, BUILTINS[word.name])
+        if word.name in KEYWORDS:
+            return Meaning(word, word.name)
+    return None
+
+
+def _modifies(document: Document, cls: Class, word: Word) -> tuple[ast.Declaration, Namespace] | None:
+    """Return the component whose member a word names: in ``Bar bar(l = l)`` the first l is that of the bar."""
+    if document.broken:
+        return None
+    for declaration, namespace in declarations(cls):
+        if not isinstance(declaration, ast.Component) or declaration.span.file is not document.source:
+            continue
+        if not declaration.span.start <= word.start < declaration.span.end:
+            continue
+        for modification in declaration.modifications:
+            if modification.target.span.start <= word.start < modification.target.span.end:
+                return declaration, namespace
+    return None
+
+
+def _declared(word: Word, cls: Class) -> Meaning | None:
+    """Follow the parts of a name through components."""
+    here: Class | None = cls
+    for k, part in enumerate(word.parts):
+        if here is None:
+            return None
+        found = next(((d, n) for d, n in declarations(here) if d.name == part), None)
+        if found is None:
+            return None
+        declaration, seen = found
+        if k == len(word.parts) - 1:
+            return Meaning(word, declaration, declaration.name_span, ".".join(word.parts))
+        here = type_of(declaration, seen)
+    return None
