@@ -37,6 +37,7 @@ from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
 from ..results.solution import Motion, Solution
 from ..settings import settable
 from ..tangent.flow import Tangents
+from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
 from .study import Study
 
@@ -157,11 +158,33 @@ def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
     return Plan(options, case, method, nominal)
 
 
+def _looked_at(
+    plan: Plan, main: Trajectory, progress: Progress | None
+) -> tuple[Plan, Trajectory, tuple[str, ...]]:
+    """Repeat a run in shorter steps where something begins between its steps while nothing moves; say so."""
+    case = plan.case
+    if main.failure is not None or main.interrupted:
+        return plan, main, ()
+    unseen = begins_unseen(case, main, plan.nominal)
+    if unseen is None:
+        return plan, main, ()
+    at = time_text(case.problem, unseen.time)
+    step = time_text(case.problem, unseen.step).removeprefix("t = ")
+    seen = f"something begins at {at}, between steps in which nothing moves: "
+    if plan.method.fixed_step:
+        return plan, main, (f"{seen}take steps of {step} to see it",)
+    finer = replace(plan, case=replace(case, max_step=unseen.step))
+    again = _run(finer, case.tolerance, case.step, plan.options.dense, progress)
+    return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
+
+
 def _solve(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
     main = _run(plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share))
+    plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
+    case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
     outcome, message = _outcome(problem, main)
@@ -223,7 +246,11 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
             doubts,
         ),
         events=happened.events if happened is not None else (),
-        remarks=(*(case.assembled.remarks if case.assembled else ()), *_remarks(problem, case, main)),
+        remarks=(
+            *(case.assembled.remarks if case.assembled else ()),
+            *looked,
+            *_remarks(problem, case, main),
+        ),
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,
     )

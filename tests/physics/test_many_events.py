@@ -117,3 +117,24 @@ def test_more_rows_than_a_run_decides_over_are_refused() -> None:
     assert most.outcome.value == "completed" and len(most.events) == 64
     with pytest.raises(mechc.CompileError, match="65 rows"):
         mechc.loads(text.replace("COUNT", "65"))
+
+
+def test_turns_under_a_constant_torque_are_no_accumulation() -> None:
+    """The n-th turn is full at sqrt(4 pi n): intervals shrink without an end."""
+    solution = mechc.loads(
+        "discrete Integer n = 0; coordinate Angle a = 0 rad; kinetic 1/2*1 kg.m^2*der(a)^2; force 1 N.m on a; "
+        "when a > 2*pi*(n + 1) then n := n + 1; end when;"
+    ).simulate(stop=60)
+    assert solution["n"][-1] == 286 == math.floor(60**2 / 2 / (2 * math.pi))
+    times = [e.time for e in solution.events]
+    assert times == pytest.approx([math.sqrt(4 * math.pi * n) for n in range(1, 287)], rel=1e-9)
+
+
+@pytest.mark.parametrize("restitution", [0.5, 0.9, 0.99])
+def test_bounces_by_when_pile_up(restitution: float) -> None:
+    """Intervals of a constant ratio end: the run says so."""
+    solution = mechc.loads(
+        "coordinate h = 1 m; kinetic 1/2*(1 kg)*der(h)^2; potential (9.81 N)*h; "
+        f"when h < 0 m then reinit(der(h), -{restitution}*der(h)); end when;"
+    ).simulate(stop=1000)
+    assert solution.failure is not None and "shorter intervals" in solution.message

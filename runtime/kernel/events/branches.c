@@ -20,7 +20,8 @@ void mech_branches_read(mech_solver *s, mech_real *out)
 }
 
 /* Stops where branches fire in geometrically shrinking intervals: after MECH_RECENT of them, or as soon as what is
- * left of the sequence is too short for its rounded positions to tell one side of the condition from the other. */
+ * left of the sequence is too short for its rounded positions to tell one side of the condition from the other.
+ * Intervals that shrink ever less, as those of turns under a constant torque, have no end. */
 static int check_accumulation(mech_solver *s, int branch)
 {
     enum { FEWEST = 4 };
@@ -33,7 +34,7 @@ static int check_accumulation(mech_solver *s, int branch)
     e->counters[MECH_FIRED] = ++count;
     e->counters[MECH_BRANCH] = branch;
     const int kept = count < MECH_RECENT ? count : MECH_RECENT;
-    mech_real last = 0, second = 0, span = 0;
+    mech_real last = 0, second = 0, middle = 0, first = 0, span = 0;
     int n = 0;
     for (mech_real newer = 0; n < kept - 1; n++) {
         const mech_real interval =
@@ -41,12 +42,15 @@ static int check_accumulation(mech_solver *s, int branch)
         if (n && !(interval > newer)) break;
         if (n == 0) last = interval;
         if (n == 1) second = interval;
+        if (n == MECH_RECENT / 2 - 1) middle = interval;
+        first = interval;
         span += interval;
         newer = interval;
     }
     if (n < FEWEST) return MECH_RUNNING;
     const mech_real left = last * last / (second - last);
-    if (left < shortest * span || (n == MECH_RECENT - 1 && left < MECH_C(1.9) * span))
+    const int geometric = n == MECH_RECENT - 1 && last * first < MECH_C(1.2) * middle * middle;
+    if (left < shortest * span || (geometric && left < MECH_C(1.9) * span))
         return mech_fail(s, MECH_ZENO, branch);
     return MECH_RUNNING;
 }
