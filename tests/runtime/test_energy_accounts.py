@@ -249,3 +249,16 @@ def test_what_a_pump_brings_is_supplied() -> None:
     assert found is not None and found.supplied is not None and found.dissipated is not None
     assert found.supplied > found.dissipated > 0
     assert found.start + found.supplied - found.dissipated == pytest.approx(found.end, rel=1e-8)
+
+
+def test_what_is_dissipated_where_an_input_sets_the_energy() -> None:
+    """What the input brings in is not known, and no balance is stated; damping, drag and friction take what they take."""
+    solution = run(
+        "coordinate x = 0 m; initial der(x) = 3 m/s; kinetic 1/2*2 kg*der(x)^2; input Force u = 1 N; potential -u*x; "
+        "damping 1 N.s/m on x; friction 1 N on x; force -0.5 N.s^2/m^2*der(x)*abs(der(x)) on x;",
+        stop=1,
+    )
+    assert solution.energy is None and "energy.supplied" not in solution
+    # with the constant input the potential gives what a force would: T + D = u x + 9 J
+    lost = solution["energy.dissipated"][-1]
+    assert lost == pytest.approx(9 + solution["x"][-1] - solution["der(x)"][-1] ** 2, rel=1e-9)

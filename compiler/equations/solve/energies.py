@@ -104,11 +104,12 @@ def _total(system: MechanicalSystem, kinetic: Node, potential: Node, lagrangian:
 def _powers(
     system: MechanicalSystem, lagrangian: Node, driven: Mapping[Node, Node], outer_power: Node
 ) -> tuple[Node, Node, str]:
-    """Return the supplied and the dissipated power, and why there is no balance if there is none."""
+    """Return the supplied and the dissipated power, and why there is no balance if there is none.
+
+    What is dissipated is known then, too; what is supplied is not, and counts as nothing.
+    """
     graph = system.graph
     reason = _unknown_rate(system, lagrangian)
-    if reason:
-        return graph.zero, graph.zero, reason
     explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = substitute(graph, jvp(graph, [lagrangian], explicit), driven)
     supplied = graph.sub(outer_power, drift)
@@ -137,7 +138,7 @@ def _powers(
             supplied = graph.add(supplied, power)
         else:
             dissipated = graph.sub(dissipated, power)
-    return supplied, dissipated, ""
+    return graph.zero if reason else supplied, dissipated, reason
 
 
 def _unknown_rate(system: MechanicalSystem, energy: Node) -> str:
