@@ -14,6 +14,7 @@ PAGES = (
     "constraints",
     "four_bar",
     "evaluation",
+    "tangents",
     "kernel",
     "stiff",
     "long_runs",

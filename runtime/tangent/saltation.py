@@ -18,6 +18,7 @@ from ..problem import Array
 from .augmented import Augmented
 from .impacts import engage, hit, hit_together
 from .instant import BILATERAL, COEFFICIENT, CONTACT, EXTRA, FRICTION, GAP, RATE, Instant
+from .sizes import own_sizes
 
 NEAR = 1e-7
 """Of the duration: what may lie between an event and the zero of its indicator."""
@@ -78,7 +79,7 @@ def crossed(
     here.w -= np.outer(here.rates(), dt)
     if not np.isfinite(here.w).all():
         raise SimulationError(f"at {time_text(case.problem, t)} ({what}) the motion has no finite derivative")
-    least = (sizes.tangents / nominal[:, None]).max(axis=0)
+    least = np.maximum((sizes.tangents / nominal[:, None]).max(axis=0), 1 / own_sizes(augmented))
     far = [np.maximum(np.abs(x / nominal[:, None]).max(axis=0), least) for x in (w, here.w)]
     growth = float((far[1] / far[0]).max(initial=0.0))
     remark = ""

@@ -38,12 +38,12 @@ def tangent_nominals(
         far = np.where(far > 0, far, np.where(np.isfinite(pushed), pushed, 0.0))
     if not (far > 0).all() and looks is None:
         return tangent_nominals(augmented, nominal, w, tolerance, _along(augmented, nominal))
-    far = np.maximum(far, NOISE / tolerance / _own_sizes(augmented))
+    far = np.maximum(far, NOISE / tolerance / own_sizes(augmented))
     sizes: Array = nominal[:, None] * np.where(far > 0, far, 1.0)
     return sizes
 
 
-def _own_sizes(augmented: Augmented) -> Array:
+def own_sizes(augmented: Augmented) -> Array:
     """Give the sizes [k] of the parameters that directions change; infinite where there is none."""
     case, asked = augmented.case, augmented.directions
     sizes = np.full(augmented.count, np.inf)
