@@ -147,7 +147,20 @@ def test_modules_of_all_examples() -> None:
             check_module(model)
 
 
-@pytest.mark.parametrize("name", ["four_bar", "bouncing_ball"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "four_bar",
+        *(
+            pytest.param(n, marks=pytest.mark.slow)
+            for n in ("bouncing_ball", "schwarzschild", "wheel_on_curve")
+        ),
+        *(
+            pytest.param(n, marks=pytest.mark.slow)
+            for n in ("stewart_platform", "slide_or_roll", "rolling_cylinder")
+        ),
+    ],
+)
 def test_rows(name: str, tmp_path: Path) -> None:
     check_rows(mechc.load(EXAMPLES / f"{name}.mech"), tmp_path)
 
