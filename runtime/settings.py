@@ -6,6 +6,7 @@ and in files, all of which read this one place. Fields without it are for caller
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 from typing import get_type_hints
 
@@ -84,6 +85,7 @@ def settable(description: str, kind: str, *, option: str = "") -> Meta:
     return Meta(description=description, extra={"kind": kind, "option": option})
 
 
+@functools.cache
 def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
     """Give the settings of a question in the order of its fields."""
     found = []
