@@ -81,6 +81,7 @@ LEAVING, THRESHOLDS = "test_leaving.py", "test_thresholds.py"
 CONTROLLERS = "test_controllers.py"
 T = "time"
 
+ASKED = "test_asked.py"
 PERIODS, SECTIONS = "../runtime/test_period.py", "../runtime/test_section.py"
 
 ROWS = (
@@ -161,7 +162,7 @@ ROWS = (
     row("U103", "bullet_up", FRAMES, "y", "z"),
     row("U109, reference", "rotating_hoop", DRIVEN, "theta", "der(theta)"),
     row("U110", "gravitating_pair", CENTRAL, "separation[1]", "separation[2]"),
-    row("U112, reference", "kepler", CENTRAL, "x", "y"),
+    row("U112, T5, reference", "kepler", CENTRAL, "x", "y"),
     row("U113", "table_hole_string", CENTRAL, "phi", "r"),
     row("U114", "inverse_cube_force", CENTRAL, "theta", "r"),
     row("U115", "precessing_ellipse", CENTRAL, "phi", "r"),
@@ -269,6 +270,31 @@ ROWS = (
     row("textbook", "masse_shot", FRICTION, "x", "y"),
     row("U75, U76", "rotor", PERIODS, T, "der(theta)"),
     row("K5, U91", "henon_heiles", SECTIONS, "q1", "q2"),
+    row("U2, U3, U6, U7", "vectors", ASKED, T, "angle_ab angle_wires"),
+    row("U4, U5", "lorentz_inferred", ASKED, T, "B[1] B[2] B[3]"),
+    row("U34", "field_of_potentials", ASKED, "x", "y"),
+    row("U35", "vortex", ASKED, "x", "y"),
+    row("U36", "curl_of_field", ASKED, "x", "y"),
+    row("U37", "curl_of_two", ASKED, "x", "y"),
+    row("U37", "product_field", ASKED, "x", "y"),
+    row("U118", "hemisphere", ASKED, T, "centre[3]"),
+    row("U119, K6", "box_at_corner", ASKED, T, "free.position[1]"),
+    row("U120, U124", "three_points", ASKED, T, "turn"),
+    row("U121", "round_bodies", ASKED, T, "one.angle"),
+    row("U129", "square_at_corner", ASKED, T, "free.position[1]"),
+    row("U93, U106, T13, P9", "euler_angles", ASKED, T, "turned[1] turned[2] turned[3]"),
+    row("U94", "turned_vector", ASKED, T, "active[2] passive[2]"),
+    row("P8", "axis_and_angle", ASKED, T, "x"),
+    row("U96, U97", "racing_car", ASKED, "car[1]", "car[2]"),
+    row("U99", "spinning_sphere", ASKED, "place[1]", "place[2]"),
+    row("U104, U105, U107, U108, P10", "coriolis", ASKED, T, "coriolis[2]"),
+    row("U146, U148, P15, P16, T24, T25, U65", "hamilton_spring", ASKED, T, "q"),
+    row("U147", "hamilton_pendulum", ASKED, T, "theta"),
+    row("T23", "relativistic_particle", ASKED, "x", "y"),
+    row("T17, U150", "angular_momentum", ASKED, "x", "y"),
+    row("T2, P18, K5", "noether", ASKED, "x1", "y1"),
+    row("textbook", "kovalevskaya", ASKED, T, "der(R)[3]"),
+    row("textbook", "toda", ASKED, T, "q1 q2 q3"),
 )
 
 HEAD = """# Gallery

@@ -1,0 +1,325 @@
+"""Sources' rows that ask about a model rather than for a motion: vectors, fields, inertia, frames, Hamilton's mechanics."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechc
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> mechc.Model:
+    return mechc.load(EXAMPLES / f"{name}.mech")
+
+
+def outputs(name: str) -> dict[str, float]:
+    return example(name).simulate(estimate_error=False).final()
+
+
+def vector(found: dict[str, float], name: str) -> list[float]:
+    return [found[f"{name}[{k}]"] for k in (1, 2, 3)]
+
+
+# ---------------------------------------------------------------- vectors
+
+
+def test_vectors() -> None:
+    """U2: 70.5288 degrees, 4, (0, -2, 2), (2, 0, 2); U3: 41.4096 degrees; U6, U7: identities."""
+    found = outputs("vectors")
+    assert math.degrees(found["angle_ab"]) == pytest.approx(70.5288, abs=5e-5)
+    assert math.degrees(found["angle_wires"]) == pytest.approx(41.4096, abs=5e-5)
+    assert found["triple"] == pytest.approx(4, abs=1e-14)
+    assert vector(found, "right") == pytest.approx([0, -2, 2], abs=1e-14)
+    assert vector(found, "left") == pytest.approx([2, 0, 2], abs=1e-14)
+    assert vector(found, "parts") == pytest.approx([0, 0, 0], abs=1e-14)
+    assert [found[n] for n in ("on_sphere", "on_plane", "on_cylinder")] == pytest.approx([0, 0, 0], abs=1e-14)
+
+
+def test_lorentz_inferred() -> None:
+    """U4: B = (3, 2, 4) or with -3; U5: B = (1, 2, 3)."""
+    found = outputs("lorentz_inferred")
+    assert vector(found, "B") == pytest.approx([3, 2, 4], abs=1e-14)
+    assert vector(found, "C") == pytest.approx([1, 2, 3], abs=1e-14)
+
+
+# ---------------------------------------------------------------- force fields
+
+
+def test_swirl_and_saddle() -> None:
+    """U8: work -2 pi k r^2 round a circle; U9: potential -k x y."""
+    swirl = example("swirl").field(radius=1.5)
+    k = next(q for q in example("swirl").parameters if q.name == "k")
+    assert k and swirl.details["curl_free"] is False
+    value = example("swirl").simulate(stop=0.01).parameters["k"]
+    assert swirl.details["circulation"] == pytest.approx(-2 * math.pi * value * 1.5**2, rel=1e-12)
+    saddle = example("saddle_xy").field()
+    assert saddle.details["conservative"] is True
+    assert saddle.details["circulation"] == pytest.approx(0, abs=1e-12)
+
+
+def test_field_of_potentials() -> None:
+    """U34: the forces of x^2 - y^2."""
+    found = example("field_of_potentials").field().details
+    assert found["conservative"] is True and found["potential"] == "x^2 - y^2"
+
+
+def test_vortex() -> None:
+    """U35: free of curl, 2 pi round the origin."""
+    found = example("vortex").field(radius=0.8).details
+    assert found["curl_free"] is True and found["conservative"] is False
+    assert found["circulation"] == pytest.approx(2 * math.pi, rel=1e-13)
+
+
+def test_curl_of_field() -> None:
+    """U36: c = 1/2; U37: a = c = 0 alone, and -x y z."""
+    found = example("curl_of_field").field(vary="c").details
+    assert found["possible"] and found["parameter"]["c"] == pytest.approx(0.5, abs=1e-8)
+    assert found["conservative"] is False
+    half = example("curl_of_field").field(set={"c": 0.5}).details
+    assert half["conservative"] is True and half["potential"] == "-1/2*x^2*y - 1/4*z^4"
+    both = example("curl_of_two").field(vary="a,c").details
+    assert both["possible"] and both["parameter"] == pytest.approx({"a": 0, "c": 0}, abs=1e-6)
+    assert example("product_field").field().details["potential"] == "-x*y*z"
+
+
+# ---------------------------------------------------------------- inertia
+
+
+def body(found: Any, name: str) -> dict[str, Any]:
+    return next(one for one in found.details["bodies"] if one["name"] == name)
+
+
+def test_hemisphere() -> None:
+    """U118: 3/8 of the radius."""
+    (found,) = example("hemisphere").inertia().details["bodies"]
+    assert found["centre"] == pytest.approx([0, 0, 3 / 8 * 0.8], abs=1e-15)
+
+
+def test_box_at_corner() -> None:
+    """U119: M/12 diag(b^2 + c^2, ...), at the corner M(b^2 + c^2)/3 and -M a b/4; K6: parallel axes."""
+    (found,) = example("box_at_corner").inertia().details["bodies"]
+    a, b, c, mass = 1, 2, 3, 12
+    assert np.allclose(found["tensor"], mass / 12 * np.diag([b * b + c * c, a * a + c * c, a * a + b * b]))
+    corner = np.array(found["tensor_about_point"])
+    assert np.allclose(np.diag(corner), mass / 3 * np.array([b * b + c * c, a * a + c * c, a * a + b * b]))
+    assert corner[0, 1] == pytest.approx(-mass * a * b / 4, rel=1e-14)
+
+
+def test_three_points() -> None:
+    """U120: 2 m a^2 about the origin whatever the axis; about the centre 2 m a^2 along (1, 1, 1), m a^2 across. U124."""
+    found = example("three_points").inertia()
+    (one,) = found.details["bodies"]
+    size = 2 * 1.5**2
+    assert np.allclose(one["tensor_about_point"], 2 * size * np.eye(3), atol=1e-14)
+    assert one["principal"] == pytest.approx([size, size, 2 * size], rel=1e-14)
+    assert np.abs(one["axes"][2]) == pytest.approx([1 / math.sqrt(3)] * 3, rel=1e-12)
+    assert one["centre"] == pytest.approx([0.5] * 3, rel=1e-14)
+    assert any("symmetric top" in remark for remark in found.remarks)
+
+
+def test_round_bodies() -> None:
+    """U121: 2/5, 1/2 and 1 times M a^2."""
+    found = example("round_bodies").inertia()
+    size = 3 * 0.5**2
+    shares = {"ball": 2 / 5, "cylinder": 1 / 2, "shell": 1}
+    for name, share in shares.items():
+        assert body(found, name)["tensor"][2][2] == pytest.approx(share * size, rel=1e-14)
+
+
+def test_square_at_corner() -> None:
+    """U129: m a^2 [[1/3, -1/4], [-1/4, 1/3]] and 2/3; principal 1/12 along (1, 1, 0), 7/12 along (1, -1, 0)."""
+    (found,) = example("square_at_corner").inertia().details["bodies"]
+    size = 3 * 2**2
+    assert np.allclose(
+        found["tensor_about_point"], size * np.array([[1 / 3, -1 / 4, 0], [-1 / 4, 1 / 3, 0], [0, 0, 2 / 3]])
+    )
+    assert found["principal_about_point"] == pytest.approx(
+        [size / 12, 7 * size / 12, 2 * size / 3], rel=1e-13
+    )
+    assert np.abs(found["axes_about_point"][0]) == pytest.approx(
+        [math.sqrt(0.5), math.sqrt(0.5), 0], abs=1e-12
+    )
+
+
+@pytest.mark.parametrize(
+    ("moments", "word"),
+    [
+        ((1, 1, 2.5), "no body"),
+        ((1, 2, 3), "flat"),
+        ((2, 2, 2), "spherical"),
+        ((1, 1, 1.5), "symmetric top"),
+        ((1, 2, 2.5), ""),
+    ],
+)
+def test_what_moments_are_like(moments: tuple[float, ...], word: str) -> None:
+    """U124: the triangle inequality of moments, symmetric tops; T11: spherical ones."""
+    from mechc.runtime.studies.inertia import Body, judged
+
+    told = judged(Body("b", 1.0, np.zeros(3), np.diag(np.array(moments, dtype=float))))
+    assert (word in " ".join(told)) if word else told == []
+
+
+# ---------------------------------------------------------------- frames
+
+
+def test_euler_angles() -> None:
+    """U93: rotations do not commute, k = cos(theta) e3 + ...; U106: (0, sqrt(2), 1); P9, T13: the angles come back."""
+    model = example("euler_angles")
+    found = model.simulate(estimate_error=False).final()
+    assert vector(found, "turned") == pytest.approx([0, math.sqrt(2), 1], abs=1e-14)
+    theta, psi = math.pi / 2, math.pi / 4
+    wanted = [math.sin(theta) * math.sin(psi), math.sin(theta) * math.cos(psi), math.cos(theta)]
+    assert vector(found, "k") == pytest.approx(wanted, abs=1e-14)
+    assert vector(found, "xz") != pytest.approx(vector(found, "zx"), abs=0.1)
+    told = model.kinematics(set={"phi": 0.4, "theta": 0.7, "psi": -0.3}).details["rotations"]["R"]
+    assert told["euler"]["ZXZ"] == pytest.approx([0.4, 0.7, -0.3], abs=1e-12)
+    w, x, y, z = told["quaternion"]
+    half, plus, minus = 0.35, 0.5 * (0.4 - 0.3), 0.5 * (0.4 + 0.3)  # Cayley and Klein
+    assert [w, z] == pytest.approx(
+        [math.cos(half) * math.cos(plus), math.cos(half) * math.sin(plus)], abs=1e-12
+    )
+    assert [x, y] == pytest.approx(
+        [math.sin(half) * math.cos(minus), math.sin(half) * math.sin(minus)], abs=1e-12
+    )
+
+
+def test_turned_vector() -> None:
+    """U94: active (1, -0.366, 1.366), passive (1, 1.366, -0.366)."""
+    found = outputs("turned_vector")
+    assert vector(found, "active") == pytest.approx([1, -0.3660254, 1.3660254], abs=5e-8)
+    assert vector(found, "passive") == pytest.approx([1, 1.3660254, -0.3660254], abs=5e-8)
+
+
+def test_axis_and_angle() -> None:
+    """P8: (1, 0, 1)/sqrt(2), 60 degrees."""
+    told = example("axis_and_angle").kinematics(of="R").details["rotations"]["R"]
+    assert told["axis"] == pytest.approx([math.sqrt(0.5), 0, math.sqrt(0.5)], abs=1e-12)
+    assert math.degrees(told["angle"]) == pytest.approx(60, abs=1e-10)
+
+
+def test_racing_car() -> None:
+    """U96, U97: a = -s^2/a e_r + s' e_phi, with s' = 2 m/s^2 and s = 30 m/s."""
+    found = example("racing_car").kinematics().details["points"]["car"]
+    assert found["polar"]["velocity"] == pytest.approx([0, 30], abs=1e-12)
+    assert found["polar"]["acceleration"] == pytest.approx([-(30**2) / 50, 2], rel=1e-8)
+    assert found["path"]["radius"] == pytest.approx(50, rel=1e-8)
+    assert found["path"]["tangential"] == pytest.approx(2, rel=1e-8)
+
+
+def test_spinning_sphere() -> None:
+    """U99: v e_theta + w R/sqrt(2) e_phi; -(v^2/R + w^2 R/2) e_r - w^2 R/2 e_theta + sqrt(2) v w e_phi."""
+    found = example("spinning_sphere").kinematics().details["points"]["place"]["spherical"]
+    R, w, v = 2.0, 0.7, 0.5
+    assert found["velocity"] == pytest.approx([0, v, w * R / math.sqrt(2)], abs=1e-12)
+    wanted = [-(v**2 / R + w**2 * R / 2), -(w**2) * R / 2, math.sqrt(2) * v * w]
+    assert found["acceleration"] == pytest.approx(wanted, abs=1e-9)
+
+
+def test_coriolis() -> None:
+    """U104: 0.1031245 N east, 0.0240635 N; U105: 0.0683 m; U107: 670 m; U108: the same whatever the direction. P10."""
+    found = outputs("coriolis")
+    assert vector(found, "coriolis") == pytest.approx([0, 0.1031245, 0], abs=5e-8)
+    assert vector(found, "centrifugal") == pytest.approx([0.0240635, 0, 0], abs=5e-8)
+    assert found["tilt"] == pytest.approx(0.0683, abs=5e-5)
+    assert found["from_height"] == pytest.approx(670, abs=0.5)
+    sideways = 2 * 1000 * 7.292e-5 * math.sin(math.radians(45))
+    assert found["eastwards"] == pytest.approx(sideways, rel=1e-12)
+    assert found["northwards"] == pytest.approx(sideways, rel=1e-12)
+
+
+# ---------------------------------------------------------------- Hamilton's mechanics
+
+
+def test_hamilton_spring() -> None:
+    """U146, P15: H = p^2/(2 m) + k q^2/2; U148, T24, P16: exchange is canonical; T25: I = E/w; U65: S over a whole swing is 0."""
+    model = example("hamilton_spring")
+    found = model.hamilton().details
+    assert found["H"] == "1/2*k*q^2 + 1/2*p_q^2/m"
+    assert found["equations"] == {"der(q)": "p_q/m", "der(p_q)": "-k*q"}
+    assert model.brackets(canonical="P=q, Q=-p").details["canonical"] is True
+    assert model.brackets(canonical="P=p^2/(2*m) + k*q^2/2, Q=sqrt(m/k)*atan2(sqrt(k*m)*q, p)").details[
+        "canonical"
+    ]
+    twice = model.brackets(canonical="P=2*p, Q=q").details
+    assert twice["canonical"] is False and twice["multiplier"] == pytest.approx(2, rel=1e-14)
+    wrong = model.brackets(canonical="P=q, Q=p").details
+    assert wrong["canonical"] is False and wrong["multiplier"] == pytest.approx(-1, rel=1e-14)
+    action = model.action()
+    w = math.sqrt(5 / 2)
+    assert action["I"] == pytest.approx(0.5 * 5 * 1**2 / w, rel=1e-9)
+    assert action["period"] == pytest.approx(2 * math.pi / w, rel=1e-9)
+    whole = model.action(stop=2 * math.pi / w)
+    assert whole["S"] == pytest.approx(0, abs=1e-7)
+
+
+def test_hamilton_pendulum() -> None:
+    """U147: H = p^2/(2 m a^2) - m g a cos(theta)."""
+    found = example("hamilton_pendulum").hamilton().details
+    assert found["H"] == "-a*g*m*cos(theta) + 1/2*p_theta^2/(a^2*m)"
+    assert found["equations"] == {"der(theta)": "p_theta/(a^2*m)", "der(p_theta)": "-a*g*m*sin(theta)"}
+
+
+def test_relativistic_particle() -> None:
+    """T23: H = sqrt(p^2 c^2 + m^2 c^4)."""
+    assert example("relativistic_particle").hamilton().details["H"] == "sqrt(c^4*m^2 + c^2*p_x^2 + c^2*p_y^2)"
+
+
+def test_angular_momentum() -> None:
+    """T17, U150: {M_x, M_y} = M_z and so on in Goldstein's sign; all commute with H, [p, q] = -{p, q} = 1 in the notes' sign."""
+    found = example("angular_momentum").brackets().details
+    table = {(one["f"], one["g"]): one["bracket"] for one in found["brackets"]}
+    assert [table["Mx", "My"], table["Mx", "Mz"], table["My", "Mz"]] == ["Mz", "-My", "Mx"]
+    assert table["x", "p_x"] == "1" and table["x", "p_y"] == "0"
+    assert {"Mx", "My", "Mz"} <= set(found["commute_with_H"])
+
+
+def test_noether() -> None:
+    """T2, K5, P18: energy, momentum and angular momentum, with their reasons."""
+    found = {one["name"]: one["conserved"] for one in example("noether").symmetries().details["symmetries"]}
+    assert found["translation along x1, x2"] == "m1*der(x1) + m2*der(x2)"
+    assert (
+        found["rotation in y1, x1, y2, x2"] == "m1*x1*der(y1) - m1*y1*der(x1) + m2*x2*der(y2) - m2*y2*der(x2)"
+    )
+    assert "translation in time" in found and len(found) == 7
+
+
+def test_runge_lenz_vector_of_kepler() -> None:
+    """T5: v x M - r/|r| is constant (its x component: y' (x y' - y x') - x/r)."""
+    found = example("kepler").invariants().details
+    assert "x/sqrt(x^2 + y^2) + y*der(x)*der(y) - x*der(y)^2" in [
+        one["formula"] for one in found["invariants"]
+    ]
+
+
+@pytest.mark.slow
+def test_toda() -> None:
+    """One constant of degree 3 beside those of lower degree."""
+    toda = example("toda").invariants(degree=3).details
+    assert [one["degree"] for one in toda["invariants"]] == [1, 2, 3]
+    assert toda["invariants"][2]["drift"] < 1e-8
+
+
+@pytest.mark.slow
+def test_kovalevskaya() -> None:
+    found = example("kovalevskaya").invariants(degree=4).details
+    assert [one["degree"] for one in found["invariants"]] == [1, 2, 4]
+    assert max(one["drift"] for one in found["invariants"]) < 1e-8
+
+
+def test_energy_of_a_well() -> None:
+    """x^4/4 - x^2/2 = -3/16 at x^2 = 1 -+ 1/2: two intervals; the one at energy 0.1 joins them."""
+    text = (
+        "model Well dimensionless; coordinate x(min = -2, max = 2) = sqrt(1.5); kinetic 1/2*der(x)^2; "
+        "potential x^4/4 - x^2/2; experiment(stop = 1); end Well;"
+    )
+    found = mechc.loads(text).energy().details["region"]
+    edges = [math.sqrt(0.5), math.sqrt(1.5)]
+    assert np.array(found) == pytest.approx(np.array([[-edges[1], -edges[0]], edges]), abs=1e-12)
+    joined = mechc.loads(text).energy(set={"x": 1.6}).details["region"]
+    assert len(joined) == 1

@@ -1,0 +1,102 @@
+"""No symmetry and no constant is found that is not there: random Lagrangians whose symmetries are known by how they are made.
+
+``python tests/runtime/test_random_lagrangians.py 1000`` goes through so many and prints what was found falsely or missed.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+
+import pytest
+
+import mechc
+
+SHARE = 30
+"""Of a thousand, in the slow tests. The thousand: 0 found falsely, 0 missed (22 November 2026)."""
+
+
+def lagrangian(seed: int) -> tuple[str, int, int]:
+    """Return a model, the number of its point symmetries, and that of its independent constants of degree 2."""
+    chance = random.Random(seed)
+
+    def number(low: float = 0.3, high: float = 2.0) -> str:
+        return f"{chance.choice((-1, 1)) * chance.uniform(low, high):.3f}"
+
+    def size() -> str:
+        return f"{chance.uniform(0.6, 2.0):.3f}"
+
+    a, b, c = size(), size(), f"{chance.uniform(-0.4, 0.4):.3f}"
+    kinetic = f"1/2*{a}*der(x)^2 + 1/2*{b}*der(y)^2 + {c}*der(x)*der(y)"
+    powers = [(i, j) for i in range(5) for j in range(5) if 0 < i + j <= 4]
+    quartic = " + ".join(f"({number()})*x^{i}*y^{j}" for i, j in powers)
+    waves = f"({number()})*cos({number()}*x + {number()}*y) + ({number()})*sin({number()}*x + {number()}*y)"
+    kind = seed % 6
+    further = ""
+    symmetries, constants = 1, 1
+    if kind == 0:
+        potential = quartic
+    elif kind == 1:
+        potential = waves + f" + ({number()})*x^3"
+    elif (
+        kind == 2
+    ):  # x is cyclic: time, momentum, boost; their functions of degree 2 are no more than energy and momentum
+        potential = f"({number()})*y^4 + ({number()})*y^3 + ({number()})*cos({number()}*y)"
+        symmetries, constants = 3, 2
+    elif kind == 3:  # alike in all directions: time and rotation
+        kinetic = f"1/2*{a}*(der(x)^2 + der(y)^2)"
+        potential = f"({number()})*(x^2 + y^2) + ({number()})*(x^2 + y^2)^2 + ({number()})*(x^2 + y^2)^3"
+        symmetries, constants = 2, 2
+    elif kind == 4:  # driven: nothing
+        potential = f"({quartic})*(1 + 0.3*sin({size()}*time))"
+        symmetries, constants = 0, 0
+    else:  # damped: nothing
+        potential = quartic
+        further = f"damping {size()} on x; damping {size()} on y;"
+        symmetries, constants = 0, 0
+    text = f"""\
+model Random
+  dimensionless;
+  coordinate x = 0.4;
+  coordinate y = -0.3;
+  initial der(x) = 0.7;
+  initial der(y) = 0.5;
+  kinetic {kinetic};
+  potential {potential};
+  {further}
+end Random;
+"""
+    return text, symmetries, constants
+
+
+def judged(seed: int) -> tuple[int, int]:
+    """Return how many more symmetries and constants were found than there are (fewer: negative)."""
+    text, symmetries, constants = lagrangian(seed)
+    model = mechc.loads(text)
+    found = len(model.symmetries(target="python").details["symmetries"])
+    known = model.invariants(target="python").details["independent"]
+    return found - symmetries, known - constants
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_lagrangians(seed: int) -> None:
+    assert judged(seed) == (0, 0)
+
+
+@pytest.mark.parametrize("seed", range(6, SHARE))
+@pytest.mark.slow
+def test_more_random_lagrangians(seed: int) -> None:
+    assert judged(seed) == (0, 0)
+
+
+if __name__ == "__main__":
+    false, missed = 0, 0
+    for seed in range(int(sys.argv[1])):
+        off = judged(seed)
+        false += sum(max(n, 0) for n in off)
+        missed += sum(max(-n, 0) for n in off)
+        if off != (0, 0):
+            print(seed, off, flush=True)
+        if seed % 100 == 99:
+            print(f"{seed + 1}: {false} false, {missed} missed", flush=True)
+    print(f"{sys.argv[1]} Lagrangians: {false} false, {missed} missed")
