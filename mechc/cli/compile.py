@@ -16,23 +16,26 @@ from .options import (
 )
 
 
-@click.command(cls=Command, name="compile", short_help="Write a model as Python code, C code or an FMU.")
+@click.command(
+    cls=Command, name="compile", short_help="Write a model as Python code, C code, an FMU or a page."
+)
 @model_argument
 @model_option
 @set_option
 @click.option(
     "--target",
-    type=click.Choice(["python", "c", "fmu"]),
+    type=click.Choice(["python", "c", "fmu", "web"]),
     default="python",
     show_default=True,
-    help="A Python module that needs only NumPy, C11 with the kernel beside it, or a Functional Mock-up Unit.",
+    help="A Python module that needs only NumPy, C11 with the kernel beside it, a Functional Mock-up Unit, or a page "
+    "that shows the model move.",
 )
 @click.option(
     "-o",
     "--output",
     metavar="PATH",
     callback=no_model,
-    help="The module (python), the folder (c) or the file (fmu).",
+    help="The module (python), the folder (c) or the file (fmu, web).",
 )
 @click.option(
     "--fmi", type=click.Choice(["2", "3", "both"]), default="3", show_default=True, help="fmu: version."
@@ -45,7 +48,7 @@ from .options import (
     help="fmu: Model Exchange, Co-Simulation or both.",
 )
 @click.option(
-    "--experiment", metavar="NAME", help="fmu: whose settings are the defaults (default: the first)."
+    "--experiment", metavar="NAME", help="fmu, web: whose settings are the defaults (default: the first)."
 )
 @click.option(
     "--platform",
@@ -65,6 +68,9 @@ from .options import (
 )
 @click.option("--sources-only", is_flag=True, help="fmu: without a binary; needs no compiler.")
 @click.option("--check/--no-check", default=True, help="fmu: validate, simulate and compare before writing.")
+@click.option(
+    "--recorded", is_flag=True, help="web: with one motion in it in the place of the model; needs no zig."
+)
 @keep_all_option
 @verify_option
 def command(
@@ -80,6 +86,7 @@ def command(
     arrays: str,
     sources_only: bool,
     check: bool,
+    recorded: bool,
     keep_all: bool,
 ) -> None:
     """Write MODEL.mech as code that stands alone.
@@ -88,6 +95,7 @@ def command(
     mechc compile pendulum.mech --target python -o pendulum.py    # then: python pendulum.py
     mechc compile pendulum.mech --target c -o pendulum_c          # its files say how to build them
     mechc compile pendulum.mech --target fmu -o pendulum.fmu      # --fmi 2 for older importers
+    mechc compile pendulum.mech --target web -o pendulum.html     # one file, live in any browser
     """
     from ..api import load
 
@@ -107,6 +115,16 @@ def command(
             raise click.UsageError(str(mistake)) from None
         for path in paths:
             click.echo(f"wrote {path}", err=True)
+        return
+    if target == "web":
+        from ..settings import UsageMistake
+        from ..web.write import write_page
+
+        try:
+            path = write_page(loaded, output, recorded=recorded, experiment=experiment)
+        except UsageMistake as mistake:
+            raise click.UsageError(str(mistake)) from None
+        click.echo(f"wrote {path}", err=True)
         return
     for path in loaded.compile(target, output):
         click.echo(f"wrote {path}", err=True)

@@ -131,13 +131,14 @@ def build_shared(
         raise CompilerMissing("no C compiler was found")
     digest = _digest(sources, (*flags, file, *link), key, compiler)
     stem = f"{name}-{digest}"
-    library = find_entry(stem, LIBRARY_SUFFIX)
+    suffix = Path(file).suffix
+    library = find_entry(stem, suffix)
     if library is None:
         with build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")
             _compile(compiler, sources, flags, folder, ("-o", file, *link))
-            library = keep_entry(folder / file, stem, LIBRARY_SUFFIX)
+            library = keep_entry(folder / file, stem, suffix)
         prune_cache()
     return library
 

@@ -31,7 +31,7 @@ SUBFOLDER = "mechc-compiled"
 BUILD_PREFIX = "build-"
 STALE_SECONDS = 24 * 3600.0
 
-ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|dylib|o|npz|stages)")
+ENTRY = re.compile(r"[a-z]+(?:-[a-z]+)*-[0-9a-f]{32}-([0-9a-f]{16})\.(?:so|dll|dylib|wasm|o|npz|stages)")
 """Names of entries: what it is, what it was made from, its checksum."""
 
 _BUILD = re.compile(BUILD_PREFIX + r"[a-z0-9_]{8}")

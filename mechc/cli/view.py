@@ -1,0 +1,65 @@
+"""``mechc view``: a model that moves, on a page in the browser."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+import click
+
+from .options import Command, model_argument, model_option, no_model, set_option
+
+
+@click.command(cls=Command, name="view", short_help="Show a model move, on a page in the browser.")
+@model_argument
+@model_option
+@set_option
+@click.option("--experiment", metavar="NAME", help="Whose settings are shown (default: the first).")
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    callback=no_model,
+    help="Where the page is written; a temporary file without it.",
+)
+@click.option(
+    "--recorded", is_flag=True, help="One motion in the place of the model: no sliders, needs no zig."
+)
+@click.option("--no-open", is_flag=True, help="Write the page, and open nothing.")
+def command(
+    file: str,
+    model: str | None,
+    settings: dict[str, str],
+    experiment: str | None,
+    output: str | None,
+    recorded: bool,
+    no_open: bool,
+) -> None:
+    """Show MODEL.mech move: picture, curves and phase portrait, sliders that integrate again, energy and estimated error.
+
+    The page is one file that needs no network and no server; ``mechc compile --target web`` writes the same one.
+
+    \b
+    mechc view pendulum.mech
+    mechc view pendulum.mech --set l="80 cm"
+    """
+    from ..api import load
+    from ..exporting import file_stem
+    from ..settings import UsageMistake
+    from ..web.write import open_page, write_page
+    from .failures import say
+
+    try:
+        loaded = load(file, model=model, set=settings)
+        folder = Path(tempfile.gettempdir()) / "mechc-pages"
+        path = write_page(
+            loaded,
+            output or folder / f"{file_stem(loaded.name)}.html",
+            recorded=recorded,
+            experiment=experiment,
+        )
+    except UsageMistake as mistake:
+        raise click.UsageError(str(mistake)) from None
+    click.echo(f"wrote {path}", err=True)
+    if not no_open and not open_page(path):
+        say("note", "no browser was found here", f"open {path.resolve()} in one, on this machine or another")

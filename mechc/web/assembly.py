@@ -1,0 +1,95 @@
+"""A model and what it needs of the kernel as WebAssembly, by zig's C compiler."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from mechc.compiler.program.model import Program
+from mechc.compiler.targets.c import emit_c
+from mechc.compiler.targets.kernel_files import needed_kernel
+from mechc.lang.diagnostics import Reporter
+from mechc.runtime.native.build import Compiler, build_shared
+
+FLAGS = (
+    "-std=c11",
+    "-Os",
+    "-ffunction-sections",
+    "-fdata-sections",
+    "-g0",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+)
+LINK = (
+    "-mexec-model=reactor",
+    "-Wl,--gc-sections",
+    "-Wl,--strip-all",
+    "-Wl,-z,stack-size=1048576",
+    "-lm",
+)
+HERE = Path(__file__).parent
+
+
+def has_zig() -> bool:
+    return importlib.util.find_spec("ziglang") is not None
+
+
+def webassembly(program: Program, method: str) -> bytes:
+    """Return the bytes of a module without imports that exports what ``web.c`` says.
+
+    Raises CompileError (E0908) where zig is not installed, BuildError.
+    """
+    if not has_zig():
+        raise Reporter().fail(
+            "E0908",
+            "a live page needs zig's C compiler, which is not installed",
+            None,
+            help="pip install ziglang; --recorded writes a page that shows one motion without it",
+        )
+    command = (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi")
+    return build_shared(
+        sources(program, method),
+        FLAGS,
+        name="web",
+        compiler=Compiler(command, _zig_version()),
+        file="model.wasm",
+        link=LINK,
+    ).read_bytes()
+
+
+def sources(program: Program, method: str) -> Mapping[str, str]:
+    """Return the C files by name: the model, its picture, the functions for the page, and what they need."""
+    own = {
+        "web_model.c": emit_c(program),
+        "web.c": (HERE / "web.c").read_text(encoding="utf-8"),
+        "web_scene.h": _scene(program),
+    }
+    needed = needed_kernel(program, method, own)
+    needed.pop("clock.c", None)  # the page has its own
+    return {**own, **needed}
+
+
+def _scene(program: Program) -> str:
+    """Return the header that calls the functions of the picture, of which there may be none."""
+    scene = program.scene
+    assert scene is not None, "the program was made with a scene"
+    calls = [name for name in ("scene_still", "scene") if program.function(name)]
+    arguments = "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z, const mech_real *p, mech_real *out"
+    lines = [
+        f"enum {{ WEB_STILL = {scene.n_still}, WEB_MOVING = {scene.n_moving} }};",
+        *(f"mech_function {name};" for name in calls),
+        f"static void web_scene({arguments})",
+        "{",
+        "    (void)t, (void)y, (void)u, (void)z, (void)p, (void)out;",
+        *(f"    {name}(t, y, u, z, p, out{' + WEB_STILL' if name == 'scene' else ''});" for name in calls),
+        "}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _zig_version() -> str:
+    from importlib.metadata import version
+
+    return f"ziglang {version('ziglang')}"

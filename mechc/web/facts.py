@@ -1,0 +1,315 @@
+"""What a page is told of a model: names, units, ranges of sliders, what is drawn, and how it is integrated."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from msgspec import Struct
+
+from mechc.answering import plan
+from mechc.display import factor
+from mechc.presentation.stl import triangles
+from mechc.runtime.methods import KERNEL_METHODS
+from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
+from mechc.runtime.problem import Array, Problem, Quantity, Scene
+from mechc.settings import UsageMistake
+
+if TYPE_CHECKING:
+    from mechc.api import Model
+    from mechc.runtime.studies.simulate import Plan
+    from mechc.settings import Given
+    from mechc.solution import Solution
+
+ROWS = 1001
+"""Output times of a page."""
+
+SPAN = 4.0
+"""A slider without limits goes from the value over this to the value times this."""
+
+LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
+"""Runs of other durations are shown in as many seconds as the last of these."""
+
+
+class Facts(Struct, frozen=True):
+    """A model with a native run of it, from which a page takes what it does not compute itself."""
+
+    model: Model
+    plan: Plan
+    solution: Solution
+    method: str
+
+    @property
+    def problem(self) -> Problem:
+        return self.solution.problem
+
+    @property
+    def scene(self) -> Scene:
+        scene = self.problem.scene
+        assert scene is not None, "the model was compiled with a scene"
+        return scene
+
+    @property
+    def times(self) -> Array:
+        case = self.plan.case
+        first = float(case.grid[0])
+        times: Array = first + np.arange(ROWS, dtype=np.float64) * ((case.stop - first) / (ROWS - 1))
+        times[-1] = case.stop
+        return times
+
+    @property
+    def assembled(self) -> bool:
+        """Whether the start follows from constraints, conditions or other values of it."""
+        return bool(self.problem.assembly) or bool(self.problem.dependent)
+
+    def recorded(self) -> Iterator[Array]:
+        """Yield times, states, outputs and numbers of the picture of the native run."""
+        pictured = self.solution.motion.pictured
+        assert pictured is not None
+        end = float(self.solution.time[-1])
+        times = np.minimum(self.times, end)
+        at = self.solution.motion.at(times)
+        ny, n_out = self.problem.ny, len(self.problem.outputs)
+        yield from (times, at[:, :ny], at[:, ny : ny + n_out], pictured(times))
+
+    # ------------------------------------------------------------ for the page
+
+    def info(self, *, recorded: bool) -> dict[str, object]:
+        """Return all that a page is told, as plain data; values are in SI, ``factor`` leads to shown units."""
+        case, problem, names = self.plan.case, self.problem, list(KERNEL_METHODS)
+        duration = case.stop - case.begin
+        return {
+            "name": self.model.name,
+            "rows": ROWS,
+            "begin": case.begin,
+            "start": float(case.grid[0]),
+            "stop": case.stop,
+            "tolerance": case.tolerance,
+            "companion": 0.01 if case.tolerance > 1e-13 else 10.0,
+            "step": case.step or 0.0,
+            "maxStep": case.max_step if case.max_step > 0 else 1.0,
+            "method": self.method_index(names),
+            "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
+            "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
+            "second": problem.time.unit,
+            "joule": next((q.unit for q in problem.outputs if q.name == "energy.total"), ""),
+            "states": [self.entry(q) for q in problem.states],
+            "outputs": [self.entry(q) for q in problem.outputs],
+            "balance": [*(problem.energy_balance or (-1, -1, -1))],
+            "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
+            "assembled": self.assembled,
+            "assembles": False,
+            "y0": self.plan.case.y0.tolist(),
+            "nominal": self.plan.nominal.tolist(),
+            "settings": self.settings(),
+            **self.sliders(),
+            "fixed": self.fixed(),
+            "curves": self.curves(),
+            "phase": self.phase(),
+            "scene": self.picture(),
+            **(self.record_facts() if recorded else {}),
+        }
+
+    def method_index(self, names: Sequence[str]) -> int:
+        """Return the place of the method among those that the module holds (``needed_kernel`` leaves out others)."""
+        from mechc.runtime.methods import with_components
+
+        held = list(dict.fromkeys(with_components(self.method)))
+        return held.index(self.method)
+
+    def entry(self, q: Quantity) -> dict[str, object]:
+        unit, by = self.shown(q)
+        return {"name": q.name, "kind": q.kind, "unit": q.unit, "shown": unit, "factor": by, "doc": q.doc}
+
+    def shown(self, q: Quantity) -> tuple[str, float]:
+        """Return the unit that a quantity is shown in, and its value in SI."""
+        if q.name in self.solution.quantities:
+            unit, from_si = self.solution.shown_unit(q.name)
+            return unit, 1 / from_si
+        unit = self.solution.display.unit(q.unit, q.display)
+        return unit, factor(unit) / factor(q.unit)
+
+    def settings(self) -> dict[str, list[list[float]]]:
+        """Return what experiment and caller set, by array: index, value and, of y, whether it is known (1) or not (2)."""
+        from mechc.runtime.case import find_experiment, find_setting
+
+        case, problem = self.plan.case, self.problem
+        experiment = (
+            find_experiment(problem, case.experiment or None)
+            if case.experiment
+            else find_experiment(problem, None)
+        )
+        given = [(s.array, s.index) for s in experiment.settings] if experiment else []
+        options = case.asked.values if case.asked else {}
+        given += [(s.array, s.index) for s in (find_setting(problem, name) for name in options)]
+        found: dict[str, list[list[float]]] = {"p": [], "y": [], "u": []}
+        for array, index in dict.fromkeys(given):
+            if array == "p":
+                found["p"].append([index, float(case.p[index])])
+            elif array == "y":
+                found["y"].append([index, float(case.wanted[index]), 1 if case.known[index] else 2])
+        for index, table in case.tables.items():
+            if len(table.values) != 1:
+                raise UsageMistake(
+                    f"the input '{problem.inputs[index].name}' is a table, which a page does not hold",
+                    "give it a constant value, or a formula in the model",
+                )
+            found["u"].append([index, float(table.values[0])])
+        return found
+
+    def fixed(self) -> str:
+        """Say why there are no sliders, where there are none."""
+        if not self.assembled:
+            return ""
+        return (
+            "Parameters of this model are not changed here: its start is assembled on its constraints, "
+            "which mechc run does."
+        )
+
+    def sliders(self) -> dict[str, object]:
+        case, problem = self.plan.case, self.problem
+        if self.assembled:
+            return {"parameters": [], "starts": [], "inputs": []}
+        equations = self.model.compilation.equations
+        free = {r.index for r in equations.parameter_rules if not equations.graph.support(r.value)}
+        free |= set(range(len(problem.parameters))) - {r.index for r in equations.parameter_rules}
+        u = np.zeros(len(problem.inputs))
+        if case.functions.inputs is not None:
+            from mechc.runtime.case import inputs_at
+
+            u = inputs_at(case, case.begin)
+        starts = [
+            k
+            for k, q in enumerate(problem.states)
+            if q.kind in ("coordinate", "rate", "state")
+            and not any(first <= k < first + 4 for first in problem.rotations)
+        ]
+        return {
+            "parameters": [
+                self.slider(problem.parameters[k], k, float(case.p[k]), 0.0) for k in sorted(free)
+            ],
+            "starts": [
+                self.slider(problem.states[k], k, float(case.y0[k]), float(self.plan.nominal[k]))
+                for k in starts
+            ],
+            "inputs": [self.slider(q, k, float(u[k]), 0.0) for k, q in enumerate(problem.inputs)],
+        }
+
+    def slider(self, q: Quantity, index: int, value: float, size: float) -> dict[str, object]:
+        unit, by = self.shown(q)
+        if value != 0 and not size:
+            low, high = sorted((value / SPAN, value * SPAN))
+        else:
+            half = max(2 * abs(value), 2 * size) or by
+            half = min(half, math.pi) if q.unit == "rad" and abs(value) <= math.pi else half
+            low, high = min(value, -half), max(value, half)
+        low = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else low
+        high = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else high
+        return {
+            "name": q.name,
+            "index": index,
+            "value": value,
+            "min": min(low, value),
+            "max": max(high, value),
+            "shown": unit,
+            "factor": by,
+            "doc": q.doc,
+        }
+
+    # ------------------------------------------------------------ what is shown first
+
+    def curves(self) -> list[str]:
+        """Return the quantities whose curves are shown first: coordinates of one unit."""
+        first = [
+            q for q in (*self.problem.states, *self.problem.outputs) if q.kind in ("coordinate", "state")
+        ]
+        first = first or [q for q in self.problem.outputs if q.kind == "output"] or list(self.problem.outputs)
+        return [q.name for q in first if q.unit == first[0].unit][:6]
+
+    def phase(self) -> list[str]:
+        names = [q.name for q in (*self.problem.states, *self.problem.outputs)]
+        moving = [n for n in names if f"der({n})" in names]
+        if moving:
+            return [moving[0], f"der({moving[0]})"]
+        return [names[0], names[min(1, len(names) - 1)]]
+
+    def picture(self) -> dict[str, object]:
+        scene = self.scene
+        meshes: dict[str, object] = {}
+        for shape in scene.shapes:
+            if shape.kind == "mesh":
+                meshes.setdefault(shape.text, _mesh(shape.text))
+        return {
+            "size": scene.size,
+            "flat": self.model.compilation.flat.space != 3,
+            "up": _up(self.model),
+            "unit": "" if self.model.compilation.flat.dimensionless else "m",
+            "nScene": scene.n_still + scene.n_moving,
+            "meshes": meshes,
+            "shapes": [
+                {
+                    "kind": s.kind,
+                    "numbers": list(s.numbers),
+                    "name": s.name,
+                    "colour": s.colour,
+                    "text": s.text,
+                    "relative": s.relative,
+                    "grid": list(s.grid),
+                }
+                for s in scene.shapes
+            ],
+        }
+
+    def record_facts(self) -> dict[str, object]:
+        error = self.solution.accuracy.error
+        kinds = {name: k for k, name in enumerate(KINDS)}
+        return {
+            "recorded": "This page holds one motion, not the model: its sliders are there where it is written "
+            "with zig (pip install ziglang).",
+            "events": [{"t": e.time, "kind": kinds.get(e.kind, 0), "index": 0} for e in self.solution.events],
+            "error": {"largest": error.largest, "atEnd": error.at_end} if error else None,
+            "ms": 1e3 * self.solution.statistics.run_time,
+            "steps": self.solution.statistics.steps,
+        }
+
+
+def facts_of(model: Model, values: Mapping[str, Given], experiment: str | None) -> Facts:
+    """Run a model that has a scene, and return what its page is told. Raises what ``simulate`` raises."""
+    solution = model.simulate(set=values, experiment=experiment)
+    said = solution.statistics.method
+    method = "auto" if solution.statistics.switches else said
+    if method not in KERNEL_METHODS:
+        raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
+    ready, asked = model._asked(
+        "simulate", values, {"experiment": experiment, "method": method if method != "dop853" else None}
+    )
+    return Facts(ready, plan(ready, asked), solution, method)
+
+
+def _mesh(path: str) -> dict[str, Any]:
+    """Return points, normals and triangles of a file, as the page draws them."""
+    corners = triangles(path)
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    normals = np.repeat(normals / np.where(lengths > 0, lengths, 1), 3, axis=0)
+    return {
+        "points": [float(f"{x:.6g}") for x in corners.ravel()],
+        "normals": [float(f"{x:.3g}") for x in normals.ravel()],
+        "index": list(range(3 * len(corners))),
+    }
+
+
+def _up(model: Model) -> list[float]:
+    """Return the axis against which things fall: z in space, y in the plane, where no field says it."""
+    system = model.compilation.system
+    size = 3 if system.model.space == 3 else 2
+    graph = system.graph
+    for mass in system.masses:
+        if mass.field is not None and all(graph.is_constant(n) for n in mass.field):
+            numbers = [float(graph.value(n)) for n in mass.field]
+            axis = int(np.argmax(np.abs(numbers)))
+            if numbers[axis] < 0:
+                return [1.0 if k == axis else 0.0 for k in range(3)]
+    return [0.0, 0.0, 1.0] if size == 3 else [0.0, 1.0, 0.0]

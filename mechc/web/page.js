@@ -1,0 +1,273 @@
+// The page: settings ask for a run, the clock moves through it, picture and curves follow.
+const number = v => Number.isFinite(v) ? String(+v.toPrecision(4)) : '–';
+
+async function unpack(base64) {
+  const bytes = Uint8Array.from(atob(base64), c => c.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream('gzip'))).arrayBuffer();
+}
+
+const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
+const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
+
+/** The numbers of the picture at any time, and the box that all motion lies in. */
+function motion(run, plan) {
+  const {nScene: m, scene, t, n} = run;
+  const row = new Float64Array(m);
+  const still = plan.shapes.map(s => Float64Array.from(s.numbers, () => 0));
+  let at = {i: 0, s: 0};
+  function go(time) {
+    let low = 0, high = n - 1;
+    while (high - low > 1) { const k = (low + high) >> 1; if (t[k] <= time) low = k; else high = k; }
+    const h = t[high] - t[low], s = h > 0 ? Math.min(1, Math.max(0, (time - t[low]) / h)) : 0;
+    at = {i: low, s};
+    const a = low * m, b = Math.min(low + 1, n - 1) * m;
+    for (let k = 0; k < m; k++) row[k] = scene[a + k] + s * (scene[b + k] - scene[a + k]);
+    plan.shapes.forEach((shape, k) => { const v = still[k], list = shape.numbers; for (let j = 0; j < list.length; j++) v[j] = row[list[j]]; });
+    return at;
+  }
+  function box() {
+    const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    const see = (p, r) => { for (let k = 0; k < 3; k++) { if (p[k] - r < low[k]) low[k] = p[k] - r; if (p[k] + r > high[k]) high[k] = p[k] + r; } };
+    const stride = Math.max(1, Math.floor(n / 200));
+    for (const shape of plan.shapes) for (let i = 0; i < n; i += stride) {
+      const v = shape.numbers.map(k => scene[i * m + k]);
+      if (v.some(x => !Number.isFinite(x))) continue;
+      const turned = (a, b, d) => [0, 1, 2].map(k => v[k] + a * v[3 + k] + b * v[6 + k] + d * v[9 + k]);
+      switch (shape.kind) {
+        case 'line': for (let k = 0; k + 2 < v.length; k += 3) see(v.slice(k, k + 3), 0); break;
+        case 'spring': see(v.slice(0, 3), 0); see(v.slice(3, 6), 0); break;
+        case 'arrow': case 'trail': case 'text': case 'mass': see(v, 0); break;
+        case 'polygon': case 'curve': case 'surface': for (let k = 12; k + 2 < v.length; k += 3) see(turned(v[k], v[k + 1], v[k + 2]), 0); break;
+        case 'box': for (const a of [-.5, .5]) for (const b of [-.5, .5]) for (const d of [-.5, .5]) see(turned(a * v[12], b * v[13], d * v[14]), 0); break;
+        case 'cylinder': case 'cone': see(v, Math.max(v[12], v[13] / 2)); break;
+        default: see(v, shape.relative ? 0 : Math.abs(v[12] || 0));
+      }
+    }
+    if (!(high[0] >= low[0])) return {low: [-1, -1, -1], high: [1, 1, 1], size: 2};
+    const size = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
+    return {low, high, size};
+  }
+  const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
+  return {
+    go, box, heaviest, values: k => still[k],
+    trail(shape) {
+      const list = shape.numbers, points = new Float64Array(3 * (at.i + 2));
+      for (let i = 0; i <= at.i; i++) for (let k = 0; k < 3; k++) points[3 * i + k] = scene[i * m + list[k]];
+      for (let k = 0; k < 3; k++) points[3 * at.i + 3 + k] = row[list[k]];
+      return points;
+    },
+    speeds() {
+      const found = [], i = at.i, h = t[Math.min(i + 1, n - 1)] - t[i];
+      if (!(h > 0)) return found;
+      for (const s of plan.shapes) if (s.kind === 'mass' || s.kind === 'box' || s.kind === 'cylinder' || (s.kind === 'sphere' && !s.relative) || s.kind === 'trail') {
+        const v = s.numbers.slice(0, 3).map(k => (scene[(i + 1) * m + k] - scene[i * m + k]) / h);
+        found.push([s.numbers.slice(0, 3).map(k => row[k]), v]);
+      }
+      return found;
+    },
+  };
+}
+
+async function start(info, parts) {
+  const $ = id => document.getElementById(id), state = window.page = {ready: false, time: info.start, speed: 1, frames: [], ms: [], runs: 0};
+  const plan = info.scene, dark = matchMedia('(prefers-color-scheme: dark)');
+  const ink = () => INK[document.documentElement.dataset.theme || (dark.matches ? 'dark' : 'light')];
+  const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
+  paint();
+  const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))];
+  const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
+  if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
+  const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});
+  const shown = new Set(info.curves);
+  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0;
+
+  // ------------------------------------------------------------ settings
+  const sliders = [];
+  const values = () => ({parameters: {}, inputs: {}, states: {}});
+  function settings() {
+    const found = values();
+    for (const s of sliders) if (s.value !== s.default) found[s.group][s.index] = s.value;
+    return found;
+  }
+  function slider(q, group, index, box) {
+    const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
+    const row = box.appendChild(document.createElement('label')), out = document.createElement('output'), head = document.createElement('span');
+    head.textContent = q.name; head.title = q.doc || q.name;
+    const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
+    const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
+    field.setAttribute('aria-label', `${q.name} in ${q.shown || 'a pure number'}`);
+    const text = () => { out.textContent = q.shown; field.value = number(s.value / q.factor); input.value = s.value; input.setAttribute('aria-valuetext', `${number(s.value / q.factor)} ${q.shown}`); row.classList.toggle('changed', s.value !== s.default); };
+    s.set = (v, dragging) => { s.value = v; text(); integrate(dragging); };
+    s.show = v => { s.value = v; text(); };
+    input.oninput = () => s.set(+input.value, true);
+    input.onchange = () => { integrate(false); remember(); };
+    field.onchange = () => { const v = +field.value * q.factor; if (Number.isFinite(v)) { s.set(v, false); remember(); } };
+    row.ondblclick = () => { s.set(s.default, false); remember(); };
+    const line = document.createElement('span'); line.className = 'value'; line.append(field, out);
+    row.append(head, line, input); text();
+    sliders.push(s);
+  }
+  function remember() {
+    const parts = sliders.filter(s => s.value !== s.default).map(s => `${encodeURIComponent(s.name)}=${+s.value.toPrecision(12)}`);
+    if (state.time > info.start) parts.push(`t=${+state.time.toPrecision(6)}`);
+    history.replaceState(null, '', '#' + parts.join('&'));
+  }
+  function recall() {
+    for (const part of location.hash.slice(1).split('&').filter(Boolean)) {
+      const [name, value] = part.split('=').map(decodeURIComponent), s = sliders.find(x => x.name === name);
+      if (name === 't') state.time = +value; else if (s && Number.isFinite(+value)) s.show(+value);
+      else note(`The link sets ‘${name}’, which this page does not have.`);
+    }
+  }
+
+  // ------------------------------------------------------------ runs
+  function integrate(dragging) {
+    if (!ask) return;
+    if (asked > answered) { waiting = dragging; return; }  // the newest setting is asked once this one is answered
+    const id = ++asked;
+    const begun = performance.now();
+    ask(settings(), dragging, run => {
+      answered = id;
+      state.ms.push(performance.now() - begun);
+      show(run);
+      if (waiting !== null) { const next = waiting; waiting = null; integrate(next); }
+    }, error => { if (id === asked) tellError(error); });
+  }
+  function note(text) { $('note').textContent = text; }
+  function tellError(error) {
+    state.error = error;
+    $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})` : 'unknown: the second run failed';
+  }
+  function column(name) { const c = columns.find(q => q.name === name); return c; }
+  function series(q) {
+    const {run} = state, stride = q.of === 'y' ? run.ny : run.nOut, data = q.of === 'y' ? run.y : run.out, values = new Float64Array(run.n);
+    for (let i = 0; i < run.n; i++) values[i] = data[i * stride + q.k] / q.factor;
+    return values;
+  }
+  state.series = name => Array.from(series(column(name)), v => v * column(name).factor);
+  function energy(run) {
+    const [total, lost, fed] = info.balance;
+    if (!(total >= 0)) return null;
+    let worst = 0, size = 0, first = 0;
+    for (let i = 0; i < run.n; i++) {
+      const at = k => k >= 0 ? run.out[i * run.nOut + k] : 0, e = at(total) + at(lost) - at(fed);
+      if (!i) first = e;
+      worst = Math.max(worst, Math.abs(e - first)); size = Math.max(size, Math.abs(at(total)), ...info.sizes.map(k => Math.abs(at(k))));
+    }
+    return {worst, relative: size > 0 ? worst / size : null};
+  }
+  function show(run) {
+    if (!run.n) { note(run.failed); return; }
+    state.run = run; state.runs++;
+    moving = motion(run, plan);
+    if (scene) scene.fit(moving.box());
+    note(run.failed || `${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
+    $('note').classList.toggle('bad', !!run.failed);
+    const balance = energy(run);
+    $('energy').textContent = balance ? `${balance.worst.toExponential(1)} ${info.joule}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
+    state.energy = balance;
+    if (run.error !== undefined) tellError(run.error); else $('error').textContent = '…';
+    draw();
+    go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
+  }
+  function draw() {
+    const {run} = state, names = [...shown];
+    curves.set(run.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0}; }), run.events.map(e => e.t), info.second);
+    const a = column($('across').value), b = column($('up').value);
+    phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`);
+    $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
+  }
+
+  // ------------------------------------------------------------ time
+  function go(time) {
+    const {run} = state;
+    if (!run) return;
+    const begun = performance.now();
+    state.time = time;
+    const at = moving.go(time);
+    if (scene) {
+      moving.arrows = null;
+      if (arrows) { const found = moving.speeds(), fast = Math.max(1e-300, ...found.map(([, v]) => Math.hypot(...v))), size = moving.size ??= moving.box().size; moving.arrows = found.map(([p, v]) => [p, v.map(x => x / fast * size * 0.15)]); }
+      scene.draw(moving);
+    }
+    curves.mark(time); phase.mark(at.i + at.s);
+    $('time').value = time; $('clock').textContent = `${time.toFixed(info.digits)} ${info.second}`;
+    $('time').setAttribute('aria-valuetext', $('clock').textContent);
+    const w = performance.now() - begun;
+    state.frames.push(w); if (state.frames.length > 600) state.frames.shift();
+  }
+  function playing(on) { play = on; last = 0; $('play').textContent = on ? '❚❚' : '▶'; $('play').setAttribute('aria-label', on ? 'pause' : 'play'); if (on) requestAnimationFrame(tick); else remember(); }
+  function tick(now) {
+    if (!play) return;
+    if (last && state.run) {
+      const end = state.run.t[state.run.n - 1];
+      let t = state.time + (now - last) / 1000 * state.speed * info.pace;
+      if (t > end) { if (!$('loop').checked) { go(end); playing(false); return; } t = state.run.t[0]; }
+      go(t);
+    }
+    last = now;
+    requestAnimationFrame(tick);
+  }
+  function step(by) { playing(false); const {run} = state; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
+
+  // ------------------------------------------------------------ controls
+  const live = !!parts.wasm;
+  for (const [id, list, group] of [['parameters', info.parameters, 'parameters'], ['starts', info.starts, 'states'], ['inputs', info.inputs, 'inputs']]) {
+    $(id).hidden = !list.length || !live;
+    if (live) for (const q of list) slider(q, group, q.index, $(id));
+  }
+  if (!live) $('how').textContent = info.recorded;
+  else if (info.fixed) $('how').textContent = info.fixed;
+  for (const q of columns) {
+    const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
+    box.onchange = () => { if (box.checked) shown.add(q.name); else shown.delete(q.name); draw(); go(state.time); };
+    label.append(box, ' ' + q.name); label.title = q.doc || ''; $('choose').append(label);
+    for (const id of ['across', 'up']) $(id).append(new Option(q.name, q.name));
+  }
+  [$('across').value, $('up').value] = info.phase;
+  $('across').onchange = $('up').onchange = () => { draw(); go(state.time); };
+  Object.assign($('time'), {min: info.start, max: info.stop, step: 'any'});
+  $('time').oninput = () => { playing(false); go(+$('time').value); };
+  $('play').onclick = () => playing(!play);
+  $('back').onclick = () => step(-1); $('on').onclick = () => step(1);
+  $('speed').onchange = () => state.speed = +$('speed').value;
+  $('arrows').onchange = () => { arrows = $('arrows').checked; go(state.time); };
+  $('reset').onclick = () => { for (const s of sliders) s.show(s.default); integrate(false); remember(); };
+  $('theme').onclick = () => {
+    const now = document.documentElement.dataset.theme || (dark.matches ? 'dark' : 'light');
+    document.documentElement.dataset.theme = now === 'dark' ? 'light' : 'dark'; paint(); draw(); go(state.time);
+  };
+  const save = (blob, name) => { const a = Object.assign(document.createElement('a'), {href: URL.createObjectURL(blob), download: name}); a.click(); setTimeout(() => URL.revokeObjectURL(a.href), 1000); };
+  state.csv = () => {
+    const head = ['time', ...columns.map(q => q.name)].map((n, k) => { const unit = k ? columns[k - 1].unit : info.second; const text = unit ? `${n} [${unit}]` : n; return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text; });
+    const {run} = state, lines = [head.join(',')];
+    for (let i = 0; i < run.n; i++) lines.push([run.t[i], ...columns.map(q => q.of === 'y' ? run.y[i * run.ny + q.k] : run.out[i * run.nOut + q.k])].join(','));
+    return lines.join('\n') + '\n';
+  };
+  $('csv').onclick = () => save(new Blob([state.csv()], {type: 'text/csv'}), info.name + '.csv');
+  $('png').onclick = () => { scene?.draw(moving); (scene?.canvas || $('plot')).toBlob(b => save(b, info.name + '.png')); };
+  $('link').onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); note('The link is copied: it holds all settings.'); } catch { note('The address of this page holds all settings.'); } };
+  document.addEventListener('keydown', e => {
+    if (/INPUT|SELECT|TEXTAREA|SUMMARY/.test(e.target.tagName) && e.target.type !== 'checkbox' && e.target.type !== 'button') return;
+    const act = {' ': () => playing(!play), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1), Home: () => go(state.run.t[0]), End: () => go(state.run.t[state.run.n - 1]), l: () => { $('loop').checked = !$('loop').checked; }, v: () => $('arrows').click(), r: () => $('reset').click()}[e.key];
+    if (act && e.target.tagName !== 'BUTTON') { e.preventDefault(); act(); }
+  });
+  addEventListener('hashchange', () => { recall(); integrate(false); });
+  dark.addEventListener('change', () => { paint(); if (state.run) { draw(); go(state.time); } });
+
+  // ------------------------------------------------------------ begin
+  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', columns, info, integrate, values: k => Array.from(moving.values(k))});
+  if (live) {
+    ask = await makeRunner($('engine').textContent, await unpack(parts.wasm), info);
+    recall(); integrate(false);
+  } else {
+    const raw = await unpack(parts.rows), n = info.rows, wide = info.states.length, outs = info.outputs.length, m = plan.nScene;
+    const all = Float64Array.from(new Float32Array(raw)); let at = 0; const take = k => all.subarray(at, at += k);
+    recall();
+    show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop});
+  }
+  const until = performance.now() + 60000;
+  while (!state.run && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
+  state.ready = true;
+  if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !location.hash.includes('t=')) playing(true);
+}

@@ -1,0 +1,100 @@
+"""One file that shows a model move: its picture, curves and sliders, with the model itself as WebAssembly inside."""
+
+from __future__ import annotations
+
+import base64
+import gzip
+import html
+import json
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from mechc.runtime.methods import parts_for
+
+from .assembly import webassembly
+from .facts import Facts, facts_of
+
+if TYPE_CHECKING:
+    from mechc.api import Model
+    from mechc.settings import Given
+
+HERE = Path(__file__).parent
+MARK = "<!-- a page of mechc -->"
+"""Stands at the beginning of every page."""
+
+PARTS = {2: ("plane.js",), 3: ("math.js", "meshes.js", "space.js")}
+
+
+def page(
+    model: Model,
+    *,
+    recorded: bool = False,
+    set: Mapping[str, Given] | None = None,
+    experiment: str | None = None,
+) -> str:
+    """Return the text of a page. ``recorded``: with the motion in it in the place of the model, which needs no zig.
+
+    Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError.
+    """
+    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment)
+    if recorded:
+        parts = {"rows": _packed(_rows(facts))}
+    else:
+        from mechc.compiler.pipeline import program_with
+
+        compilation = facts.model.compilation
+        program = program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
+        parts = {"wasm": _packed(webassembly(program, facts.method))}
+    return _joined(facts, facts.info(recorded=recorded), parts)
+
+
+def _rows(facts: Facts) -> bytes:
+    """Return times, states, outputs and numbers of the picture, one block after another, in single precision."""
+    return b"".join(np.asarray(block, dtype="<f4").tobytes() for block in facts.recorded())
+
+
+def _packed(data: bytes) -> str:
+    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+
+
+def _joined(facts: Facts, info: dict[str, object], parts: dict[str, str]) -> str:
+    size = facts.scene.size if facts.scene.shapes else 2
+    code = "\n".join(_text(name) for name in ("plot.js", *PARTS[size], "page.js"))
+    texts = {
+        "TITLE": html.escape(facts.model.name),
+        "DOC": html.escape(facts.model.doc),
+        "ENGINE": _text("engine.js"),
+        "CODE": f"{_text('engine.js')}\n{code}",
+        "INFO": _json(info),
+        "PARTS": json.dumps(parts),
+    }
+    return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], _text("page.html"))
+
+
+def _text(name: str) -> str:
+    """Return a file of the page without its comments and indentation: they are for those who read it here."""
+    text = (HERE / name).read_text(encoding="utf-8")
+    if name.endswith(".js"):
+        text = re.sub(r"^\s*(//.*|/\*\*.*\*/)\n", "", text, flags=re.MULTILINE)
+        text = re.sub(r"^ +", "", text, flags=re.MULTILINE)
+    return text
+
+
+def _json(info: dict[str, object]) -> str:
+    """Return data as the text of a script: nothing in it ends the script, and what is no number is null."""
+    text = json.dumps(_finite(info), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+    return text.replace("<", "\\u003c")
+
+
+def _finite(value: object) -> object:
+    if isinstance(value, dict):
+        return {name: _finite(x) for name, x in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(x) for x in value]
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,111 @@
+// Curves over time on a canvas: ticks, legend, marks of events, marker; a click or drag says the time. And a phase portrait.
+
+function ticks(low, high, count) {
+  const raw = (high - low) / Math.max(count, 1) || 1, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= raw * 0.999);
+  const found = [];
+  for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
+  return {step, found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
+}
+
+function makePlot(canvas, {onTime, ink}) {
+  const context = canvas.getContext('2d'), marker = canvas.parentNode.appendChild(document.createElement('div'));
+  marker.className = 'marker';
+  let x = new Float64Array(0), curves = [], events = [], second = 's', low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30};
+  const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const px = v => frame.l + (v - x[0]) / (x[x.length - 1] - x[0] || 1) * (canvas.clientWidth - frame.l - frame.r);
+  const py = v => canvas.clientHeight - frame.b - (v - low) / (high - low) * (canvas.clientHeight - frame.t - frame.b);
+
+  function drawStill() {                      // axes and curves; the marker is an element of its own
+    const scale = devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    canvas.width = w * scale; canvas.height = h * scale;
+    const c = context;
+    c.setTransform(scale, 0, 0, scale, 0, 0);
+    c.clearRect(0, 0, w, h);
+    c.font = '12px system-ui, sans-serif'; c.lineWidth = 1;
+    const vertical = ticks(low, high, Math.max(2, h / 45)), horizontal = ticks(x[0], x[x.length - 1], w / 90);
+    c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
+    c.textAlign = 'right'; c.textBaseline = 'middle';
+    for (const v of vertical.found) {
+      c.beginPath(); c.moveTo(frame.l, py(v)); c.lineTo(w - frame.r, py(v)); c.stroke();
+      c.fillText(label(v, vertical), frame.l - 6, py(v));
+    }
+    c.textAlign = 'center'; c.textBaseline = 'top';
+    for (const v of horizontal.found) {
+      c.beginPath(); c.moveTo(px(v), frame.t); c.lineTo(px(v), h - frame.b); c.stroke();
+      c.fillText(label(v, horizontal), px(v), h - frame.b + 4);
+    }
+    c.fillText(`time / ${second || '1'}`, w - frame.r - 30, h - 14);
+    c.strokeStyle = style('--event');
+    for (const t of events.slice(0, 400)) { c.beginPath(); c.moveTo(px(t), frame.t); c.lineTo(px(t), frame.t + 7); c.moveTo(px(t), h - frame.b); c.lineTo(px(t), h - frame.b - 7); c.stroke(); }
+    let at = frame.l; c.textAlign = 'left'; c.lineJoin = 'round';
+    curves.forEach((curve, k) => {
+      const {data, stride, offset} = curve, n = x.length;
+      c.strokeStyle = c.fillStyle = ink()[k % 6]; c.lineWidth = 1.6;
+      c.beginPath();
+      for (let i = 0; i < n; i++) c.lineTo(px(x[i]), py(data[i * stride + offset]));
+      c.stroke();
+      c.fillRect(at, 9, 14, 3); c.fillText(curve.name, at + 18, 4); at += 30 + c.measureText(curve.name).width;
+    });
+  }
+
+  function mark(time) {
+    marker.style.cssText = `left: ${px(time)}px; top: ${frame.t}px; bottom: ${frame.b}px`;
+  }
+
+  const pick = event => {
+    const share = (event.offsetX - frame.l) / (canvas.clientWidth - frame.l - frame.r);
+    onTime(x[0] + Math.min(1, Math.max(0, share)) * (x[x.length - 1] - x[0]));
+  };
+  canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); pick(e); });
+  canvas.addEventListener('pointermove', e => e.buttons && pick(e));
+  new ResizeObserver(() => x.length && canvas.clientWidth && drawStill()).observe(canvas);
+  return {
+    set(abscissa, list, marks, unit) {
+      x = abscissa; curves = list; events = marks; second = unit; low = Infinity; high = -Infinity;
+      for (const {data, stride, offset} of curves)
+        for (let i = 0; i < x.length; i++) { const v = data[i * stride + offset]; if (v < low) low = v; if (v > high) high = v; }
+      if (!(high >= low)) { low = 0; high = 1; }
+      const pad = (high - low || Math.abs(high) || 1) * 0.06; low -= pad; high += pad;
+      drawStill();
+    },
+    mark,
+  };
+}
+
+const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) < step / 2 ? '0' : v.toExponential(1)) : v.toFixed(digits);
+
+/** One quantity over another, with a point where the clock stands. */
+function makePhase(canvas, {ink}) {
+  const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
+  dot.className = 'dot';
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = 0;
+  const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (canvas.clientWidth - 64);
+  const py = v => canvas.clientHeight - 34 - (v - box[2]) / (box[3] - box[2]) * (canvas.clientHeight - 50);
+  function still() {
+    const scale = devicePixelRatio || 1, w = canvas.clientWidth, h = canvas.clientHeight;
+    if (!w || !h) return;
+    canvas.width = w * scale; canvas.height = h * scale;
+    c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h); c.font = '12px system-ui, sans-serif';
+    c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
+    const X = ticks(box[0], box[1], Math.max(2, w / 90)), Y = ticks(box[2], box[3], Math.max(2, h / 45));
+    c.textAlign = 'center'; c.textBaseline = 'top';
+    for (const v of X.found) { c.beginPath(); c.moveTo(px(v), 16); c.lineTo(px(v), h - 34); c.stroke(); c.fillText(label(v, X), px(v), h - 30); }
+    c.fillText(names[0], w / 2 + 20, h - 15);
+    c.textAlign = 'right'; c.textBaseline = 'middle';
+    for (const v of Y.found) { c.beginPath(); c.moveTo(52, py(v)); c.lineTo(w - 12, py(v)); c.stroke(); c.fillText(label(v, Y), 46, py(v)); }
+    c.textAlign = 'left'; c.fillText(names[1], 8, 8);
+    c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round'; c.beginPath();
+    for (let i = 0; i < a.length; i++) c.lineTo(px(a[i]), py(b[i]));
+    c.stroke(); c.lineWidth = 1;
+  }
+  function mark(k) {
+    at = k;
+    const i = Math.min(Math.floor(k), a.length - 1), j = Math.min(i + 1, a.length - 1), s = k - i;
+    dot.style.transform = `translate(${px(a[i] + s * (a[j] - a[i]))}px, ${py(b[i] + s * (b[j] - b[i]))}px)`;
+  }
+  const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } if (!(h >= l)) return [0, 1]; const pad = (h - l || Math.abs(h) || 1) * 0.06; return [l - pad, h + pad]; };
+  new ResizeObserver(() => { if (a.length) { still(); mark(at); } }).observe(canvas);
+  return {mark, set(x, y, across, up) { a = x; b = y; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
+}

@@ -1,0 +1,175 @@
+/* A model and its kernel behind a few functions for a page: numbers in, numbers out, no imports.
+ *
+ * All arrays live here; the page reads and writes them in place. A run is: write what is set (p and set, u and u_set,
+ * y0 and y_given), web_begin, then web_run. A status below zero of web_run is that of the solver.
+ */
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "clock.h"
+#include "model.h"
+#include "solver.h"
+#include "web_scene.h"
+#if defined(MECH_WEB_START)
+#include "start.h"
+#include "web_sizes.h"
+#endif
+
+#define EXPORT(name) __attribute__((export_name(#name))) name
+
+const mech_model *mech_model_get(void);
+
+double mech_clock(void) { return 0; } /* the page has its own */
+
+enum { EVENTS = 4096 };
+
+static const mech_model *model;
+static int ny;
+static long n_rows;
+static double begin_time, start_time, stop_time;
+static mech_real *p, *u, *given_u, *z, *y0, *plain, *nominal, *atol_, *grid, *rows, *zs, *outs, *scenes, *instants, *other;
+static unsigned char *set, *u_set, *y_given;
+static mech_event *events;
+static mech_table *tables;
+static mech_real zero;
+static int n_tables;
+static mech_report report;
+static int sizes[12];
+
+static void *take(size_t n, size_t size) { return calloc(n > 0 ? n : 1, size); }
+
+/* Numbers of: states, parameters with constants, parameters, inputs, discretes, outputs, numbers of the picture. */
+int *EXPORT(web_sizes)(void) { return sizes; }
+
+void *EXPORT(web_array)(int which)
+{
+    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, instants, other, zs};
+    return arrays[which];
+}
+
+int EXPORT(web_open)(int row_count, double begin, double start, double stop)
+{
+    model = mech_model_get();
+    begin_time = begin, start_time = start, stop_time = stop;
+    ny = model->nq + model->nv + model->nx, n_rows = row_count;
+    const int n_scene = WEB_STILL + WEB_MOVING;
+    const int all[12] = {ny, model->np + model->nh, model->np, model->nu, model->nz, model->n_outputs, n_scene};
+    memcpy(sizes, all, sizeof sizes);
+    p = take((size_t)(model->np + model->nh), sizeof *p), set = take((size_t)model->np, 1);
+    u = take((size_t)model->nu, sizeof *u), given_u = take((size_t)model->nu, sizeof *u), u_set = take((size_t)model->nu, 1);
+    z = take((size_t)model->nz, sizeof *z);
+    y0 = take((size_t)ny, sizeof *y0), plain = take((size_t)ny, sizeof *y0), y_given = take((size_t)ny, 1);
+    nominal = take((size_t)ny, sizeof *y0), atol_ = take((size_t)ny, sizeof *y0);
+    grid = take((size_t)n_rows, sizeof *grid);
+    rows = take((size_t)(n_rows * ny), sizeof *rows), other = take((size_t)(n_rows * ny), sizeof *rows);
+    zs = take((size_t)(n_rows * model->nz), sizeof *zs);
+    outs = take((size_t)(n_rows * model->n_outputs), sizeof *outs);
+    scenes = take((size_t)(n_rows * n_scene), sizeof *scenes);
+    tables = take((size_t)model->nu, sizeof *tables);
+    if (model->hybrid) {
+        events = take(EVENTS, sizeof *events);
+        instants = take((size_t)(EVENTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
+    }
+    for (long i = 0; i < n_rows; i++)
+        grid[i] = i < n_rows - 1 ? start + (double)i * ((stop - start) / (double)(n_rows - 1)) : stop;
+    return 0;
+}
+
+/* What the run begins with; 0, or how the assembly failed. Values that were set are in p, given_u and y0. */
+int EXPORT(web_begin)(void)
+{
+    model->parameters(p, set);
+    n_tables = 0;
+    for (int i = 0; i < model->nu; i++)
+        if (u_set[i])
+            tables[n_tables++] = (mech_table){i, MECH_STEP, 1, &zero, given_u + i, &zero};
+    const mech_real t = begin_time;
+    if (model->nu)
+        mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
+#if defined(MECH_WEB_START)
+    mech_start_report told;
+    return mech_start_state(model, t, y_given, u, z, p, y0, plain, &told);
+#else
+    if (model->discretes)
+        model->discretes(t, y0, u, z, p, z);
+    if (y_given[0] == 9) /* all of y0 as computed beforehand */
+        return 0;
+    memcpy(plain, y0, (size_t)ny * sizeof *y0);
+    model->initial(t, y0, u, z, p, y0);
+    for (int i = 0; i < ny; i++)
+        if (y_given[i])
+            y0[i] = plain[i];
+    return 0;
+#endif
+}
+
+static int run(double tolerance, int method, double step, double dt_max, mech_real *into)
+{
+    mech_options o;
+    memset(&o, 0, sizeof o);
+    o.tables = tables, o.n_tables = n_tables, o.method = method, o.n_grid = n_rows, o.t0 = begin_time;
+    o.dt_max = dt_max, o.dt = step, o.rtol = tolerance;
+    o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
+    if (model->hybrid)
+        o.events = events, o.event_capacity = EVENTS, o.instants = instants, o.instant_capacity = EVENTS;
+    for (int i = 0; i < ny; i++)
+        atol_[i] = tolerance * nominal[i];
+    mech_solver *solver = mech_create(model, &o);
+    if (!solver)
+        return -100;
+    int status;
+    long stop_after = 2000;
+    do {
+        status = mech_advance(solver, stop_time, 10000);
+        if (status == MECH_EVENTS_FULL) {
+            mech_set_events(solver, events, EVENTS, instants, EVENTS);
+            status = MECH_RUNNING;
+        }
+    } while (status == MECH_RUNNING && --stop_after > 0);
+    mech_read(solver, &report, NULL);
+    mech_free(solver);
+    return status;
+}
+
+/* From the state of web_begin: rows, outputs and the picture; the status of the solver. */
+int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
+{
+#if defined(MECH_WEB_START)
+    mech_options o;
+    memset(&o, 0, sizeof o);
+    o.tables = tables, o.n_tables = n_tables, o.method = method, o.t0 = begin_time, o.dt_max = dt_max;
+    o.y0 = y0, o.z = z, o.p = p;
+    if (mech_nominal_values(model, &web_sizes_of_states, &o, stop_time, plain, nominal))
+        return -100;
+#endif
+    const int status = run(tolerance, method, step, dt_max, rows);
+    const long n = report.n_grid;
+    const int n_out = model->n_outputs, n_scene = WEB_STILL + WEB_MOVING;
+    for (long i = 0; i < n; i++) {
+        const mech_real *held = model->hybrid ? zs + i * model->nz : z, *y = rows + i * ny;
+        if (n_out)
+            mech_evaluate(model, model->outputs, n_out, tables, n_tables, 1, grid + i, y, held, p, u, outs + i * n_out);
+        else if (model->nu)
+            mech_evaluate_inputs(model, tables, n_tables, 1, grid + i, p, u);
+        if (n_scene)
+            web_scene(grid[i], y, u, held, p, scenes + i * n_scene);
+    }
+    return status;
+}
+
+/* The same again at another tolerance, into `other`: what the error is estimated from. */
+int EXPORT(web_again)(double tolerance, int method, double step, double dt_max)
+{
+    const mech_report first = report;
+    const int status = run(tolerance, method, step, dt_max, other);
+    const long n = report.n_grid;
+    report = first;
+    return status == MECH_REACHED || status == MECH_TERMINATED ? (int)n : -1;
+}
+
+int EXPORT(web_n_grid)(void) { return (int)report.n_grid; }
+int EXPORT(web_n_events)(void) { return (int)report.n_events; }
+double EXPORT(web_reached)(void) { return report.t; }
+int EXPORT(web_steps)(void) { return (int)report.steps; }
+int EXPORT(web_failed)(void) { return report.failed_index; }
