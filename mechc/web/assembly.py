@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import importlib.util
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mechc.compiler.program.model import Program
 from mechc.compiler.targets.c import emit_c
+from mechc.compiler.targets.description import make_problem
 from mechc.compiler.targets.kernel_files import needed_kernel
 from mechc.lang.diagnostics import Reporter
+from mechc.runtime.methods import with_components
 from mechc.runtime.native.build import Compiler, build_shared
+from mechc.runtime.nominal import sizes_of
 
 FLAGS = (
     "-std=c11",
@@ -64,11 +67,38 @@ def sources(program: Program, method: str) -> Mapping[str, str]:
     own = {
         "web_model.c": emit_c(program),
         "web.c": (HERE / "web.c").read_text(encoding="utf-8"),
-        "web_scene.h": _scene(program),
+        "web_model.h": f"{_scene(program)}\n{_quantities(program)}",
     }
-    needed = needed_kernel(program, method, own)
+    needed = needed_kernel(program, methods(method), own)
     needed.pop("clock.c", None)  # the page has its own
     return {**own, **needed}
+
+
+def methods(method: str) -> tuple[str, ...]:
+    """Return the methods that the module holds: nominal values may need a first run by dop853."""
+    return tuple(dict.fromkeys((*with_components(method), "dop853")))
+
+
+def _quantities(program: Program) -> str:
+    """Return what nominal values are made from (start.h)."""
+    sizes = sizes_of(make_problem(program))
+    kinds = {"": "MECH_PLAIN", "account": "MECH_ACCOUNT", "rotation": "MECH_ROTATION_ENTRY"}
+    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, strict=True)
+    quantities = [f"{{{u}, {kinds[k]}, {int(pure)}, {n!r}, {size!r}}}" for u, k, pure, n, size in rows]
+
+    def array(kind: str, name: str, values: Sequence[object]) -> str:
+        return f"static const {kind} {name}[] = {{{', '.join(map(str, values)) or '0'}}};"
+
+    return "\n".join(
+        [
+            array("mech_quantity", "web_states", quantities or ["{0, MECH_PLAIN, 0, 0, 0}"]),
+            array("int", "web_partner", sizes.partner),
+            array("int", "web_units", sizes.parameter_units),
+            array("int", "web_energies", sizes.energies),
+            "static const mech_sizes web_quantities = "
+            f"{{web_states, web_partner, web_units, {len(sizes.energies)}, web_energies}};\n",
+        ]
+    )
 
 
 def _scene(program: Program) -> str:

@@ -1,6 +1,8 @@
 // One model and its kernel as WebAssembly: settings in, a whole run out. Runs in a worker, or here where there is none.
 const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'instants', 'other', 'zs'];
 
+const STARTS = ['', 'no position near these fulfils the constraints', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
+
 async function makeEngine(bytes, info) {
   const {instance} = await WebAssembly.instantiate(bytes, {});
   const e = instance.exports;
@@ -38,12 +40,8 @@ async function makeEngine(bytes, info) {
       for (const [i, v] of [...info.settings.p, ...Object.entries(parameters)]) { p[i] = v; set[i] = 1; }
       for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
       for (const [i, v, kind] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = kind ?? 1; }
-      if (!info.assembles) {
-        reals('nominal', ny).set(info.nominal);
-        if (info.assembled && !Object.keys(parameters).length && !Object.keys(inputs).length) { y0.set(info.y0); given[0] = 9; }
-      }
       const started = e.web_begin();
-      if (started < 0) return {failed: `no start fulfils the constraints (${started})`, n: 0};
+      if (started < 0) return {failed: STARTS[-started] || `no start (${started})`, n: 0};
       const status = e.web_run(info.tolerance, info.method, info.step, info.maxStep);
       const n = e.web_n_grid(), ms = performance.now() - begun;
       const kinds = new DataView(e.memory.buffer), events = [];
@@ -54,7 +52,7 @@ async function makeEngine(bytes, info) {
       const run = {
         n, status, ms, events, reached: e.web_reached(), steps: e.web_steps(), ny, nOut, nScene,
         t: reals('grid', n).slice(), y: reals('rows', n * ny).slice(), out: reals('outs', n * nOut).slice(),
-        scene: reals('scenes', n * nScene).slice(), y0: reals('y0', ny).slice(), p: reals('p', np).slice(),
+        scene: reals('scenes', n * nScene).slice(), nominal: reals('nominal', ny).slice(), y0: reals('y0', ny).slice(), p: reals('p', np).slice(),
       };
       if (status !== 1 && status !== 3) run.failed = `stopped at ${run.reached.toPrecision(5)}: status ${status}`;
       return run;

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Problem, Quantity, Scene
 from mechc.settings import UsageMistake
+
+from .assembly import methods
 
 if TYPE_CHECKING:
     from mechc.api import Model
@@ -59,11 +61,6 @@ class Facts(Struct, frozen=True):
         times[-1] = case.stop
         return times
 
-    @property
-    def assembled(self) -> bool:
-        """Whether the start follows from constraints, conditions or other values of it."""
-        return bool(self.problem.assembly) or bool(self.problem.dependent)
-
     def recorded(self) -> Iterator[Array]:
         """Yield times, states, outputs and numbers of the picture of the native run."""
         pictured = self.solution.motion.pictured
@@ -78,7 +75,7 @@ class Facts(Struct, frozen=True):
 
     def info(self, *, recorded: bool) -> dict[str, object]:
         """Return all that a page is told, as plain data; values are in SI, ``factor`` leads to shown units."""
-        case, problem, names = self.plan.case, self.problem, list(KERNEL_METHODS)
+        case, problem = self.plan.case, self.problem
         duration = case.stop - case.begin
         return {
             "name": self.model.name,
@@ -90,7 +87,7 @@ class Facts(Struct, frozen=True):
             "companion": 0.01 if case.tolerance > 1e-13 else 10.0,
             "step": case.step or 0.0,
             "maxStep": case.max_step if case.max_step > 0 else 1.0,
-            "method": self.method_index(names),
+            "method": methods(self.method).index(self.method),
             "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "second": problem.time.unit,
@@ -99,25 +96,14 @@ class Facts(Struct, frozen=True):
             "outputs": [self.entry(q) for q in problem.outputs],
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
-            "assembled": self.assembled,
-            "assembles": False,
-            "y0": self.plan.case.y0.tolist(),
             "nominal": self.plan.nominal.tolist(),
             "settings": self.settings(),
             **self.sliders(),
-            "fixed": self.fixed(),
             "curves": self.curves(),
             "phase": self.phase(),
             "scene": self.picture(),
             **(self.record_facts() if recorded else {}),
         }
-
-    def method_index(self, names: Sequence[str]) -> int:
-        """Return the place of the method among those that the module holds (``needed_kernel`` leaves out others)."""
-        from mechc.runtime.methods import with_components
-
-        held = list(dict.fromkeys(with_components(self.method)))
-        return held.index(self.method)
 
     def entry(self, q: Quantity) -> dict[str, object]:
         unit, by = self.shown(q)
@@ -159,19 +145,8 @@ class Facts(Struct, frozen=True):
             found["u"].append([index, float(table.values[0])])
         return found
 
-    def fixed(self) -> str:
-        """Say why there are no sliders, where there are none."""
-        if not self.assembled:
-            return ""
-        return (
-            "Parameters of this model are not changed here: its start is assembled on its constraints, "
-            "which mechc run does."
-        )
-
     def sliders(self) -> dict[str, object]:
         case, problem = self.plan.case, self.problem
-        if self.assembled:
-            return {"parameters": [], "starts": [], "inputs": []}
         equations = self.model.compilation.equations
         free = {r.index for r in equations.parameter_rules if not equations.graph.support(r.value)}
         free |= set(range(len(problem.parameters))) - {r.index for r in equations.parameter_rules}
@@ -184,6 +159,8 @@ class Facts(Struct, frozen=True):
             k
             for k, q in enumerate(problem.states)
             if q.kind in ("coordinate", "rate", "state")
+            and case.known[k]
+            and k not in problem.dependent
             and not any(first <= k < first + 4 for first in problem.rotations)
         ]
         return {

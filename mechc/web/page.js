@@ -157,7 +157,7 @@ async function start(info, parts) {
     return {worst, relative: size > 0 ? worst / size : null};
   }
   function show(run) {
-    if (!run.n) { note(run.failed); return; }
+    if (!run.n) { note(run.failed); $('note').classList.add('bad'); return; }
     state.run = run; state.runs++;
     moving = motion(run, plan);
     if (scene) scene.fit(moving.box());
@@ -217,7 +217,6 @@ async function start(info, parts) {
     if (live) for (const q of list) slider(q, group, q.index, $(id));
   }
   if (!live) $('how').textContent = info.recorded;
-  else if (info.fixed) $('how').textContent = info.fixed;
   for (const q of columns) {
     const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
     box.onchange = () => { if (box.checked) shown.add(q.name); else shown.delete(q.name); draw(); go(state.time); };

@@ -10,11 +10,8 @@
 #include "clock.h"
 #include "model.h"
 #include "solver.h"
-#include "web_scene.h"
-#if defined(MECH_WEB_START)
 #include "start.h"
-#include "web_sizes.h"
-#endif
+#include "web_model.h"
 
 #define EXPORT(name) __attribute__((export_name(#name))) name
 
@@ -87,21 +84,8 @@ int EXPORT(web_begin)(void)
     const mech_real t = begin_time;
     if (model->nu)
         mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
-#if defined(MECH_WEB_START)
     mech_start_report told;
     return mech_start_state(model, t, y_given, u, z, p, y0, plain, &told);
-#else
-    if (model->discretes)
-        model->discretes(t, y0, u, z, p, z);
-    if (y_given[0] == 9) /* all of y0 as computed beforehand */
-        return 0;
-    memcpy(plain, y0, (size_t)ny * sizeof *y0);
-    model->initial(t, y0, u, z, p, y0);
-    for (int i = 0; i < ny; i++)
-        if (y_given[i])
-            y0[i] = plain[i];
-    return 0;
-#endif
 }
 
 static int run(double tolerance, int method, double step, double dt_max, mech_real *into)
@@ -135,14 +119,12 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
 /* From the state of web_begin: rows, outputs and the picture; the status of the solver. */
 int EXPORT(web_run)(double tolerance, int method, double step, double dt_max)
 {
-#if defined(MECH_WEB_START)
     mech_options o;
     memset(&o, 0, sizeof o);
     o.tables = tables, o.n_tables = n_tables, o.method = method, o.t0 = begin_time, o.dt_max = dt_max;
     o.y0 = y0, o.z = z, o.p = p;
-    if (mech_nominal_values(model, &web_sizes_of_states, &o, stop_time, plain, nominal))
+    if (mech_nominal_values(model, &web_quantities, &o, stop_time, plain, nominal))
         return -100;
-#endif
     const int status = run(tolerance, method, step, dt_max, rows);
     const long n = report.n_grid;
     const int n_out = model->n_outputs, n_scene = WEB_STILL + WEB_MOVING;

@@ -135,14 +135,17 @@ class Opened:
         return {name.split(" [")[0]: table[:, k] for k, name in enumerate(rows[0])}
 
 
-def off(found: dict[str, Any], solution: mechc.Solution, until: float = np.inf) -> float:
-    """Return the largest difference of coordinates, rates and states, over the largest value of each."""
+def off(opened: Opened, solution: mechc.Solution, until: float = np.inf) -> float:
+    """Return the largest difference of coordinates, rates and states, over nominal + |value|."""
+    found = opened.columns()
     times = found["time"]
     kept = times <= until
-    native = solution(times[kept])
-    names = [q.name for q in solution.problem.states if q.kind != "account"]
-    sizes = {n: max(float(np.abs(native[n]).max()), 1e-3) for n in names}
-    return max(float(np.abs(found[n][kept] - native[n]).max()) / sizes[n] for n in names)
+    native, nominal = solution(times[kept]), opened.ask("page.info.nominal")
+    return max(
+        float((np.abs(found[q.name][kept] - native[q.name]) / (size + np.abs(native[q.name]))).max())
+        for q, size in zip(solution.problem.states, nominal, strict=True)
+        if q.kind != "account"
+    )
 
 
 @needs_zig
@@ -153,7 +156,7 @@ def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     path.write_text(page(model))
     opened = Opened(browser, path)
     first = opened.columns()
-    assert off(first, model.simulate()) < 1e-9
+    assert off(opened, model.simulate()) < 1e-9
     closed = (1 - np.exp(-0.1 * first["time"])) / 0.1  # m x'' = -k x', by hand
     assert np.allclose(first["x"], closed, rtol=0, atol=1e-9)
     opened.set("m", 0.5)
@@ -207,15 +210,18 @@ def test_examples_agree_with_native_runs(name: str, browser: Any, tmp_path: Path
     path = tmp_path / f"{name}.html"
     path.write_text(page(model))
     opened = Opened(browser, path)
-    found, solution = opened.columns(), model.simulate()
+    solution = model.simulate()
     assert opened.said == []
-    other = model.simulate(tolerance=max(solution.report["accuracy"]["estimated_error"] or 1e-9, 1e-13) / 100)
-    until = next(
-        (
-            float(t)
-            for t in found["time"][1::20]
-            if off(found | {"time": found["time"]}, other, t) > 1e3 * HARD[name]
-        ),
-        np.inf,
-    )
-    assert off(found, solution, until) < HARD[name]
+    end = float(solution.time[-1])
+    other = model.simulate(tolerance=solution_tolerance(opened) / 10)
+    trusted = [t for t in np.linspace(0, end, 21)[1:] if off(opened, other, t) < 1e4 * HARD[name]]
+    assert trusted, "nothing is compared"
+    # where stability bounds the steps, rounding steers their lengths: two native builds differ likewise
+    exactly = model.simulate(reproducible=True)
+    rounding = abs(off(opened, exactly, max(trusted)) - off(opened, solution, max(trusted)))
+    assert off(opened, solution, max(trusted)) < HARD[name] + 4 * rounding
+
+
+def solution_tolerance(opened: Opened) -> float:
+    found: float = opened.ask("page.info.tolerance")
+    return found
