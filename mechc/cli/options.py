@@ -12,6 +12,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 RESULTS = (".csv", ".npz", ".json")
 PICTURES = (".png", ".pdf", ".svg")
+MOVING = (".mp4", ".gif", ".webp")
 """Endings of files that commands write, here as well so that they are refused before a run and not after it."""
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from .options import (
+    MOVING,
     PICTURES,
     RESULTS,
     Command,
@@ -73,6 +74,17 @@ if TYPE_CHECKING:
     help="Draw the motion, to FILE (png, pdf, svg) or in a window.",
 )
 @click.option(
+    "--animate",
+    metavar="FILE",
+    callback=ending(MOVING, "moving pictures"),
+    help="Write a moving picture (mp4, gif, webp).",
+)
+@click.option(
+    "--snapshot",
+    metavar="T1,T2",
+    help="Write one picture of the motion at several times (seconds), earlier ones paler: MODEL_snapshot.png.",
+)
+@click.option(
     "--display",
     metavar="DEG,MM",
     help="Units to show results in, and to write them in; files are in SI without it.",
@@ -112,7 +124,8 @@ def command(file: str, **given: Any) -> int:
             file,
             model=given["model"],
             set=given["settings"],
-            keep=kept(given["keep_all"], given["target"]),
+            keep=kept(given["keep_all"], given["target"])
+            | ({"scene"} if given["animate"] or given["snapshot"] else set()),
             remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
@@ -183,6 +196,7 @@ def _run_all(
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
+            _show_motion(solution, file, addition, given)
         code = code_of(outcomes)
         if not sweep.complete:
             code = INTERRUPTED
@@ -308,6 +322,29 @@ def _write(solution: Solution, path: Path, names: list[str], display: Display | 
     solution.save(path, names or None, display.in_units if display else None)
     if not quiet:
         click.echo(f"wrote {path}", err=True)
+
+
+def _show_motion(solution: Solution, file: str, addition: str, given: dict[str, Any]) -> None:
+    """Write the moving picture and the stroboscopic one that were asked for."""
+    from ..presentation.animation import animate, snapshot
+    from ..settings import UsageMistake
+
+    written: list[Path] = []
+    if given["animate"]:
+        written.append(_beside(given["animate"], addition))
+        animate(solution, written[-1])
+    if given["snapshot"]:
+        try:
+            times = [float(part) for part in given["snapshot"].split(",")]
+        except ValueError:
+            raise UsageMistake(
+                f"'{given['snapshot']}' is no list of times", "as in --snapshot 0,0.5,1, in seconds"
+            ) from None
+        written.append(_beside(f"{Path(file).stem}_snapshot.png", addition))
+        snapshot(solution, written[-1], times)
+    if not given["quiet"]:
+        for path in written:
+            click.echo(f"wrote {path}", err=True)
 
 
 def _plot(solution: Solution, path: Path, names: list[str], *, window: bool, quiet: bool) -> None:

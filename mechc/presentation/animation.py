@@ -1,0 +1,106 @@
+"""Moving pictures and stroboscopic ones of a motion, from the same scene as a live page."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.settings import UsageMistake
+
+from .painting import Painter
+
+if TYPE_CHECKING:
+    from mechc.runtime.problem import Array
+    from mechc.shown import ShownSolution
+
+ENDINGS = (".mp4", ".gif", ".webp")
+FRAMES_PER_SECOND = 30
+LONGEST, SHORTEST, SHOWN = 30.0, 1.0, 10.0
+"""A motion of another duration than between the first two takes as many seconds as the last."""
+SIZE = (6.4, 4.8)
+DOTS = 100
+
+
+def frame_times(solution: ShownSolution, rate: float = FRAMES_PER_SECOND) -> Array:
+    """Return the times [n] of the frames: the first and the last are those of the solution."""
+    first, last = float(solution.time[0]), float(solution.time[-1])
+    duration = last - first
+    seconds = duration if SHORTEST <= duration <= LONGEST else SHOWN
+    return np.linspace(first, last, max(2, round(seconds * rate) + 1))
+
+
+def animate(solution: ShownSolution, path: str | Path) -> int:
+    """Write a moving picture (mp4, gif, webp) and return the number of its frames.
+
+    Raises UsageMistake where the ending is another, nothing is drawn, or mp4 lacks its encoder.
+    """
+    path = Path(path)
+    if path.suffix not in ENDINGS:
+        raise UsageMistake(
+            f"'{path}' has the ending '{path.suffix}'", f"moving pictures end with {', '.join(ENDINGS)}"
+        )
+    if path.suffix == ".mp4" and importlib.util.find_spec("imageio_ffmpeg") is None:
+        raise UsageMistake(
+            "mp4 needs an encoder, which is not installed",
+            "pip install imageio-ffmpeg; gif and webp need none",
+        )
+    rate = 25 if path.suffix == ".gif" else FRAMES_PER_SECOND  # gif counts hundredths of a second
+    times = frame_times(solution, rate)
+    frames = _frames(solution, times)
+    if path.suffix == ".mp4":
+        _write_mp4(path, frames, rate)
+        return len(times)
+    from PIL import Image
+
+    images = [Image.fromarray(frame) for frame in frames]
+    if path.suffix == ".gif":
+        images = [image.quantize(64) for image in images]
+    options: dict[str, Any] = {"lossless": False, "quality": 80} if path.suffix == ".webp" else {}
+    images[0].save(
+        path, save_all=True, append_images=images[1:], duration=round(1000 / rate), loop=0, **options
+    )
+    return len(times)
+
+
+def snapshot(solution: ShownSolution, path: str | Path, times: Sequence[float]) -> None:
+    """Write one picture (png, pdf, svg) of the motion at several times, earlier ones paler.
+
+    Raises UsageMistake for a time outside of the motion.
+    """
+    first, last = float(solution.time[0]), float(solution.time[-1])
+    for time in times:
+        if not first <= time <= last:
+            raise UsageMistake(f"{time:g} lies outside of the motion, which goes from {first:g} to {last:g}")
+    painter = Painter(solution, np.array(sorted(times), dtype=float))
+    for k in range(len(times)):
+        painter.paint(k, opacity=1.0 if len(times) == 1 else 0.25 + 0.75 * k / (len(times) - 1), clear=k == 0)
+    painter.figure.savefig(path, dpi=1.5 * DOTS)
+
+
+def _frames(solution: ShownSolution, times: Array) -> Iterator[Any]:
+    """Yield each frame as pixels [height, width, 3]."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    painter = Painter(solution, times)
+    canvas: Any = FigureCanvasAgg(painter.figure)
+    for k in range(len(times)):
+        painter.paint(k)
+        canvas.draw()
+        yield np.asarray(canvas.buffer_rgba())[..., :3].copy()
+
+
+def _write_mp4(path: Path, frames: Iterator[Any], rate: int) -> None:
+    import imageio_ffmpeg
+
+    first = next(frames)
+    size = (first.shape[1], first.shape[0])
+    writer = imageio_ffmpeg.write_frames(str(path), size, fps=rate, quality=7)
+    writer.send(None)
+    writer.send(np.ascontiguousarray(first))
+    for frame in frames:
+        writer.send(np.ascontiguousarray(frame))
+    writer.close()

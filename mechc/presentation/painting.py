@@ -1,0 +1,285 @@
+"""The shapes of a scene on a Matplotlib figure, in the plane and in space."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from mechc.settings import UsageMistake
+
+from .stl import triangles
+
+if TYPE_CHECKING:
+    from mechc.runtime.problem import Array, Shape
+    from mechc.shown import ShownSolution
+
+INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")
+TRAIL = 1500
+"""Points of a path."""
+SMALL = 0.012
+"""Of the whole picture: radius of what has no size of its own."""
+
+
+class Painter:
+    """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another."""
+
+    def __init__(self, solution: ShownSolution, times: Array) -> None:
+        from matplotlib.figure import Figure
+
+        scene, pictured = solution.problem.scene, solution.motion.pictured
+        if scene is None or pictured is None:
+            raise UsageMistake(
+                "this run was made without a picture",
+                "ask for it: simulate of a model loaded with keep={'scene'}",
+            )
+        if not scene.shapes:
+            raise UsageMistake(
+                f"nothing of '{solution.model}' is drawn",
+                "statements 'draw' say what is to be seen: draw sphere() at {x, y};",
+            )
+        self.scene, self.times, self.solution = scene, times, solution
+        self.rows = pictured(times)
+        self.fine = np.union1d(np.linspace(solution.time[0], solution.time[-1], TRAIL), times)
+        self.paths = pictured(self.fine)
+        self.flat = scene.size == 2
+        self.low, self.high = self._box()
+        self.size = float(np.linalg.norm(self.high - self.low)) or 1.0
+        self.heaviest = max(
+            (abs(self.rows[0, s.numbers[3]]) for s in scene.shapes if s.kind == "mass"), default=1.0
+        )
+        names = list(dict.fromkeys(s.name for s in scene.shapes))
+        self.inks = [
+            s.colour
+            or (INKS[1] if s.kind == "trail" else INKS[(names.index(s.name) + 6 * s.relative) % len(INKS)])
+            for s in scene.shapes
+        ]
+        self.figure = Figure(figsize=(6.4, 4.8), dpi=100)
+        self.axes: Any = self.figure.add_subplot(projection=None if self.flat else "3d")
+
+    def _box(self) -> tuple[Array, Array]:
+        """Return two corners [3] that hold all that is drawn."""
+        points: list[Array] = []
+        for shape in self.scene.shapes:
+            values = self.paths[:: max(1, len(self.paths) // 200), list(shape.numbers)]
+            if shape.kind in ("line", "spring"):
+                count = 6 if shape.kind == "spring" else values.shape[1]
+                points += [values[:, k : k + 3] for k in range(0, count, 3)]
+            elif shape.kind in ("trail", "text", "mass", "arrow"):
+                points.append(values[:, :3])
+            elif shape.kind in ("polygon", "curve", "surface"):
+                axes = values[:, 3:12].reshape(-1, 3, 3)
+                local = values[:, 12:].reshape(len(values), -1, 3)
+                points += list(values[:, None, :3] + np.einsum("npk,nkj->npj", local, axes))
+            else:
+                sizes = np.zeros(3) if shape.relative else np.nanmax(np.abs(values[:, 12:14]), initial=0.0)
+                if shape.kind == "box":
+                    sizes = np.nanmax(np.abs(values[:, 12:15]), initial=0.0) / 2
+                points += [values[:, :3] - sizes, values[:, :3] + sizes]
+        found = np.concatenate(points)
+        found = found[np.isfinite(found).all(axis=1)]
+        low, high = found.min(axis=0), found.max(axis=0)
+        room = 0.05 * (float(np.linalg.norm(high - low)) or 1.0)
+        return low - room, high + room
+
+    def paint(self, k: int, *, opacity: float = 1.0, clear: bool = True) -> None:
+        """Paint the scene at the time number ``k``; ``clear`` what was painted before."""
+        axes = self.axes
+        if clear:
+            axes.clear()
+            self._prepare()
+        for shape, ink in zip(self.scene.shapes, self.inks, strict=True):
+            values = self.rows[k, list(shape.numbers)]
+            if shape.kind == "trail":
+                upto = self.fine <= self.times[k]
+                self._line(self.paths[upto][:, list(shape.numbers)], ink, 1.0, 0.8 * opacity)
+            elif np.isfinite(values).all():
+                self._shape(shape, values, ink, opacity)
+        if clear:
+            unit = self.solution.problem.time.unit
+            axes.set_title(f"{self.times[k]:.3g} {unit}".rstrip(), fontsize=9, loc="right")
+
+    def _prepare(self) -> None:
+        axes = self.axes
+        axes.set_xlim(self.low[0], self.high[0])
+        axes.set_ylim(self.low[1], self.high[1])
+        if self.flat:
+            axes.set_aspect("equal", adjustable="box")
+            axes.grid(color="#e5e7eb", linewidth=0.6)
+            axes.set_axisbelow(True)
+            for side in axes.spines.values():
+                side.set_color("#9ca3af")
+            return
+        axes.set_zlim(self.low[2], self.high[2])
+        axes.set_box_aspect(np.maximum(self.high - self.low, 0.2 * self.size))
+        axes.view_init(elev=18, azim=-60)
+
+    # ------------------------------------------------------------ shapes
+
+    def _shape(self, shape: Shape, v: Array, ink: str, opacity: float) -> None:
+        small = SMALL * self.size
+        match shape.kind:
+            case "line":
+                self._line(v.reshape(-1, 3), ink, 2.0, opacity)
+            case "spring":
+                self._line(_coil(v, v[6] * small if shape.relative else v[6]), ink, 1.3, opacity)
+            case "mass":
+                self._ball(v[:3], 2.2 * small * np.cbrt(abs(v[3]) / (self.heaviest or 1.0)), ink, opacity)
+            case "text":
+                self._text(v, shape.text, opacity)
+            case "arrow":
+                self._arrow(v[:3], v[3:6], ink, opacity)
+            case "frame":
+                length = v[12] * 6 * small if shape.relative else v[12]
+                for axis, colour in zip(
+                    v[3:12].reshape(3, 3), ("#d1493f", "#3f9b57", "#3572b0"), strict=True
+                ):
+                    self._arrow(v[:3], axis * length, colour, opacity)
+            case "sphere":
+                self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
+            case "mesh":
+                corners = triangles(shape.text).reshape(-1, 3) * v[12]
+                self._faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
+            case "polygon":
+                corners = _placed(v, v[12:].reshape(-1, 3))
+                self._faces(corners[None], ink, opacity)
+            case "curve":
+                self._line(_placed(v, v[12:].reshape(-1, 3)), ink, 1.5, opacity)
+            case "surface":
+                self._surface(_placed(v, v[12:].reshape(-1, 3)).reshape(*shape.grid, 3), ink, opacity)
+            case _:
+                self._solid(shape, v, ink, opacity, small)
+
+    def _solid(self, shape: Shape, v: Array, ink: str, opacity: float, small: float) -> None:
+        match shape.kind:
+            case "box":
+                edges = v[12:15] / 2
+                if self.flat:
+                    signs = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+                    self._faces(_placed(v, signs * edges)[None], ink, opacity)
+                    return
+                faces = [
+                    np.roll([[s, a, b] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], k, axis=1)
+                    for k in range(3)
+                    for s in (-1, 1)
+                ]
+                self._faces(np.stack([_placed(v, face * edges) for face in faces]), ink, opacity)
+            case "disk":
+                radius = small if shape.relative else v[12]
+                self._turned(v, v[13:16], np.array([[0.0, 0.0], [0.0, radius]]), ink, opacity)
+            case "torus":
+                angle = np.linspace(0, 2 * np.pi, 13)
+                profile = np.column_stack([v[13] * np.sin(angle), v[12] + v[13] * np.cos(angle)])
+                self._turned(v, v[14:17], profile, ink, opacity)
+            case "cone":
+                self._turned(v, v[14:17], np.array([[0, 0], [0, v[12]], [v[13], 0]]), ink, opacity)
+            case _:
+                h = v[13] / 2
+                profile = np.array([[-h, 0], [-h, v[12]], [h, v[12]], [h, 0]])
+                self._turned(v, v[14:17], profile, ink, opacity)
+
+    def _turned(self, v: Array, axis: Array, profile: Array, ink: str, opacity: float) -> None:
+        """Paint a profile [n, 2] of places along an axis and radii, turned about it; in the plane its outline."""
+        e = axis / (np.linalg.norm(axis) or 1.0)
+        side = np.array([0.0, 0.0, 1.0]) if abs(e[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+        a = np.cross(side, e)
+        a /= np.linalg.norm(a)
+        b = np.cross(e, a)
+        if self.flat and abs(e[2]) < 0.9:
+            outline = np.concatenate([profile, profile[::-1] * [1, -1]])
+            self._faces(_placed(v, outline[:, :1] * e + outline[:, 1:] * a)[None], ink, opacity)
+            return
+        angle = np.linspace(0, 2 * np.pi, 25)
+        around = np.cos(angle)[:, None] * a + np.sin(angle)[:, None] * b
+        if self.flat:
+            self._faces(_placed(v, around * profile[:, 1].max())[None], ink, opacity)
+            self._line(_placed(v, np.array([[0.0, 0, 0], a * profile[:, 1].max()])), ink, 1.2, opacity)
+            return
+        points = profile[:, None, :1] * e + profile[:, None, 1:] * around[None]
+        self._surface(_placed(v, points.reshape(-1, 3)).reshape(*points.shape), ink, opacity)
+
+    # ------------------------------------------------------------ strokes
+
+    def _line(self, points: Array, ink: str, width: float, opacity: float) -> None:
+        columns = points.T[:2] if self.flat else points.T
+        self.axes.plot(*columns, color=ink, linewidth=width, alpha=opacity, solid_capstyle="round")
+
+    def _faces(self, faces: Array, ink: str, opacity: float) -> None:
+        if self.flat:
+            for face in faces:
+                self.axes.fill(*face.T[:2], facecolor=ink + "66", edgecolor=ink, linewidth=1.2, alpha=opacity)
+            return
+        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+        self.axes.add_collection3d(
+            Poly3DCollection(list(faces), facecolor=ink, alpha=0.75 * opacity, linewidth=0.2)
+        )
+
+    def _surface(self, points: Array, ink: str, opacity: float) -> None:
+        if self.flat:
+            for row in points:
+                self._line(row, ink, 0.8, opacity)
+            return
+        self.axes.plot_surface(
+            *np.moveaxis(points, -1, 0), color=ink, alpha=0.8 * opacity, linewidth=0, rstride=1, cstride=1
+        )
+
+    def _ball(self, centre: Array, radius: float, ink: str, opacity: float) -> None:
+        angle = np.linspace(0, 2 * np.pi, 25)
+        if self.flat:
+            self.axes.fill(
+                centre[0] + radius * np.cos(angle),
+                centre[1] + radius * np.sin(angle),
+                color=ink,
+                alpha=opacity,
+            )
+            return
+        up = np.linspace(0, np.pi, 13)[:, None]
+        unit = np.stack(
+            [np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up) + 0 * angle], axis=-1
+        )
+        self._surface(centre + radius * unit, ink, opacity)
+
+    def _arrow(self, start: Array, vector: Array, ink: str, opacity: float) -> None:
+        if not np.linalg.norm(vector) > 0:
+            return
+        if self.flat:
+            self.axes.annotate(
+                "",
+                xy=(start + vector)[:2],
+                xytext=start[:2],
+                arrowprops={
+                    "arrowstyle": "-|>",
+                    "color": ink,
+                    "linewidth": 1.6,
+                    "alpha": opacity,
+                    "shrinkA": 0,
+                    "shrinkB": 0,
+                },
+            )
+            return
+        self.axes.quiver(*start, *vector, color=ink, alpha=opacity, arrow_length_ratio=0.2)
+
+    def _text(self, place: Array, text: str, opacity: float) -> None:
+        self.axes.text(*(place[:2] if self.flat else place[:3]), f" {text}", fontsize=9, alpha=opacity)
+
+
+def _placed(v: Array, local: Array) -> Array:
+    """Return points [n, 3] of a frame in the world."""
+    found: Array = v[:3] + local @ v[3:12].reshape(3, 3)
+    return found
+
+
+def _coil(v: Array, radius: float) -> Array:
+    """Return the points of a spring from end to end."""
+    begin, end, turns = v[:3], v[3:6], v[7]
+    along = end - begin
+    length = float(np.linalg.norm(along)) or 1e-12
+    e = along / length
+    a = np.array([-e[1], e[0], 0.0]) if np.hypot(e[0], e[1]) > 1e-9 else np.array([1.0, 0.0, 0.0])
+    a /= np.linalg.norm(a)
+    b = np.cross(e, a)
+    s = np.linspace(0, 1, int(16 * turns) + 1)[:, None]
+    coil = begin + (0.08 + 0.84 * s) * along
+    coil = coil + radius * (np.sin(2 * np.pi * turns * s) * a + (np.cos(2 * np.pi * turns * s) - 1) * b)
+    return np.vstack([begin, coil, end])

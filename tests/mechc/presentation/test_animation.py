@@ -1,0 +1,95 @@
+"""Moving pictures play: frames are counted, and the first and the last compared with the scene."""
+
+from __future__ import annotations
+
+import importlib.util
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import mechc
+from mechc.cli.main import run
+from mechc.presentation.animation import animate, frame_times, snapshot
+from mechc.presentation.painting import Painter
+from mechc.settings import UsageMistake
+
+BALL = """
+parameter v = 1 m/s;
+coordinate Length x = 0 m;
+initial der(x) = v;
+kinetic 1/2*1 kg*der(x)^2;
+draw sphere(10 cm) at {x, 0 m}, colour = "red";
+experiment(stop = 1 s);
+"""
+
+
+def solution(text: str = BALL) -> mechc.Solution:
+    return mechc.loads(text, keep={"scene"}).simulate()
+
+
+def red(frame: Any) -> float:
+    """Return where the red of a frame is, as a share of its width."""
+    pixels: Any = np.asarray(frame.convert("RGB"), dtype=int)
+    _, columns = np.nonzero((pixels[..., 0] > 180) & (pixels[..., 1] < 110) & (pixels[..., 2] < 110))
+    assert columns.size, "nothing is red"
+    found: float = float(columns.mean()) / pixels.shape[1]
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("ending", ["gif", "webp"])
+def test_frames_are_those_of_the_motion(ending: str, tmp_path: Path) -> None:
+    found, path = solution(), tmp_path / f"motion.{ending}"
+    count = animate(found, path)
+    assert count == len(frame_times(found, 25 if ending == "gif" else 30))
+    with Image.open(path) as picture:
+        assert picture.n_frames == count  # type: ignore[attr-defined]
+        first = red(picture.copy())
+        picture.seek(count - 1)
+        last = red(picture.copy())
+    painter = Painter(found, np.array([0.0, 1.0]))
+    painter.paint(0)
+    painter.figure.draw_without_rendering()
+    wanted = [painter.axes.transData.transform((x, 0.0))[0] / 640 for x in (0.0, 1.0)]
+    assert np.allclose([first, last], wanted, rtol=0, atol=2 / 640), "within two pixels"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(
+    importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs pip install imageio-ffmpeg"
+)
+def test_mp4_plays(tmp_path: Path) -> None:
+    import imageio_ffmpeg
+
+    count = animate(solution(), tmp_path / "motion.mp4")
+    frames, _ = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "motion.mp4"))
+    assert frames == count
+
+
+def test_what_cannot_be_shown_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = solution()
+    with pytest.raises(UsageMistake, match="lies outside of the motion"):
+        snapshot(found, tmp_path / "s.png", [0.0, 2.0])
+    with pytest.raises(UsageMistake, match="has the ending"):
+        animate(found, tmp_path / "motion.avi")
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(UsageMistake, match="mp4 needs an encoder"):
+        animate(found, tmp_path / "motion.mp4")
+    with pytest.raises(UsageMistake, match="nothing of 'model' is drawn"):
+        snapshot(
+            solution(BALL.replace('draw sphere(10 cm) at {x, 0 m}, colour = "red";', "")),
+            tmp_path / "s.png",
+            [0],
+        )
+
+
+def test_the_command_writes_a_snapshot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "ball.mech").write_text(BALL)
+    monkeypatch.chdir(tmp_path)
+    assert run(["run", "ball.mech", "-q", "--snapshot", "0,0.5,1"]) == 0
+    with Image.open(tmp_path / "ball_snapshot.png") as picture:
+        assert picture.size == (960, 720)
+    assert run(["run", "ball.mech", "-q", "--snapshot", "now"]) == 2
