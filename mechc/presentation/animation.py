@@ -78,6 +78,10 @@ def snapshot(solution: ShownSolution, path: str | Path, times: Sequence[float]) 
     painter = Painter(solution, np.array(sorted(times), dtype=float))
     for k in range(len(times)):
         painter.paint(k, opacity=1.0 if len(times) == 1 else 0.25 + 0.75 * k / (len(times) - 1), clear=k == 0)
+    unit = solution.problem.time.unit
+    painter.axes.set_title(
+        f"{', '.join(f'{t:.3g}' for t in sorted(times))} {unit}".rstrip(), fontsize=9, loc="right"
+    )
     painter.figure.savefig(path, dpi=1.5 * DOTS)
 
 
