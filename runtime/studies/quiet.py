@@ -46,6 +46,12 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     still = np.all(np.abs(np.diff(main.y[:, own], axis=0)) <= STILL * sizes[own], axis=1) & (
         np.diff(main.t) > 0
     )
+    if problem.rotations:  # a quaternion does not go on in a straight line
+        still &= np.all(np.diff(main.y[:, : problem.nq], axis=0) == 0, axis=1)
+    if main.happened is not None:  # what an event changes is seen already
+        events = np.array([event.time for event in main.happened.events])
+        before = np.searchsorted(events, main.t[:-1], side="left")
+        still &= before == np.searchsorted(events, main.t[1:], side="right")
     rows = np.flatnonzero(still)
     if not rows.size:
         return None
@@ -57,7 +63,7 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     states = np.repeat(main.y[rows], each, axis=0) + ahead.reshape(-1, 1) * np.repeat(here, each, axis=0)
     held = None if modes is None else np.repeat(modes, each, axis=0)
     change = np.abs(evaluate_rows(case, "rhs", times, states, held) - np.repeat(here, each, axis=0))
-    moved = np.any(change[:, free] > UNSEEN * sizes[free] / span, axis=1)
+    moved = np.any(change[:, own] > UNSEEN * sizes[own] / span, axis=1)
     if not np.any(moved):
         return None
     ends = np.flatnonzero(np.diff(np.r_[False, moved, False].astype(int)))

@@ -60,6 +60,10 @@ def test_fixed_steps_say_what_they_pass_over() -> None:
             10,
         ),
         (slider("potential 10 N*x; contact floor: x;"), 10),
+        (
+            "coordinate Rotation R; initial der(R) = {0, 0, 3} rad/s; inertia diag({1, 2, 3} kg.m^2) on world*R;",
+            10,
+        ),
         (slider("input Force u = 0 N; force u*sin(time/(1 s)) on x;"), 100),
     ],
 )
