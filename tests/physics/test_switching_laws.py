@@ -192,3 +192,24 @@ def test_an_initial_value_that_asks_for_another() -> None:
     """)
     assert model.simulate(stop=1)["der(y)"][0] == 1
     assert model.simulate(stop=1, set={"x": 0.5})["der(y)"][0] == -1
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        "potential if x > 0.5 m then 1 N*x + 2 N*y else 3 N*y;",
+        "potential (if x > y then 1 N*x else 3 N*y) + (if x > 0.6 m then 0.2 J else 0.3 J) + 1 N*max(x, y);",
+        "lagrangian if x > 0.5 m then -1 N*x else -3 N*y;",
+    ],
+)
+def test_switch_beside_a_lagrangian(law: str) -> None:
+    """Half of the kinetic energy is written as ``lagrangian``: the motion, and its steps, are the same."""
+    start = "coordinate Length x = 0.3 m; coordinate Length y = 0.1 m; initial der(x) = 1 m/s;"
+    energy = "1/2*2 kg*(1 + x^2/(1 m^2))*der(x)^2 + 1/2*1 kg*der(y)^2 + 0.1 kg*der(x)*der(y)"
+    ours, theirs = (
+        mechc.loads(f"{start} {kind} {energy}; {law}").simulate(stop=1, tolerance=1e-10)
+        for kind in ("lagrangian", "kinetic")
+    )
+    assert [e.kind for e in ours.events] == [e.kind for e in theirs.events]
+    for name in ("x", "y", "der(x)", "der(y)"):
+        assert ours[name][-1] == pytest.approx(theirs[name][-1], rel=1e-9, abs=1e-9)

@@ -31,12 +31,12 @@ def energy_steps(
 ) -> list[Step]:
     """Return the switches across which the energies jump; report what has no meaning."""
     graph = system.graph
-    formulas = [graph.sub(solved.energies.potential, system.lagrangian), solved.energies.kinetic]
-    potential, kinetic = switches.apply(system, solved.resolve(formulas))
+    formulas = [solved.energies.potential, system.lagrangian, solved.energies.kinetic]
+    potential, lagrangian, kinetic = switches.apply(system, solved.resolve(formulas))
     # As they are written, without what drives put in; a `mass` may change with time: what joins it has its velocity.
-    written = switches.apply(system, [system.kinetic, graph.sub(system.potential, system.lagrangian)])
+    written = switches.apply(system, [system.kinetic, system.potential, system.lagrangian])
     steps: list[Step] = []
-    in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential))
+    in_kinetic, in_potential = set(graph.support(kinetic)), set(graph.support(potential, lagrangian))
     symbols = system.symbols
     moving = symbols.positions | symbols.velocities | {x.node for x in (*symbols.states, *symbols.inputs)}
     for timed in switches.timed:
@@ -47,8 +47,9 @@ def energy_steps(
         if s.symbol not in in_kinetic | in_potential:
             continue
         of_time = moving.isdisjoint(graph.support(s.indicator))
-        _check_inertia(system, s.symbol, *(written if of_time else (kinetic, potential)), reporter=reporter)
-        jump = _jump(graph, potential, s.symbol)
+        energies = written if of_time else (kinetic, potential, lagrangian)
+        _check_inertia(system, s.symbol, *energies, reporter=reporter)
+        jump = graph.sub(_jump(graph, potential, s.symbol), _jump(graph, lagrangian, s.symbol))
         if graph.is_zero(jump):
             continue
         rate = system.rate(s.written)
@@ -71,13 +72,19 @@ def _directed(system: MechanicalSystem, rate: Node) -> bool:
 
 
 def _check_inertia(
-    system: MechanicalSystem, switch: Node, kinetic: Node, potential: Node, *, reporter: Reporter
+    system: MechanicalSystem,
+    switch: Node,
+    kinetic: Node,
+    potential: Node,
+    lagrangian: Node,
+    *,
+    reporter: Reporter,
 ) -> None:
     """Report momenta, as derivatives of the energies, that jump with a switch."""
     graph, velocities = system.graph, system.symbols.velocities
-    for energy, kind in ((kinetic, "kinetic"), (potential, "lagrangian")):
+    for energy, kind in ((kinetic, "kinetic"), (potential, "potential"), (lagrangian, "lagrangian")):
         jump = _jump(graph, energy, switch)
-        if kind == "lagrangian" and velocities.isdisjoint(graph.support(jump)):
+        if kind != "kinetic" and velocities.isdisjoint(graph.support(jump)):
             continue
         if not graph.is_zero(jump):
             reporter.error(
