@@ -10,6 +10,7 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import Span
 
 from ...graph import Graph, Node
+from ...graph.differentiate import vjp
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from ..solve.solved import Solved
@@ -50,6 +51,8 @@ def energy_steps(
         energies = written if of_time else (kinetic, potential, lagrangian)
         _check_inertia(system, s.symbol, *energies, reporter=reporter)
         jump = graph.sub(_jump(graph, potential, s.symbol), _jump(graph, lagrangian, s.symbol))
+        if not _momenta(system, jump):  # what stands on both sides, with its velocities, cancels
+            (jump,) = substitute(graph, [jump], dict.fromkeys(symbols.velocities, graph.zero))
         if graph.is_zero(jump):
             continue
         rate = system.rate(s.written)
@@ -81,10 +84,10 @@ def _check_inertia(
     reporter: Reporter,
 ) -> None:
     """Report momenta, as derivatives of the energies, that jump with a switch."""
-    graph, velocities = system.graph, system.symbols.velocities
+    graph = system.graph
     for energy, kind in ((kinetic, "kinetic"), (potential, "potential"), (lagrangian, "lagrangian")):
         jump = _jump(graph, energy, switch)
-        if kind != "kinetic" and velocities.isdisjoint(graph.support(jump)):
+        if kind != "kinetic" and not _momenta(system, jump):
             continue
         if not graph.is_zero(jump):
             reporter.error(
@@ -95,6 +98,12 @@ def _check_inertia(
                 help="a mass that changes its value belongs to an event: use a 'discrete' variable and 'reinit'",
             )
             return
+
+
+def _momenta(system: MechanicalSystem, jump: Node) -> bool:
+    """Tell whether momenta jump with an energy."""
+    graph, velocities = system.graph, sorted(system.symbols.velocities)
+    return not all(map(graph.is_zero, vjp(graph, [(jump, graph.one)], velocities)))
 
 
 def _jump(graph: Graph, energy: Node, switch: Node) -> Node:
