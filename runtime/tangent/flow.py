@@ -121,6 +121,8 @@ class Tangents:
         states: int = 0,
         sizes: Array | None = None,
     ) -> None:
+        if not directions and not states:
+            raise SimulationError("nothing is named in which the motion is to be differentiated")
         asked = named(case, directions)
         by_array = {a: [d for d in asked if d.array == a] for a in "ypu"}
         self.case = case

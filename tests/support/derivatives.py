@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from msgspec.structs import replace
 
 from mechc.runtime.case import SimulationOptions
@@ -18,6 +19,13 @@ def differences(
 
     ``step``: the longest, over the size of the value; it is halved from ``level`` to level (Richardson).
     """
+    return with_uncertainty(problem, options, name, step, levels)[0]
+
+
+def with_uncertainty(
+    problem: Problem, options: SimulationOptions, name: str, step: float = 2e-3, levels: int = 4
+) -> tuple[Array, float]:
+    """The same, and twice the largest change that the last halving of the step makes."""
     plan = plan_run(problem, options)
     known = {q.name: v for q, v in zip(problem.parameters, plan.case.p, strict=False)}
     known |= {q.name: v for q, v in zip(problem.states, plan.case.wanted, strict=True)}
@@ -34,4 +42,4 @@ def differences(
         for m, before in enumerate(table[-1] if table else []):
             row.append(row[m] + (row[m] - before) / (4.0 ** (m + 1) - 1))
         table.append(row)
-    return table[-1][-1]
+    return table[-1][-1], 2 * float(np.abs(table[-1][-1] - table[-2][-1]).max())
