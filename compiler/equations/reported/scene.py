@@ -241,6 +241,10 @@ class _Maker(Struct):
         masses = [mass for mass in system.masses if mass.origin.instance not in instances]
         for mass in masses:
             yield SceneShape("mass", (), mass.origin.instance), [*self.at(mass.point), mass.mass]
+        place = [] if instances or masses else self._cartesian()
+        if place:
+            yield SceneShape("trail", ()), place
+            yield SceneShape("sphere", (), relative=True), [*place, *self.pose(None)[3:], self.graph.one]
         for definition in system.model.definitions:
             if definition.value is not None and _is_point(definition):
                 nodes = self.position(definition.value)
@@ -248,6 +252,18 @@ class _Maker(Struct):
                 if not masses and not instances:
                     ball = SceneShape("sphere", (), definition.name, relative=True)
                     yield ball, [*nodes, *self.pose(None)[3:], self.graph.one]
+
+    def _cartesian(self) -> list[Node]:
+        """Return the coordinates called x and y, and z, of one unit: in a model without frames they are a place."""
+        named = {s.name: s for s in self.system.q if s.name in ("x", "y", "z")}
+        found = [named[name] for name in ("x", "y", "z") if name in named]
+        units = {s.variable.type.dimension for s in found}
+        lengths = units <= {LENGTH} or self.system.model.dimensionless
+        return (
+            self.solid([s.node for s in found])
+            if len(found) >= 2 and "x" in named and "y" in named and lengths
+            else []
+        )
 
     def _links(self) -> dict[tuple[Node, ...], str]:
         """Return lines from the joint that carries a mass or a joint to it, with the name of the joint."""

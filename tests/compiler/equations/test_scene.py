@@ -119,6 +119,19 @@ experiment(stop = 1 s);
     assert np.allclose(trail[0], [1 + 3 * np.cos(0.1), 3 * np.sin(0.1), 0])
 
 
+def test_coordinates_called_x_and_y_are_a_place() -> None:
+    text = "coordinate x = 1 m;\ncoordinate y = 2 m;\nkinetic 1/2*1 kg*(der(x)^2 + der(y)^2);\nexperiment(stop = 1 s);\n"
+    scene, (trail, ball), _ = numbers(text, np.array([0.0]))
+    assert [s.kind for s in scene.shapes] == ["trail", "sphere"] and scene.size == 2
+    assert np.array_equal(trail[0], [1, 2, 0]) and np.array_equal(ball[0, :3], [1, 2, 0])
+    bare = (
+        text.replace("y", "angle")
+        .replace("2 m", "2 rad")
+        .replace("1 kg*(der(x)^2 + der(angle)^2)", "(1 kg*der(x)^2 + 1 kg.m^2*der(angle)^2)")
+    )
+    assert numbers(bare, np.array([0.0]))[0].shapes == ()
+
+
 HEAD = "parameter m = 1 kg;\ncoordinate Length x = 0.2 m;\nkinetic 1/2*m*der(x)^2;\ninput Force u = 0 N;\nforce pull: u on x;\n"
 
 WRONG = {
