@@ -13,6 +13,9 @@ from ..case import Case, inputs_at
 from ..problem import Array
 from .sampling import Sample, Sampler
 
+TURNS = ("spin", "linear", "angular")
+"""Momenta of bodies as a whole, which may be terms by themselves."""
+
 MOST_TERMS = 1200
 """Of the span; where it would have more, fewer factors are allowed."""
 
@@ -110,16 +113,15 @@ class Terms:
             if n + m
         ]
         found.sort(key=lambda one: (sum(p for _, p in one.powers), one.degree))
-        kinds = ("potential", "energy", "spin", "linear", "angular")
-        degrees = {"potential": 0, "energy": 2}
-        for kind in kinds:
-            n = degrees.get(kind, 1)
+        # the energy comes first: among many functions there may be some that are nearly its potential
+        for kind, n, front in (("energy", 2, True), ("potential", 0, False), *((k, 1, False) for k in TURNS)):
             if n <= degree:
-                found += [
+                whole = [
                     Monomial((), n, k)
                     for k, quantity in enumerate(self.problem.phase)
                     if quantity.kind == kind
                 ]
+                found = [*whole, *found] if front else [*found, *whole]
         return found
 
     def values(self, sample: Sample) -> tuple[Array, Array]:
@@ -168,7 +170,7 @@ class Terms:
     def cost(self, term: Monomial) -> float:
         """Return how long a term makes a formula."""
         if term.whole >= 0:
-            return 6.0
+            return 2.5 if term.degree == 2 else 6.0
         return 1.0 + 0.1 * sum(p for _, p in term.powers)
 
     def text(self, term: Monomial, names: Sequence[str]) -> str:

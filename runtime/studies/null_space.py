@@ -9,11 +9,11 @@ from scipy.linalg import qr
 
 from ..problem import Array
 
-DEPENDENT = 1e-10
+DEPENDENT = 1e-8
 """Share of a column that is not made of those before it, below which it is made of them."""
 
-ZERO, CLEAR = 1e-13, 1e3
-"""A gap between singular values is as wide as the second at least; where there is none, zero is below the first."""
+CLEAR = 1e3
+"""A gap between singular values is at least so wide; where there is none, nothing is told to be constant."""
 
 SMALLEST = 1e-8
 """Relative to the largest: no larger singular value counts as zero."""
@@ -86,9 +86,7 @@ def _zeros(values: Array) -> int:
     if not edges:
         return 0
     widest = max(edges, key=lambda k: floor[k - 1] / floor[k])
-    if floor[widest - 1] / floor[widest] >= CLEAR:
-        return len(values) - widest
-    return int((values < ZERO).sum())
+    return len(values) - widest if floor[widest - 1] / floor[widest] >= CLEAR else 0
 
 
 def confirmed(vector: Array, rates: Array, sizes: Array) -> float:

@@ -16,7 +16,8 @@ TRIES = 12
 CALM = 4 / 3
 """So many times as many states are formed as are wanted; those with the largest rates, near singular places, are left out."""
 
-FARTHER = 2.5
+FARTHER = 4.0
+"""Times the usual spread, of states that are wide."""
 
 CORRECTIONS = 40
 ON_CONSTRAINTS = 1e-12
@@ -67,6 +68,8 @@ class Sampler:
         for k, state in enumerate(problem.states):
             size = sizes[state.kind, state.unit]
             width[k] = 1.0 if state.unit == "rad" or size == 0.0 or k in self.turning else size
+            if not state.unit:
+                width[k] = max(width[k], 1.0)  # of a pure number, small starts say little of its range
         still = [k for k in range(nq, nq + nv) if sizes["rate", problem.states[k].unit] == 0.0]
         if still:
             found = []
