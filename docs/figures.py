@@ -83,6 +83,7 @@ T = "time"
 
 ASKED = "test_asked.py"
 PERIODS, SECTIONS = "../runtime/test_period.py", "../runtime/test_section.py"
+ORBITS, EXPONENTS = "../runtime/test_orbit.py", "../runtime/test_lyapunov.py"
 
 ROWS = (
     row("", "double_pendulum", "../test_examples.py", "tip[1]", "tip[2]"),
@@ -295,6 +296,9 @@ ROWS = (
     row("T2, P18, K5", "noether", ASKED, "x1", "y1"),
     row("textbook", "kovalevskaya", ASKED, T, "der(R)[3]"),
     row("textbook", "toda", ASKED, T, "q1 q2 q3"),
+    row("U89", "vertically_driven_pendulum", ORBITS, T, "theta"),
+    row("textbook", "van_der_pol", ORBITS, "x", "der(x)"),
+    row("textbook", "lorenz", EXPONENTS, "x", "z"),
 )
 
 HEAD = """# Gallery

@@ -50,6 +50,14 @@ STUDIES = {
             "What are the averages over a long motion, of energies and of named quantities?",
             "virial:Virial",
         ),
+        Kind("orbit", "Which periodic motion is near the start, and is it stable?", "orbit:Orbit"),
+        Kind(
+            "floquet",
+            "How do small changes of a periodic motion grow over a period? Is it stable?",
+            "floquet:Floquet",
+        ),
+        Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "lyapunov:Lyapunov"),
+        Kind("volume", "Does the flow keep volumes of states, or how fast do they shrink?", "volume:Volume"),
         Kind("period", "How long does one swing last, over the energy?", "period:Period"),
         Kind(
             "section",

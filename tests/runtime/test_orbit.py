@@ -1,0 +1,177 @@
+"""Periodic orbits and Floquet multipliers: against closed forms and the literature."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.special import mathieu_a, mathieu_b
+
+import mechc
+from mechc.cli.main import run as run_command
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> mechc.Model:
+    return mechc.load(EXAMPLES / f"{name}.mech")
+
+
+DUFFING = """\
+model Duffing
+  dimensionless;
+  parameter a = {start};
+  coordinate x = a;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2 + 1/4*x^4;
+  experiment(stop = 30);
+end Duffing;
+"""
+
+MATHIEU = """\
+model Mathieu
+  dimensionless;
+  parameter a = 1;
+  parameter q = 0.3;
+  coordinate x = 0;
+  kinetic 1/2*der(x)^2;
+  force -(a - 2*q*cos(2*time))*x on x;
+end Mathieu;
+"""
+
+
+def test_van_der_pol() -> None:
+    """mu = 1: the period 6.6632868593231 and the multiplier exp of the integral of 1 - x^2, of a run by SciPy."""
+    found = example("van_der_pol").orbit().summary()
+    assert found["period"] == pytest.approx(6.6632868593231, rel=1e-12)
+
+    def rate(t: float, s: np.ndarray) -> list[float]:
+        return [s[1], (1 - s[0] ** 2) * s[1] - s[0], 1 - s[0] ** 2]
+
+    start = [found["start"]["x"], found["start"]["der(x)"], 0.0]
+    twin = solve_ivp(rate, (0, found["period"]), start, method="DOP853", rtol=1e-13, atol=1e-14).y[:, -1]
+    assert np.abs(twin[:2] - start[:2]).max() < 1e-11
+    inner = min(found["multipliers"], key=lambda m: abs(complex(*m)))
+    assert inner[0] == pytest.approx(math.exp(twin[2]), abs=1e-12) and inner[1] == 0
+    assert found["stable"] is True
+
+
+def test_van_der_pol_as_a_relaxation() -> None:
+    """mu = 1000: T = (3 - 2 ln 2) mu + 3 a mu^(-1/3) - 2 ln(mu)/(3 mu) + ... = 1614.40, a = 2.33811 (Dorodnitsyn)."""
+    found = example("van_der_pol").orbit(experiment="relaxation")
+    mu = 1000.0
+    series = (3 - 2 * math.log(2)) * mu + 3 * 2.338107410 * mu ** (-1 / 3) - 2 / 3 * math.log(mu) / mu
+    assert found["period"] == pytest.approx(series, abs=2.0 / mu)  # the next term is 1.3246/mu
+    (period,) = (v for v in found.values if v.name == "period")
+    assert period.error is not None and period.error < 1e-10 * series
+    small = min(abs(complex(*m)) for m in found.summary()["multipliers"])
+    assert small < 1e-8
+
+
+def test_the_figure_eight() -> None:
+    """Three bodies (Chenciner and Montgomery 2000): T = 6.32591398, stable but for what keeps them in families."""
+    found = example("figure_eight").orbit().summary()
+    assert found["period"] == pytest.approx(6.32591398, abs=5e-8)  # of a start of 8 digits
+    sizes = sorted(abs(complex(*m)) for m in found["multipliers"])
+    assert sizes[-1] == pytest.approx(1, abs=2e-3) and sizes[0] == pytest.approx(1, abs=2e-3)
+    moving = [complex(*m) for m in found["multipliers"] if abs(m[1]) > 1e-2]
+    assert len(moving) == 4  # 0.9986 +- 0.0529 i, -0.2976 +- 0.9547 i (Simo)
+    assert any(abs(m - complex(-0.2975967, 0.9546917)) < 1e-5 for m in moving)
+
+
+@pytest.mark.parametrize("start", [0.5, 2.0])
+def test_duffing_has_the_period_of_its_integral(start: float) -> None:
+    """The orbit keeps the start's energy, and 'period' gives the same by an integral."""
+    model = mechc.loads(DUFFING.format(start=start))
+    found = model.orbit()
+    assert found["period"] == pytest.approx(model.period()["period"], rel=1e-11)
+    assert found.summary()["stable"] is None
+    other = model.orbit(energy=1.0)
+    assert other["period"] == pytest.approx(model.period(energy=1.0)["period"], rel=1e-10)
+
+
+def test_a_driven_orbit_and_its_doubling() -> None:
+    """The pendulum of Baker and Gollub: stable at 0.9, doubled between 1.06 and 1.07."""
+    model = example("driven_pendulum")
+    found = model.orbit(period="2*pi/wD").summary()
+    assert found["stable"] is True and found["period"] == pytest.approx(3 * math.pi, rel=1e-14)
+    product = np.prod([complex(*m) for m in found["multipliers"]])
+    assert product == pytest.approx(math.exp(-0.5 * 3 * math.pi), rel=1e-8)  # Liouville: damping 1/q = 1/2
+    settled = model.section(set={"g": 1.05}, every="2*pi/wD", count=100)
+    start = {name: float(settled.arrays[name][-1]) for name in ("theta", "der(theta)")}
+    followed = model.orbit(period="2*pi/wD", over="g = 1.05 .. 1.075, 16", set=start).summary()
+    assert [one["kind"] for one in followed["special"]] == ["period doubling"]
+    low, high = followed["special"][0]["between"]
+    assert 1.05 < low < high < 1.075
+
+
+def test_an_orbit_with_constraints() -> None:
+    """A pendulum in Cartesian coordinates has the period of the elliptic integral: both multipliers are 1."""
+    found = example("pendulum_cartesian").orbit()
+    model = example("pendulum_cartesian")
+    run = model.section(where="x = 0", count=3)
+    assert found["period"] == pytest.approx(float(np.diff(run.arrays["time"])[0]), rel=1e-8)
+    assert len(found.summary()["multipliers"]) == 2
+
+
+def test_what_is_no_orbit() -> None:
+    with pytest.raises(mechc.SimulationError, match="depends on time"):
+        example("driven_pendulum").orbit()
+    with pytest.raises(mechc.SimulationError, match="does not come near"):
+        mechc.loads(DUFFING.format(start=1).replace("1/2*x^2 + 1/4*x^4", "-x")).orbit(stop=3)
+    with pytest.raises(mechc.SimulationError, match="does not keep an energy"):
+        example("van_der_pol").orbit(energy=1)
+
+
+def test_mathieu_edges() -> None:
+    """Stability ends at the characteristic values a_n(q), b_n(q), which SciPy has."""
+    found = mechc.loads(MATHIEU).floquet(period="pi", over="a = 0 .. 5, 101")
+    q = 0.3
+    expected = sorted(float(x) for x in (mathieu_b(1, q), mathieu_a(1, q), mathieu_b(2, q), mathieu_a(2, q)))
+    edges = [edge for edge, _ in found.summary()["edges"]]
+    assert edges == pytest.approx([e for e in expected if 0 < e < 5], abs=1e-6)
+
+
+def test_a_vertically_driven_pendulum() -> None:
+    """The figures of U89: multipliers at w = 2, edges of the main instability, critical damping, Kapitza's frequency.
+
+    Without damping the row prints 1.36711556, which is 1/0.73146706 and not the inverse of the other multiplier; SciPy
+    gives 1.36711536 and 0.73146717.
+    """
+    model = example("vertically_driven_pendulum")
+    for damping, multiplier in ((0.0, 1.36711536), (0.1, 1.16869772), (0.3, 0.853945)):
+        found = model.floquet(period="2*pi/w", set={"gamma": damping}).summary()
+        sizes = [abs(complex(*m)) for m in found["multipliers"]]
+        assert max(sizes) == pytest.approx(multiplier, abs=6e-9 if damping < 0.3 else 6e-7)
+        product = np.prod([complex(*m) for m in found["multipliers"]])
+        assert product == pytest.approx(math.exp(-damping * math.pi), rel=1e-10)
+    edges = model.floquet(period="2*pi/w", over="w = 1.7 .. 2.4, 29").summary()["edges"]
+    assert [e for e, _ in edges] == pytest.approx([1.8296538, 2.2429139], abs=1e-7)
+    ((critical, _),) = model.floquet(period="2*pi/w", over="gamma = 0.1 .. 0.3, 5").summary()["edges"]
+    assert critical == pytest.approx(0.19956586, abs=1e-8)
+    ((kapitza, _),) = model.floquet(
+        period="2*pi/w", over="w = 14 .. 14.4, 5", experiment="inverted"
+    ).summary()["edges"]
+    assert kapitza == pytest.approx(14.17289, abs=6e-6)
+
+
+def test_a_chart_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file, picture = tmp_path / "mathieu.mech", tmp_path / "chart.png"
+    file.write_text(MATHIEU, encoding="utf-8")
+    over = "a = 0.5 .. 1.5, 5, q = 0.1 .. 0.4, 3"
+    assert run_command(["study", "floquet", str(file), "--period", "pi", "--over", over, "--json", "--plot", str(picture)]) == 0  # fmt: skip
+    found = json.loads(capsys.readouterr().out)
+    largest = np.array(found["largest"])
+    assert largest.shape == (5, 3) and picture.exists()
+    a, q = np.meshgrid(np.linspace(0.5, 1.5, 5), np.linspace(0.1, 0.4, 3), indexing="ij")
+    inside = (a > mathieu_b(1, q)) & (a < mathieu_a(1, q))
+    assert ((largest > 1 + 1e-6) == inside).all()
+
+
+def test_a_motion_that_does_not_come_back_is_told() -> None:
+    found = mechc.loads(DUFFING.format(start=1)).floquet(period=1)
+    assert not found.summary()["returns"] and "does not come back" in found.remarks[0]
