@@ -49,7 +49,7 @@ class Linearised:
         tangents.case = plan.case
         tangents.augmented = replace(old, case=plan.case, p=p)
         tangents.nominal, tangents.tolerance = plan.nominal, plan.case.tolerance
-        tangents._sizes = None
+        tangents.sizes = None
         other.tangents = tangents
         return other
 
