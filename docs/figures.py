@@ -299,6 +299,7 @@ ROWS = (
     row("U89", "vertically_driven_pendulum", ORBITS, T, "theta"),
     row("textbook", "van_der_pol", ORBITS, "x", "der(x)"),
     row("textbook", "lorenz", EXPONENTS, "x", "z"),
+    row("T6", "rutherford", "../runtime/test_scattering.py", "x", "y"),
 )
 
 HEAD = """# Gallery

@@ -10,6 +10,7 @@ from ..outcome import SimulationError, time_text
 from ..problem import Array, Problem
 from ..tangent.coordinates import basis, minimal
 from ..tangent.flow import Tangents
+from ..tangent.projection import projected
 from .simulate import Plan
 
 RANK = 1e-9
@@ -58,12 +59,19 @@ class Linearised:
         unit = np.eye(self.size)[:, self.kept]
         if not self.problem.constraints:
             return unit
-        tangents = self.tangents
-        w = tangents.onto(tangents.case.begin, y, basis(self.problem, y) * self.scale)
+        w = self.onto(self.tangents, self.tangents.case.begin, y, basis(self.problem, y) * self.scale)
         columns, singular, _ = np.linalg.svd(
             (minimal(self.problem, y, w) / self.scale[:, None])[:, self.kept]
         )
         return columns[:, : int((singular > RANK * singular[0]).sum())]
+
+    @staticmethod
+    def onto(tangents: Tangents, t: float, y: Array, w: Array) -> Array:
+        """Give changes of the state [ny, k] put onto the constraints."""
+        augmented = tangents.augmented
+        inner = np.zeros((y.size, augmented.count))
+        inner[:, : w.shape[1]] = w
+        return projected(augmented, t, y, inner, tangents.case.z)[:, : w.shape[1]]
 
     def map(
         self, begin: float, y: Array, duration: float, *, checked: bool = True, closed: bool = True

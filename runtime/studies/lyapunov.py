@@ -140,7 +140,7 @@ class _Carrier:
 
     def begin(self, w: Array) -> None:
         self.w = w
-        if not self.tangents.method.in_kernel:
+        if not self.tangents.method.in_kernel or self.problem.hybrid is not None:
             return
         augmented, case = self.tangents.augmented, self.plan.case
         row = augmented.joined(self.y, w)
@@ -177,7 +177,7 @@ class _Carrier:
                 failure = kernel_failure(augmented.problem, status, report, row)
                 raise _Ended(failure.message if failure is not None else f"the motion ended at {report.t:g}")
             self.y, w = augmented.split(row, problem.ny)
-            self.w = self.tangents.onto(until, self.y, w) if problem.constraints else w
+            self.w = linear.onto(self.tangents, until, self.y, w) if problem.constraints else w
         reduced = minimal(problem, self.y, self.w) / linear.scale[:, None]
         own = np.zeros_like(reduced)
         own[linear.kept] = reduced[linear.kept]

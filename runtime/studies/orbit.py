@@ -10,8 +10,9 @@ from msgspec.structs import replace
 
 from ..case import inputs_at
 from ..integrate.interruption import noted_interruptions
+from ..native import kernel as native
 from ..outcome import ENDED, Outcome, SimulationError
-from ..problem import Array, Problem
+from ..problem import Array, ModelFunction, Problem
 from ..results.solution import Solution
 from ..settings import Formula, Range, settable
 from .findings import Curve, Findings, Panel, Table, Value
@@ -108,19 +109,39 @@ def kept_energy(
 
 
 def depends_on_time(plan: Plan) -> bool:
-    """Whether the rates at the start, or near it, are others at other times."""
+    """Whether the rates at the start, or near it, or the indicators of what switches, are others at other times."""
     case = plan.case
+    functions = [(case.functions.rhs, case.z)]
+    struct = case.functions.struct
+    if struct is not None and struct.hybrid:
+        hybrid = native.HybridStruct.from_address(struct.hybrid)
+        if hybrid.n_times or hybrid.n_clocks:
+            return True
+        if hybrid.indicators:
+            functions.append((_compiled(hybrid.indicators, hybrid.n_switches + hybrid.n_rows), case.z))
     random = np.random.default_rng(3)
     for k in range(3):
         y = case.y0 + 0.1 * k * plan.nominal * random.standard_normal(case.y0.size)
-        rows = []
-        for share in (0.0, 0.137, 0.391, 0.734):
-            t = case.begin + share * max(case.stop - case.begin, 1e-6)
-            rows.append(case.functions.rhs(t, y, inputs_at(case, t), case.z, case.p))
-        found = np.array(rows)
-        if not np.allclose(found, found[0], rtol=1e-12, atol=0.0, equal_nan=True):
-            return True
+        for function, z in functions:
+            rows = []
+            for share in (0.0, 0.137, 0.391, 0.734):
+                t = case.begin + share * max(case.stop - case.begin, 1e-6)
+                rows.append(function(t, y, inputs_at(case, t), z, case.p))
+            found = np.array(rows)
+            if not np.allclose(found, found[0], rtol=1e-12, atol=0.0, equal_nan=True):
+                return True
     return False
+
+
+def _compiled(address: int, size: int) -> ModelFunction:
+    function = native.MODEL_FUNCTION(address)
+
+    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        out = np.empty(size)
+        function(t, *(np.ascontiguousarray(a).ctypes.data for a in (y, u, z, p)), out.ctypes.data)
+        return out
+
+    return call
 
 
 def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]:

@@ -56,6 +56,9 @@ STUDIES = {
             "How do small changes of a periodic motion grow over a period? Is it stable?",
             "floquet:Floquet",
         ),
+        Kind(
+            "scattering", "By what angle is it deflected, over the impact parameter?", "scattering:Scattering"
+        ),
         Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "lyapunov:Lyapunov"),
         Kind("volume", "Does the flow keep volumes of states, or how fast do they shrink?", "volume:Volume"),
         Kind("period", "How long does one swing last, over the energy?", "period:Period"),

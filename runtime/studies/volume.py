@@ -8,9 +8,9 @@ import numpy as np
 
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
-from ..results.evaluate import evaluate_rows
 from .findings import Curve, Findings, Panel, Value
 from .linearised import Linearised, determinant
+from .masses import KINETIC, mass_matrix
 from .pieces import with_horizon
 from .simulate import Plan, plan_run
 from .study import Study
@@ -18,7 +18,6 @@ from .study import Study
 TOLERANCE = 1e-10
 HORIZON = 10.0
 TIMES = 24
-KINETIC = "energy.kinetic"
 
 
 class Volume(Study, frozen=True, kw_only=True):
@@ -40,7 +39,7 @@ class Volume(Study, frozen=True, kw_only=True):
             )
         linear = Linearised(plan)
         canonical = KINETIC in [q.name for q in problem.outputs] and problem.nq == problem.nv > 0
-        before = mass_determinant(plan, case.begin, case.y0) if canonical else 1.0
+        before = _determinant(plan, case.begin, case.y0) if canonical else 1.0
         span = case.stop - case.begin
         times = np.linspace(0.0, span, TIMES + 1)[1:]
         ratios, errors = [], []
@@ -48,7 +47,7 @@ class Volume(Study, frozen=True, kw_only=True):
             last = k == len(times) - 1
             found = linear.map(case.begin, case.y0, float(t), checked=last, closed=False)
             value, error = determinant(found)
-            after = mass_determinant(plan, case.begin + float(t), found.end) if canonical else 1.0
+            after = _determinant(plan, case.begin + float(t), found.end) if canonical else 1.0
             factor = abs(after / before) if before else math.nan
             ratios.append(abs(value) * factor)
             errors.append(error * factor)
@@ -81,24 +80,5 @@ class Volume(Study, frozen=True, kw_only=True):
         )  # fmt: skip
 
 
-def mass_determinant(plan: Plan, t: float, y: Array) -> float:
-    """Give the determinant of d(momenta)/d(velocities) at a state, from the kinetic energy at several velocities."""
-    case = plan.case
-    problem = case.problem
-    nq, nv = problem.nq, problem.nv
-    index = [q.name for q in problem.outputs].index(KINETIC)
-    scale = np.maximum(plan.nominal[nq : nq + nv], 1e-300)
-    unit = np.diag(scale)
-
-    def kinetic(speeds: Array) -> Array:
-        rows = np.tile(y, (len(speeds), 1))
-        rows[:, nq : nq + nv] = speeds
-        found: Array = evaluate_rows(case, "outputs", np.full(len(speeds), t), rows)[:, index]
-        return found
-
-    pairs = (unit[:, None, :] + unit[None, :, :]).reshape(-1, nv)
-    rest = kinetic(np.zeros((1, nv)))[0]
-    both = (kinetic(pairs) + kinetic(-pairs) - 2 * rest).reshape(nv, nv) / 2
-    one = (kinetic(unit) + kinetic(-unit) - 2 * rest) / 2
-    matrix = (both - one[:, None] - one[None, :]) / np.outer(scale, scale)
-    return float(np.linalg.det(matrix))
+def _determinant(plan: Plan, t: float, y: Array) -> float:
+    return float(np.linalg.det(mass_matrix(plan, t, y)))

@@ -175,3 +175,44 @@ def test_a_chart_and_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[s
 def test_a_motion_that_does_not_come_back_is_told() -> None:
     found = mechc.loads(DUFFING.format(start=1)).floquet(period=1)
     assert not found.summary()["returns"] and "does not come back" in found.remarks[0]
+
+
+BALL = """\
+model Ball "bounces on a table that vibrates"
+  dimensionless;
+  parameter e = 0.8;
+  parameter A = 0.03;
+  parameter w = 2*pi;
+  parameter late = 0.05;
+  coordinate z = A*sin(w*late);
+  initial der(z) = 1/2;
+  kinetic 1/2*der(z)^2;
+  potential z;
+  contact z - A*sin(w*(time + late)) restitution e;
+  experiment(stop = 3);
+end Ball;
+"""
+
+
+def test_a_ball_on_a_vibrating_table() -> None:
+    """Once in a period T = 1 it leaves with T/2 = v and meets the table at rates that the law of impact joins:
+    v = e v + (1 + e) A w cos(phase). Multipliers: det = e^2, trace from the map of impacts by hand."""
+    e, rise, w = 0.8, 0.03, 2 * math.pi
+    phase = math.acos((1 - e) / (1 + e) * 0.5 / (rise * w))
+    model = mechc.loads(BALL)
+    late = phase / w - 0.3  # begins between two impacts
+    z0 = rise * math.sin(phase) + 0.5 * 0.7 - 0.7**2 / 2
+    found = model.orbit(period=1, set={"late": late, "z": z0, "der(z)": 0.5 - 0.7}).summary()
+    assert found["period"] == 1.0
+    product = np.prod([complex(*m) for m in found["multipliers"]])
+    assert product == pytest.approx(e**2, rel=1e-7)
+    # in the time of an impact s and the speed v behind it: s' = s + f, v' = -e (v - f) + (1 + e) A w cos(w s'), where
+    # v f - f^2/2 + A sin(w s) = A sin(w s')
+    up, fall = rise * w * math.cos(phase), -rise * w**2 * math.sin(phase)
+    v, flight = 0.5, 1.0
+    landing = v - flight - up  # relative speed before the impact, negative
+    ds = np.array([-(up - (v - flight)) / landing, -flight / landing])  # d(s')/d(s, v), s' = s + f
+    ds = np.array([(v - flight - up) / landing, -flight / landing])
+    dv = np.array([e * (ds[0] - 1), -e + e * ds[1]]) + (1 + e) * fall * ds
+    trace = ds[0] + dv[1]
+    assert sum(complex(*m) for m in found["multipliers"]) == pytest.approx(trace, abs=1e-6)

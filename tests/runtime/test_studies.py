@@ -33,6 +33,20 @@ model Well
 end Well;
 """
 
+ASKED = {
+    "scattering": """\
+model Particle
+  dimensionless;
+  coordinate x = -10;
+  coordinate y = 1;
+  initial der(x) = 1;
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential 1/(x^2 + y^2);
+end Particle;
+"""
+}
+"""Models for questions that are not asked of a well."""
+
 
 BODY = """\
 model Slider
@@ -61,7 +75,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     )
     extra = {"fit": [str(data), "--vary", "x"]}.get(name, ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
-    file.write_text(text, encoding="utf-8")
+    file.write_text(ASKED.get(name, text), encoding="utf-8")
     picture = tmp_path / "picture.png"
     command = ["study", name, str(file), *extra, "--json"]
     if name != "sweep":
