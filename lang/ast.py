@@ -438,6 +438,20 @@ class Experiment(Statement, frozen=True):
     settings: tuple[Modification, ...] = ()
 
 
+class StudySetting(Node, frozen=True):
+    """``name = value``, or ``name = value in within``."""
+
+    name: str
+    value: Expression
+    within: Expression | None = None
+
+
+class Study(Statement, frozen=True):
+    name: str
+    kind: str
+    settings: tuple[StudySetting, ...] = ()
+
+
 class Dimensionless(Statement, frozen=True):
     pass
 

@@ -145,11 +145,15 @@ class Model(CompiledModel):
         return begin(model, asked)
 
     def study(self, kind: str, *, set: Mapping[str, Given] | None = None, **settings: Any) -> Answer:
-        """Answer one of the questions that ``mechc study`` lists. ``settings``: those of the kind, beside ``set``,
-        ``experiment``, ``inputs`` and ``target``.
+        """Answer one of the questions that ``mechc study`` lists, or one of ``studies``, those of the file, by its name.
+
+        ``settings``: those of the kind, beside ``set``, ``experiment``, ``inputs`` and ``target``; before those of the file.
 
         Raises UsageMistake for a kind or a setting that does not exist, else what ``simulate`` raises.
         """
+        if kind in self.studies:
+            stated = self.studies[kind]
+            kind, settings = stated.kind, {**stated.settings, **settings}
         answer: Answer = self._answer(kind, set, settings)
         return answer
 
@@ -170,8 +174,12 @@ class Model(CompiledModel):
         from .runtime.studies.table import STUDIES
 
         if name in STUDIES:
-            return partial(self.study, name)
+            return partial(self._asked_kind, name)
         raise AttributeError(f"'{type(self).__name__}' object has no attribute '{name}'")
+
+    def _asked_kind(self, kind: str, *, set: Mapping[str, Given] | None = None, **settings: Any) -> Answer:
+        answer: Answer = self._answer(kind, set, settings)
+        return answer
 
     def _asked(
         self, kind: str, values: Mapping[str, Given] | None, given: Mapping[str, Any]

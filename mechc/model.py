@@ -19,7 +19,7 @@ from .settings import Given, UsageMistake, elements_of, one_of, settings_in_si, 
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
-    from .compiler.flat.model import Experiment
+    from .compiler.flat.model import Experiment, Study
     from .compiler.program.model import Program
     from .runtime.problem import Directions, Problem
 
@@ -101,6 +101,11 @@ class CompiledModel:
     def experiments(self) -> tuple[str, ...]:
         """The names of the experiments in their order; the default one has the name ``""``."""
         return tuple(experiment.name for experiment in self.compilation.flat.experiments)
+
+    @property
+    def studies(self) -> Mapping[str, Study]:
+        """The questions that the file puts, by name: kinds and settings (``study NAME = KIND(settings);``)."""
+        return {study.name: study for study in self.compilation.flat.studies}
 
     def with_values(self, values: Mapping[str, Given]) -> Self:
         """Return this model with other values of parameters; structural ones compile it again."""

@@ -33,6 +33,7 @@ from .statements.elaborate import run
 from .statements.experiments import experiments
 from .statements.record import Record
 from .statements.relations import hold_released_drives
+from .statements.studies import studies
 from .statements.variables import variable
 from .statements.variations import name_independent, variation
 
@@ -143,6 +144,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     declared = _variables(record)
     curve = variation(instance, record)
     found = experiments(instance)
+    asked = studies(instance)
     _add_integrals(flattening, record)  # all that was elaborated until here may hold some
     variables = (*declared, *record.hidden)
     space = flattening.space.size
@@ -180,6 +182,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         assertions=tuple(record.assertions),
         exacts=tuple(record.exacts),
         experiments=found,
+        studies=asked,
         origin=model.Origin(cls.model.span),
         draws=draws,
         quiet=is_quiet(instance),

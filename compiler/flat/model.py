@@ -503,6 +503,16 @@ class Variation(Struct, frozen=True):
     origin: Origin
 
 
+class Study(Struct, frozen=True):
+    """A question that the file puts: its ``kind``, and its settings as they are written outside of files."""
+
+    name: str
+    kind: str
+    settings: Mapping[str, str | bool]
+    origin: Origin
+    doc: str = ""
+
+
 class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
@@ -535,6 +545,7 @@ class FlatModel(Struct, frozen=True):
     exacts: tuple[ExactSolution, ...]
     experiments: tuple[Experiment, ...]
     origin: Origin
+    studies: tuple[Study, ...] = ()
     draws: tuple[Draw, ...] = ()
     quiet: bool = False
     """The model says ``draw none``: nothing is drawn by rule."""

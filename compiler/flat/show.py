@@ -123,6 +123,9 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield f"  exact {text(exact.target)} = {text(exact.value)}"
     for experiment in model.experiments:
         yield from _experiment(experiment)
+    for study in model.studies:
+        settings = ", ".join(f"{name} = {value}" for name, value in study.settings.items())
+        yield f"  study {study.name} = {study.kind}({settings})"
 
 
 # ---------------------------------------------------------------- elements

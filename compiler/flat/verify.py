@@ -93,6 +93,7 @@ class _Check:
             ("labelled", named),
             ("a joint", [("joints", j.name) for j in model.joints if j.name]),
             ("an experiment", [("experiments", e.name) for e in model.experiments]),
+            ("a study", [("studies", s.name) for s in model.studies]),
         ):
             first: dict[str, str] = {}
             for kind, name in names:

@@ -68,6 +68,8 @@ ACTIONS: Mapping[str, Action] = {
     "exact": statements.exact,
     "assert": statements.assertion,
     "experiment": statements.experiment,
+    "study": statements.study,
+    "study_setting": statements.study_setting,
     "dimensionless": statements.dimensionless,
     "draw": drawings.draw,
     "shape_arguments": statements.second,

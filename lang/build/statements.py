@@ -364,5 +364,15 @@ def experiment(b: Builder, c: Children, span: Span) -> ast.Experiment:
     return ast.Experiment(name=name, settings=items_of(c[2]), doc=text_of(b, c[3]), span=span)
 
 
+def study(b: Builder, c: Children, span: Span) -> ast.Study:
+    return ast.Study(
+        name=c[1].text, kind=c[3].text, settings=tuple(c[5] or ()), doc=text_of(b, c[7]), span=span
+    )
+
+
+def study_setting(b: Builder, c: Children, span: Span) -> ast.StudySetting:
+    return ast.StudySetting(name=c[0].text, value=c[2], within=c[4] if len(c) > 3 else None, span=span)
+
+
 def dimensionless(b: Builder, c: Children, span: Span) -> ast.Dimensionless:
     return ast.Dimensionless(doc=text_of(b, c[1]), span=span)

@@ -7,7 +7,7 @@ STATEMENTS = (
     "frame", "point", "cut", "kinetic", "potential", "lagrangian", "dissipation", "gravity", "mass",
     "inertia", "force", "torque", "damping", "friction", "constraint", "holonomic", "nonholonomic",
     "drive", "contact", "place", "closure", "initial", "final", "equation", "exact", "assert",
-    "experiment", "dimensionless", "independent", "stationary", "draw", "extends", "when", "for", "if",
+    "experiment", "study", "dimensionless", "independent", "stationary", "draw", "extends", "when", "for", "if",
 )  # fmt: skip
 """Words that begin a statement of a model."""
 

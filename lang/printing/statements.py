@@ -14,7 +14,7 @@ Simple = (
     | ast.Output | ast.Let | ast.Frame | ast.Point | ast.Component | ast.Energy | ast.Gravity | ast.Mass
     | ast.Inertia | ast.Load | ast.Damping | ast.Friction | ast.Constraint | ast.Inequality | ast.Drive
     | ast.Contact | ast.Place | ast.Closure | ast.Initial | ast.Final | ast.Equation | ast.Exact | ast.Assert
-    | ast.Experiment | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
+    | ast.Experiment | ast.Study | ast.Dimensionless | ast.Independent | ast.Stationary | ast.Reinit | ast.Assign
     | ast.Draw | ast.Terminate | ast.Impulse | ast.Release | ast.Engage | ast.Function | ast.Type
 )  # fmt: skip
 """Statements that end with their own semicolon and hold no others."""
@@ -102,6 +102,9 @@ def _clauses(s: Simple) -> list[Doc]:
         case ast.Experiment():
             name = f"experiment {s.name}" if s.name else "experiment"
             return [Row((name, _modifications(s.settings) if s.settings else "()"))]
+        case ast.Study():
+            items = tuple(_study_setting(one) for one in s.settings)
+            return [f"study {s.name}", Bracket(f"= {s.kind}(", items, ")") if items else f"= {s.kind}()"]
         case ast.Dimensionless():
             return ["dimensionless"]
         case ast.Independent():
@@ -168,6 +171,11 @@ def _declared(word: str, s: ast.Declaration, value: ast.Expression | None) -> li
 
 def _started(word: str, s: ast.Declaration, start: ast.Start | None) -> list[Doc]:
     return [_head(word, s), *_start(start)]
+
+
+def _study_setting(one: ast.StudySetting) -> Doc:
+    parts: list[Doc] = [f"{one.name} = ", document(one.value)]
+    return Row((*parts, " in ", document(one.within)) if one.within is not None else tuple(parts))
 
 
 def _modifications(values: Sequence[ast.Modification]) -> Doc:

@@ -53,6 +53,10 @@ class Studies(click.Group):
         from ..suggest import closest
 
         name = args[0]
+        if name not in STUDIES and (name == "-" or name.endswith(".mech") or Path(name).is_file()):
+            from .studies_of_file import command as of_file
+
+            return name, of_file, args
         if name not in STUDIES and not name.startswith("-"):
             near = closest(name, list(STUDIES))
             hint = f" Did you mean '{near}'?" if near else f" There are {', '.join(STUDIES)}."
@@ -74,6 +78,7 @@ def command() -> None:
 
     \b
     mechc study virial kepler.mech --stop "100 s" --plot averages.png
+    mechc study kepler.mech               # the studies that the file states, all of them or those named
     """
 
 

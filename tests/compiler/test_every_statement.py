@@ -73,6 +73,7 @@ def result(compilation: Compilation) -> str:
         [(b.text, b.message, [c.message for c in b.checks]) for b in plan.branches] if plan else []
     )
     words.append(repr(compilation.equations.scene))
+    words += [(s.name, s.kind, s.settings) for s in compilation.flat.studies]
     return emit_c(compilation.program) + emit_python(compilation.program) + repr(words)
 
 

@@ -12,7 +12,15 @@ from mechc.suggest import closest
 
 from .namespace import Namespace
 
-_ALWAYS = (ast.Experiment, ast.Dimensionless, ast.Independent, ast.Extends, ast.Final, ast.Stationary)
+_ALWAYS = (
+    ast.Experiment,
+    ast.Study,
+    ast.Dimensionless,
+    ast.Independent,
+    ast.Extends,
+    ast.Final,
+    ast.Stationary,
+)
 """Statements that no condition or loop may decide about."""
 
 
@@ -43,6 +51,7 @@ class Class(Struct):
     conditional: dict[str, ast.Declaration] = field(default_factory=dict)
     inherited: list[Inherited] = field(default_factory=list)
     experiments: dict[str, Stated] = field(default_factory=dict)
+    studies: dict[str, Stated] = field(default_factory=dict)
     interface: tuple[str, ...] = ()
     places: tuple[ast.Place, ...] = ()
     dimensionless: bool = False
@@ -135,6 +144,8 @@ def _finish(result: Class, reporter: Reporter) -> None:
                 result.dimensionless = True
             case ast.Experiment():
                 _add_experiment(result, stated, statement, reporter)
+            case ast.Study():
+                _add_study(result, stated, statement, reporter)
             case ast.Place():
                 places.append(statement)
             case ast.If():
@@ -184,6 +195,20 @@ def _add_experiment(result: Class, stated: Stated, statement: ast.Experiment, re
         )
         return
     result.experiments[statement.name] = stated
+
+
+def _add_study(result: Class, stated: Stated, statement: ast.Study, reporter: Reporter) -> None:
+    first = result.studies.get(statement.name)
+    if first is not None and first.level == stated.level:
+        reporter.error(
+            "E0830",
+            f"there are two studies '{statement.name}'",
+            statement.span,
+            caption="again here",
+            labels=(Label(first.statement.span, "first here"),),
+        )
+        return
+    result.studies[statement.name] = stated
 
 
 def _inside(statement: ast.If, reporter: Reporter) -> Iterator[ast.Declaration | ast.Place]:

@@ -226,6 +226,7 @@ _LOOSE = (
     ast.Dimensionless,
     ast.Independent,
     ast.Experiment,
+    ast.Study,
     ast.Gravity,
     ast.Parameter,
     ast.Input,

@@ -76,7 +76,15 @@ def _of_statement(
         case ast.If(branches=branches, otherwise=otherwise):
             inside = (*(s for branch in branches for s in branch.body), *otherwise)
             return _of_each(flattening, inside, namespace, frames, seen)
-        case ast.Experiment() | ast.Import() | ast.Function() | ast.Type() | ast.Extends() | ast.Draw():
+        case (
+            ast.Experiment()
+            | ast.Study()
+            | ast.Import()
+            | ast.Function()
+            | ast.Type()
+            | ast.Extends()
+            | ast.Draw()
+        ):
             return None
         case _:
             return next((h for e in nodes(statement, ast.Draw) if (h := _of_expression(e, frames))), None)

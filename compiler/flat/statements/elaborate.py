@@ -97,7 +97,7 @@ def _statement(statement: ast.Statement, scope: Scope, record: Record, parts: Jo
             stationary(scope, statement, record)
         case ast.Inequality():
             inequality(scope, statement, record)
-        case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Independent():
+        case ast.Gravity() | ast.Dimensionless() | ast.Experiment() | ast.Study() | ast.Independent():
             pass  # gravities(), flatten.py and experiments.py see to them
         case ast.Extends() | ast.Import() | ast.Function() | ast.Type() | ast.Model():
             pass  # classes.py and namespace.py see to them
