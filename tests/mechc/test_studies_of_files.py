@@ -9,10 +9,11 @@ import pytest
 
 import mechc
 from mechc.cli.main import run as run_command
-from mechc.lang.printing.printer import format_file
-from mechc.lang.parser import parse
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.printing.printer import format_file
 from mechc.lang.source import SourceFile
+from mechc.runtime.studies.findings import Findings
 
 TEXT = """\
 model Swing
@@ -36,13 +37,15 @@ def test_they_are_asked_by_name() -> None:
     model = mechc.loads(TEXT)
     assert list(model.studies) == ["swing", "crossings", "strobe", "mean", "chart"]
     assert model.studies["crossings"].doc == "every other one"
-    assert model.study("swing")["period"] == pytest.approx(3.141592653589793, rel=1e-13)
+    swing, mean = model.study("swing"), model.study("mean")
+    assert isinstance(swing, Findings) and isinstance(mean, Findings)
+    assert swing["period"] == pytest.approx(3.141592653589793, rel=1e-13)
     found = model.study("crossings").summary()
     assert found["count"] == 5 and found["points"][0]["der(x)"] < 0
     assert model.study("crossings", count=2).summary()["count"] == 2
     fast = model.study("strobe").summary()["points"]
     assert [point["time"] for point in fast] == pytest.approx([0, 1.5707963267948966, 3.141592653589793])
-    assert {value.name for value in model.study("mean").values} >= {"x", "der(x)"}
+    assert {value.name for value in mean.values} >= {"x", "der(x)"}
     assert model.study("chart").summary()["parameters"] == {"w": [1.0, 1.5, 2.0]}
     assert model.period(set={"w": 1})["period"] == pytest.approx(6.283185307179586)
 
