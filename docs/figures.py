@@ -297,7 +297,7 @@ ROWS = (
     row("textbook", "kovalevskaya", ASKED, T, "der(R)[3]"),
     row("textbook", "toda", ASKED, T, "q1 q2 q3"),
     row("U89", "vertically_driven_pendulum", ORBITS, T, "theta"),
-    row("textbook", "van_der_pol", ORBITS, "x", "der(x)"),
+    row("textbook", "van_der_pol_cycle", ORBITS, "x", "der(x)"),
     row("textbook", "lorenz", EXPONENTS, "x", "z"),
     row("T6", "rutherford", "../runtime/test_scattering.py", "x", "y"),
 )

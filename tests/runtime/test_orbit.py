@@ -46,7 +46,7 @@ end Mathieu;
 
 def test_van_der_pol() -> None:
     """mu = 1: the period 6.6632868593231 and the multiplier exp of the integral of 1 - x^2, of a run by SciPy."""
-    found = example("van_der_pol").orbit().summary()
+    found = example("van_der_pol_cycle").orbit().summary()
     assert found["period"] == pytest.approx(6.6632868593231, rel=1e-12)
 
     def rate(t: float, s: np.ndarray) -> list[float]:
@@ -62,7 +62,7 @@ def test_van_der_pol() -> None:
 
 def test_van_der_pol_as_a_relaxation() -> None:
     """mu = 1000: T = (3 - 2 ln 2) mu + 3 a mu^(-1/3) - 2 ln(mu)/(3 mu) + ... = 1614.40, a = 2.33811 (Dorodnitsyn)."""
-    found = example("van_der_pol").orbit(experiment="relaxation")
+    found = example("van_der_pol_cycle").orbit(experiment="relaxation")
     mu = 1000.0
     series = (3 - 2 * math.log(2)) * mu + 3 * 2.338107410 * mu ** (-1 / 3) - 2 / 3 * math.log(mu) / mu
     assert found["period"] == pytest.approx(series, abs=2.0 / mu)  # the next term is 1.3246/mu
@@ -124,7 +124,7 @@ def test_what_is_no_orbit() -> None:
     with pytest.raises(mechc.SimulationError, match="does not come near"):
         mechc.loads(DUFFING.format(start=1).replace("1/2*x^2 + 1/4*x^4", "-x")).orbit(stop=3)
     with pytest.raises(mechc.SimulationError, match="does not keep an energy"):
-        example("van_der_pol").orbit(energy=1)
+        example("van_der_pol_cycle").orbit(energy=1)
 
 
 def test_mathieu_edges() -> None:
