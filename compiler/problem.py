@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
+from msgspec.structs import replace
+
 from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 from mechc.runtime.problem import Problem
 
 from .program.model import Program
 from .targets import description
+from .targets.balls import enclosure
 from .targets.c import emit_c
 
 HEADER = "model.h"
@@ -23,6 +26,11 @@ def make_problem(
     ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says.
     Raises CompilerMissing (target ``c``) and BuildError.
     """
+    made = _made(program, target, reproducible)
+    return replace(made, enclosure=enclosure(program)) if program.function("bias") is not None else made
+
+
+def _made(program: Program, target: Literal["auto", "c", "python"], reproducible: bool) -> Problem:
     if program.curve is not None:
         from .targets.python import load_arrays
 

@@ -7,8 +7,9 @@ as well.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, field
@@ -17,6 +18,14 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ModelFunction = Callable[[float, Array, Array, Array, Array], Array]
 """(t, y, u, z, p) -> out"""
+
+
+class NotEnclosed(ValueError):
+    """An operation that has no form over balls of numbers."""
+
+
+Enclosure = Callable[[str, Mapping[str, Sequence[Any]]], list[Any]]
+"""(name, {"t", "y", "u", "z", "p"}) -> out"""
 
 PURE = ("", "1", "rad")
 """Units of numbers that have a size of their own."""
@@ -279,6 +288,8 @@ class Problem(Struct, frozen=True):
     """(row, column) of each output of functions that give the entries of a matrix, by the names of these."""
     curve: Curve | None = None
     """None where the model moves; a curve has functions in Python only."""
+    enclosure: Enclosure | None = None
+    """What evaluates a function by its name over balls that hold every rounding, for proofs."""
     functions: Mapping[str, ModelFunction] = field(default_factory=dict)
     parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
     library: Path | None = None

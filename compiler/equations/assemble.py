@@ -15,7 +15,7 @@ from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
 from .hybrid.switching import add_events
-from .local_derivatives import local_derivatives, second_order
+from .local_derivatives import bias, local_derivatives, second_order
 from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, ParameterRule
 from .needs import choices, needs
 from .reported.assembly import assembly
@@ -84,7 +84,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         functions = (*functions, derivatives)
     if "second_order" in parts:
         derivatives, patterns[derivatives.name] = second_order(system, solved, layout)
-        functions = (*functions, derivatives)
+        functions = (*functions, derivatives, bias(system, solved))
     phase: tuple[Entry, ...] = ()
     if "phase" in parts:
         rhs = next(f for f in functions if f.name == "rhs")

@@ -17,7 +17,7 @@ from .model import Function, Slot
 from .reported.entries import Layout
 from .solve.solved import Solved
 
-NAME, SECOND_ORDER = "local_derivatives", "second_order"
+NAME, SECOND_ORDER, BIAS = "local_derivatives", "second_order", "bias"
 
 Row = dict[int, Node]
 
@@ -144,3 +144,16 @@ def second_order(
         tuple(n for *_, n in kept),
     )
     return function, tuple((i, j) for i, j, _ in kept)
+
+
+def bias(system: MechanicalSystem, solved: Solved) -> Function:
+    """Return what the equations of motion are without accelerations and without the forces of constraints: M a + bias is
+    K^T lam."""
+    still = dict.fromkeys(system.a, system.graph.zero) | {
+        row.multiplier: system.graph.zero for row in solved.rows
+    }
+    equations = [solved.residual[i] for i in solved.free]
+    nodes = substitute(system.graph, equations, {**solved.replace, **still})
+    return Function(
+        BIAS, "the equations of motion without accelerations and forces of constraints", tuple(nodes)
+    )

@@ -139,7 +139,7 @@ class _Check:
             "assertions": len(e.assertions),
             "assembly": len(e.assembly),
             "assembly_jacobian": len(e.assembly) * e.nv,
-            **dict.fromkeys(("momentum", "force"), e.nv),
+            **dict.fromkeys(("momentum", "force", "bias"), e.nv),
             "mass": e.nv**2,
             "jacobian": len(e.jacobian_pattern),
             **{name: len(pattern) for name, pattern in e.patterns.items()},

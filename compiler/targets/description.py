@@ -83,7 +83,7 @@ def make_problem(
 def describe(program: Program) -> dict[str, object]:
     """Return the fields of the problem but its code, as plain data for JSON."""
     fields: dict[str, object] = to_builtins(make_problem(program))
-    for name in ("functions", "parameters_function", "library", "tangents"):
+    for name in ("functions", "parameters_function", "library", "tangents", "patterns", "enclosure"):
         del fields[name]
     return fields
 

@@ -8,7 +8,7 @@ from typing import Final
 FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "jacobian": ("jacobian",),
     "local_derivatives": ("local_derivatives",),
-    "second_order": ("second_order",),
+    "second_order": ("second_order", "bias"),
     "momenta": ("momentum", "force", "mass"),
     "phase": ("phase", "phase_rate", "phase_gradient"),
     "matter": ("matter",),

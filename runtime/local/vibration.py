@@ -20,7 +20,7 @@ from .independent import independent, null_space
 from .site import Site
 from .zeros import EPSILON, Complex, poles
 
-SECOND_ORDER = "second_order"
+SECOND_ORDER, BIAS = "second_order", "bias"
 SYMMETRIC = 1e-11
 """Largest part of K that is not symmetric, as a share of its largest entry, that counts as rounding."""
 NO_DAMPING = 1e-13

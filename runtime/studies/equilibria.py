@@ -50,6 +50,9 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
     over: Annotated[
         tuple[Range, ...], settable("A parameter and its range, over which they are followed.", "ranges")
     ] = ()
+    prove: Annotated[
+        bool, settable("Prove by interval arithmetic that there are no others within the bounds.", "flag")
+    ] = False
     guesses: Annotated[
         int, settable("From how many guesses they are looked for; 64 without it.", "count")
     ] = GUESSES
@@ -63,7 +66,17 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
         if box.idle:
             remarks.append(f"nothing depends on {', '.join(box.idle)}: told for the value of the start")
         if self.over:
+            if self.prove:
+                raise SimulationError(
+                    "a proof is about one value of the parameters", help="leave 'over' or 'prove' out"
+                )
             return _over(self, site, box, remarks)
+        if self.prove:
+            from ..local.proof import proven
+
+            proof = proven(site, box)
+            remarks.append(proof.message)
+            return _listed(site, box, list(proof.equilibria), remarks, proof.complete)
         found = Search(site, box).run(self.guesses)
         return _listed(site, box, found, remarks, None)
 

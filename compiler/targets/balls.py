@@ -1,0 +1,88 @@
+"""A program over balls of numbers that hold every rounding: what proofs evaluate (python-flint, F. Johansson 2017)."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from mechc.runtime.problem import NotEnclosed
+
+from ..graph.operations import OPERATIONS
+from ..program import Program
+from ..program.model import Literal, Load, Operate, ProgramFunction, Store
+
+
+def _method(name: str) -> Callable[[Any], Any]:
+    return operator.methodcaller(name)
+
+
+_FORMS: Mapping[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+    "abs": abs,
+    **{
+        name: _method(name)
+        for name in (
+            "sin",
+            "cos",
+            "tan",
+            "exp",
+            "log",
+            "sqrt",
+            "sinh",
+            "cosh",
+            "tanh",
+            "asin",
+            "acos",
+            "atan",
+        )
+    },
+}
+"""By the names of operations. Others choose or jump, which balls cannot."""
+
+
+def enclosure(program: Program) -> Callable[[str, Mapping[str, Sequence[Any]]], list[Any]]:
+    """Return what evaluates a function by its name over balls; arrays t, y, u, z, p, of which p holds all parameters.
+
+    Constants of the text are exact; hoisted ones are enclosed like everything else. Raises NotEnclosed, ImportError.
+    """
+    functions = {f.name: f for f in program.functions}
+
+    def evaluate(name: str, arrays: Mapping[str, Sequence[Any]]) -> list[Any]:
+        p = [*arrays["p"], *([None] * program.n_hoisted)]
+        _run(program.parameters, {**arrays, "p": p}, p)
+        out: list[Any] = [None] * functions[name].n_out
+        _run(functions[name], {**arrays, "p": p}, out)
+        return out
+
+    return evaluate
+
+
+def _run(function: ProgramFunction, arrays: Mapping[str, Sequence[Any]], out: list[Any]) -> None:
+    from flint import arb, fmpq
+
+    work: list[Any] = [None] * function.workspace
+    sources = {**arrays, "w": work}
+    for body in function.bodies:
+        values: list[Any] = []
+        for statement in body:
+            match statement:
+                case Load(array, index):
+                    values.append(sources[array][index])
+                case Literal(number):
+                    values.append(arb(fmpq(number.numerator, number.denominator)))
+                case Operate(code, operands):
+                    name = OPERATIONS[code].name
+                    if name not in _FORMS:
+                        raise NotEnclosed(name)
+                    values.append(_FORMS[name](*(values[k] for k in operands)))
+                case Store(array, index, value, guarded):
+                    values.append(None)
+                    if not guarded:  # parameters are all given
+                        (work if array == "w" else out)[index] = values[value]
+                case _:
+                    raise NotEnclosed("lookup")
