@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from typing import Annotated, Any, ClassVar
 
@@ -19,6 +18,7 @@ from ..local.vibration import SECOND_ORDER
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
 from ..settings import Place, Range, settable
+from .bifurcation import diagram
 from .findings import Cell, Curve, Findings, Panel, Table
 from .study import Study
 
@@ -359,7 +359,7 @@ def _followed(
         errors_from="special points are roots on the branches, to rounding of what tells them",
         remarks=tuple(dict.fromkeys(remarks)),
         tables=(Table("", head, rows),) if rows else (),
-        panels=_diagram(site, box, over, tracer, branches, specials),
+        panels=diagram(site, box, over, tracer, branches, specials),
         details={
             "equilibria": records,
             "special": points,
@@ -372,42 +372,3 @@ def _followed(
         equilibria=tuple(records),
         special=tuple(points),
     )
-
-
-def _diagram(
-    site: Site, box: Box, over: Range, tracer: Tracer, branches: list[Branch], specials: list[Special]
-) -> tuple[Panel, ...]:
-    """Return coordinates over the parameter: stable branches as lines, others dashed, special points as dots."""
-    panels = []
-    states = {q.name: k for k, q in enumerate(site.problem.states)}
-    for j in list(box.moved)[:3]:
-        name = site.chart.names[int(j)]
-        if name not in states:
-            continue
-        place = states[name]
-        curves: list[Curve] = []
-        for branch in branches:
-            xs = np.array([over.low + p.x[-1] * (over.high - over.low) for p in branch.points])
-            ys = np.array([tracer.state(p.x)[place] for p in branch.points])
-            good = np.array([p.stable.stable is True for p in branch.points])
-            edges_at = [0, *(np.flatnonzero(np.diff(good.astype(int))) + 1).tolist(), len(good)]
-            for first, last in itertools.pairwise(edges_at):
-                stop = min(last + 1, len(good))
-                kind = bool(good[first])
-                label = "stable" if kind else "unstable"
-                named = any(curve.name == label for curve in curves)
-                curves.append(
-                    Curve(
-                        "" if named else label,
-                        xs[first:stop],
-                        ys[first:stop],
-                        "line" if kind else "dashed",
-                        0 if kind else 1,
-                    )
-                )
-        if specials:
-            xs = np.array([over.low + s.x[-1] * (over.high - over.low) for s in specials])
-            ys = np.array([tracer.state(s.x)[place] for s in specials])
-            curves.append(Curve("special", xs, ys, "points", 2))
-        panels.append(Panel(name, over.name, over.unit, name, site.problem.states[place].unit, tuple(curves)))
-    return tuple(panels)
