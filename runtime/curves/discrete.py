@@ -115,6 +115,12 @@ class Discrete:
         found = self.functions[name](s.ravel(), y.reshape(len(y), -1), _NONE, z, self.p)
         return found.reshape(len(found), *s.shape)
 
+    def sizes(self, unknowns: Unknowns) -> Array:
+        """Return the size of each coordinate: its largest value, or how far it ranges."""
+        values = np.moveaxis(self.inner.functions[0] @ self.coordinates(unknowns), 2, 0).reshape(self.layout.n, -1)
+        size = np.maximum(np.max(np.abs(values), axis=1), np.ptp(values, axis=1))
+        return np.where(size > 0, size, max(float(size.max()), 1e-3))
+
     # ------------------------------------------------------------ residual and matrix
 
     def stiffness(self, sizes: Array) -> Array:

@@ -109,6 +109,58 @@ def _scales(size: Array) -> Array:
     return scale
 
 
+def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Unknowns:
+    """Return a curve near a start that meets its ends, or ``every`` condition: the least change of its derivatives."""
+    layout, curve = discrete.layout, discrete.curve
+    at = start
+    lam0 = layout.unknown + layout.numbers
+    mu0 = lam0 + layout.numbers
+    ends = np.array([every or row.kind != "whole" for row in curve.wholes], dtype=bool)
+    stiff = discrete.stiffness(discrete.sizes(start))
+    for _ in range(8):
+        plain = Unknowns(at.border.copy(), at.inside.copy(), at.whole.copy())
+        plain.whole[lam0:] = 0.0
+        plain.border[:, layout.r * layout.n :] = 0.0
+        plain.inside[:, layout.bubbles * layout.n :] = 0.0
+        blocks = discrete.blocks(plain)
+        if not is_finite(blocks):
+            return at
+        coordinates = np.unique(layout.place)
+        others = np.setdiff1d(np.arange(blocks.local.shape[1]), coordinates)
+        blocks.local[:, coordinates[:, None], coordinates[None, :]] = stiff[:, coordinates[:, None], coordinates[None, :]]
+        blocks.local_residual[:, coordinates] = 0.0
+        if not every and len(others):
+            blocks.local[:, others] = 0.0
+            blocks.local[:, :, others] = 0.0
+            blocks.local[:, others, others] = 1.0
+            blocks.local_residual[:, others] = 0.0
+        blocks.whole[:lam0, :lam0] = 0.0
+        for k in range(layout.unknown):
+            blocks.whole[k, k] = 1.0 / max(abs(at.whole[k]), 1e-9) ** 2
+        blocks.whole_residual[:lam0] = 0.0
+        for k, on in enumerate(ends):
+            if not on:
+                blocks.whole[mu0 + k] = 0.0
+                blocks.whole[:, mu0 + k] = 0.0
+                blocks.whole[mu0 + k, mu0 + k] = 1.0
+                blocks.whole_residual[mu0 + k] = 0.0
+        try:
+            step = Factors(discrete, blocks).step(blocks)
+        except (np.linalg.LinAlgError, RuntimeError):
+            return at
+        size = norm_of(discrete, at)(step)
+        if not np.isfinite(size):
+            return at
+        at = Unknowns(at.border.copy(), at.inside.copy(), at.whole.copy())
+        n, b = layout.r * layout.n, layout.bubbles * layout.n
+        at.border[:, :n] += step.border[:, :n]
+        at.inside[:, :b] += step.inside[:, :b]
+        at.whole[:lam0] += step.whole[:lam0]
+        if size < 1e-9:
+            break
+    return at
+
+
 class Solved(Struct, eq=False):
     """What Newton's method came to: ``steps`` that it took, and the size of the last one against that of the curve."""
 
@@ -135,9 +187,7 @@ def norm_of(discrete: Discrete, unknowns: Unknowns) -> Norm:
     """Return the measure of steps: coordinates by their largest values, numbers of the whole by theirs; no multipliers."""
     layout = discrete.layout
     n, r = layout.n, layout.r
-    values = np.moveaxis(discrete.inner.functions[0] @ discrete.coordinates(unknowns), 2, 0).reshape(n, -1)
-    size = np.maximum(np.max(np.abs(values), axis=1), np.ptp(values, axis=1))
-    size = np.where(size > 0, size, max(float(size.max()), 1e-3))
+    size = discrete.sizes(unknowns)
     never = np.inf
     border = np.full(layout.width, never)
     border[:n] = size
@@ -166,7 +216,7 @@ def newton(
     stalled = 0
     while steps < MOST_STEPS:
         blocks = discrete.blocks(at)
-        if not _finite(blocks):
+        if not is_finite(blocks):
             return Solved(at, False, steps, last, "not finite")
         try:
             factors = Factors(discrete, blocks)
@@ -195,7 +245,7 @@ def newton(
         while True:
             after = at.moved(step, share)
             trial = discrete.blocks(after, matrix=False)
-            if _finite(trial):
+            if is_finite(trial):
                 further = norm(factors.step(trial))
                 if np.isfinite(further) and further <= (1 - share / 4) * size:
                     break
@@ -242,11 +292,11 @@ def _inner(a: Unknowns, b: Unknowns, norm: Norm) -> float:
 
 def _within(discrete: Discrete, at: Unknowns, step: Unknowns, share: float) -> float:
     while share > SMALLEST:
-        if _finite(discrete.blocks(at.moved(step, share), matrix=False)):
+        if is_finite(discrete.blocks(at.moved(step, share), matrix=False)):
             return share
         share /= 2
     return 0.0
 
 
-def _finite(blocks: Blocks) -> bool:
+def is_finite(blocks: Blocks) -> bool:
     return bool(np.isfinite(blocks.local_residual).all() and np.isfinite(blocks.whole_residual).all())

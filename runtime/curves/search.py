@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import basis
+from .afar import newton_from_afar
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
-from .newton import Factors, Solved, newton
+from .newton import Factors, Solved, newton, projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
 
@@ -143,8 +144,7 @@ def beginning(discrete: Discrete, posed: Posed, source: Source) -> Unknowns:
     border, inside = fitted(layout, mesh, at, xi)
     whole = np.zeros(layout.whole)
     whole[: layout.unknown] = posed.ends
-    made = Unknowns(border, inside, whole)
-    return with_numbers(discrete, made)
+    return with_numbers(discrete, projected(discrete, Unknowns(border, inside, whole)))
 
 
 def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:

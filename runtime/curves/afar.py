@@ -1,0 +1,59 @@
+"""Newton's method from far away: a stiffness is added to the matrix, and fades as steps become shorter."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .discrete import Discrete
+from .newton import MOST_STEPS, SMALLEST, Factors, Solved, is_finite, newton, norm_of
+from .unknowns import Unknowns
+
+ABANDONED = 1e6
+"""Times the first weight of the stiffness beyond which no step helps."""
+
+
+def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
+    """Solve where Newton's own matrix has no solution, or its steps lead out of the domain."""
+    at, steps, last = start, 0, np.inf
+    stiff = discrete.stiffness(discrete.sizes(start))
+    weight = largest = 1.0
+    while steps < 4 * MOST_STEPS:
+        blocks = discrete.blocks(at)
+        if not is_finite(blocks):
+            return Solved(at, False, steps, last, "not finite")
+        if steps == 0:
+            diagonal = float(np.abs(np.einsum("ejj->ej", blocks.local)).max())
+            terms = np.abs(at.whole[discrete.layout.unknown : discrete.layout.unknown + discrete.layout.numbers])
+            size_of_terms = float(terms.max()) if len(terms) else 1.0
+            weight = max(diagonal, size_of_terms, 1e-12) / float(np.einsum("ejj->ej", stiff).max())
+            largest = weight
+        blocks.local = blocks.local + weight * stiff
+        norm = norm_of(discrete, at)
+        try:
+            factors = Factors(discrete, blocks)
+        except (np.linalg.LinAlgError, RuntimeError):
+            return Solved(at, False, steps, last, "singular")
+        step = factors.step(blocks)
+        size = norm(step)
+        if not np.isfinite(size):
+            return Solved(at, False, steps, last, "singular")
+        share = 1.0
+        steps += 1
+        while share >= SMALLEST:
+            after = at.moved(step, share)
+            trial = discrete.blocks(after, matrix=False)
+            if is_finite(trial) and norm(factors.step(trial)) <= (1 - share / 4) * size:
+                break
+            share /= 2
+        if share < SMALLEST:
+            weight *= 10
+            if weight > ABANDONED * largest:
+                return Solved(at, False, steps, size, "no shorter step")
+            continue
+        at, last = at.moved(step, share), size
+        if share == 1.0:
+            weight /= 5
+        if weight < 1e-6 * largest or size < 1e-6:
+            solved = newton(discrete, at)
+            return Solved(solved.unknowns, solved.converged, steps + solved.steps, solved.last, solved.why)
+    return Solved(at, False, steps, last, "too many steps")
