@@ -81,9 +81,12 @@ class Account(Struct, frozen=True):
     momenta: tuple[Statement, ...]
     cyclic: tuple[str, ...]
     events: int
+    further: tuple[Section, ...] = ()
 
     def sections(self) -> tuple[Section, ...]:
-        """Return what is written, in its order; nothing is empty."""
+        """Return what is written, in its order; nothing is empty. ``further``: all there is of a curve."""
+        if self.further:
+            return self.further
         listed = (
             Section("Lagrangian", (self.lagrangian,) if self.equations or self.prescribed else ()),
             Section("Dissipation function", (self.dissipation,) if self.dissipation is not None else ()),

@@ -8,6 +8,7 @@ from html import escape
 import sympy as sp
 
 from ..mechanics.system import MechanicalSystem
+from .curves import curve_account
 from .equations import Account, Statement, account_of
 from .mathml import mathml
 from .names import latex_name
@@ -28,13 +29,19 @@ def write_equations(system: MechanicalSystem, layout: str) -> str:
     """Return the equations of a system; ``layout`` is text, latex or html."""
     match layout:
         case "text":
-            return _text(account_of(system, latex=False))
+            return _text(_account(system, latex=False))
         case "latex":
-            return _latex(account_of(system, latex=True))
+            return _latex(_account(system, latex=True))
         case "html":
-            return _html(account_of(system, latex=True))
+            return _html(_account(system, latex=True))
         case _:
             raise ValueError(layout)
+
+
+def _account(system: MechanicalSystem, *, latex: bool) -> Account:
+    if system.curve is not None:
+        return curve_account(system, system.curve, latex=latex)
+    return account_of(system, latex=latex)
 
 
 def _sized(statement: Statement, printer: Callable[[sp.Expr], str]) -> str:

@@ -47,6 +47,13 @@ def command(
     from ..runtime.native.build import find_compiler
 
     loaded = load(what, model=model, set=settings).for_experiment(None)
+    if loaded.compilation.equations.curve is not None:
+        from ..presentation.curve_report import curve_explained
+
+        rows = curve_explained(loaded.name, loaded.compilation.equations)
+        text = json.dumps(rows, indent=1, ensure_ascii=False)
+        click.echo(text if as_json else "\n".join(f"{k}: {v}" for k, v in rows.items()))
+        return
     measured = target is not None or find_compiler() is not None
     saved = savings(loaded, target or "c", measured=measured)
     style = style_for(sys.stdout)

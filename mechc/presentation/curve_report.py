@@ -9,6 +9,7 @@ from .numbers import count, duration, number, plural, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
+    from ..compiler.equations.model import Equations
     from ..runtime.curves.found import CurveSolution
     from ..runtime.studies.stationary import Curves
 
@@ -142,3 +143,30 @@ def _sweep(found: Curves, display: Display, style: Style) -> str:
     return "\n".join(
         [f"{style.bold(first.model)}: {len(table) - 1} curves", "", style.dim(rows[0]), *rows[1:]]
     )
+
+
+def curve_explained(name: str, equations: Equations) -> dict[str, str]:
+    """Return what was chosen for a model of a curve, and why, by topic."""
+    plan = equations.curve
+    assert plan is not None
+    integrals = [
+        row.name for row in plan.numbers if row.kind == "integral" and not row.name.startswith("gauge")
+    ]
+    wholes = [row.name for row in plan.wholes]
+    rows = {
+        "model": f"{name}, a curve of {plural(plan.coordinates, 'coordinate')}",
+        "elements": f"polynomials with {plan.order - 1} continuous derivatives"
+        if plan.order > 1
+        else "continuous polynomials",
+        "integrals": ", ".join(integrals) or "none",
+        "conditions on the whole": ", ".join(wholes) or "none",
+        "conditions at every place": ", ".join(row.name for row in plan.points) or "none",
+        "ends to be found": str(plan.unknown),
+        "parameter": "the integrals do not know it, so that the speed is kept constant"
+        if plan.gauge
+        else "the integrals know it",
+        "first integrals": ", ".join(row.name for row in plan.first) or "none",
+        "second derivatives": f"{len(plan.curvature)} of the integrand, exact",
+        "method": "Newton's on elements of degree 10 and 12, in Python; nothing is integrated in time",
+    }
+    return rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .discrete import Discrete
-from .newton import MOST_STEPS, SMALLEST, Factors, Solved, is_finite, newton, norm_of
+from .newton import LEAST, MOST_STEPS, SMALLEST, Factors, Solved, is_finite, newton, norm_of
 from .unknowns import Unknowns
 
 ABANDONED = 1e6
@@ -15,7 +15,8 @@ ABANDONED = 1e6
 def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
     """Solve where Newton's own matrix has no solution, or its steps lead out of the domain."""
     at, steps, last = start, 0, np.inf
-    stiff = discrete.stiffness(discrete.sizes(start))
+    first = discrete.sizes(start)
+    stiff = discrete.stiffness(first)
     weight = largest = 1.0
     while steps < 4 * MOST_STEPS:
         blocks = discrete.blocks(at)
@@ -23,12 +24,14 @@ def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
             return Solved(at, False, steps, last, "not finite")
         if steps == 0:
             diagonal = float(np.abs(np.einsum("ejj->ej", blocks.local)).max())
-            terms = np.abs(at.whole[discrete.layout.unknown : discrete.layout.unknown + discrete.layout.numbers])
+            terms = np.abs(
+                at.whole[discrete.layout.unknown : discrete.layout.unknown + discrete.layout.numbers]
+            )
             size_of_terms = float(terms.max()) if len(terms) else 1.0
             weight = max(diagonal, size_of_terms, 1e-12) / float(np.einsum("ejj->ej", stiff).max())
             largest = weight
         blocks.local = blocks.local + weight * stiff
-        norm = norm_of(discrete, at)
+        norm = norm_of(discrete, at, LEAST * first)
         try:
             factors = Factors(discrete, blocks)
         except (np.linalg.LinAlgError, RuntimeError):

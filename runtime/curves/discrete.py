@@ -117,7 +117,9 @@ class Discrete:
 
     def sizes(self, unknowns: Unknowns) -> Array:
         """Return the size of each coordinate: its largest value, or how far it ranges."""
-        values = np.moveaxis(self.inner.functions[0] @ self.coordinates(unknowns), 2, 0).reshape(self.layout.n, -1)
+        values = np.moveaxis(self.inner.functions[0] @ self.coordinates(unknowns), 2, 0).reshape(
+            self.layout.n, -1
+        )
         size = np.maximum(np.max(np.abs(values), axis=1), np.ptp(values, axis=1))
         return np.where(size > 0, size, max(float(size.max()), 1e-3))
 

@@ -14,6 +14,8 @@ from .unknowns import Unknowns
 DENSE = 400
 """Unknowns of borders and the whole up to which a dense matrix is faster than a sparse one."""
 MOST_STEPS = 60
+LEAST = 0.1
+"""Share of the start's size below which a curve counts as zero."""
 SMALLEST = 1e-4
 """Share of a step below which it is given up."""
 
@@ -127,7 +129,9 @@ def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Un
             return at
         coordinates = np.unique(layout.place)
         others = np.setdiff1d(np.arange(blocks.local.shape[1]), coordinates)
-        blocks.local[:, coordinates[:, None], coordinates[None, :]] = stiff[:, coordinates[:, None], coordinates[None, :]]
+        blocks.local[:, coordinates[:, None], coordinates[None, :]] = stiff[
+            :, coordinates[:, None], coordinates[None, :]
+        ]
         blocks.local_residual[:, coordinates] = 0.0
         if not every and len(others):
             blocks.local[:, others] = 0.0
@@ -183,11 +187,11 @@ class Norm(Struct, frozen=True, eq=False):
         return float(np.sqrt(max(np.mean(x**2) if x.size else 0.0 for x in parts)))
 
 
-def norm_of(discrete: Discrete, unknowns: Unknowns) -> Norm:
+def norm_of(discrete: Discrete, unknowns: Unknowns, least: Array | float = 0.0) -> Norm:
     """Return the measure of steps: coordinates by their largest values, numbers of the whole by theirs; no multipliers."""
     layout = discrete.layout
     n, r = layout.n, layout.r
-    size = discrete.sizes(unknowns)
+    size = np.maximum(discrete.sizes(unknowns), least)
     never = np.inf
     border = np.full(layout.width, never)
     border[:n] = size
@@ -201,13 +205,19 @@ def norm_of(discrete: Discrete, unknowns: Unknowns) -> Norm:
 
 
 def newton(
-    discrete: Discrete, start: Unknowns, *, tolerance: float = 1e-10, deflated: list[Unknowns] | None = None
+    discrete: Discrete,
+    start: Unknowns,
+    *,
+    tolerance: float = 1e-10,
+    deflated: list[Unknowns] | None = None,
+    tested: bool = True,
 ) -> Solved:
     """Solve from a start; steps are shortened until the next one would be shorter (Deuflhard, Newton methods, 2004, ch. 3).
 
-    ``deflated``: solutions from which the search is driven away (Farrell, Birkisson, Funke 2015).
+    Without ``tested`` steps are only bounded. ``deflated``: solutions from which the search is driven away (Farrell, Birkisson, Funke 2015).
     """
     at = start
+    least = LEAST * discrete.sizes(start)
     known = deflated or []
     steps = 0
     share = 1.0
@@ -222,7 +232,7 @@ def newton(
             factors = Factors(discrete, blocks)
         except (np.linalg.LinAlgError, RuntimeError):
             return Solved(at, False, steps, last, "singular")
-        norm = norm_of(discrete, at)
+        norm = norm_of(discrete, at, least)
         step = factors.step(blocks)
         size = norm(step)
         if not np.isfinite(size):
@@ -233,7 +243,7 @@ def newton(
         if size <= tolerance:
             after = at.moved(step)
             return Solved(after, True, steps, size)
-        if known:
+        if known or not tested:
             # far from a solution the deflated step may be long: bounded, not tested
             share = min(1.0, 0.5 / size) if size > 0.5 else 1.0
             share = _within(discrete, at, step, share)

@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import basis
-from .afar import newton_from_afar
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
 from .newton import Factors, Solved, newton, projected
@@ -60,7 +59,7 @@ Source = Callable[[Array], Array]
 
 
 def search(
-    posed: Posed, *, deflated: Sequence[Answer] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True,
+    posed: Posed, *, deflated: Sequence[Answer] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True, once: bool = False,
     elements: int = ELEMENTS,
 ) -> Answer:  # fmt: skip
     """Find a stationary curve from the guess, or from ``start``. Raises Failed."""
@@ -71,10 +70,12 @@ def search(
     weights = _gauge(posed, source)
     steps = 0
     found: tuple[Discrete, Solved] | None = None
-    for count, coarse in ((elements, degree), (elements, 6), (3 * elements, 6), (2, 6)):
+    meshes = ((elements, degree), (elements, 6), (3 * elements, 6), (2, 6))
+    for count, coarse in meshes[1:2] if once or deflated else meshes:
         mesh = mesh_of(posed.borders(), count, max(coarse, 2 * posed.curve.order + 2), steep)
         discrete = Discrete(posed.problem, mesh, posed.p, weights)
         first = beginning(discrete, posed, source)
+        without_repeats(discrete, first)
         if why := _undefined(discrete, first):
             tried.append(why)
             continue
@@ -124,7 +125,9 @@ def _again(
     if mesh.degree == discrete.mesh.degree and np.array_equal(mesh.nodes, discrete.mesh.nodes):
         return discrete, Solved(unknowns, True, 0, 0.0), 0
     other = Discrete(posed.problem, mesh, posed.p, weights)
-    solved = newton(other, transferred(discrete, unknowns, other))
+    first = transferred(discrete, unknowns, other)
+    without_repeats(other, first)
+    solved = newton(other, first)
     if not solved.converged:
         raise Failed(
             f"the curve of {discrete.mesh.count} elements was lost on {mesh.count}: {solved.why}", ()
@@ -158,6 +161,45 @@ def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:
     residual = discrete.blocks(made, matrix=False).whole_residual
     made.whole[lam0 : lam0 + layout.numbers] = residual[layout.unknown : lam0]
     return made
+
+
+def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
+    """Let conditions at every place rest at an end where those of the end say the same."""
+    layout, curve = discrete.layout, discrete.curve
+    if not layout.positions:
+        return
+    n = layout.n
+    zero, y = np.zeros(1), np.zeros((discrete._height(), 1))
+    z = discrete._z(unknowns)
+    by_numbers = np.zeros((len(curve.wholes) + 1, layout.unknown + layout.numbers))
+    for (row, c), g in zip(
+        curve.whole_gradient, discrete.call("whole_gradients", zero, y, z)[:, 0], strict=True
+    ):
+        by_numbers[row, c] = g
+    integrals = sum(row.kind == "integral" for row in curve.numbers)
+    for upper in (False, True):
+        element, node = (-1, -1) if upper else (0, 0)
+        s = np.array([1.0 if upper else 0.0])
+        at = discrete.rows(unknowns, discrete.nodes)[:, element, node][:, None]
+        values = np.zeros((layout.numbers, n))
+        found = discrete.call("place_gradients", s, at, z)[:, 0]
+        for (row, c), g in zip(curve.place_gradient, found, strict=True):
+            if c < n and curve.numbers[integrals + row].kind == ("upper" if upper else "lower"):
+                values[integrals + row, c] = g
+        ends = by_numbers[1:, layout.unknown :] @ values
+        rows = np.zeros((len(curve.points), n))
+        for (k, c), g in zip(
+            curve.point_gradient, discrete.call("point_gradients", s, at, z)[:, 0], strict=True
+        ):
+            if c < n:
+                rows[k, c] = g
+        for m, k in enumerate(layout.positions):
+            if curve.points[k].bound:
+                continue
+            rank = np.linalg.matrix_rank(ends, tol=1e-9 * (np.abs(ends).max() + 1e-300)) if len(ends) else 0
+            more = np.vstack([ends, rows[k : k + 1] / (np.abs(rows[k]).max() + 1e-300)])
+            if np.linalg.matrix_rank(more, tol=1e-9 * np.abs(more).max()) == rank:
+                discrete.active_nodes[element, node, m] = False
 
 
 def transferred(discrete: Discrete, unknowns: Unknowns, other: Discrete) -> Unknowns:
@@ -296,7 +338,7 @@ def _marked(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray
     bubbles = np.abs(unknowns.inside[:, : b * n]).reshape(-1, b, n)
     values = np.moveaxis(discrete.inner.functions[0] @ discrete.coordinates(unknowns), 2, 0).reshape(n, -1)
     size = np.maximum(np.ptp(values, axis=1), 1e-3 * np.max(np.abs(values), axis=1))
-    size = np.where(size > 0, size, 1.0)
+    size = np.where(size > 1e-9, size, 1.0)
     tail = np.max(bubbles[:, -2:], axis=1) / size
     tops = np.sqrt(2 * discrete.mesh.degree)
     marked: NDArray[np.bool_] = np.max(tail, axis=1) * tops > tolerance

@@ -11,6 +11,7 @@ from msgspec import Struct
 
 from ..case import find_experiment
 from ..curves.found import CurveSolution
+from ..curves.further import further
 from ..curves.posed import Posed, pose
 from ..curves.search import Failed, search
 from ..outcome import Outcome, SimulationError, worst
@@ -58,8 +59,9 @@ class Stationary(Struct, frozen=True, kw_only=True):
                 help="give a guess that is nearer: 'coordinate z ~ f(x);', in an experiment too; "
                 "or ask whether there is a smooth curve at all",
             ) from None
-        found = [CurveSolution(posed, first, coarse=None, seconds=time.perf_counter() - begun)]
-        return tuple(found)
+        answers = [first, *(further(posed, first) if self.all else ())]
+        seconds = time.perf_counter() - begun
+        return tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
 
 
 class Curves(Struct, frozen=True, eq=False):
