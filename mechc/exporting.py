@@ -190,6 +190,10 @@ class Defaults(Struct, frozen=True):
 
 def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path, ...]:
     """Write the files of a target and return them. Raises UsageMistake for an unknown target."""
+    if model.compilation.equations.curve is not None:
+        raise UsageMistake(
+            f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
+        )
     program = model.compilation.program
     name = file_stem(program.name)
     match target:

@@ -47,6 +47,10 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
     Nothing is written unless everything succeeded. Raises CompileError (E09), UsageMistake, SimulationError,
     BuildError.
     """
+    if model.compilation.equations.curve is not None:
+        raise UsageMistake(
+            f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
+        )
     chosen = model.for_experiment(options.experiment)
     places = _places(chosen, output, options)
     packages = fmu_packages(chosen, options)

@@ -153,7 +153,7 @@ def curve_explained(name: str, equations: Equations) -> dict[str, str]:
         row.name for row in plan.numbers if row.kind == "integral" and not row.name.startswith("gauge")
     ]
     wholes = [row.name for row in plan.wholes]
-    rows = {
+    return {
         "model": f"{name}, a curve of {plural(plan.coordinates, 'coordinate')}",
         "elements": f"polynomials with {plan.order - 1} continuous derivatives"
         if plan.order > 1
@@ -169,4 +169,3 @@ def curve_explained(name: str, equations: Equations) -> dict[str, str]:
         "second derivatives": f"{len(plan.curvature)} of the integrand, exact",
         "method": "Newton's on elements of degree 10 and 12, in Python; nothing is integrated in time",
     }
-    return rows

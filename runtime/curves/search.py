@@ -9,7 +9,7 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..problem import Array
-from . import basis
+from . import basis, obstacles
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
 from .newton import Factors, Solved, newton, projected
@@ -80,7 +80,10 @@ def search(
             tried.append(why)
             continue
         known = [_moved(a, discrete) for a in deflated]
+        if obstacles.has_bounds(discrete):
+            obstacles.begin(discrete, first)
         solved = newton(discrete, first, deflated=known)
+        solved = _bounded(discrete, solved)
         steps += solved.steps
         tried.append(
             f"{count} elements of degree {mesh.degree}: {solved.why or 'converged'}, {solved.steps} steps"
@@ -101,6 +104,8 @@ def search(
         )
         steps += more
         marked = _marked(discrete, solved.unknowns, posed.tolerance)
+        if obstacles.has_bounds(discrete):
+            marked = obstacles.borders(discrete) | (marked & ~_narrow(discrete))
         if not marked.any():
             break
         if discrete.mesh.count + marked.sum() > MOST_ELEMENTS:
@@ -118,6 +123,17 @@ def search(
     return _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
 
 
+def _bounded(discrete: Discrete, solved: Solved) -> Solved:
+    if not obstacles.has_bounds(discrete):
+        return solved
+    return obstacles.solved_with_bounds(discrete, solved, lambda u: newton(discrete, u))
+
+
+def _narrow(discrete: Discrete) -> NDArray[np.bool_]:
+    narrow: NDArray[np.bool_] = np.diff(discrete.mesh.nodes) <= obstacles.NARROWEST
+    return narrow
+
+
 def _again(
     posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh, weights: Array
 ) -> tuple[Discrete, Solved, int]:
@@ -127,7 +143,9 @@ def _again(
     other = Discrete(posed.problem, mesh, posed.p, weights)
     first = transferred(discrete, unknowns, other)
     without_repeats(other, first)
-    solved = newton(other, first)
+    if obstacles.has_bounds(other):
+        obstacles.begin(other, first)
+    solved = _bounded(other, newton(other, first))
     if not solved.converged:
         raise Failed(
             f"the curve of {discrete.mesh.count} elements was lost on {mesh.count}: {solved.why}", ()

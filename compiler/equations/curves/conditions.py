@@ -56,6 +56,14 @@ def conditions_of(system: MechanicalSystem, curve: Curve, forms: Forms, reporter
         residuals: Sequence[Node] = rows.residuals
         if rows.upper is not None:
             residuals = _at_the_end(system, curve, forms, rows, ends)
+        if rows.bound and curve.action:
+            reporter.error(
+                "E0558",
+                f"the inequality '{rows.name}' stands beside an action",
+                rows.origin.shown,
+                caption="what is touched in time is a contact, which no action knows",
+                help="find the motion from its start: 'contact gap restitution e;' in a model without a range",
+            )
         for name, residual, unit in zip(_names(rows), residuals, rows.units, strict=True):
             kind = ("final" if rows.upper else "initial") if rows.upper is not None else "whole"
             if rows.on_the_curve:

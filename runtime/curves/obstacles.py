@@ -1,0 +1,95 @@
+"""Inequalities at every place: which nodes lie on their bound, found together with the curve (primal-dual active sets,
+Hintermueller, Ito, Kunisch 2003)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .discrete import Discrete
+from .newton import Solved
+from .unknowns import Unknowns, local
+
+MOST_SETS = 40
+NARROWEST = 2e-6
+"""Elements in which a bound begins to hold are halved down to this share of the range: the second derivative jumps there."""
+
+
+def begin(discrete: Discrete, start: Unknowns) -> None:
+    """Let a bound hold at first where the start violates it, or presses."""
+    for active, which, residuals, densities in _bounds(discrete, start):
+        for m, bound in which:
+            if bound:
+                active[:, :, m] = (residuals[m] < 0) | (densities[m] < 0)
+    _agree(discrete)
+
+
+def settle(discrete: Discrete, unknowns: Unknowns) -> bool:
+    """Let go where a bound pulls, hold where it is violated; tell whether anything changed."""
+    changed = False
+    for active, which, residuals, densities in _bounds(discrete, unknowns):
+        for m, bound in which:
+            if not bound:
+                continue
+            size = np.max(np.abs(residuals[m])) + 1e-300
+            now = np.where(active[:, :, m], densities[m] < 0, residuals[m] < -1e-13 * size)
+            changed |= bool(np.any(now != active[:, :, m]))
+            active[:, :, m] = now
+    _agree(discrete)
+    return changed
+
+
+def has_bounds(discrete: Discrete) -> bool:
+    return any(row.bound for row in discrete.curve.points)
+
+
+def borders(discrete: Discrete) -> NDArray[np.bool_]:
+    """Return the elements in which a bound begins or ends to hold, and that are not narrow yet."""
+    marked = np.zeros(discrete.mesh.count, dtype=bool)
+    layout, curve = discrete.layout, discrete.curve
+    for active, which in ((discrete.active_nodes, layout.positions), (discrete.active_rates, layout.rates)):
+        for m, k in enumerate(which):
+            if curve.points[k].bound:
+                held = active[:, :, m]
+                marked |= held.any(axis=1) & ~held.all(axis=1)
+    return marked & (np.diff(discrete.mesh.nodes) > NARROWEST)
+
+
+def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # type: ignore[no-untyped-def]
+    """Solve again until the nodes at their bounds stay the same. ``again(unknowns)`` solves for the present ones."""
+    solved: Solved = first
+    steps = solved.steps
+    for _ in range(MOST_SETS):
+        if not solved.converged or not settle(discrete, solved.unknowns):
+            break
+        solved = again(solved.unknowns)
+        steps += solved.steps
+    return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)
+
+
+def _bounds(discrete: Discrete, unknowns: Unknowns):  # type: ignore[no-untyped-def]
+    layout, curve = discrete.layout, discrete.curve
+    block = local(unknowns)
+    found = []
+    for active, indices, places, where in (
+        (discrete.active_nodes, layout.positions, discrete.nodes, layout.node_place),
+        (discrete.active_rates, layout.rates, discrete.rate_nodes, layout.rate_place),
+    ):
+        if not indices:
+            continue
+        y = discrete.rows(unknowns, places)
+        values = discrete.call("points", places.s, y, discrete._z(unknowns))
+        which = [(m, curve.points[k].bound) for m, k in enumerate(indices)]
+        residuals = [values[k] for k in indices]
+        densities = [block[:, where[:, m]] for m in range(len(indices))]
+        found.append((active, which, residuals, densities))
+    return found
+
+
+def _agree(discrete: Discrete) -> None:
+    """A node between two elements is one node."""
+    nodes = discrete.active_nodes
+    if nodes.size and len(nodes) > 1:
+        both = nodes[:-1, -1] | nodes[1:, 0]
+        nodes[:-1, -1] = both
+        nodes[1:, 0] = both
