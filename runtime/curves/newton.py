@@ -165,6 +165,38 @@ def projected(discrete: Discrete, start: Unknowns, *, every: bool = False) -> Un
     return at
 
 
+def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
+    """Return a start with the multipliers that leave the least of the gradient, measured by the stiffness."""
+    layout = discrete.layout
+    lam0 = layout.unknown + layout.numbers
+    n, b = layout.r * layout.n, layout.bubbles * layout.n
+    plain = Unknowns(start.border.copy(), start.inside.copy(), start.whole.copy())
+    plain.whole[lam0:] = 0.0
+    plain.border[:, n:] = 0.0
+    plain.inside[:, b:] = 0.0
+    blocks = discrete.blocks(plain)
+    if not is_finite(blocks):
+        return start
+    coordinates = np.unique(layout.place)
+    stiff = discrete.stiffness(discrete.sizes(start))[:, coordinates[:, None], coordinates[None, :]]
+    blocks.local[:, coordinates[:, None], coordinates[None, :]] = stiff
+    for k in range(layout.unknown):
+        blocks.whole[k, k] = 1.0 / max(abs(start.whole[k]), 1e-9) ** 2
+    blocks.whole_residual[lam0:] = 0.0
+    others = np.setdiff1d(np.arange(blocks.local.shape[1]), coordinates)
+    blocks.local_residual[:, others] = 0.0
+    try:
+        step = Factors(discrete, blocks).step(blocks)
+    except (np.linalg.LinAlgError, RuntimeError):
+        return start
+    if not (np.isfinite(step.whole).all() and np.isfinite(step.inside).all()):
+        return start
+    plain.whole[lam0:] = step.whole[lam0:]
+    plain.border[:, n:] = step.border[:, n:]
+    plain.inside[:, b:] = step.inside[:, b:]
+    return plain
+
+
 class Solved(Struct, eq=False):
     """What Newton's method came to: ``steps`` that it took, and the size of the last one against that of the curve."""
 

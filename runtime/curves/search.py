@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import basis, obstacles
+from .afar import newton_from_afar
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
-from .newton import Factors, Solved, newton, projected
+from .newton import Factors, Solved, newton, projected, with_multipliers
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
 
@@ -82,12 +83,15 @@ def search(
         known = [_moved(a, discrete) for a in deflated]
         if obstacles.has_bounds(discrete):
             obstacles.begin(discrete, first)
-        solved = newton(discrete, first, deflated=known)
-        solved = _bounded(discrete, solved)
-        steps += solved.steps
-        tried.append(
-            f"{count} elements of degree {mesh.degree}: {solved.why or 'converged'}, {solved.steps} steps"
-        )
+        for words, way in _ways(discrete, first, known, once=once):
+            solved = _bounded(discrete, way())
+            steps += solved.steps
+            tried.append(
+                f"{words} on {count} elements of degree {mesh.degree}: {solved.why or 'converged'}, "
+                f"{plural_steps(solved.steps)}"
+            )
+            if solved.converged:
+                break
         if solved.converged:
             found = discrete, solved
             break
@@ -121,6 +125,26 @@ def search(
     )
     steps += more
     return _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
+
+
+def _ways(
+    discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
+) -> Iterator[tuple[str, Callable[[], Solved]]]:
+    """Yield the ways in which a curve is looked for from a start, the fastest first, with words for each."""
+    yield "Newton's method", lambda: newton(discrete, first, deflated=known)
+    if known or once:
+        return
+    better = with_multipliers(discrete, first)
+    yield "with estimated multipliers", lambda: newton(discrete, better)
+    for words, start in (("", better), (", multipliers zero", first)):
+        yield f"with a stiffness that fades{words}", lambda start=start: newton_from_afar(discrete, start)
+    nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
+    yield "from a guess bent to all conditions", lambda: newton(discrete, nearer)
+    yield "with bounded steps", lambda: newton(discrete, better, tested=False)
+
+
+def plural_steps(count: int) -> str:
+    return f"{count} step{'' if count == 1 else 's'}"
 
 
 def _bounded(discrete: Discrete, solved: Solved) -> Solved:
