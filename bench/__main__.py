@@ -12,6 +12,7 @@ from .machine import note_time
 PAGES = (
     "forming",
     "constraints",
+    "curves",
     "four_bar",
     "evaluation",
     "tangents",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from msgspec import Struct
@@ -131,16 +132,16 @@ def _ways(
     discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
 ) -> Iterator[tuple[str, Callable[[], Solved]]]:
     """Yield the ways in which a curve is looked for from a start, the fastest first, with words for each."""
-    yield "Newton's method", lambda: newton(discrete, first, deflated=known)
+    yield "Newton's method", partial(newton, discrete, first, deflated=known)
     if known or once:
         return
     better = with_multipliers(discrete, first)
-    yield "with estimated multipliers", lambda: newton(discrete, better)
-    for words, start in (("", better), (", multipliers zero", first)):
-        yield f"with a stiffness that fades{words}", lambda start=start: newton_from_afar(discrete, start)
+    yield "with estimated multipliers", partial(newton, discrete, better)
+    yield "with a stiffness that fades", partial(newton_from_afar, discrete, better)
+    yield "with a stiffness that fades, multipliers zero", partial(newton_from_afar, discrete, first)
     nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
-    yield "from a guess bent to all conditions", lambda: newton(discrete, nearer)
-    yield "with bounded steps", lambda: newton(discrete, better, tested=False)
+    yield "from a guess bent to all conditions", partial(newton, discrete, nearer)
+    yield "with bounded steps", partial(newton, discrete, better, tested=False)
 
 
 def plural_steps(count: int) -> str:
