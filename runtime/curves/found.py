@@ -54,7 +54,6 @@ class CurveSolution:
                 self.output_errors[q.name] = float(error)
         self.multipliers = self._multipliers()
         self.first_integrals = self._drifts()
-        self.conjugate_points: tuple[float, ...] = ()
 
     # ------------------------------------------------------------ the curve
 
@@ -201,7 +200,6 @@ class CurveSolution:
             "unit": self._posed.curve.unit,
             "kind": self.kind,
             "negative_directions": self.negative_directions,
-            "conjugate_points": [json_number(x) for x in self.conjugate_points],
             "interval": [json_number(x) for x in self.interval],
             "unknown": {q.name: json_number(float(v)) for q, v in zip(unknown, self._z, strict=False)},
             "outputs": {name: json_number(v) for name, v in self.outputs.items()},
