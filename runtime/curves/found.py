@@ -13,7 +13,8 @@ from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
 from .posed import Posed
-from .search import Answer, densities, evaluate, reported_z
+from .search import Answer, reported_z
+from .starts import densities, evaluate
 
 POINTS = 501
 """Places at which the curve is written and drawn, beside the borders of its elements."""

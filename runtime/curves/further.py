@@ -8,7 +8,8 @@ import numpy as np
 
 from ..problem import Array
 from .posed import Posed
-from .search import Answer, Failed, Source, evaluate, search
+from .search import Answer, Failed, search
+from .starts import Source, evaluate
 
 MOST = 12
 """Curves that are looked for."""

@@ -10,13 +10,23 @@ from msgspec import Struct
 from numpy.typing import NDArray
 
 from ..problem import Array
-from . import basis, obstacles
+from . import obstacles
 from .afar import newton_from_afar
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
 from .newton import Factors, Solved, newton, projected, with_multipliers
 from .posed import Posed
-from .unknowns import Unknowns, chebyshev, fitted
+from .starts import (
+    Source,
+    beginning,
+    gauge,
+    steep_ends,
+    transferred,
+    undefined,
+    with_numbers,
+    without_repeats,
+)
+from .unknowns import Unknowns
 
 DEGREE = 10
 FINER = 2
@@ -56,10 +66,6 @@ class Failed(Exception):
         self.tried = tuple(tried)
 
 
-Source = Callable[[Array], Array]
-"""Coordinates at places s: (n, places)."""
-
-
 def search(
     posed: Posed, *, deflated: Sequence[Answer] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True, once: bool = False,
     elements: int = ELEMENTS,
@@ -68,8 +74,8 @@ def search(
     tried: list[str] = []
     remarks: list[str] = []
     source = start or posed.guess
-    steep = _steep(posed, source)
-    weights = _gauge(posed, source)
+    steep = steep_ends(posed, source)
+    weights = gauge(posed, source)
     steps = 0
     found: tuple[Discrete, Solved] | None = None
     meshes = ((elements, degree), (elements, 6), (3 * elements, 6), (2, 6))
@@ -78,7 +84,7 @@ def search(
         discrete = Discrete(posed.problem, mesh, posed.p, weights)
         first = beginning(discrete, posed, source)
         without_repeats(discrete, first)
-        if why := _undefined(discrete, first):
+        if why := undefined(discrete, first):
             tried.append(why)
             continue
         known = [_moved(a, discrete) for a in deflated]
@@ -176,195 +182,6 @@ def _again(
             f"the curve of {discrete.mesh.count} elements was lost on {mesh.count}: {solved.why}", ()
         )
     return other, solved, solved.steps
-
-
-# ---------------------------------------------------------------- starts
-
-
-def beginning(discrete: Discrete, posed: Posed, source: Source) -> Unknowns:
-    """Return unknowns from a guess of the coordinates: numbers of the whole are those of the guess."""
-    layout, mesh = discrete.layout, discrete.mesh
-    xi = chebyshev(mesh.degree + 1)
-    s = mesh.places(xi)
-    at = source(s.ravel()).reshape(layout.n, *s.shape)
-    border, inside = fitted(layout, mesh, at, xi)
-    whole = np.zeros(layout.whole)
-    whole[: layout.unknown] = posed.ends
-    return with_numbers(discrete, projected(discrete, Unknowns(border, inside, whole)))
-
-
-def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:
-    """Return unknowns whose numbers are those of the curve, with the multipliers that these then have."""
-    layout = discrete.layout
-    lam0 = layout.unknown + layout.numbers
-    for _ in range(2):  # integrands may read numbers
-        made.whole[lam0 : lam0 + layout.numbers] = 0.0
-        residual = discrete.blocks(made, matrix=False).whole_residual
-        made.whole[layout.unknown : lam0] += residual[lam0 : lam0 + layout.numbers]
-    residual = discrete.blocks(made, matrix=False).whole_residual
-    made.whole[lam0 : lam0 + layout.numbers] = residual[layout.unknown : lam0]
-    return made
-
-
-def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
-    """Let conditions at every place rest at an end where those of the end say the same."""
-    layout, curve = discrete.layout, discrete.curve
-    if not layout.positions:
-        return
-    n = layout.n
-    zero, y = np.zeros(1), np.zeros((discrete._height(), 1))
-    z = discrete._z(unknowns)
-    by_numbers = np.zeros((len(curve.wholes) + 1, layout.unknown + layout.numbers))
-    for (row, c), g in zip(
-        curve.whole_gradient, discrete.call("whole_gradients", zero, y, z)[:, 0], strict=True
-    ):
-        by_numbers[row, c] = g
-    integrals = sum(row.kind == "integral" for row in curve.numbers)
-    for upper in (False, True):
-        element, node = (-1, -1) if upper else (0, 0)
-        s = np.array([1.0 if upper else 0.0])
-        at = discrete.rows(unknowns, discrete.nodes)[:, element, node][:, None]
-        values = np.zeros((layout.numbers, n))
-        found = discrete.call("place_gradients", s, at, z)[:, 0]
-        for (row, c), g in zip(curve.place_gradient, found, strict=True):
-            if c < n and curve.numbers[integrals + row].kind == ("upper" if upper else "lower"):
-                values[integrals + row, c] = g
-        ends = by_numbers[1:, layout.unknown :] @ values
-        rows = np.zeros((len(curve.points), n))
-        for (k, c), g in zip(
-            curve.point_gradient, discrete.call("point_gradients", s, at, z)[:, 0], strict=True
-        ):
-            if c < n:
-                rows[k, c] = g
-        for m, k in enumerate(layout.positions):
-            if curve.points[k].bound:
-                continue
-            rank = np.linalg.matrix_rank(ends, tol=1e-9 * (np.abs(ends).max() + 1e-300)) if len(ends) else 0
-            more = np.vstack([ends, rows[k : k + 1] / (np.abs(rows[k]).max() + 1e-300)])
-            if np.linalg.matrix_rank(more, tol=1e-9 * np.abs(more).max()) == rank:
-                discrete.active_nodes[element, node, m] = False
-
-
-def transferred(discrete: Discrete, unknowns: Unknowns, other: Discrete) -> Unknowns:
-    """Return a curve on another mesh."""
-    xi = chebyshev(other.mesh.degree + 1)
-    s = other.mesh.places(xi)
-    at = evaluate(discrete, unknowns, s.ravel(), 0)[: discrete.layout.n].reshape(discrete.layout.n, *s.shape)
-    border, inside = fitted(other.layout, other.mesh, at, xi)
-    made = Unknowns(border, inside, unknowns.whole.copy())
-    _transfer_densities(discrete, unknowns, other, made)
-    return made
-
-
-def _transfer_densities(discrete: Discrete, unknowns: Unknowns, other: Discrete, made: Unknowns) -> None:
-    layout = other.layout
-    if not discrete.curve.points:
-        return
-    for places, where in ((other.nodes, layout.node_place), (other.rate_nodes, layout.rate_place)):
-        if not where.size:
-            continue
-        which = layout.positions if places is other.nodes else layout.rates
-        table = densities(discrete, unknowns, places.s.ravel())
-        for m, k in enumerate(which):
-            values = table[k].reshape(places.s.shape)
-            for node in range(places.s.shape[1]):
-                place = where[node, m]
-                if place < layout.width:
-                    made.border[:-1, place] = values[:, node]
-                elif place < 2 * layout.width:
-                    made.border[1:, place - layout.width] = values[:, node]
-                else:
-                    made.inside[:, place - 2 * layout.width] = values[:, node]
-
-
-def densities(discrete: Discrete, unknowns: Unknowns, s: Array) -> Array:
-    """Return the densities of the multipliers of conditions at places, over s: (points, places)."""
-    from .unknowns import local
-
-    layout, curve = discrete.layout, discrete.curve
-    element, xi = discrete.mesh.find(s)
-    found = np.zeros((len(curve.points), len(s)))
-    block = local(unknowns)
-    intervals = discrete.mesh.degree + 1 - curve.order
-    for which, where, nodes in (
-        (layout.positions, layout.node_place, basis.lobatto(intervals)[0]),
-        (layout.rates, layout.rate_place, basis.gauss(intervals)[0]),
-    ):
-        for m, k in enumerate(which):
-            table = block[:, where[:, m]]
-            found[k] = _interpolated(nodes, table, element, xi)
-    return found
-
-
-def _interpolated(nodes: Array, table: Array, element: NDArray[np.int64], xi: Array) -> Array:
-    """Return values between nodes of each element by Lagrange's polynomials in barycentric form."""
-    apart = nodes[:, None] - nodes[None, :] + np.eye(len(nodes))
-    weights = 1 / np.prod(apart * 2, axis=1)
-    distance = xi[:, None] - nodes[None, :]
-    hit = np.abs(distance) < 1e-14
-    distance = np.where(hit, 1.0, distance)
-    terms = weights[None, :] / distance
-    values = np.sum(terms * table[element], axis=1) / np.sum(terms, axis=1)
-    exact = hit.any(axis=1)
-    values[exact] = table[element][exact][hit[exact]]
-    result: Array = values
-    return result
-
-
-def evaluate(discrete: Discrete, unknowns: Unknowns, s: Array, depth: int) -> Array:
-    """Return y at places: coordinates and ``depth`` derivatives by s, (height, places)."""
-    element, xi = discrete.mesh.find(s)
-    n = discrete.layout.n
-    table = discrete.coordinates(unknowns)
-    y = np.zeros((discrete._height(), len(s)))
-    for e in np.unique(element):
-        here = element == e
-        one = Mesh(discrete.mesh.nodes[e : e + 2], discrete.mesh.steep[e : e + 1], discrete.mesh.degree)
-        functions = one.derivatives(discrete.curve.order, xi[here], depth)[:, 0]
-        for k in range(depth + 1):
-            y[k * n : (k + 1) * n, here] = (functions[k] @ table[e]).T
-    return y
-
-
-def _undefined(discrete: Discrete, unknowns: Unknowns) -> str:
-    """Say where the guess leaves the domain of an integrand; empty if it does not."""
-    y = discrete.rows(unknowns, discrete.inner)
-    values = discrete.call("integrands", discrete.inner.s, y, discrete._z(unknowns))
-    bad = ~np.isfinite(values).all(axis=0)
-    if not bad.any():
-        return ""
-    place = float(discrete.inner.s[bad][0])
-    return f"with the guess the integrand is not defined at {place:.3g} of the range"
-
-
-def _steep(posed: Posed, source: Source) -> tuple[bool, bool]:
-    """Tell at which ends the integrand is singular with the guess."""
-    curve = posed.curve
-    if curve.order > 1:
-        return False, False
-    n = curve.coordinates
-    s = np.array([0.0, 1e-4, 0.5, 1 - 1e-4, 1.0])
-    y = np.zeros((n * (curve.depth + 1) + len(curve.points), len(s)))
-    y[:n] = source(s)
-    ahead, behind = source(np.clip(s + 1e-6, 0, 1)), source(np.clip(s - 1e-6, 0, 1))
-    y[n : 2 * n] = (ahead - behind) / (np.clip(s + 1e-6, 0, 1) - np.clip(s - 1e-6, 0, 1))
-    found = posed.functions["integrands"](s, y, np.zeros(0), posed.z(posed.ends), posed.p)
-    further = posed.functions["integrand_gradients"](s, y, np.zeros(0), posed.z(posed.ends), posed.p)
-    table = np.concatenate([found, further])
-    inner = np.isfinite(table[:, 1:4]).all(axis=1)
-    return bool((inner & ~np.isfinite(table[:, 0])).any()), bool((inner & ~np.isfinite(table[:, 4])).any())
-
-
-def _gauge(posed: Posed, source: Source) -> Array:
-    """Return the weights of the coordinates in the speed that is kept constant."""
-    curve = posed.curve
-    if not curve.gauge:
-        return np.zeros(0)
-    values = source(np.linspace(0, 1, 101))
-    spans = np.ptp(values, axis=1)
-    spans = np.where(spans > 0, spans, max(float(spans.max()), 1e-3))
-    weights: Array = 1 / spans**2
-    return weights
 
 
 def _moved(answer: Answer, discrete: Discrete) -> Unknowns:
