@@ -26,6 +26,7 @@ PAGES = (
     "examples",
     "calibration",
     "doubts",
+    "fits",
     "leaving_out",
 )
 

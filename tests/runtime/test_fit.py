@@ -281,3 +281,32 @@ def test_wrong_data_are_told(model: mechc.Model, tmp_path: Path, text: str, word
     file.write_text(text)
     with pytest.raises((UsageMistake, SimulationError), match=words):
         model.fit(file, "l, theta")
+
+
+BALL = """\
+model Ball
+  parameter e(min = 0, max = 1) = 0.7; parameter g = 9.81 m/s^2;
+  coordinate Length y = 1 m;
+  kinetic 1/2*1 kg*der(y)^2;
+  potential 1 kg*g*y;
+  contact floor: y restitution e;
+end Ball;
+"""
+
+
+def test_impacts_move_with_the_parameters() -> None:
+    """The restitution and the field of a ball that bounces twice, by its closed path."""
+    e, g, height = 0.8, 9.7, 1.1
+    times = np.linspace(0, 1.5, 76)
+    first = np.sqrt(2 * height / g)
+    second = first * (1 + 2 * e)
+    speed, path = e * g * first, []
+    for t in times:
+        if t < first:
+            path.append(height - g * t**2 / 2)
+        elif t < second:
+            path.append(speed * (t - first) - g * (t - first) ** 2 / 2)
+        else:
+            path.append(e * speed * (t - second) - g * (t - second) ** 2 / 2)
+    found = mechc.loads(BALL).fit({"time": times, "y": np.array(path)}, "e, g, y", tolerance=1e-10)
+    assert [found["e"], found["g"], found["y"]] == pytest.approx([e, g, height], rel=1e-8)
