@@ -299,6 +299,8 @@ ROWS = (
     row("U89", "vertically_driven_pendulum", ORBITS, T, "theta"),
     row("textbook", "van_der_pol_cycle", ORBITS, "x", "der(x)"),
     row("textbook", "lorenz", EXPONENTS, "x", "z"),
+    row("U13", "pebble_down_slope", "../runtime/test_optimum.py", "x", "z"),
+    row("U14", "car_from_rest_to_rest", "../runtime/test_optimum.py", T, "x"),
     row("T6", "rutherford", "../runtime/test_scattering.py", "x", "y"),
 )
 

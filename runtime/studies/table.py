@@ -59,6 +59,7 @@ STUDIES = {
         Kind(
             "scattering", "By what angle is it deflected, over the impact parameter?", "scattering:Scattering"
         ),
+        Kind("optimum", "By which values is a goal of the motion greatest, or least?", "optimum:Optimum"),
         Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "lyapunov:Lyapunov"),
         Kind("volume", "Does the flow keep volumes of states, or how fast do they shrink?", "volume:Volume"),
         Kind("period", "How long does one swing last, over the energy?", "period:Period"),

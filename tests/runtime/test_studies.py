@@ -73,7 +73,10 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     data.write_text(
         "time,x\n" + "".join(f"{t / 10},{math.cos(t / 10)!r}\n" for t in range(31)), encoding="utf-8"
     )
-    extra = {"fit": [str(data), "--vary", "x"]}.get(name, ["--stop", "3"])
+    extra = {
+        "fit": [str(data), "--vary", "x"],
+        "optimum": ["--vary", "x = 0.5 .. 2", "--goal", "-(x - 1)^2", "--stop", "3"],
+    }.get(name, ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
     picture = tmp_path / "picture.png"
@@ -86,7 +89,10 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     answers = found["runs"] if name == "sweep" else [found]
     assert all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
     assert picture.exists() is (name != "sweep")
-    given: dict[str, Any] = {"fit": {"data": data, "vary": "x"}}.get(name, {"stop": 3})
+    given: dict[str, Any] = {
+        "fit": {"data": data, "vary": "x"},
+        "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
+    }.get(name, {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
     assert all(run.outcome is Outcome.COMPLETED for run in answer.runs)
