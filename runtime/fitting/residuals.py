@@ -164,6 +164,14 @@ class Motions:
             ]
         )
 
+    def persistence(self, computed: Computed, weights: Array) -> float:
+        """Give the correlation of residuals with the next ones of their column: 0 for independent errors."""
+        above = below = 0.0
+        for values, measured in zip(computed.values, self._measured(computed)[0], strict=True):
+            r = np.nan_to_num((values - measured) * weights)
+            above, below = above + float((r[1:] * r[:-1]).sum()), below + float((r**2).sum())
+        return above / below if below else 0.0
+
     def jacobian(self, computed: Computed, weights: Array) -> Array:
         """Give the derivatives [N, k] of the residuals."""
         _, there = self._measured(computed)

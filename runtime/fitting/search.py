@@ -12,8 +12,11 @@ from .residuals import Motions
 
 WEIGHTINGS, SETTLED = 8, 1e-3
 """How often the noise of outputs is estimated at most, and the relative change below which it has settled."""
-POOR = 0.1
-"""Of the scatter of the data: residuals above that may belong to a wrong valley, so the motion is fitted bit by bit, too."""
+POOR, PERSISTENT = 0.1, 0.5
+"""Residuals above the first, of the scatter of the data, with a correlation of neighbours above the second belong to a wrong
+valley or to a wrong model: the motion is fitted bit by bit, too."""
+ENOUGH = 3
+"""Measured numbers for each unknown, at least, in a part of the motion that is fitted by itself."""
 SHARES = tuple(0.03 * 1.25**k for k in range(16))
 """Of the measured motion, from its begin: fitted one after the other where the whole is fitted poorly."""
 STOPPED = 1e-12
@@ -145,8 +148,12 @@ class Search:
 
     def _by_parts(self, x: Array) -> Found | None:
         """Search with a short part of the motion first, then with longer ones: each begins where the last one ended."""
+        motions = self.motions
+        whole = motions.residuals(motions.at(x), self.scatter).size if motions.at(x).values else 0
         for share in SHARES:
-            found = self._one(x, share)
+            if whole and share * whole < ENOUGH * x.size:
+                continue
+            found = self._one(x, share, most=FIRST)
             if found is not None:
                 x = found.x
         return self._one(x)
@@ -158,8 +165,12 @@ class Search:
         return found if found.converged else self._one(found.x)
 
     def _poor(self, found: Found) -> bool:
-        relative = self.motions.residuals(self.motions.at(found.x), 1.0 / self.scatter)
-        return bool(np.sqrt(np.mean(relative**2)) > POOR)
+        """Whether the residuals are large and follow one another: errors of the data would not."""
+        motions = self.motions
+        computed = motions.at(found.x)
+        if np.sqrt(np.mean(motions.residuals(computed, 1.0 / self.scatter) ** 2)) <= POOR:
+            return False
+        return motions.persistence(computed, 1.0 / self.scatter) > PERSISTENT
 
     def _weighted(self, found: Found) -> Found:
         """Estimate the noise of outputs for which it is not given, and search again with it, until it has settled.
