@@ -24,7 +24,8 @@ def with_sensitivities(
         return solution
     grid = times if problem.hybrid is None else case.grid[case.grid <= times[-1]]
     if problem.hybrid is not None and (not grid.size or grid[-1] < times[-1]):
-        grid = np.append(grid, times[-1])  # where a branch ended the run
+        # Where a branch ended the run; a little later, as the run with derivatives meets it at a time that is rounded otherwise.
+        grid = np.append(grid, times[-1] + 1e-6 * (times[-1] - case.begin))
     flow = tangents.flow(case.begin, case.y0, start, grid, both_sides=True)
     tighter = tangents.tighter() if estimate_error else None
     second = tighter.flow(case.begin, case.y0, start, grid, both_sides=True) if tighter else None

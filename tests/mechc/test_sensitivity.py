@@ -96,3 +96,37 @@ def test_what_cannot_be_differentiated_is_refused_with_the_reason() -> None:
         solution.sensitivity("theta", "m")
     with pytest.raises(KeyError, match="no state and no output"):
         solution.sensitivity("thetta", "l")
+
+
+BALL = """
+model Ball
+  parameter speed = 30 m/s;
+  coordinate Length x = 0 m;
+  coordinate Length y = 1 m;
+  initial der(x) = speed*cos(45 deg);
+  initial der(y) = speed*sin(45 deg);
+  let v = sqrt(der(x)^2 + der(y)^2);
+  kinetic 1/2*0.15 kg*v^2;
+  potential 0.15 kg*9.81 m/s^2*y;
+  force -1e-3 kg/m*v*der(x) on x;
+  force -1e-3 kg/m*v*der(y) on y;
+  when y < 0 m then
+    terminate("landed");
+  end when;
+  experiment(stop = 20 s);
+end Ball;
+"""
+
+
+def test_a_run_that_a_branch_ends_is_differentiated_to_its_end() -> None:
+    """The run with derivatives lands at a time that is rounded otherwise: both sides of the landing are there all the same.
+
+    Errors are 1e-9 of the motion, divided by 0.02 m/s that is 1e-5 of the difference.
+    """
+    model = mechc.loads(BALL)
+    solution = model.simulate(sensitivity="speed")
+    dx, dy = (solution.sensitivity(name, "speed") for name in ("x", "y"))
+    assert dx.errors is not None and np.isfinite(dx.errors).all() and np.isfinite(dx.values).all()
+    reach = dx.values[-1] - solution["der(x)"][-1] / solution["der(y)"][-1] * dy.values[-1]
+    far, near = (model.simulate(set={"speed": 30 + d})["x"][-1] for d in (0.01, -0.01))
+    assert reach == pytest.approx((far - near) / 0.02, abs=1e-5)
