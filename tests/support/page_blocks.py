@@ -13,8 +13,8 @@ import math
 import re
 import shlex
 import subprocess
-import sys
 from collections.abc import Iterator
+from glob import glob
 from pathlib import Path
 
 from msgspec import Struct
@@ -24,7 +24,7 @@ from mechc.cli.main import run
 
 FENCE = re.compile(r"^```(\w*)(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 EXIT_CODE = re.compile(r"\s+# exit code (\d+)$")
-NUMBER = re.compile(r"[-+]?\d+(?:[ .]\d+)*(?:e[-+]?\d+)?")
+NUMBER = re.compile(r"[-+]?\d+(?: \d{3})*(?:\.\d+)?(?:e[-+]?\d+)?")
 VARIES = ("steps", "run time", "evaluations")
 """Words of lines whose numbers depend on the machine."""
 NOISE = 1e-6
@@ -88,12 +88,12 @@ def follow(page: str) -> int:
 def _type(step: Step) -> None:
     words = shlex.split(step.command)
     if words[0] == "mechc":
-        out, err = io.StringIO(), io.StringIO()
-        with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        terminal = io.StringIO()
+        with contextlib.redirect_stdout(terminal), contextlib.redirect_stderr(terminal):
             code = run(words[1:])
-        printed = out.getvalue() + err.getvalue()
+        printed = terminal.getvalue()
     else:
-        words[0] = {"python": sys.executable}.get(words[0], words[0])
+        words = [name for word in words for name in (sorted(glob(word)) if "*" in word else [word])]
         done = subprocess.run(words, capture_output=True, text=True, timeout=300)
         code, printed = done.returncode, done.stdout + done.stderr
     assert code == step.code, f"$ {step.command}\nends with {code}, not {step.code}:\n{printed}"

@@ -1,0 +1,59 @@
+"""The tutorial and the how-tos do what they say: all files, commands, printed lines and programs, in order."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+from page_blocks import blocks, follow, unlike
+
+ROOT = Path(__file__).resolve().parents[2]
+HOW_TO = sorted(path for path in (ROOT / "docs" / "how_to").glob("*.md") if path.name != "README.md")
+LONG = {"fmu_in_co_simulation", "c_for_embedded_use"}
+"""Pages that build libraries or pages."""
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
+        for path in HOW_TO
+    ],
+)
+def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    if "\n$ cc " in page.read_text(encoding="utf-8") and shutil.which("cc") is None:
+        pytest.skip("needs a C compiler by the name of cc")
+    assert follow(page.read_text(encoding="utf-8")) > 0
+
+
+def test_every_how_to_is_listed() -> None:
+    listed = (ROOT / "docs" / "how_to" / "README.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\]\((\w+\.md)\)", listed)) == {path.name for path in HOW_TO}
+
+
+def test_links_of_how_tos() -> None:
+    for path in (*HOW_TO, ROOT / "docs" / "how_to" / "README.md"):
+        text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
+        targets = re.findall(r"\]\((?!https?:)([^)#]+)[^)]*\)", text)
+        assert [target for target in targets if not (path.parent / target).exists()] == [], path.name
+
+
+def test_what_is_not_printed_is_found() -> None:
+    printed = "one 1.234567 m\n\ntwo\nsteps 7\nthree\n"
+    assert unlike(("one 1.234568 m", "two", "steps 8"), printed) is None
+    assert unlike(("one 1.234567 m", "...", "three"), printed) is None
+    assert unlike(("one 1.235 m",), printed) == "one 1.235 m"
+    assert unlike(("one 1.234567 m", "three"), printed) == "one 1.234567 m\nthree"
+    assert unlike(("three", "...", "two"), printed) == "two"
+
+
+def test_blocks() -> None:
+    page = "```mech file=a.mech\nx\n```\ntext\n```console\n$ mechc run a.mech\n```\n```\nplain\n```\n"
+    assert [(b.language, b.file, b.text) for b in blocks(page)] == [
+        ("mech", "a.mech", "x\n"),
+        ("console", "", "$ mechc run a.mech\n"),
+        ("", "", "plain\n"),
+    ]
