@@ -351,7 +351,8 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
         )
     if s.switch_time is not None:
         at = time_text(problem, s.switch_time)
-        remarks.append(f"the method was changed {s.switches} times, the last time to {s.method} at {at}")
+        often = f"{s.switches} times, the last time" if s.switches > 1 else "once,"
+        remarks.append(f"the method was changed {often} to {s.method} at {at}")
     elif s.stiff_time is not None:
         at = time_text(problem, s.stiff_time)
         remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
