@@ -33,6 +33,7 @@ $(VENV)/installed-dev: pyproject.toml | $(VENV)/pyvenv.cfg
 
 demo: $(VENV)/installed
 	$(BIN)/mechc run $(MODEL) --plot double_pendulum.png
+	@echo "To see it move: $(BIN)/mechc view $(MODEL)"
 
 test: $(VENV)/installed-dev
 	$(BIN)/python -m pytest -q -n $(JOBS) -m "not slow"
