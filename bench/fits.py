@@ -92,16 +92,16 @@ TRIALS = (
     ),
     Trial(
         "four-bar linkage (closed loop)",
-        "import mech.planar.*; gravity {0, -9.81} m/s^2; parameter l = 0.3 m; parameter m = 1 kg;"
+        "import mech.planar.*; gravity {0, -9.81} m/s^2; parameter l = 0.3 m; parameter m(min = 10 g) = 1 kg;"
         "Bar crank(m = 0.5 kg, l = l); Bar coupler(m = m, l = 0.7 m); Bar rocker(m = 0.6 kg, l = 0.5 m);"
-        "Revolute one(world -> crank.a, angle = 80 deg); Revolute two(crank.b -> coupler.a, angle ~ -60 deg);"
+        "Revolute one(world -> crank.a, angle = 2 rad); Revolute two(crank.b -> coupler.a, angle ~ -60 deg);"
         "Revolute three(coupler.b -> rocker.b, angle ~ 60 deg);"
         "frame ground = world * trans({0.8 m, 0 m}); Revolute four(ground -> rocker.a, angle ~ 100 deg);",
-        {"l": 0.31, "m": 1.2, "one.angle": 1.45},
-        {"l": 0.3, "m": 1.0, "one.angle": 1.4},
+        {"l": 0.31, "m": 1.2, "one.angle": 2.05},
+        {"l": 0.3, "m": 1.0, "one.angle": 2.0},
         "one.angle",
-        0.01,
-        2.0,
+        0.005,
+        1.0,
     ),
 )
 
