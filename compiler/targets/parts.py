@@ -12,6 +12,7 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "momenta": ("momentum", "force", "mass"),
     "phase": ("phase", "phase_rate", "phase_gradient"),
     "matter": ("matter",),
+    "scene": ("scene", "scene_still"),
     "projection": (
         "project_position",
         "project_velocity",

@@ -44,11 +44,8 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     slopes = motions.jacobian(computed, 1.0 / sigma) * sizes * np.sqrt(counted(r, search.loss))[:, None]
     hidden = unseen(names, found.x, slopes, HOPELESS, SMALLEST)
     seen = np.array([name not in hidden.names for name in names])
-    covariance = np.full((len(names), len(names)), np.nan)
-    if seen.any():
-        _, s, v = np.linalg.svd(slopes[:, seen], full_matrices=False)
-        covariance[np.ix_(seen, seen)] = (v.T / s**2) @ v
-    scale = np.sqrt(np.diag(covariance))
+    covariance = _covariance(slopes, HOPELESS)
+    scale = np.sqrt(np.where(seen, np.diag(covariance), np.nan))
     errors = np.where(seen, scale * sizes, np.inf)
     freedom = max(r.size - len(names), 1)
     share = 0.5 + CONFIDENCE / 2
@@ -56,6 +53,15 @@ def judge(search: Search, found: Found, names: Sequence[str]) -> Judged:
     return Judged(
         errors, quantile * errors, covariance / np.outer(scale, scale), hidden, float(np.sqrt(np.mean(r**2)))
     )
+
+
+def _covariance(slopes: Array, noise: float) -> Array:
+    """Give the covariance [k, k] of the unknowns over their sizes; along directions that are not seen they stay where they
+    are, which changes nothing for unknowns that are no part of these."""
+    _, s, v = np.linalg.svd(np.linalg.qr(slopes, mode="r"))
+    there = s > max(noise, SMALLEST * float(s.max(initial=0.0)))
+    found: Array = (v[: s.size][there].T / s[there] ** 2) @ v[: s.size][there]
+    return found
 
 
 def counted(r: Array, loss: str) -> Array:

@@ -172,9 +172,12 @@ def _bound(asked: float | None, stated: float | None, otherwise: float) -> float
 def _name(motions: Motions, k: int) -> str:
     """Return the name of an unknown; of one that belongs to one measured motion, with that."""
     unknown = motions.unknowns[k]
-    return (
-        unknown.name if unknown.motion is None else f"{unknown.name} ({motions.data[unknown.motion].source})"
-    )
+    if unknown.motion is None:
+        return unknown.name
+    sources = [motion.source for motion in motions.data]
+    source = sources[unknown.motion]
+    which = source if sources.count(source) == 1 else f"{source}, number {unknown.motion + 1}"
+    return f"{unknown.name} ({which})"
 
 
 def _not_begun(problem: Problem, first: Solution) -> Findings:

@@ -119,6 +119,29 @@ def test_what_cannot_be_told_is_said_as_formulas(model: mechc.Model, motion: dic
     assert found.details["unseen"] == []
 
 
+def test_what_cannot_be_told_changes_no_other_interval(model: mechc.Model, motion: dict[str, Array]) -> None:
+    data = noisy(motion, 1, theta=0.005)
+    plain, more = model.fit(data, "l, c, theta"), model.fit(data, "l, c, theta, m")
+    for name in ("l", "theta"):
+        assert errors(more)[name] == pytest.approx(
+            errors(plain)[name], rel=0.02
+        )  # one more unknown in the count
+
+
+def test_files_of_one_name_are_told_apart(model: mechc.Model, tmp_path: Path) -> None:
+    files = []
+    for k, start in enumerate((0.6, 0.3)):
+        run = model.simulate(set={"theta": start}, stop=8)
+        folder = tmp_path / str(k)
+        folder.mkdir()
+        rows = "".join(f"{t},{float(a)!r}\n" for t, a in zip(TIMES, run(TIMES)["theta"], strict=True))
+        (folder / "d.csv").write_text(f"time [s],theta [rad]\n{rows}")
+        files.append(folder / "d.csv")
+    found = model.fit(files, "theta")
+    assert found["theta (d.csv, number 1)"] == pytest.approx(0.6, abs=1e-7)
+    assert found["theta (d.csv, number 2)"] == pytest.approx(0.3, abs=1e-7)
+
+
 @pytest.mark.parametrize(
     ("seen", "values", "text"),
     [

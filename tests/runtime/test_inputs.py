@@ -36,7 +36,7 @@ def test_a_table_that_ends_within_the_run_is_remarked(make: Make) -> None:
     table = make_table(TIMES, VALUES)
     covered = simulate(make(), SimulationOptions(stop=3.5, inputs={"u": make_table([0, 4], [1, 2])}))
     assert not covered.remarks
-    (remark,) = simulate(make(), SimulationOptions(stop=3, inputs={"u": table})).remarks
+    remark = simulate(make(), SimulationOptions(stop=3, inputs={"u": table})).remarks[-1]
     assert "'u'" in remark and "0.5 s to 3.5" in remark and "hold" in remark
 
 

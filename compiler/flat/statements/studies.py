@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from mechc.lang import ast
-from mechc.runtime.settings import Setting, settings_of
-from mechc.runtime.studies.table import STUDIES
 from mechc.suggest import closest
 
 from .. import model
 from ..names.instance import Instance
 from ..names.scope import Poisoned, Scope
+
+if TYPE_CHECKING:
+    from mechc.runtime.settings import Setting
 
 EXPERIMENT = "experiment"
 """Not a setting of a question, but beside all: which experiment it is about."""
@@ -32,6 +35,10 @@ def studies(instance: Instance) -> tuple[model.Study, ...]:
 
 
 def _settings(scope: Scope, statement: ast.Study) -> dict[str, str | bool]:
+    # imported where a file asks: they bring NumPy, which no other text needs
+    from mechc.runtime.settings import settings_of
+    from mechc.runtime.studies.table import STUDIES
+
     kind = STUDIES.get(statement.kind)
     if kind is None:
         near = closest(statement.kind, list(STUDIES))

@@ -221,7 +221,7 @@ class Twin:
         potential = sum((p.potential for p in parts), sp.S.Zero)
         self.rates = {k: v for p in parts for k, v in p.rates.items()}
         bare = kinetic.subs(Q, 0) - potential.subs(Q, 0)
-        free = [n for n in self.names if n not in ("U", "X", "Y", "D")]
+        free = [n for n in self.names if n not in ("X", "Y", "D")]  # what is driven has a momentum, too
         gradient = {n: bare.diff(rate(n)) for n in free}
         # a velocity-dependent term of the Lagrangian belongs to no energy of its own, but to h
         linear = 0.2 * tip[1] * along(tip[0], HANGING) if "X" in self.names else sp.S.Zero

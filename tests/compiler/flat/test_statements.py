@@ -134,7 +134,7 @@ def test_plane_and_space_cannot_be_mixed(text: str) -> None:
         "friction 1 N on x;",
         'friction 1 N static 2 N on x - 1 m/s*time, law = "regularized", v_stick = 1 mm/s;',
         "force {1 N, 0} on world * {x, 0};",
-        "force {1 N, 0} on world * {x, 0} at {1 m, 0} from world in world;",
+        "force {1 N, 0} on world * trans({x, 0}) at {1 m, 0} from world in world;",
         "torque 1 N.m on world * rot(q);",
         "constraint x = 0;",
         "constraint gear: x = 5 cm*q;",
