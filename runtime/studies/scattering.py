@@ -17,6 +17,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 from scipy.optimize import brentq, minimize_scalar
 
+from ..case import inputs_at
 from ..integrate.interruption import noted_interruptions
 from ..integrate.kernel_run import run_kernel
 from ..integrate.solver_options import SolverOptions
@@ -43,6 +44,10 @@ PATIENCE = 40.0
 """Times of free flight after which a particle that has not left is said to be kept."""
 STENCIL = 2e-3
 """Of an impact parameter: the differences by which the angle is differentiated."""
+PROBES = (1.0, 0.3, 0.1, 0.03)
+"""Shares of the place of the start at which forces are compared."""
+SAME = 1e-9
+"""Relative difference within which impact parameters, velocities and forces are the same."""
 ROUNDS = 2 * math.pi
 
 
@@ -60,7 +65,7 @@ class Scattering(Study, frozen=True, kw_only=True):
         wanted = self.over[0] if self.over else None
         beam = _Beam(problem, options, wanted.name if wanted else "")
         if wanted is None:
-            return _findings(problem, "", "", [beam.passage(math.nan)], [], Outcome.COMPLETED)
+            return _findings(problem, "", "", [beam.passage(math.nan)], [], Outcome.COMPLETED, "")
         axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
         found: list[Passage] = []
         outcome = Outcome.COMPLETED
@@ -72,15 +77,30 @@ class Scattering(Study, frozen=True, kw_only=True):
                 found.append(beam.differentiated(float(b)))
                 if self.progress is not None:
                     self.progress((k + 1) / len(axis))
-        rainbows = _rainbows(beam, found) if outcome is Outcome.COMPLETED else []
-        return _findings(problem, wanted.name, wanted.unit, found, rainbows, outcome)
+        lines = [(one.b, one.beam) for one in found]
+        if found:  # one value alone may be equal to the impact parameter by chance
+            beside = found[0].b * (1 + STENCIL) or STENCIL
+            lines.append((beside, beam.line(beam.plan(beside))))
+        other = _no_impact_parameter(wanted.name, lines)
+        rainbows = _rainbows(beam, found) if outcome is Outcome.COMPLETED and not other else []
+        return _findings(problem, wanted.name, wanted.unit, found, rainbows, outcome, other)
+
+
+class Beam(Struct, frozen=True, eq=False):
+    """The line on which a particle comes: its ``impact`` parameter, the distance of the line from the origin; the velocity
+    [nq] on it; the ``forces`` [m, nq], as accelerations at places that are the same for all."""
+
+    impact: float
+    velocity: Array
+    forces: Array
 
 
 class Passage(Struct, frozen=True):
-    """One particle: impact parameter ``b``, ``deflection`` with its ``error`` (positive: away from the centre; nan where it
-    does not come out), and the derivative ``slope`` by b."""
+    """One particle: the varied quantity ``b``, its ``beam``, ``deflection`` with its ``error`` (positive: away from the
+    centre; nan where it does not come out), and the derivative ``slope`` by b."""
 
     b: float
+    beam: Beam
     deflection: float
     error: float
     slope: float = math.nan
@@ -92,7 +112,7 @@ class Passage(Struct, frozen=True):
 
     @property
     def cross_section(self) -> float:
-        """b/(sin(angle) |d(angle)/db|)."""
+        """b/(sin(angle) |d(angle)/db|), where b is the impact parameter."""
         below = math.sin(self.angle) * abs(self.slope)
         return abs(self.b) / below if below else math.nan
 
@@ -123,11 +143,25 @@ class _Beam:
                     help="write the particle in x and y",
                 )
         self.root = np.linalg.cholesky(here).T  # lengths in the metric of the kinetic energy
+        self.probes = [plan.case.y0 * share for share in PROBES]
+
+    def plan(self, b: float) -> Plan:
+        """Plan the run of one particle; without a name the start as it is."""
+        values = {**self.options.values, **({self.name: b} if self.name else {})}
+        return plan_run(self.problem, replace(self.options, values=values))
+
+    def line(self, plan: Plan) -> Beam:
+        """Give the line on which a particle comes."""
+        case, nq = plan.case, self.problem.nq
+        place, speed = self.root @ case.y0[:nq], self.root @ case.y0[nq : 2 * nq]
+        foot = np.linalg.solve(self.root, place - speed * float(place @ speed) / float(speed @ speed))
+        u, rhs = inputs_at(case, case.begin), case.functions.rhs
+        forces = [rhs(case.begin, y, u, case.z, case.p)[nq : 2 * nq] for y in self.probes]
+        return Beam(float(np.linalg.norm(foot)), case.y0[nq : 2 * nq], np.array(forces))
 
     def passage(self, b: float) -> Passage:
-        """Follow one particle; without a name the start as it is."""
-        values = {**self.options.values, **({self.name: b} if self.name else {})}
-        plan = plan_run(self.problem, replace(self.options, values=values))
+        """Follow one particle."""
+        plan = self.plan(b)
         nq = self.problem.nq
         place, speed = self.root @ plan.case.y0[:nq], self.root @ plan.case.y0[nq : 2 * nq]
         rate = float(np.linalg.norm(speed))
@@ -138,12 +172,13 @@ class _Beam:
             raise SimulationError(
                 f"the particle of '{self.problem.name}' moves away from the origin, where the centre is to be"
             )
+        beam = self.line(plan)
         angles: list[float] = []
         before = error = previous = math.nan
         for level in range(LEVELS):
             angle = self._angle(plan, place, speed, ahead, 2.0**level)
             if math.isnan(angle):
-                return Passage(b, math.nan, math.nan)
+                return Passage(b, beam, math.nan, math.nan)
             angles.append(angle)
             limit = _extrapolated(angles)
             error = abs(limit - before)
@@ -153,7 +188,7 @@ class _Beam:
                 limit, error = before, previous
                 break
             before, previous = limit, error
-        return Passage(b, limit, max(error, 1e-14))
+        return Passage(b, beam, limit, max(error, 1e-14))
 
     def differentiated(self, b: float) -> Passage:
         """Give a passage with the derivative of its angle."""
@@ -162,7 +197,7 @@ class _Beam:
             return here
         h = STENCIL * abs(b)
         a = [self.passage(b + k * h).deflection for k in (-2, -1, 1, 2)]
-        return Passage(b, here.deflection, here.error, (a[0] - 8 * a[1] + 8 * a[2] - a[3]) / (12 * h))
+        return replace(here, slope=(a[0] - 8 * a[1] + 8 * a[2] - a[3]) / (12 * h))
 
     def _angle(self, plan: Plan, place: Array, speed: Array, ahead: float, factor: float) -> float:
         """Give the deflection between two places at ``factor`` times the distance of the start; nan if it is kept."""
@@ -194,7 +229,7 @@ class _Beam:
                 raise SimulationError(made.failure.message)
             assert isinstance(made.dense, DenseOutput)
             t = np.append(made.dense.begin, begin + span)
-            rows = self._states(made.dense, t)
+            rows = made.dense(t)
             t, rows = self._up_to(made.dense, t, rows, reach)
             velocities = rows[:, nq : 2 * nq] @ self.root.T
             if nq == 2:
@@ -206,9 +241,6 @@ class _Beam:
             if out and float(rows[-1, :nq] @ self.root.T @ velocities[-1]) > 0:
                 return self._signed(turned, place, speed, velocities[-1])
         return math.nan
-
-    def _states(self, dense: DenseOutput, t: Array) -> Array:
-        return dense(t)
 
     def _up_to(self, dense: DenseOutput, t: Array, rows: Array, reach: float) -> tuple[Array, Array]:
         """Cut a way where the particle is out at a distance."""
@@ -269,38 +301,55 @@ def _rainbows(beam: _Beam, found: list[Passage]) -> list[Passage]:
     return rainbows
 
 
+def _no_impact_parameter(name: str, lines: list[tuple[float, Beam]]) -> str:
+    """Tell why particles over a quantity have no cross section: it is another one, or changes more than the impact parameter."""
+    largest = max((abs(b) for b, _ in lines), default=0.0)
+    for b, beam in lines:
+        if not math.isclose(abs(b), beam.impact, rel_tol=SAME, abs_tol=SAME * largest):
+            return (
+                f"'{name}' is not the impact parameter, which is {beam.impact:.6g} where {name} = {b:.6g}: there is no "
+                "cross section over it"
+            )
+        for what in ("velocity", "forces"):
+            first, here = (np.atleast_2d(getattr(one, what)) for one in (lines[0][1], beam))
+            size = np.abs(first).max(axis=1, keepdims=True)
+            if (np.abs(here - first) > SAME * size).any():
+                return f"'{name}' changes the {what} too, not the impact parameter alone: there is no cross section over it"
+    return ""
+
+
 def _findings(
-    problem: Problem, name: str, unit: str, found: list[Passage], rainbows: list[Passage], outcome: Outcome
+    problem: Problem,
+    name: str,
+    unit: str,
+    found: list[Passage],
+    rainbows: list[Passage],
+    outcome: Outcome,
+    other: str,
 ) -> Findings:
     kept = [one.b for one in found if math.isnan(one.deflection)]
     round_ = [one.b for one in found if abs(one.deflection) > ROUNDS / 2 * 1.0001]
-    remarks = []
+    remarks = [other] if other else []
     for one in rainbows:
         remarks.append(
             f"a rainbow at {name} = {one.b:.8g}: the deflection is extreme there, {one.deflection:.10g} rad, and the cross "
             "section has no bound"
         )
     if round_:
-        remarks.append(
-            f"orbiting: between {name} = {min(round_):.6g} and {max(round_):.6g} the particle goes round the centre by more "
-            "than half a turn"
-        )
+        between = f"between {name} = {min(round_):.6g} and {max(round_):.6g}"
+        remarks.append(f"orbiting: {between} the particle goes round the centre by more than half a turn")
     if kept:
         remarks.append(f"kept: at {name} = {min(kept):.6g} to {max(kept):.6g} it does not come out again")
-    area = f"{unit}^2" if unit and unit != "1" else ""
-    head = (
-        (name or "start", unit),
-        ("angle", "rad"),
-        ("error", "rad"),
-        ("deflection", "rad"),
-        ("cross section", area),
-    )
+    length = problem.states[0].unit
+    area = f"{length}^2" if length and length != "1" else ""
+    first = (name or "start", unit)
+    head = (first, *((column, "rad") for column in ("angle", "error", "deflection")), ("cross section", area))
     rows = tuple(
         (
             one.b,
             *(
                 None if math.isnan(v) else v
-                for v in (one.angle, one.error, one.deflection, one.cross_section)
+                for v in (one.angle, one.error, one.deflection, math.nan if other else one.cross_section)
             ),
         )
         for one in found
@@ -308,13 +357,15 @@ def _findings(
     b = np.array([one.b for one in found])
     deflection = np.array([one.deflection for one in found])
     angle = np.array([one.angle for one in found])
-    section = np.array([one.cross_section for one in found])
+    section = np.array([math.nan if other else one.cross_section for one in found])
+    impact = np.array([one.beam.impact for one in found])
     errors = np.array([one.error for one in found])
     largest = float(np.nanmax(errors)) if np.isfinite(errors).any() else None
     words = f"{len(found)} particles" if name else f"the angle is {found[0].angle:.10g} rad"
     details: dict[str, Any] = {
         "parameter": {name: b.tolist()} if name else {},
         "angle": [json_number(v) for v in angle.tolist()],
+        "impact_parameter": impact.tolist(),
         "cross_section": [json_number(v) for v in section.tolist()],
         "deflection": [json_number(v) for v in deflection.tolist()],
         "angle_errors": [json_number(v) for v in errors.tolist()],
@@ -326,7 +377,7 @@ def _findings(
         Panel("deflection", name, unit, "deflection", "rad", (Curve("", b, deflection),)),
         Panel("cross section", "angle", "rad", "cross section", area,
               (Curve("", angle, section, "points"),), logarithmic="y"),
-    )  # fmt: skip
+    )[: 1 if other else 2]  # fmt: skip
     values = tuple(
         Value(f"rainbow {k + 1}", "rad", one.deflection, one.error) for k, one in enumerate(rainbows)
     )
@@ -341,5 +392,6 @@ def _findings(
         tables=(Table("", head, rows),),
         panels=panels,
         details=details,
-        arrays={name or "start": b, "angle": angle, "deflection": deflection, "cross_section": section},
+        arrays={name or "start": b, "angle": angle, "deflection": deflection, "cross_section": section}
+        | {"impact_parameter": impact},
     )

@@ -116,3 +116,48 @@ def test_what_is_refused() -> None:
     refused(text.replace("sqrt(2*E)", "0*E"), "comes from nowhere")
     refused(text.replace("1/2*(der(x)^2", "1/2*((1 + x^2)*der(x)^2"), "not Cartesian")
     refused(text.replace("kinetic", "coordinate w = 0; coordinate w2 = 0; kinetic 1/2*(der(w)^2 + der(w2)^2) +"), "one particle")  # fmt: skip
+
+
+def test_a_varied_quantity_that_is_no_impact_parameter() -> None:
+    """Over the speed the angle is that of b = 1, and there is no cross section; with y = 2 c the impact parameter is 2 c."""
+    found = example("rutherford").scattering(over="v = 1 .. 3, 3")
+    said = found.summary()
+    assert np.abs(np.array(said["angle"]) - 2 * np.arctan(1 / np.array([1.0, 4.0, 9.0]))).max() < 1e-10
+    assert said["cross_section"] == [None] * 3 and said["rainbows"] == []
+    assert said["impact_parameter"] == pytest.approx([1, 1, 1], rel=1e-12)
+    assert any("'v' is not the impact parameter" in remark for remark in found.remarks)
+    alone = example("rutherford").scattering(over="v = 1 .. 2, 1").summary()
+    assert alone["impact_parameter"] == [1] and alone["cross_section"] == [None]
+    halved = PARTICLE.format(force="potential 1/sqrt(x^2 + y^2)").replace("= b;", "= 2*b;")
+    twice = mechc.loads(halved).scattering(over="b = 0.5 .. 1, 2").summary()
+    assert twice["impact_parameter"] == pytest.approx([1, 2], rel=1e-12)
+    assert twice["cross_section"] == [None, None]
+
+
+def test_an_impact_parameter_that_changes_more_than_itself() -> None:
+    """Where the speed or the force follow from it too, the angles are of other beams at other centres."""
+    text = PARTICLE.format(force="potential 1/sqrt(x^2 + y^2)")
+    for changed in (text.replace("sqrt(2*E)", "1 + b"), text.replace("potential 1/", "potential b/")):
+        found = mechc.loads(changed).scattering(over="b = 0.5 .. 1, 2")
+        assert found.summary()["cross_section"] == [None, None]
+        assert any("changes" in remark for remark in found.remarks)
+
+
+def test_a_slanted_beam_has_its_impact_parameter() -> None:
+    """Along a line turned by 0.3 at a distance b from the centre, of mass 4: the same angles and cross sections."""
+    turned = """\
+model Slanted
+  dimensionless;
+  parameter b = 1;
+  coordinate x = -20*cos(0.3) - b*sin(0.3);
+  coordinate y = -20*sin(0.3) + b*cos(0.3);
+  initial der(x) = 1/2*cos(0.3);
+  initial der(y) = 1/2*sin(0.3);
+  kinetic 1/2*4*(der(x)^2 + der(y)^2);
+  potential 1/sqrt(x^2 + y^2);
+end Slanted;
+"""
+    found = mechc.loads(turned).scattering(over="b = 0.2 .. 3, 2").summary()
+    exact = 2 * np.arctan(1 / np.array([0.2, 3.0]))
+    assert found["impact_parameter"] == pytest.approx([0.2, 3], rel=1e-10)
+    assert found["cross_section"] == pytest.approx(0.25 / np.sin(exact / 2) ** 4, rel=1e-7)
