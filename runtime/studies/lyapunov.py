@@ -27,6 +27,7 @@ from ..tangent.coordinates import basis, minimal
 from ..tangent.flow import Tangents
 from .findings import Curve, Findings, Panel, Value
 from .linearised import Linearised
+from .orbit import depends_on_time
 from .pieces import with_horizon
 from .simulate import Plan, plan_run, run
 from .study import Study
@@ -46,6 +47,12 @@ SETTLING = 0.1
 FEWEST = 40 * BATCHES
 NOTHING = 1e-3
 """Growth from one time of orthogonality to the next, below which an exponent that may be zero is looked at no longer."""
+POWER = 2.0
+"""Of time: growth up to such a power is told from none by no exponent. Motions that part in proportion to time, as those
+with periods of their own do, grow by the first."""
+FALLING = 0.6
+"""An exponent of the later half of the motion below this share of that of the first half still falls: t^k, whose exponent
+falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k."""
 MOST_SHARE = 16
 """Intervals in a batch, at least."""
 
@@ -64,7 +71,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
         options = with_horizon(problem, self, HORIZON, TOLERANCE)
         plan = plan_run(problem, options)
         with noted_interruptions() as interrupted:
-            return _findings(problem, self, *_followed(problem, self, plan, interrupted))
+            return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
 
 
 def _followed(
@@ -194,7 +201,11 @@ class _Carrier:
 
 
 def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
-    """Give the exponents [k] and half of their intervals of confidence [k], by means over batches of time."""
+    """Give the exponents [k] and half of their intervals of confidence [k], by means over batches of time.
+
+    What grows, or falls, by a power of time has the exponent zero, at which means arrive like log(t)/t: an interval holds
+    zero as well where the whole growth is no more than such a power, and where the exponent still falls.
+    """
     first = int(SETTLING * len(times))
     span = times[-1] - times[first]
     means: Array = (growth[-1] - growth[first]) / span
@@ -202,11 +213,23 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
     batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
     spread = batches.std(axis=0, ddof=1) / math.sqrt(BATCHES)
     halves: Array = student.ppf((1 + CONFIDENCE) / 2, BATCHES - 1) * spread
-    return means, halves
+    powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
+    middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
+    early = (growth[middle] - growth[first]) / (times[middle] - times[first])
+    later = (growth[-1] - growth[middle]) / (times[-1] - times[middle])
+    none = (np.abs(means) * span <= powers) | (later * np.sign(early) < FALLING * np.abs(early))
+    return means, halves + np.where(none, np.abs(means), 0.0)
+
+
+def _in_a_plane(problem: Problem, plan: Plan) -> bool:
+    """Whether the states lie in a plane, in which no motion without jumps and without time in its rates is chaotic."""
+    return (
+        problem.hybrid is None and Linearised(plan).allowed(plan.case.y0).shape[1] <= 2 and not depends_on_time(plan)
+    )  # fmt: skip
 
 
 def _findings(
-    problem: Problem, study: Lyapunov, times: Array, growth: Array, outcome: Outcome, message: str
+    problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
 ) -> Findings:
     enough = len(times) > 4 * BATCHES  # fewer only where the motion failed or was interrupted
     means, halves = estimated(times, growth) if enough else (np.zeros(0), np.zeros(0))
@@ -220,8 +243,9 @@ def _findings(
     remarks, words = [], ""
     if len(means):
         first, half = means[0], halves[0]
+        growing = "unstable, though not chaotic" if _in_a_plane(problem, plan) else "chaotic"
         words = (
-            f"chaotic: the largest exponent is {first:.5g}" if first > 2 * half and first > 0
+            f"{growing}: the largest exponent is {first:.5g}" if first > 2 * half and first > 0
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
             else "the largest exponent cannot be told from zero"
         )  # fmt: skip

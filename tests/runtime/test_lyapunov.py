@@ -103,3 +103,34 @@ def test_volumes() -> None:
     assert lorenz["rate"] == pytest.approx(-(10 + 1 + 8 / 3), rel=1e-7)
     with pytest.raises(mechc.SimulationError, match="constraints"):
         example("pendulum_cartesian").volume()
+
+
+@pytest.mark.parametrize("length", [50, 200, 1000])
+def test_neighbours_that_part_in_proportion_to_time_are_not_chaotic(length: float) -> None:
+    """Swings of a pendulum have periods that depend on their energy: the growth is linear, and the exponent zero."""
+    swing = (
+        "model P dimensionless; parameter L = 2; coordinate a = 0.3; kinetic 1/2*L^2*der(a)^2; "
+        "potential -9.81*L*cos(a); end P;"
+    )
+    found = mechc.loads(swing).lyapunov(time=length)
+    assert "cannot be told from zero" in found.message
+    for exponent, half in zip(found.summary()["exponents"], found.summary()["confidence"], strict=True):
+        assert abs(exponent) <= half
+
+
+def test_powers_of_time_are_told_from_exponentials() -> None:
+    """Exact growths: t^k for k = 1 to 6, and t^-3/2 as of decays without a rate, are zero; exp(0.05 t) is not, nor exp(-0.05 t)."""
+    times = np.linspace(0, 400, 2001)
+    powers = np.array([-1.5, 1, 2, 3, 4, 6])
+    means, halves = estimated(times, np.log1p(3 * times)[:, None] * powers)
+    assert (np.abs(means) <= halves).all()
+    rates = np.array([0.05, -0.05])
+    means, halves = estimated(times, times[:, None] * rates)
+    assert means == pytest.approx(rates) and (halves < 0.01).all()
+
+
+def test_no_motion_in_a_plane_is_chaotic() -> None:
+    """On top of a hill neighbours part at the rate 1, and that is all."""
+    found = mechc.loads("model H dimensionless; coordinate x = 0; kinetic 1/2*der(x)^2; potential -1/2*x^2; end H;").lyapunov(time=400)  # fmt: skip
+    assert found.summary()["exponents"] == pytest.approx([1, -1], abs=0.02)
+    assert "not chaotic" in found.message
