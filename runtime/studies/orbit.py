@@ -18,7 +18,7 @@ from ..settings import Formula, Range, settable
 from .findings import Curve, Findings, Panel, Table, Value
 from .linearised import Linearised, multipliers
 from .pieces import column_at, with_horizon
-from .shooting import Energy, close
+from .shooting import Energy, close, least
 from .shooting import Orbit as Found
 from .simulate import Plan, plan_run, run
 from .study import Study
@@ -71,6 +71,7 @@ class Orbit(Study, frozen=True, kw_only=True):
             return _followed(problem, options, linear, y, period, free=not driven)
         energy = kept_energy(plan, linear, y, period, self.energy) if not driven else None
         loose = close(linear, y, period, free=not driven, energy=energy)
+        loose = loose if driven else least(linear, loose, energy)
         tight = replace(self, tolerance=max(plan.case.tolerance / 100, 1e-14), stop=plan.case.stop)
         exact = close(
             Linearised(plan_run(problem, tight)), loose.start, loose.period, free=not driven, energy=energy
@@ -301,6 +302,8 @@ def _followed(
             except SimulationError as failure:
                 message = f"lost at {wanted.name} = {value:.6g}: {failure.message}"
                 break
+            if free and not rows:
+                found = least(linear.renewed(plan), found)
             y, period = found.start, found.period
             now, _ = multipliers(found.map)
             if free:

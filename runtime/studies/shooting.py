@@ -26,6 +26,8 @@ CLOSED = 1e-8
 """Residual, in nominal sizes, below which an orbit counts as closed, if rounding allows no better."""
 UNDECIDED = 1e-6
 """Relative singular value of directions in which nothing is decided."""
+MOST_ROUNDS = 64
+"""Of an orbit within the period that was found; more of them are found one factor after the other."""
 PROJECTIONS = 6
 DIFFERENCE = 1e-3
 """Of nominal values: for derivatives of an energy, by the rule of fourth order."""
@@ -56,6 +58,26 @@ def close(linear: Linearised, y: Array, period: float, *, free: bool, energy: En
     if not growth < GROWTH**2:
         count = min(MOST_PIECES, max(2, math.ceil(math.log(min(growth, 1e300)) / math.log(GROWTH))))
     return shooter.solve(y, period, count)
+
+
+def least(linear: Linearised, found: Orbit, energy: Energy | None = None) -> Orbit:
+    """Give a periodic motion with its least period, where that is a part of the one it was found with.
+
+    Raises SimulationError where the motion fails.
+    """
+    tangents, problem = linear.tangents, linear.problem
+    begin, own = tangents.case.begin, linear.kept
+    parts = np.arange(MOST_ROUNDS, 1, -1)
+    w = basis(problem, found.start) * linear.scale
+    flow = tangents.flow(begin, found.start, w, begin + found.period / parts)
+    if flow.failure is not None:
+        raise SimulationError(flow.failure.message)
+    shooter = _Shooter(linear, True, energy)
+    closed = [bool(np.abs(shooter.gap(found.start, there)[own]).max() < CLOSED) for there in flow.states]
+    if all(closed) or not any(closed):  # a state of rest has no least period
+        return found
+    period = found.period / float(parts[closed.index(True)])
+    return least(linear, close(linear, found.start, period, free=True, energy=energy), energy)
 
 
 class Energy(Struct, frozen=True):
@@ -140,16 +162,18 @@ class _Shooter:
             begin = self.case.begin + k * period / count
             end, matrix = linear._over(linear.tangents, begin, node, period / count)
             following = nodes[(k + 1) % count]
-            gap = end - following
-            if k == count - 1:
-                for i in self.turning:
-                    gap[i] -= 2 * math.pi * round(gap[i] / (2 * math.pi))
-            residual.append(
-                (minimal(self.problem, following, gap[:, None])[:, 0] / linear.scale)[linear.kept]
-            )
+            residual.append(self.gap(following, end, turns=k == count - 1)[linear.kept])
             blocks.append(matrix)
             ends.append(end)
         return np.concatenate(residual), blocks, ends
+
+    def gap(self, wanted: Array, there: Array, *, turns: bool = True) -> Array:
+        """Give how far a state is from a wanted one [2 nv + nx], in nominal sizes; up to whole ``turns`` of angles."""
+        gap = there - wanted
+        for i in self.turning if turns else ():
+            gap[i] -= 2 * math.pi * round(gap[i] / (2 * math.pi))
+        found: Array = minimal(self.problem, wanted, gap[:, None])[:, 0] / self.linear.scale
+        return found
 
     def _size(self, residual: Array, node: Array) -> float:
         """Give the largest gap, or how far the energy is from the one that is wanted, in nominal sizes."""

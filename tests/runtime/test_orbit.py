@@ -216,3 +216,38 @@ def test_a_ball_on_a_vibrating_table() -> None:
     dv = np.array([e * (ds[0] - 1), -e + e * ds[1]]) + (1 + e) * fall * ds
     trace = ds[0] + dv[1]
     assert sum(complex(*m) for m in found["multipliers"]) == pytest.approx(trace, abs=1e-6)
+
+
+CHAIN = """\
+model Chain
+  parameter m = 2 kg;
+  parameter k = 10 N/m;
+  coordinate x1 = 1 cm;
+  coordinate x2 = 2 cm;
+  coordinate x3 = 3 cm;
+  kinetic 1/2*m*(der(x1)^2 + der(x2)^2 + der(x3)^2);
+  potential 1/2*k*(x1^2 + (x2 - x1)^2 + (x3 - x2)^2 + x3^2);
+end Chain;
+"""
+
+
+def test_the_least_period_is_told() -> None:
+    """A chain comes near to its start after six swings of its slowest mode, 2 pi/sqrt(5 (2 - sqrt 2)) s each."""
+    found = mechc.loads(CHAIN).orbit().summary()
+    least = 2 * math.pi / math.sqrt(5 * (2 - math.sqrt(2)))
+    assert found["period"] == pytest.approx(least, rel=1e-10)
+    phases = [math.sqrt(5 * (2 + sign * math.sqrt(2))) * least for sign in (0, 1)]
+    exact = sorted([1.0, 1.0, *(math.cos(p) for p in phases for _ in range(2))])
+    assert sorted(m[0] for m in found["multipliers"]) == pytest.approx(exact, abs=1e-6)
+
+
+def test_a_multiple_of_the_period_is_told_as_the_period() -> None:
+    """Van der Pol's cycle, asked for with guesses of four and of 26 times its period: the multiplier is that of one round."""
+    model = example("van_der_pol_cycle")
+    once = model.orbit().summary()
+    for many in (4, 26):
+        found = model.orbit(period=many * 6.6633, set=once["start"]).summary()
+        assert found["period"] == pytest.approx(once["period"], rel=1e-11)
+        assert found["multipliers"][1][0] == pytest.approx(once["multipliers"][1][0], abs=1e-9)
+    followed = model.orbit(period=3 * 6.6633, set=once["start"], over="mu = 1 .. 1.1, 2").summary()
+    assert followed["orbits"][0]["period"] == pytest.approx(once["period"], rel=1e-9)
