@@ -57,7 +57,9 @@ class Section(Study, frozen=True, kw_only=True):
         Surface | None,
         settable('The surface: "q1 = 0"; without it, where the first coordinate is 0.', "surface"),
     ] = None
-    direction: Annotated[str, settable("Which way through it: up, down, both.", "text")] = "up"
+    direction: Annotated[
+        str | None, settable("Which way through it: up, down, both; up without it.", "text")
+    ] = None
     every: Annotated[
         float | Formula | None,
         settable('Instead of a surface, a time between points: "2*pi/w".', "interval"),
@@ -75,7 +77,12 @@ class Section(Study, frozen=True, kw_only=True):
                 "a section is taken where something happens, or every so often: one of both",
                 help='say --where "x = 0", or --every "2 s"',
             )
-        if self.direction not in DIRECTIONS:
+        if self.every is not None and self.direction is not None:
+            raise SimulationError(
+                "points at multiples of a time go through nothing: they have no direction",
+                help='leave it away, or say a surface: --where "x = 0"',
+            )
+        if self.direction is not None and self.direction not in DIRECTIONS:
             raise SimulationError(f"the direction is up, down or both, not '{self.direction}'")
         axes = swept_axes(problem, self)
         starts = [dict(zip(axes, row, strict=True)) for row in itertools.product(*axes.values())]
@@ -117,13 +124,18 @@ class _Follower:
         interrupted: Callable[[], bool],
         part: tuple[int, int],
     ) -> None:
-        options = with_horizon(
-            problem, replace(study, values={**study.values, **values}, every=None), HORIZON, TOLERANCE
+        # the motion goes on for as long as points are wanted: the stop of an experiment does not bound their start
+        late = study.start is not None and study.start > 0
+        if study.start is not None and study.stop is not None and study.stop < study.start:
+            raise SimulationError(f"the stop time {study.stop:g} lies before the start {study.start:g}")
+        alone = replace(
+            study, values={**study.values, **values}, every=None, start=0.0 if late else study.start
         )
+        options = with_horizon(problem, alone, HORIZON, TOLERANCE)
         self.study, self.values, self.interrupted, self.part = study, values, interrupted, part
         self.plan = plan_run(problem, options)
         self.case = self.plan.case
-        self.first = max(self.case.begin, study.start or 0.0)
+        self.first = float(study.start if late and study.start is not None else self.case.grid[0])
         self.given_stop = study.stop
         self.interval = math.nan
         if study.every is not None:
@@ -178,9 +190,9 @@ class _Follower:
         ending = Ending()
         times: list[Array] = []
         states: list[Array] = []
-        found, waited = 0, self.case.begin
+        found, waited = 0, self.first
         span = self.case.stop - self.case.begin
-        stop = self.case.begin + count * self.interval * (1 + 1e-9)
+        stop = self.first + count * self.interval * (1 + 1e-9)
         if self.given_stop is not None:
             stop = self.given_stop
         elif math.isnan(self.interval):
@@ -218,9 +230,9 @@ class _Follower:
         while done < stop and not self.interrupted():
             end = min(end, stop)
             options = replace(
-                self.plan.options, stop=end, start=None, estimate_error=False, tolerance=tolerance, progress=None
+                self.plan.options, stop=end, start=self.case.begin, estimate_error=False, tolerance=tolerance, progress=None
             ) if tolerance is not None else replace(
-                self.plan.options, stop=end, start=None, estimate_error=False, progress=None
+                self.plan.options, stop=end, start=self.case.begin, estimate_error=False, progress=None
             )  # fmt: skip
             solution = run(problem, options)
             if tolerance is None:
@@ -262,7 +274,7 @@ class _Follower:
         def value(t: Array) -> Array:
             return column(t, piece.at(t)) - where.level
 
-        t = crossings(piece.t, values, value, self.study.direction)
+        t = crossings(piece.t, values, value, self.study.direction or "up")
         t = t[t > self.case.begin]
         return t, self._onto(t, piece.at(t), column)
 

@@ -188,3 +188,41 @@ def test_many_roots_at_once() -> None:
     assert crossings(t, np.sin(t + 1), lambda x: np.sin(x + 1), "up") == pytest.approx(
         np.array([2, 4, 6]) * math.pi - 1
     )
+
+
+def test_a_direction_of_no_surface_is_refused() -> None:
+    with pytest.raises(mechc.SimulationError, match="direction"):
+        mechc.loads(TWO).section(every=1, direction="up", count=3)
+    assert mechc.loads(TWO).section(every=1, count=3).summary()["count"] == 3
+
+
+@pytest.mark.parametrize("text", [TWO, BALL], ids=["smooth", "impacts"])
+def test_settling_may_outlast_the_experiment(text: str) -> None:
+    """The study follows the motion as far as it needs: the stop of the experiment is no bound of its start."""
+    short = text.replace("stop = 30", "stop = 4").replace("stop = 10", "stop = 4")
+    model = mechc.loads(short)
+    name = "x" if text is TWO else "der(z)"
+    found = model.section(where=f"{name} = 0.1", direction="down", start=20, count=3).summary()
+    times = [point["time"] for point in found["points"]]
+    period, first = (2 * math.pi, math.acos(0.1)) if text is TWO else (2 * math.sqrt(2), math.sqrt(8) - 0.1)
+    if text is BALL:
+        exact = [k * period - 0.1 for k in (8, 9, 10)]
+    else:
+        exact = [first + k * period for k in (3, 4, 5)]
+    assert times == pytest.approx(exact, abs=1e-8)
+    every = model.section(every=1.5, start=20, count=3).summary()
+    assert [point["time"] for point in every["points"]] == pytest.approx([21, 22.5, 24])
+    with pytest.raises(mechc.SimulationError, match="before the start"):
+        model.section(every=1.5, start=20, stop=10, count=3)
+
+
+def test_the_start_of_an_experiment_counts() -> None:
+    late = TWO.replace("experiment(stop = 30)", "experiment(start = 20, stop = 30)")
+    found = mechc.loads(late).section(every=5, count=2).summary()
+    assert [point["time"] for point in found["points"]] == [20, 25]
+
+
+def test_settling_much_longer_than_the_experiment_is_waited_for() -> None:
+    short = TWO.replace("stop = 30", "stop = 0.1")
+    found = mechc.loads(short).section(where="x = 0", start=40, count=1).summary()
+    assert found["points"][0]["time"] == pytest.approx(13.5 * math.pi, abs=1e-8)
