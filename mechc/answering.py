@@ -16,8 +16,9 @@ from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Out
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
 from .runtime.studies.simulate import Plan, plan_run
-from .runtime.studies.study import Answer, Study, solve
+from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .runtime.studies.sweep import Runs, Sweep
+from .settings import UsageMistake
 from .solution import Solution
 
 if TYPE_CHECKING:
@@ -66,6 +67,7 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
 
 def answered(model: M, asked: Asked) -> tuple[M, Answer]:
     """Answer a question; return the model that was asked in the end, too: with compliant multipliers if it took those."""
+    refuse_sweep(model.swept_structural(asked.experiment))  # others than ``Sweep`` would take the default
     ran, _, found = _solve(model, asked)
     return ran, _shown(found, asked) if isinstance(found, Run) else found
 
@@ -85,7 +87,12 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 
 
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
-    """Return the model with what the question needs, and the question in SI."""
+    """Return the model with what the question needs, and the question in SI. Raises UsageMistake for a curve."""
+    if model.compilation.equations.curve is not None:
+        raise UsageMistake(
+            f"'{model.name}' is a curve and does not move: no study is asked about it",
+            "'solve' finds it, as 'mechc run' does",
+        )
     model = _with_formulas(model, asked)
     said = asked.given.get("method") or model.method(asked.experiment)
     problem = model.problem(

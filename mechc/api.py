@@ -195,10 +195,6 @@ class Model(CompiledModel):
             raise UsageMistake(
                 f"'set' holds values by their names, not {values!r}", 'as in set={"l": "80 cm"}'
             )
-        if self.compilation.equations.curve is not None:
-            raise UsageMistake(
-                f"'{self.name}' is a curve and does not move", "'solve' finds it, as 'mechc run' does"
-            )
         question = asked(STUDIES[kind].question(), given)
         return self.with_values(values or {}).for_experiment(question.experiment), question
 

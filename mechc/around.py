@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .model import TARGETS
+from .runtime.studies.study import Study
+from .runtime.studies.table import kind_of
 from .settings import UsageMistake, one_of
+from .suggest import closest, setting_meant
 
 AROUND = ("experiment", "inputs", "target", "progress")
 
@@ -24,3 +27,21 @@ def check_around(given: Mapping[str, Any]) -> None:
         raise UsageMistake(f"'progress' is called with the fraction done; {progress!r} cannot be called")
     if not isinstance(given.get("experiment") or "", str):
         raise UsageMistake(f"'experiment' is a name, not {given['experiment']!r}")
+
+
+def unknown_setting(question: type[Study], name: str, known: Sequence[str]) -> UsageMistake:
+    """Say that a question has no such setting, and what is near or why not."""
+    kind = kind_of(question)
+    meant = setting_meant(name)
+    if said := kind.unused(name) or kind.unused(meant or ""):
+        return UsageMistake(said, "leave it out")
+    unknown = f"there is no option '{name}' of the study '{kind.name}'"
+    if meant in known:
+        return UsageMistake(unknown, f"that is called '{meant}' here")
+    near = closest(name, [*known, *AROUND])
+    return UsageMistake(
+        unknown,
+        (f"did you mean '{near}'? " if near else "")
+        + f"values of the model are given as set={{'{name}': ...}}; the options are "
+        + ", ".join((*AROUND, *known)),
+    )

@@ -10,7 +10,7 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from .around import AROUND, check_around
+from .around import AROUND, check_around, unknown_setting
 from .data import measured_motion
 from .formulas import apart, in_momenta, is_value, sides
 from .lang.units import UnitError, parse_unit
@@ -41,7 +41,6 @@ from .settings import (
     tidy,
     unknown_name,
 )
-from .suggest import closest, setting_meant
 from .varied import free, ranges
 
 
@@ -73,19 +72,7 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
     given = {called.get(n, n) if not isinstance(what, Mapping) else n: what for n, what in given.items()}
     for name in given:
         if name not in known and name not in AROUND:
-            meant = setting_meant(name)
-            if meant in known:
-                raise UsageMistake(
-                    f"there is no option '{name}' of a {question.__name__.lower()}",
-                    f"that is called '{meant}' here",
-                )
-            near = closest(name, [*known, *AROUND])
-            raise UsageMistake(
-                f"there is no option '{name}' of a {question.__name__.lower()}",
-                (f"did you mean '{near}'? " if near else "")
-                + f"values of the model are given as set={{'{name}': ...}}; the options are "
-                + ", ".join((*AROUND, *known)),
-            )
+            raise unknown_setting(question, name, known)
     check_around(given)
     around = {name: given[name] for name in AROUND if given.get(name) is not None}
     return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
@@ -175,8 +162,13 @@ def _directions(setting: Setting, given: Any, problem: Problem) -> tuple[str, ..
 
 
 def names_in(text: str) -> list[str]:
-    """Take ``x, grid[1, 2].m`` apart: commas between names, not those in indices."""
-    return [name for name in re.split(r",(?![^\[]*\])", tidy(text)) if name]
+    """Take ``x, grid[1, 2].m`` apart: commas between names, not those in indices. Raises UsageMistake for no name."""
+    names = [name for name in re.split(r",(?![^\[]*\])", tidy(text)) if name]
+    if not names:
+        raise UsageMistake(
+            f"'{text}' names nothing", "leave the option out, or give names: 'x, grid[1, 2].m'"
+        )
+    return names
 
 
 def chosen_names(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]:

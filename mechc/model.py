@@ -19,7 +19,7 @@ from .settings import Given, UsageMistake, elements_of, one_of, settings_in_si, 
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
-    from .compiler.flat.model import Experiment, Study
+    from .compiler.flat.model import Experiment, Expression, Study
     from .compiler.program.model import Program
     from .runtime.problem import Directions, Problem
 
@@ -133,14 +133,18 @@ class CompiledModel:
 
     def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Self]]:
         """Return the combinations of structural values that an experiment sweeps, each with its model."""
-        plan = self._experiment(experiment)
-        swept = {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
+        swept = self.swept_structural(experiment)
         points: list[tuple[dict[str, float | bool | str], Self]] = []
         for row in product(*swept.values()):
             values = {name: structural_literal(value) for name, value in zip(swept, row, strict=True)}
             model = type(self)(self._code.variant({**self._code.structural, **values}), self._settings)
             points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
         return points
+
+    def swept_structural(self, experiment: str | None) -> dict[str, tuple[Expression, ...]]:
+        """Return the structural values that an experiment sweeps, by their names."""
+        plan = self._experiment(experiment)
+        return {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
 
     def _experiment(self, name: str | None) -> Experiment | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""

@@ -87,11 +87,12 @@ def settable(description: str, kind: str, *, option: str = "") -> Meta:
 
 @functools.cache
 def settings_of(question: type[Struct]) -> tuple[Setting, ...]:
-    """Give the settings of a question in the order of its fields."""
+    """Give the settings of a question in the order of its fields, without those that it does not use."""
     found = []
+    unused = getattr(question, "unused", ())
     for name, hint in get_type_hints(question, include_extras=True).items():
         for meta in getattr(hint, "__metadata__", ()):
-            if isinstance(meta, Meta) and meta.extra and meta.description:
+            if isinstance(meta, Meta) and meta.extra and meta.description and name not in unused:
                 found.append(
                     Setting(name, meta.description, meta.extra["kind"], meta.extra["option"] or name)
                 )

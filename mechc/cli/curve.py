@@ -24,6 +24,7 @@ OF_MOTIONS = {
     "method": "--method",
     "inputs": "--input",
     "no_error_estimate": "--no-error-estimate",
+    "sensitivity": "--sensitivity",
 }
 """Options that mean something for a run in time only."""
 
@@ -34,7 +35,7 @@ def run_curve(model: Model, file: str, given: dict[str, Any], display: Display |
     from .failures import code_of
 
     for name, option in OF_MOTIONS.items():
-        if given[name]:
+        if given[name] or given[name] == "":
             raise UsageMistake(f"{option} belongs to a motion, and '{model.name}' is a curve")
     if given["target"] == "c":
         raise UsageMistake(f"'{model.name}' is a curve, which is found in Python: leave out --target c")

@@ -135,6 +135,8 @@ def command(file: str, **given: Any) -> int:
             from .curve import run_curve
 
             return run_curve(model, file, given, display)
+        if given["every_curve"]:
+            raise UsageMistake(f"--all looks for further curves, and '{model.name}' is a motion")
         names = _chosen_outputs(model, given["outputs"])
         _spare_inputs(given["output"], given["inputs"])
         return _run_all(model, file, given, display, names)

@@ -70,6 +70,21 @@ class Studies(click.Group):
             formatter.write_dl([(kind.name, kind.asks) for kind in STUDIES.values()])
 
 
+class Question(Command):
+    """The command of a kind; it says why an option of a run is none of its own."""
+
+    kind: Kind
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as unknown:
+            name = unknown.option_name.lstrip("-").removeprefix("no-").replace("-", "_")
+            if said := self.kind.unused(name):
+                raise click.UsageError(f"{unknown.option_name}: {said}; leave it out.", ctx) from None
+            raise
+
+
 @click.command(
     cls=Studies, name="study", no_args_is_help=True, short_help="Put one of the known questions to a model."
 )
@@ -112,7 +127,9 @@ def command_of(kind: Kind) -> click.Command:
         made = _option(setting)(made)
     made = input_option(set_option(made))
     made = click.option("--experiment", metavar="NAME", help="Which experiment of the model.")(made)
-    return click.command(cls=Command, name=kind.name, help=kind.asks)(model_argument(model_option(made)))
+    made = click.command(cls=Question, name=kind.name, help=kind.asks)(model_argument(model_option(made)))
+    made.kind = kind
+    return made
 
 
 def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

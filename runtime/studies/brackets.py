@@ -21,7 +21,7 @@ from .coefficients import digits, fraction, shown
 from .combination import sum_text
 from .findings import Curve, Findings, Panel, Table
 from .sampling import Sampler
-from .study import Study
+from .study import OF_A_MOTION, Study
 from .symmetries import case_of
 
 STATES = 24
@@ -45,6 +45,7 @@ class Brackets(Study, frozen=True, kw_only=True):
     coordinates.
     """
 
+    unused = OF_A_MOTION
     needs = frozenset({"phase"})
     of: Annotated[
         tuple[Formula, ...],

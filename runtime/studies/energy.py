@@ -17,7 +17,7 @@ from ..results.files import json_number
 from ..settings import Range, settable
 from .findings import Curve, Findings, Panel, Table, Value
 from .sampling import Sampler
-from .study import Study
+from .study import OF_A_MOTION, Study
 from .symmetries import case_of
 
 GRID = 241
@@ -31,6 +31,7 @@ class Energy(Study, frozen=True, kw_only=True):
     """The region of one or two coordinates in which the energy at rest is at most ``energy`` (without it, that of the start),
     its border, and the zero-velocity curves of neighbouring energies."""
 
+    unused = OF_A_MOTION
     needs = frozenset({"phase"})
     energy: Annotated[float | None, settable("The energy; without it, that of the start.", "energy")] = None
     over: Annotated[tuple[Range, ...], settable("Bounds of the coordinates of the picture.", "ranges")] = ()

@@ -20,7 +20,7 @@ from ..problem import Array, Problem
 from ..settings import Place, Range, settable
 from .bifurcation import diagram
 from .findings import Cell, Curve, Findings, Panel, Table
-from .study import Study
+from .study import OF_A_MOTION, Study
 
 GUESSES = 64
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
@@ -45,6 +45,7 @@ class FoundEquilibria(Findings, frozen=True, eq=False, kw_only=True):
 class FindEquilibria(Study, frozen=True, kw_only=True):
     """All equilibria within ``min`` and ``max`` of the coordinates, angles over a turn; over a parameter their branches."""
 
+    unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
 
     over: Annotated[

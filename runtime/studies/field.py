@@ -20,7 +20,7 @@ from .monomials import Terms
 from .null_space import independent_columns
 from .relations import Chance
 from .sampling import Sampler
-from .study import Study
+from .study import OF_A_MOTION, Study
 from .symmetries import case_of
 
 STATES = 30
@@ -38,6 +38,7 @@ class Field(Study, frozen=True, kw_only=True):
     """The generalised forces at rest as a field of the coordinates: dF_i/dq_j - dF_j/dq_i, its potential, its work
     round a circle about the start, and values of ``vary`` for which it is conservative."""
 
+    unused = OF_A_MOTION
     needs = frozenset({"phase"})
     vary: Annotated[
         tuple[str, ...] | None,

@@ -22,7 +22,7 @@ from .monomials import Terms, Variable
 from .null_space import independent_columns
 from .relations import Chance
 from .sampling import Sample, Sampler
-from .study import Study
+from .study import OF_A_MOTION, Study
 from .symmetries import case_of
 
 FITS = 1e-9
@@ -45,6 +45,7 @@ class Equation(Struct, frozen=True):
 class Hamilton(Study, frozen=True, kw_only=True):
     """H in coordinates and momenta, Hamilton's equations, and Routh's function for cyclic coordinates."""
 
+    unused = OF_A_MOTION
     needs = frozenset({"phase"})
 
     def solve(self, problem: Problem) -> Findings:

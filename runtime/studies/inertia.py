@@ -16,7 +16,7 @@ from ..problem import Array, Problem
 from ..settings import settable
 from .combination import stop_of
 from .findings import Cell, Curve, Findings, Panel, Table, Value
-from .study import Study
+from .study import OF_A_MOTION, Study
 
 ROUNDING = 1e-12
 """Of the largest moment: below that a product of inertia is none, and a triangle inequality is not broken."""
@@ -42,6 +42,7 @@ class Body(Struct, frozen=True, eq=False):
 class InertiaOf(Study, frozen=True, kw_only=True):
     """Inertia of each body and of the whole model at the start, about the mass centre and about a point."""
 
+    unused = OF_A_MOTION
     needs = frozenset({"matter"})
     about: Annotated[
         str, settable("A point by its coordinates in metres, as '0, 0, 0.5'; the origin without it.", "text")

@@ -34,6 +34,7 @@ class Kinematics(Study, frozen=True, kw_only=True):
     """Position, velocity and acceleration of points (outputs of two or three numbers) in Cartesian, polar, cylindrical,
     spherical and path components, with their Jacobians; rotations (coordinates, and outputs that are matrices)."""
 
+    unused = frozenset({"every", "estimate_error"})
     needs = frozenset({"phase"})
     of: Annotated[
         tuple[str, ...], settable("Outputs that are points or rotation matrices; all without it.", "names")

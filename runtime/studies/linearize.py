@@ -21,7 +21,7 @@ from ..problem import Array, Problem, Quantity
 from ..settings import EQUILIBRIUM, Place, settable
 from .findings import Cell, Findings, Table
 from .response import pictures, sampled
-from .study import Study
+from .study import OF_A_MOTION, Study
 
 ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
 
@@ -71,6 +71,7 @@ class Linearize(Study, frozen=True, kw_only=True):
     """Linearise the motion at a state, between inputs and outputs: all inputs, and the outputs of the model (coordinates
     where it has none) unless they are named."""
 
+    unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
 
     at: Annotated[

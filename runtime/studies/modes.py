@@ -21,7 +21,7 @@ from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
 from ..settings import EQUILIBRIUM, Place, settable
 from .findings import Cell, Curve, Findings, Panel, Table
-from .study import Study
+from .study import OF_A_MOTION, Study
 
 DRAWN = 6
 """Shapes in the picture."""
@@ -46,6 +46,7 @@ class FoundModes(Findings, frozen=True, eq=False, kw_only=True):
 class FindModes(Study, frozen=True, kw_only=True):
     """Modes of small motions: about the start if it is an equilibrium, else about the equilibrium reached from it."""
 
+    unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
 
     at: Annotated[

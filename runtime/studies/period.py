@@ -22,7 +22,7 @@ from .effective import Effective
 from .findings import Curve, Findings, Panel, Value
 from .pieces import periodic, with_horizon
 from .simulate import plan_run
-from .study import Study
+from .study import OF_A_MOTION, Study
 
 FEWEST, MOST = 16, 2**18
 """Points of an integral."""
@@ -41,6 +41,8 @@ CURVE = 31
 class Period(Study, frozen=True, kw_only=True):
     """Period, action and turning points of a conservative motion in one coordinate, which may be what is left when all
     others are cyclic."""
+
+    unused = OF_A_MOTION
 
     energy: Annotated[float | None, settable("The energy; that of the start without it.", "energy")] = None
 

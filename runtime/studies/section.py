@@ -26,8 +26,8 @@ from ..settings import Formula, Surface, settable
 from .crossings import crossings
 from .findings import Curve, Findings, Panel, Table, Value
 from .pieces import Ending, Piece, column_at, periodic, pieces, with_horizon
-from .simulate import Plan, plan_run, run, swept_axes
-from .study import Study
+from .simulate import Plan, plan_run, run
+from .study import Study, swept_axes
 
 DIRECTIONS = ("up", "down", "both")
 COUNT = 1000
@@ -51,6 +51,7 @@ class Section(Study, frozen=True, kw_only=True):
     """The points where the motion goes through the surface ``where``, or stands at multiples of ``every``. One start
     gives ``count`` points; an experiment that sweeps values gives as many for each of them."""
 
+    sweeps = True
     needs = frozenset({"jacobian"})  # long motions may be stiff
 
     where: Annotated[

@@ -39,7 +39,7 @@ from ..settings import settable
 from ..tangent.flow import Tangents
 from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
-from .study import Study
+from .study import Study, solve
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
@@ -89,18 +89,17 @@ class Simulate(Run, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Solution:
         """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
 
-        Raises ``SimulationError`` if it cannot begin or sweeps; ``CompilerMissing`` and ``BuildError`` if the kernel is
+        Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
         needed and cannot be built.
         """
-        axes = swept_axes(problem, self)
-        if axes:
-            raise SimulationError(f"the experiment sweeps {', '.join(axes)}: it is several runs")
         return run(problem, self, as_stated=is_as_stated(problem, self), sensitivity=self.sensitivity)
 
 
 def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
     """Run a problem: ``Simulate`` with these options."""
-    return Simulate(**as_keywords(options or SimulationOptions())).solve(problem)
+    found = solve(problem, Simulate(**as_keywords(options or SimulationOptions())))
+    assert isinstance(found, Solution)
+    return found
 
 
 def run(
@@ -132,15 +131,6 @@ def is_as_stated(problem: Problem, options: SimulationOptions) -> bool:
     """Whether this is the default experiment, with no value and no input changed."""
     first, chosen = find_experiment(problem, None), find_experiment(problem, options.experiment)
     return not options.values and not options.inputs and (first is None or first is chosen)
-
-
-def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
-    """Names and values that the experiment sweeps and the caller does not set."""
-    experiment = find_experiment(problem, options.experiment)
-    arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
-    swept = experiment.sweeps if experiment else ()
-    axes = {arrays[s.array][s.index].name: values for s, values in swept}
-    return {name: values for name, values in axes.items() if name not in options.values}
 
 
 def plan_run(problem: Problem, options: SimulationOptions) -> Plan:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar, Protocol
 
-from ..case import SimulationOptions
-from ..outcome import Outcome
+from ..case import SimulationOptions, find_experiment
+from ..outcome import Outcome, SimulationError
 from ..problem import Problem
 from ..results.solution import Solution
+
+OF_A_MOTION = frozenset({"start", "stop", "every", "step", "tolerance", "method", "estimate_error"})
+"""Settings of a run that mean nothing where no motion is followed."""
 
 
 class Answer(Protocol):
@@ -31,10 +34,13 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     """A question about a model, in SI. Each kind adds the settings of its own (``runtime/settings.py``).
 
     ``needs`` are the parts of the equations that it works on beyond the right-hand side; they are built when it is
-    asked, and never otherwise.
+    asked, and never otherwise. ``unused`` are the settings of a run that do nothing to its answer: nobody can give them.
+    ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
+    unused: ClassVar[frozenset[str]] = frozenset()
+    sweeps: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""
@@ -42,5 +48,26 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
 
 
 def solve(problem: Problem, study: Study) -> Answer:
-    """Answer a question about a problem."""
+    """Answer a question about a problem. Raises what ``Study.solve`` raises, and SimulationError where it cannot sweep."""
+    if not study.sweeps:
+        refuse_sweep(swept_axes(problem, study))
     return study.solve(problem)
+
+
+def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:
+    """Names and values that the experiment sweeps and the caller does not set."""
+    experiment = find_experiment(problem, options.experiment)
+    arrays = {"p": problem.parameters, "y": problem.states, "u": problem.inputs}
+    swept = experiment.sweeps if experiment else ()
+    axes = {arrays[s.array][s.index].name: values for s, values in swept}
+    return {name: values for name, values in axes.items() if name not in options.values}
+
+
+def refuse_sweep(names: Iterable[str]) -> None:
+    """Raise SimulationError if there are names of what an experiment sweeps."""
+    if swept := list(names):
+        raise SimulationError(
+            f"the experiment sweeps {', '.join(swept)}: it is several runs, and this question is about one",
+            help=f"give it one value, as in --set {swept[0]}=..., or take an experiment that sweeps nothing; "
+            "'sweep' and 'section' answer for each value",
+        )

@@ -13,7 +13,8 @@ from msgspec.structs import replace
 from ..outcome import Outcome, worst
 from ..problem import Problem
 from ..results.solution import Solution
-from .simulate import Run, is_as_stated, part_of, run, swept_axes
+from .simulate import Run, is_as_stated, part_of, run
+from .study import swept_axes
 
 S_co = TypeVar("S_co", bound=Solution, covariant=True)
 
@@ -45,6 +46,8 @@ class Sweep(Run, frozen=True, kw_only=True):
 
     A value that the caller gives takes the place of its sweep. The answer is ``Runs``.
     """
+
+    sweeps = True
 
     def solve(self, problem: Problem) -> Runs[Solution]:
         axes = swept_axes(problem, self)

@@ -23,6 +23,19 @@ class Kind(Struct, frozen=True):
         assert isinstance(found, type) and issubclass(found, Study)
         return found
 
+    def unused(self, setting: str) -> str:
+        """Say why a setting cannot be given, or nothing where it is none of a run that the question does not use."""
+        if setting not in self.question().unused:
+            return ""
+        return f"'{setting}' is a setting of a run, and would change nothing in the answer of the study '{self.name}'"
+
+
+def kind_of(question: type[Study]) -> Kind:
+    """Give the kind that a question is of."""
+    home = f"{question.__module__.rpartition('.')[2]}:{question.__name__}"
+    (kind,) = (one for one in STUDIES.values() if one.home == home)
+    return kind
+
 
 STUDIES = {
     kind.name: kind

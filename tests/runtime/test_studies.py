@@ -13,7 +13,8 @@ import pytest
 
 import mechc
 from mechc.cli.main import run as run_command
-from mechc.runtime.outcome import Outcome
+from mechc.runtime.case import SimulationOptions
+from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.settings import KINDS, settings_of
 from mechc.runtime.studies.findings import Findings
 from mechc.runtime.studies.study import Study
@@ -76,7 +77,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     extra = {
         "fit": [str(data), "--vary", "x"],
         "optimum": ["--vary", "x = 0.5 .. 2", "--goal", "-(x - 1)^2", "--stop", "3"],
-    }.get(name, ["--stop", "3"])
+    }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
     picture = tmp_path / "picture.png"
@@ -92,7 +93,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     given: dict[str, Any] = {
         "fit": {"data": data, "vary": "x"},
         "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
-    }.get(name, {"stop": 3})
+    }.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
     assert all(run.outcome is Outcome.COMPLETED for run in answer.runs)
@@ -140,7 +141,7 @@ def test_mistakes() -> None:
     with pytest.raises(mechc.UsageMistake, match="there is no study 'viral'; did you mean 'virial'"):
         model.study("viral")
     with pytest.raises(
-        mechc.UsageMistake, match=re.escape("no option 'stopp' of a virial; did you mean 'stop'?")
+        mechc.UsageMistake, match=re.escape("no option 'stopp' of the study 'virial'; did you mean 'stop'?")
     ):
         model.virial(stopp=3)
     with pytest.raises(mechc.UsageMistake, match="'sqare'; did you mean 'square'"):
@@ -154,3 +155,126 @@ def test_a_run_that_fails_gives_no_averages() -> None:
     found = mechc.loads(text).virial(stop=10)
     assert found.outcome is Outcome.FAILED and found.values == ()
     assert np.isfinite(found.runs[0]["x"]).all()
+
+
+SWEPT = """\
+model Swept
+  dimensionless;
+  parameter c = 2;
+  coordinate x = 1;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*c*x^2;
+  output place = {x, 0};
+  experiment(c in {2, 4}, stop = 3);
+end Swept;
+"""
+
+CURVE = """\
+model Straight
+  dimensionless;
+  independent x from 0 to 1;
+  coordinate y ~ x;
+  initial y = 0;
+  final y = 1;
+  stationary integral(sqrt(1 + der(y)^2));
+end Straight;
+"""
+
+NEEDED: dict[str, dict[str, Any]] = {
+    "fit": {"data": {"time": [0.0, 1.0, 2.0], "x": [1.0, 0.5, -0.4]}, "vary": "x"},
+    "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2"},
+}
+"""Settings without which some studies are not asked."""
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_an_experiment_that_sweeps_is_answered_for_each_value_or_refused(name: str) -> None:
+    model = mechc.loads(SWEPT)
+    given = NEEDED.get(name, {})
+    if STUDIES[name].question().sweeps:
+        found = model.study(name, **given).summary()
+        assert [one["sweep"]["c"] for one in found["runs"]] == [2, 4] if name == "sweep" else found
+        return
+    with pytest.raises(SimulationError, match="the experiment sweeps c: it is several runs"):
+        model.study(name, **given)
+
+
+def test_a_swept_value_that_is_given_is_no_sweep() -> None:
+    frequency = [mechc.loads(SWEPT).modes(set={"c": c}).summary()["modes"][0]["frequency"] for c in (2, 8)]
+    assert frequency[1] == pytest.approx(2 * frequency[0], rel=1e-12)
+
+
+def test_a_swept_structural_value_is_refused_too() -> None:
+    text = SWEPT.replace("parameter c", "structural parameter Integer c")
+    with pytest.raises(SimulationError, match="the experiment sweeps c: it is several runs"):
+        mechc.loads(text).modes()
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_settings_of_a_run_that_change_nothing_are_refused(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """In Python, as options and in files alike; what a study takes, its command offers."""
+    unused = STUDIES[name].question().unused
+    names = {setting.name for setting in settings_of(STUDIES[name].question())}
+    assert not unused & names and unused <= {s.name for s in settings_of(SimulationOptions)}
+    model = WELL.format(potential="1/2*x^2")
+    file = tmp_path / "well.mech"
+    for setting in sorted(unused):
+        said = (
+            f"'{setting}' is a setting of a run, and would change nothing in the answer of the study '{name}'"
+        )
+        given: dict[str, Any] = {setting: 3}
+        with pytest.raises(mechc.UsageMistake, match=re.escape(said)):
+            mechc.loads(model).study(name, **given)
+        file.write_text(model, encoding="utf-8")
+        option = ["--no-estimate-error"] if setting == "estimate_error" else [f"--{setting}", "3"]
+        assert run_command(["study", name, str(file), *option]) == 2
+        assert said in " ".join(capsys.readouterr().err.split())
+        with pytest.raises(mechc.CompileError, match=re.escape(said)):
+            mechc.loads(model.replace("experiment", f"study asked = {name}({setting} = 3); experiment"))
+
+
+def test_studies_of_a_state_take_no_settings_of_a_run() -> None:
+    states = ("linearize", "modes", "equilibria", "inertia", "hamilton", "brackets", "field", "energy")
+    for name in (*states, "period"):
+        assert {"stop", "start", "every", "step", "tolerance", "method"} <= STUDIES[name].question().unused
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_no_study_is_asked_about_a_curve(
+    name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(mechc.UsageMistake, match="'Straight' is a curve and does not move"):
+        mechc.loads(CURVE).study(name, **NEEDED.get(name, {}))
+    file, data = tmp_path / "straight.mech", tmp_path / "data.csv"
+    file.write_text(CURVE, encoding="utf-8")
+    data.write_text("time,y\n0,0\n1,1\n", encoding="utf-8")
+    extra = {"fit": [str(data), "--vary", "y"], "optimum": ["--vary", "y", "--goal", "y"]}.get(name, [])
+    assert run_command(["study", name, str(file), *extra]) == 2
+    assert "'Straight' is a curve and does not move" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_setting_that_does_not_exist_is_told_with_the_name_of_the_study() -> None:
+    for name in ("modes", "equilibria", "inertia"):
+        with pytest.raises(mechc.UsageMistake, match=f"no option 'foo' of the study '{name}'"):
+            mechc.loads(SWEPT).study(name, foo=1)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "said"),
+    [
+        (CURVE, ["--sensitivity", "y"], "--sensitivity belongs to a motion"),
+        (CURVE, ["--sensitivity", ""], "--sensitivity belongs to a motion"),
+        (SWEPT, ["--all"], "--all looks for further curves, and 'Swept' is a motion"),
+        (SWEPT, ["--sensitivity", ""], "'' names nothing"),
+    ],
+    ids=["curve", "curve-nothing", "motion", "nothing"],
+)
+def test_options_of_a_run_that_mean_nothing_are_refused(
+    text: str, options: list[str], said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "model.mech"
+    file.write_text(text, encoding="utf-8")
+    assert run_command(["run", str(file), *options]) == 2
+    assert said in " ".join(capsys.readouterr().err.split())

@@ -52,6 +52,8 @@ def _settings(scope: Scope, statement: ast.Study) -> dict[str, str | bool]:
     found: dict[str, str | bool] = {}
     for setting in statement.settings:
         if setting.name not in known and setting.name != EXPERIMENT:
+            if unused := kind.unused(setting.name):
+                raise scope.fail("E0831", unused, setting.span, help="leave it out")
             near = closest(setting.name, [*known, EXPERIMENT])
             raise scope.fail(
                 "E0831",
