@@ -19,6 +19,7 @@ from .independent import independent
 from .search import Box
 from .site import Site
 from .stability import Stability, stability
+from .standing import penetrated
 
 FIRST, SHORTEST, LONGEST = 0.02, 1e-5, 0.05
 """Steps, in the size of the range and of the coordinates."""
@@ -293,3 +294,24 @@ def _distance(branch: Branch, x: Array, tracer: Tracer) -> float:
     share = np.clip((d[:-1] * chords).sum(axis=1) / lengths, 0.0, 1.0)
     away = np.linalg.norm(d[:-1] - share[:, None] * chords, axis=1)
     return float(away.min())
+
+
+def cut(
+    branches: Sequence[Branch], specials: Sequence[Special], tracer: Tracer
+) -> tuple[list[Branch], list[Special], int]:
+    """Return the parts of branches and the special points that lie short of every contact, and how many points do not."""
+
+    def beyond(x: Array) -> bool:
+        return bool(penetrated(tracer.at(float(x[-1])), tracer.state(x)))
+
+    kept: list[Branch] = []
+    left = 0
+    for branch in branches:
+        inside = [special for special in branch.specials if not beyond(special.x)]
+        for out, run in itertools.groupby(branch.points, lambda point: beyond(point.x)):
+            points = tuple(run)
+            if out:
+                left += len(points)
+            else:
+                kept.append(Branch(points, tuple(inside)))
+    return kept, [special for special in specials if not beyond(special.x)], left

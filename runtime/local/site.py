@@ -195,23 +195,31 @@ def _begun(case: Case) -> tuple[Array, Array]:
 
 def switched(site: Site, y: Array) -> Site:
     """Return the same model with its switches as they stand at a state; what holds or sticks stays as it is."""
-    plan = _plan(site)
+    plan = plan_of(site)
     if plan is None or not plan.n_switches:
         return site
-    values, z = _indicators(site, plan, y), site.z.copy()
+    values, z = indicators_of(site, plan, y), site.z.copy()
     for k in range(plan.n_switches):
         z[plan.switches[k]] = float(values[k] < 0)
     return replace(site, z=z)
 
 
-def _plan(site: Site) -> native.HybridStruct | None:
+def begun_at(site: Site, y: Array) -> Site:
+    """Return the same model with what holds, sticks and switches where a motion begins at a state."""
+    if site.problem.hybrid is None:
+        return site
+    return replace(site, z=_begun(replace(site.case, y0=y))[1])
+
+
+def plan_of(site: Site) -> native.HybridStruct | None:
+    """Return what the kernel knows of switches and rows; None where nothing switches."""
     struct = site.case.functions.struct
     if site.problem.hybrid is None or struct is None or struct.hybrid is None:
         return None
     return ctypes.cast(struct.hybrid, ctypes.POINTER(native.HybridStruct)).contents
 
 
-def _indicators(site: Site, plan: native.HybridStruct, y: Array) -> Array:
+def indicators_of(site: Site, plan: native.HybridStruct, y: Array) -> Array:
     values = np.zeros(plan.n_switches + plan.n_rows)
     if plan.indicators is not None:
         arrays = [np.ascontiguousarray(a) for a in (y, site.u, site.z, site.p)]
@@ -229,7 +237,7 @@ class Edges(Struct, frozen=True):
 
 def edges(site: Site, y: Array) -> Edges:
     """Find what stands at an edge at a state, or holds there."""
-    problem, plan = site.problem, _plan(site)
+    problem, plan = site.problem, plan_of(site)
     if problem.hybrid is None or plan is None:
         return Edges((), ())
     sharp: list[str] = []
@@ -239,7 +247,7 @@ def edges(site: Site, y: Array) -> Edges:
             words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
             sharp.append(f"the {row.kind} '{row.name}' {words}")
     smooth: list[str] = []
-    values = _indicators(site, plan, y)
+    values = indicators_of(site, plan, y)
     for k, text in enumerate(problem.hybrid.switches[: plan.n_switches]):
         if abs(values[k]) > EDGE:
             continue

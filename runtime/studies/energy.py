@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Annotated
 
@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from ..case import Case, inputs_at
+from ..local.chart import chart_of
+from ..local.site import Site, moving_inputs, switched
+from ..local.standing import GAP, contacts, row_values
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
 from ..results.files import json_number
@@ -57,7 +60,7 @@ class Energy(Study, frozen=True, kw_only=True):
         k = rest.names.index(axis.name)
         places = np.linspace(axis.low, axis.high, 8 * GRID)
         values = rest.line(k, places)
-        turning = []
+        turning, open_at = [], rest.gaps(k, places)
         for a, b, f, g in zip(places, places[1:], values - level, values[1:] - level, strict=False):
             if f == 0 or (np.isfinite(f * g) and f * g < 0):
                 root = (
@@ -68,7 +71,19 @@ class Energy(Study, frozen=True, kw_only=True):
                     )
                 )
                 turning.append(float(root))
-        intervals = _intervals(places, values, turning, level)
+        walls = [
+            float(brentq(lambda x: float(rest.gaps(k, np.array([x]))[0]), a, b, xtol=1e-14, rtol=1e-14))
+            for a, b, f, g in zip(places, places[1:], open_at, open_at[1:], strict=False)
+            if (f < 0) != (g < 0)
+        ]
+        turning = [x for x in turning if rest.gaps(k, np.array([x]))[0] >= 0]
+
+        def inside(x: float) -> bool:
+            at = np.array([x])
+            return bool(rest.line(k, at)[0] <= level and rest.gaps(k, at)[0] >= 0)
+
+        edges = [float(places[0]), *sorted([*turning, *walls]), float(places[-1])]
+        intervals = [(a, b) for a, b in pairwise(edges) if b > a and inside(0.5 * (a + b))]
         return Findings(
             study="energy",
             model=problem.name,
@@ -76,6 +91,7 @@ class Energy(Study, frozen=True, kw_only=True):
             message=f"{len(intervals)} interval{'' if len(intervals) == 1 else 's'} with energy below {level:.6g} {unit}".rstrip(),
             values=(Value("energy", unit, level, 0.0),),
             errors_from="borders are located to rounding",
+            remarks=rest.remarks(),
             tables=(
                 Table(
                     "where it can be",
@@ -110,6 +126,7 @@ class Energy(Study, frozen=True, kw_only=True):
         i, j = (rest.names.index(axis.name) for axis in axes)
         x, y = (np.linspace(axis.low, axis.high, GRID) for axis in axes)
         values = np.array([rest.line(i, x, {j: float(b)}) for b in y])
+        values[np.array([rest.gaps(i, x, {j: float(b)}) for b in y]) < 0] = np.nan  # beyond a contact
         inside = values <= level
         cell = (x[1] - x[0]) * (y[1] - y[0])
         area, coarse = float(inside.sum() * cell), float(inside[::2, ::2].sum() * 4 * cell)
@@ -123,6 +140,7 @@ class Energy(Study, frozen=True, kw_only=True):
                 Curve(f"{other:.4g}", *border(x, y, values, float(other)), style="points", colour=n)
             )
         remarks = ["the region reaches the edge of the picture"] if touches else ["the region is bounded"]
+        remarks += rest.remarks()
         return Findings(
             study="energy",
             model=problem.name,
@@ -164,24 +182,61 @@ class _Rest:
         self.place = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
         self.unit = problem.phase[self.place].unit
         self.u = inputs_at(case, case.begin)
+        site = Site(case, chart_of(problem), case.begin, self.u, case.z, case.y0, case.p)
+        self.site = switched(site, case.y0)
+        if problem.hybrid is not None and case.functions.struct is None:
+            raise SimulationError(
+                f"'{problem.name}' switches, and what holds at a state is found by the compiled kernel",
+                help="this needs a C compiler: mechc doctor",
+            )
 
     def energy(self, y: Array) -> float:
         case = self.case
         assert case.functions.phase is not None, "the part phase"
-        return float(case.functions.phase(case.begin, y, self.u, case.z, case.p)[self.place])
+        z = switched(self.site, y).z
+        return float(case.functions.phase(case.begin, y, self.u, z, case.p)[self.place])
+
+    def remarks(self) -> tuple[str, ...]:
+        """Say what keeps the region from being where the motion can go."""
+        problem = self.case.problem
+        found = list(moving_inputs(self.site))
+        rows = problem.hybrid.rows if problem.hybrid is not None else ()
+        walls = [rows[k].name for k in contacts(self.site)]
+        if walls:
+            found.append(f"the region ends at the contacts: {', '.join(walls)}")
+        others = [row.name for k, row in enumerate(rows) if row.kind == "contact" and row.name not in walls]
+        if others:
+            found.append(f"contacts that do not act at the start are not regarded: {', '.join(others)}")
+        _, dissipated, supplied = problem.energy_balance or (-1, -1, -1)
+        if dissipated >= 0:
+            why = " by friction" if any(row.kind == "friction" for row in rows) else ""
+            found.append(
+                f"energy is dissipated{why}: the motion stays in a region that shrinks within this one"
+            )
+        if supplied >= 0:
+            found.append("energy is supplied: the motion may leave this region")
+        return tuple(found)
+
+    def gaps(self, k: int, places: Array, others: dict[int, float] | None = None) -> Array:
+        """Return the smallest gap of all contacts along a coordinate, infinite where there are none."""
+        found, acting = np.full(len(places), np.inf), list(contacts(self.site))
+        for n, y in enumerate(self._states(k, places, others)) if acting else ():
+            found[n] = row_values(switched(self.site, y), y)[acting, GAP].min()
+        return found
 
     def line(self, k: int, places: Array, others: dict[int, float] | None = None) -> Array:
         """Return the energy at rest along a coordinate, the others as at the start or as given."""
+        return np.array([self.energy(y) for y in self._states(k, places, others)])
+
+    def _states(self, k: int, places: Array, others: dict[int, float] | None) -> Iterator[Array]:
         problem = self.case.problem
         y = self.case.y0.copy()
         y[problem.nq : problem.nq + problem.nv] = 0.0
         for j, value in (others or {}).items():
             y[j] = value
-        found = np.empty(len(places))
-        for n, place in enumerate(places):
+        for place in places:
             y[k] = place
-            found[n] = self.energy(y)
-        return found
+            yield y
 
 
 def _axes(case: Case, over: Sequence[Range]) -> list[Range]:
@@ -213,18 +268,6 @@ def _axes(case: Case, over: Sequence[Range]) -> list[Range]:
             else (reach if state.unit == "rad" else float(case.y0[k]) + reach)
         )
         found.append(Range(state.name, state.unit, low, high))
-    return found
-
-
-def _intervals(
-    places: Array, values: Array, turning: Sequence[float], level: float
-) -> list[tuple[float, float]]:
-    edges = [float(places[0]), *turning, float(places[-1])]
-    found = []
-    for a, b in pairwise(edges):
-        middle = np.interp(0.5 * (a + b), places, values)
-        if b > a and middle <= level:
-            found.append((a, b))
     return found
 
 

@@ -9,11 +9,12 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import find_experiment, input_values
-from ..local.branches import Branch, Special, Tracer, near
+from ..local.branches import Branch, Special, Tracer, cut, near
 from ..local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ..local.search import Box, Search, box_of
-from ..local.site import PART, Site, edges, moving_inputs, site_of
+from ..local.site import PART, Site, edges, moving_inputs, site_of, switched
 from ..local.stability import Stability, stability
+from ..local.standing import check_side, contacts, penetrated, standing, stilled, touched_by
 from ..local.vibration import SECOND_ORDER
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
@@ -32,6 +33,10 @@ TOGETHER = 1e-5
 LOOSE = 0.03
 """The same where one of them could not be located."""
 MOST_BRANCHES = 60
+COMPLETE = {None: "", True: ", the list is complete", False: ", whether these are all is not proven"}
+RESTING = (
+    "equilibria that rest on closed contacts are not looked for, but on those that are closed at the start"
+)
 WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
 
 
@@ -60,12 +65,16 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> FoundEquilibria:
         """Find them. Raises SimulationError for models that never rest."""
-        site = site_of(problem, self, Place())
+        begun = site_of(problem, self, Place())
+        site = stilled(begun, begun.y)
         check_autonomous(site, site.derivatives(at_rest(site, site.y)), site.y)
         remarks = list(moving_inputs(site))
         box = box_of(site)
         if box.idle:
-            remarks.append(f"nothing depends on {', '.join(box.idle)}: told for the value of the start")
+            no = "no force" if touched_by(site, site.y, box.idle) else "nothing"
+            remarks.append(f"{no} depends on {', '.join(box.idle)}: told for the value of the start")
+        if contacts(site):
+            remarks.append(RESTING)
         if self.over:
             if self.prove:
                 raise SimulationError(
@@ -117,9 +126,14 @@ def _listed(
 ) -> FoundEquilibria:
     records, rows = [], []
     names = list(_values(site, site.y))
+    beyond = 0
     for one in found:
-        held = edges(site, one.y).sharp
-        told = stability(site, one.y, box.idle, one.errors)
+        stands = standing(switched(site, one.y), one)
+        beyond += bool(stands.beyond)
+        if not stands.rests:
+            continue
+        held = edges(stands.site, one.y).sharp
+        told = stability(stands.site, one.y, box.idle, one.errors)
         if held:
             told = replace(told, stable=None)
             remarks.append(f"{', '.join(held)}: what happens on the other side is not looked at")
@@ -134,13 +148,10 @@ def _listed(
     units = {q.name: q.unit for q in site.problem.states}
     head = (*((name, units[name]) for name in names), ("error", ""), ("", ""), ("eigenvalues", _per(site)))
     count = len(records)
-    message = f"{count} equilibri{'um' if count == 1 else 'a'}" + (
-        ""
-        if complete is None
-        else ", the list is complete"
-        if complete
-        else ", whether these are all is not proven"
-    )
+    if beyond:
+        remarks.append(f"left out: {beyond} beyond contacts, where the equations alone would rest")
+    away = " away from contacts" if contacts(site) else ""
+    message = f"{count} equilibri{'um' if count == 1 else 'a'}{away}" + COMPLETE[complete]
     return FoundEquilibria(
         study="equilibria",
         model=site.problem.name,
@@ -280,7 +291,9 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
                     "equilibria of this model are not isolated, so that they have no branches over a parameter",
                     help="fix what nothing pushes on, or look at single values: mechc study equilibria without 'over'",
                 )
-            pending.append(tracer.coordinates(one.y, share))
+            check_side(here, one.y, over.name)
+            if not penetrated(here, one.y):
+                pending.append(tracer.coordinates(one.y, share))
     specials: list[Special] = []
     while pending and len(branches) < MOST_BRANCHES:
         seed = pending.pop(0)
@@ -294,6 +307,11 @@ def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> Fo
                 pending += tracer.beside(special)
     if pending:
         remarks.append(f"there are more than {MOST_BRANCHES} branches: not all were followed")
+    for point in (point for branch in branches for point in branch.points):
+        check_side(at(float(point.x[-1])), tracer.state(point.x), over.name)
+    branches, specials, left = cut(branches, specials, tracer)
+    if left:
+        remarks.append(f"branches end at contacts: {left} of their points lie beyond and are left out")
     return _followed(site, box, over, tracer, branches, _distinct(specials, tracer), remarks)
 
 

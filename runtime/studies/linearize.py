@@ -12,9 +12,10 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from msgspec import field
 
-from ..local.equilibrium import reached, resting
+from ..local.equilibrium import resting
 from ..local.independent import independent
 from ..local.site import PART, Site, moving_inputs, refuse_edges, site_of
+from ..local.standing import arrived
 from ..local.zeros import Complex, poles, zeros
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem, Quantity
@@ -89,7 +90,8 @@ class Linearize(Study, frozen=True, kw_only=True):
         remarks = list(moving_inputs(site))
         y = site.y
         if self.at.word == EQUILIBRIUM:
-            y = reached(site, y).y
+            site, rest = arrived(site, y)
+            y = rest.y
         remarks += refuse_edges(site, y, "linearisation")
         if self.at.word != EQUILIBRIUM and resting(site, y) is None:
             remarks.append(

@@ -7,8 +7,9 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from ..local.chart import Chart
-from ..local.equilibrium import Equilibrium, reached, resting
+from ..local.equilibrium import Equilibrium, resting
 from ..local.site import PART, Site, moving_inputs, refuse_edges, site_of
+from ..local.standing import arrived
 from ..local.vibration import (
     SECOND_ORDER,
     Modes,
@@ -58,7 +59,7 @@ class FindModes(Study, frozen=True, kw_only=True):
         """Find the modes. Raises SimulationError where there is no equilibrium, and at edges of contacts and friction."""
         site = site_of(problem, self, self.at or Place())
         remarks = list(moving_inputs(site))
-        rest = _resting(site, self.at, remarks)
+        site, rest = _resting(site, self.at, remarks)
         remarks += refuse_edges(site, rest.y, "mode of small motions")
         modes, kind = _modes(site, rest)
         for group in modes.groups:
@@ -75,21 +76,21 @@ class FindModes(Study, frozen=True, kw_only=True):
         return _told(site, rest, modes, kind, tuple(remarks))
 
 
-def _resting(site: Site, at: Place | None, remarks: list[str]) -> Equilibrium:
+def _resting(site: Site, at: Place | None, remarks: list[str]) -> tuple[Site, Equilibrium]:
     found = resting(site, site.y)
     if found is not None:
-        return found
+        return site, found
     if at is not None and at.word != EQUILIBRIUM:
         raise SimulationError(
             "this state is no equilibrium, so that small motions about it are no vibrations",
             help="leave 'at' out for the equilibrium that is reached from it; mechc study linearize takes any state",
         )
-    found = reached(site, site.y)
+    site, found = arrived(site, site.y)
     if at is None:
         remarks.append(
             "the start is no equilibrium: these are modes about the one that strong damping leads to from it"
         )
-    return found
+    return site, found
 
 
 def _modes(site: Site, rest: Equilibrium) -> tuple[Modes, str]:
