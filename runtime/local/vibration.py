@@ -99,7 +99,13 @@ def conservative_modes(found: Vibration, off: Array | None = None) -> Modes:
         return Modes(
             nothing, (), np.zeros((len(found.allowed), 0), dtype=complex), np.zeros(0, dtype=bool), ()
         )
-    _, vectors = scipy.linalg.eigh(k, m)
+    try:
+        _, vectors = scipy.linalg.eigh(k, m)
+    except np.linalg.LinAlgError:
+        raise SimulationError(
+            "the mass matrix is not positive definite at this state: small motions about it are no vibrations",
+            help="a coordinate may lose its meaning there, as the azimuth at a pole; take other coordinates",
+        ) from None
     shapes = found.allowed @ vectors
     squares, masses = (_quotients(entries, shapes) for entries in reversed(found.entries))
     squares = squares / masses

@@ -59,7 +59,8 @@ class FindModes(Study, frozen=True, kw_only=True):
         """Find the modes. Raises SimulationError where there is no equilibrium, and at edges of contacts and friction."""
         site = site_of(problem, self, self.at or Place())
         remarks = list(moving_inputs(site))
-        site, rest = _resting(site, self.at, remarks)
+        with np.errstate(invalid="ignore", over="ignore"):  # a search may leave where the model is defined
+            site, rest = _resting(site, self.at, remarks)
         remarks += refuse_edges(site, rest.y, "mode of small motions")
         modes, kind = _modes(site, rest)
         for group in modes.groups:
@@ -97,6 +98,9 @@ def _modes(site: Site, rest: Equilibrium) -> tuple[Modes, str]:
     states = site.chart.size - site.chart.nd - site.problem.nv
     if states:
         return first_order_modes(site, rest.y), "with states"
+    hybrid = site.problem.hybrid
+    if hybrid is not None and any(row.kind == "friction" for row in hybrid.rows):
+        return first_order_modes(site, rest.y), "with friction"  # whose limit may depend on velocities
     found = vibration(site, rest.y)
     if not found.conservative:
         return general_modes(found), "damped or gyroscopic"
@@ -116,7 +120,11 @@ def _told(site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple
     real = kind == "conservative"
     shapes = modes.shapes.real if real else modes.shapes
     unit = f"rad/{problem.time.unit}" if problem.time.unit else ""
-    at = {q.name: float(v) for q, v in zip(problem.states[: problem.nq], rest.y, strict=False)}
+    at = {
+        q.name: float(v)
+        for q, v in zip(problem.states, rest.y, strict=False)
+        if q.kind in ("coordinate", "state")
+    }
     rows: list[tuple[Cell, ...]] = [
         (str(k + 1), float(frequencies[k]), modes.errors[k], float(dampings[k]), _moves(chart, shapes[:, k]))
         for k in range(len(values))
