@@ -23,7 +23,8 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.mech"))
 EDITS = int(os.environ.get("MECHC_EDITS", "20000"))
 PARTS = 20
-SECONDS = 2.0
+SECONDS = 10.0
+"""Of processor time, at most: an edit that gives twenty particles on spheres a full mass matrix of 60 coordinates takes 5."""
 
 
 def check(text: str) -> bool:

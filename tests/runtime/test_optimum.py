@@ -27,7 +27,7 @@ def test_a_pebble_down_a_slope() -> None:
 
 def test_a_car_goes_farthest_without_a_pause() -> None:
     """With the peak speed 38.730 m/s it stands after 25.8199 s at 500 m: the brakes go on at 19.365 s."""
-    goal = "-(far - d)^2/(1 m^2)"
+    goal = "-(far - 500 m)^2/(1 m^2)"
     found = example("car_from_rest_to_rest").optimum(vary={"until": ("15 s", "22 s")}, goal=goal)
     assert found["until"] == pytest.approx(38.7298335 / 2, abs=1e-5)
     assert found.runs[0].time[-1] == pytest.approx(25.8198890, abs=1e-5)
