@@ -37,6 +37,7 @@ HYBRID = [
     "cart_pendulum",
     "catapult",
     "bowling_ball",
+    "car_from_rest_to_rest",
     "chain_off_table",
     "coulomb_pendulum",
     "drag_in_region",
