@@ -12,6 +12,17 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from .c_main import (
+    ASSEMBLED_START,
+    EVEN_COUNT,
+    EVEN_GRID,
+    EVEN_SPACING,
+    MAIN,
+    PLAIN_START,
+    STATED_COUNT,
+    STATED_GRID,
+    STATED_SPACING,
+)
 from .compiler.pipeline import program_with
 from .runtime.methods import KERNEL_METHODS, parts_for
 from .settings import UsageMistake
@@ -21,160 +32,10 @@ if TYPE_CHECKING:
     from .model import CompiledModel
     from .runtime.problem import Problem, Setting
 
-MAIN = """\
-/* Runs the model and prints its motion as CSV, 501 rows, in SI units.
- *
- *   cc -std=c11 -O2 -o {name} *.c -lm
- *   ./{name} [stop [tolerance]]
- *
- * The model is in {name}.c; the other files are what it and its method need of the kernel that
- * integrates it (see solver.h and start.h).
- */
-#include <stdio.h>
-#include <stdlib.h>
-
-#include "model.h"
-#include "start.h"
-
-const mech_model *mech_model_get(void);
-
-enum {{ ROWS = 501 }};
-
-/* What nominal values are made from: of each state a number for its unit, its kind (start.h), whether that is a pure
-   number, the declared nominal and the size of the declared range. */
-static const mech_quantity states[] = {{
-{quantities}}};
-static const int partner[] = {{{partner}}}, units[] = {{{units}}}, energies[] = {{{energies}}};
-static const mech_sizes sizes = {{states, partner, units, {n_energies}, energies}};
-
-static mech_real *reals(size_t n)
-{{
-    mech_real *array = calloc(n > 0 ? n : 1, sizeof *array);
-    if (array == NULL) {{
-        fputs("out of memory\\n", stderr);
-        exit(1);
-    }}
-    return array;
-}}
-
-static double number(const char *text, const char *what, double least, double most)
-{{
-    char *end;
-    const double value = strtod(text, &end);
-    if (end == text || *end != '\\0' || !(value >= least && value <= most)) {{
-        fprintf(stderr, "the %s is a number from %g to %g, not '%s'\\n", what, least, most, text);
-        exit(2);
-    }}
-    return value;
-}}
-
-int main(int argc, char **argv)
-{{
-    if (argc > 3) {{
-        fprintf(stderr, "usage: %s [stop [tolerance]]\\n", argv[0]);
-        return 2;
-    }}
-    const mech_model *model = mech_model_get();
-    const double begin = {begin!r}, start = {start!r}, stop = argc > 1 ? number(argv[1], "stop time", start, 1e300) : {stop!r};
-    const double tolerance = argc > 2 ? number(argv[2], "tolerance", 1e-15, 0.1) : {tolerance!r};
-    const int ny = model->nq + model->nv + model->nx, n_out = model->n_outputs;
-    mech_real *p = reals((size_t)(model->np + model->nh)), *u = reals((size_t)model->nu);
-    mech_real *z = reals((size_t)model->nz), *y0 = reals((size_t)ny), *plain = reals((size_t)ny), *atol = reals((size_t)ny);
-    mech_real *grid = reals(ROWS), *rows = reals((size_t)(ROWS * ny)), *zs = reals((size_t)(ROWS * model->nz)), *out = reals((size_t)n_out);
-    unsigned char *set = calloc((size_t)model->np + 1, 1);
-    if (set == NULL)
-        return 1;
-
-    /* To change parameter i, write p[i] and set[i] = 1; those that depend on it follow. */
-{parameters}    model->parameters(p, set);
-{tables}    if (model->nu)
-        mech_evaluate_inputs(model, tables, {n_tables}, 1, &begin, p, u);
-{initial}    for (int i = 0; i < ROWS; i++)
-        grid[i] = i < ROWS - 1 ? start + i * ((stop - start) / (ROWS - 1)) : stop;
-
-    mech_options options = {{0}};
-    options.method = mech_method_index("{method}");
-    options.dt = {step!r};
-    options.n_grid = ROWS;
-    options.t0 = begin;
-    options.dt_max = stop > begin ? (stop - begin) / 10 : 1;
-    options.rtol = tolerance;
-    options.atol = atol;
-    options.tables = tables;
-    options.n_tables = {n_tables};
-    options.y0 = y0;
-    options.z = z;
-    options.p = p;
-    options.grid = grid;
-    options.grid_y = rows;
-    options.grid_z = zs;
-    if (mech_nominal_values(model, &sizes, &options, stop, plain, atol) != 0) {{
-        fputs("out of memory\\n", stderr);
-        return 1;
-    }}
-    for (int i = 0; i < ny; i++)
-        atol[i] *= tolerance;
-    mech_solver *solver = mech_create(model, &options);
-    if (solver == NULL) {{
-        fputs("the solver cannot be made\\n", stderr);
-        return 1;
-    }}
-    int status;
-    do
-        status = mech_advance(solver, stop, 100000);
-    while (status == MECH_RUNNING);
-    mech_report report;
-    mech_read(solver, &report, y0);
-
-    puts("{header}");
-    for (long i = 0; i < report.n_grid; i++) {{
-        const mech_real *y = rows + i * ny, *now = model->hybrid ? zs + i * model->nz : z;
-        printf("%.17g", (double)grid[i]);
-        for (int k = 0; k < ny; k++)
-            printf(",%.17g", (double)y[k]);
-        if (n_out > 0)
-            mech_evaluate(model, model->outputs, n_out, tables, {n_tables}, 1, &grid[i], y, now, p, u, out);
-        for (int k = 0; k < n_out; k++)
-{unless}            printf(",%.17g", (double)out[k]);
-        putchar('\\n');
-    }}
-    if (status == MECH_TERMINATED)
-        status = MECH_REACHED;
-    if (status != MECH_REACHED)
-        fprintf(stderr, "stopped at t = %.17g\\n", (double)report.t);
-    mech_free(solver);
-    return status == MECH_REACHED ? 0 : 1;
-}}
-"""
-
-
-PLAIN_START = """\
-    if (model->discretes)
-        model->discretes(begin, y0, u, z, p, z);
-    model->initial(begin, y0, u, z, p, y0);
-{initial}    mech_normalise(model, y0);
-    for (int i = 0; i < ny; i++)
-        plain[i] = y0[i];
-"""
-
-ASSEMBLED_START = """\
-    static const char *const rows_of_start[] = {{{rows}}};
-    /* To set initial value i, write y0[i] and given[i] = MECH_KNOWN, or MECH_GUESSED for a guess. */
-    unsigned char *given = calloc((size_t)ny + 1, 1);
-    if (given == NULL)
-        return 1;
-{initial}    mech_start_report made;
-    if (mech_start_state(model, begin, given, u, z, p, y0, plain, &made) != MECH_STARTED) {{
-        fprintf(stderr, "the initial state cannot be assembled%s%s\\n", made.row < 0 || made.status == MECH_START_UNDEFINED
-                ? "" : ": ", made.row < 0 || made.status == MECH_START_UNDEFINED ? "" : rows_of_start[made.row]);
-        return 1;
-    }}
-"""
-
 
 class Defaults(Struct, frozen=True):
     """What the default experiment says: times, tolerance, and the values it sets by index of p, y (and whether they are
-    known) and u. ``pilot``: whether its nominal values take a first run."""
+    known) and u. ``every``: the spacing of the output, None for 501 rows. ``pilot``: whether its nominal values take a first run."""
 
     begin: float = 0.0
     start: float = 0.0
@@ -185,6 +46,7 @@ class Defaults(Struct, frozen=True):
     inputs: tuple[tuple[int, float], ...] = ()
     method: str = "dop853"
     step: float = 0.0
+    every: float | None = None
     pilot: bool = False
 
 
@@ -250,6 +112,7 @@ def defaults_of(problem: Problem, values: Mapping[str, float] | None = None) -> 
         tuple((i, float(table.values[0])) for i, table in sorted(case.tables.items())),
         case.method if case.method in KERNEL_METHODS and case.method != "auto" else Defaults().method,
         case.step or 0.0,
+        case.every,
         takes_pilot(case),
     )
 
@@ -277,6 +140,7 @@ def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -
 def _main(name: str, program: Program, defaults: Defaults) -> str:
     """Return the main program."""
     from .compiler.targets.description import make_problem
+    from .runtime.case import MOST_BYTES
     from .runtime.nominal import sizes_of
 
     sizes = sizes_of(make_problem(program))
@@ -284,8 +148,15 @@ def _main(name: str, program: Program, defaults: Defaults) -> str:
     known = {e.name for e in states}  # accounts of energy are states and outputs
     twice = [k for k, e in enumerate(outputs) if e.name in known]
     entries = [*program.arrays["t"][:1], *states, *(e for e in outputs if e.name not in known)]
+    every = defaults.every
     return MAIN.format(
         name=name,
+        told="501 rows"
+        if every is None
+        else f"a row every {every:g}{f' {unit}' if (unit := program.arrays['t'][0].unit) else ''}",
+        spacing=EVEN_SPACING if every is None else STATED_SPACING.format(every=every, most=MOST_BYTES / 8),
+        count=EVEN_COUNT if every is None else STATED_COUNT,
+        grid=EVEN_GRID if every is None else STATED_GRID,
         method=defaults.method,
         step=defaults.step,
         begin=defaults.begin,

@@ -102,6 +102,8 @@ class Case(Struct, frozen=True, eq=False):
     max_step: float
     asked: SimulationOptions | None = None
     """The options that it was made from."""
+    every: float | None = None
+    """The spacing of the output that was asked for, None where its points are spread evenly."""
 
 
 def find_experiment(problem: Problem, name: str | None) -> Experiment | None:
@@ -181,6 +183,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
         step=span.step,
         max_step=span.max_step,
         asked=options,
+        every=span.every,
     )
 
 
@@ -190,6 +193,7 @@ class _TimeSpan(Struct, frozen=True):
     begin: float
     stop: float
     grid: Array
+    every: float | None
     tolerance: float
     step: float | None
     max_step: float
@@ -222,7 +226,7 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     max_step = options.max_step if options.max_step is not None else (stop - begin) / 10
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
-    return _TimeSpan(begin, stop, grid, tolerance, step, max_step)
+    return _TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
 
 
 def _check_size(problem: Problem, start: float, stop: float, every: float | None, points: int) -> None:

@@ -126,5 +126,8 @@ def command(
             raise click.UsageError(str(mistake)) from None
         click.echo(f"wrote {path}", err=True)
         return
-    for path in loaded.compile(target, output):
-        click.echo(f"wrote {path}", err=True)
+    paths = loaded.compile(target, output)
+    if target == "c":
+        click.echo(f"wrote {len(paths)} files to {paths[0].parent}", err=True)
+    else:
+        click.echo(f"wrote {paths[0]}", err=True)

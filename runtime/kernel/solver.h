@@ -101,6 +101,8 @@ typedef struct mech_options {
     mech_event *events;     /* [event_capacity], hybrid models only           */
     mech_real *instants;    /* [instant_capacity][1 + 2 (ny + nz)]: t, y and z before, y and z after */
     long event_capacity, instant_capacity;
+    int dense;              /* the errors of all steps are bounded between their ends too, as they are where rows of
+                               the grid or records ask for that */
 } mech_options;
 
 /* Where a run stands. */

@@ -319,6 +319,14 @@ def test_mistakes_in_the_use_of_a_command_are_told(
     assert said in err
 
 
+def test_a_folder_that_is_written_is_told_once(capsys: pytest.CaptureFixture[str], own_folder: Path) -> None:
+    (own_folder / "a.mech").write_text(
+        "coordinate Length x = 1 m;\nkinetic 1/2*1 kg*der(x)^2;\n", encoding="utf-8"
+    )
+    code, out, err = call(capsys, "compile", "--target", "c", "-o", "code", "a.mech")
+    assert (code, out, err) == (0, "", f"wrote {len(list(Path('code').iterdir()))} files to code\n")
+
+
 @pytest.mark.parametrize(
     "words",
     ["compile --target python -o", "compile --target c -o", "equations -o", "bench --json", "stress --json"],

@@ -57,6 +57,7 @@ def rows_of_run(model: mechc.Model, names: list[str]) -> Array:
         values=model.settings,
         stop=defaults.stop,
         estimate_error=False,
+        every=defaults.every,
         points=501,
         method=defaults.method,
         reproducible=True,
@@ -157,7 +158,7 @@ def test_modules_of_all_examples() -> None:
         ),
         *(
             pytest.param(n, marks=pytest.mark.slow)
-            for n in ("stewart_platform", "slide_or_roll", "rolling_cylinder")
+            for n in ("stewart_platform", "slide_or_roll", "rolling_cylinder", "slider_crank")
         ),
     ],
 )
@@ -180,6 +181,23 @@ def test_values_that_are_set_and_inputs_of_experiments(tmp_path: Path) -> None:
     assert rows[0, [names.index("x"), names.index("y")]].tolist() == [2, 4]
     np.testing.assert_allclose(rows[:, 0:2], rows_of_run(other, names)[:, 0:2], rtol=1e-9, atol=1e-9)
     check_module(other)
+
+
+def test_steps_without_a_row_of_the_output(tmp_path: Path) -> None:
+    """Errors between the ends of steps bound these whether there is a row or not, as in a run: the same bits."""
+    text = (
+        "coordinate x = 1 m;coordinate y = 0 m;initial der(y) = 0.3 m/s;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+        "potential -(1 J.m)/sqrt(x^2 + y^2);experiment(stop = 8 s, every = 3 s);"
+    )
+    model = mechc.loads(text)
+    names, own = rows_of_program(model, tmp_path)
+    assert own[:, 0].tolist() == [0, 3, 6, 8]
+    np.testing.assert_array_equal(own[:, :5], rows_of_run(model, names)[:, :5])
+    program = tmp_path / "program"
+    run = subprocess.run([str(program), "9"], capture_output=True, text=True, check=True)
+    assert [float(line.split(",")[0]) for line in run.stdout.splitlines()[1:]] == [0, 3, 6, 9]
+    many = subprocess.run([str(program), "1e9"], capture_output=True, text=True, check=False)
+    assert (many.returncode, many.stderr) == (2, "a row every 3 of 1e+09 are too many\n")
 
 
 def test_sizes_that_a_first_run_gives(tmp_path: Path) -> None:

@@ -73,6 +73,7 @@ static int run_ahead(const mech_model *m, const mech_options *given, mech_real s
     o.grid_z = discretes;
     o.record = NULL;
     o.record_capacity = 0;
+    o.dense = 0;
     o.events = NULL;
     o.instants = NULL;
     o.event_capacity = o.instant_capacity = 0;

@@ -180,7 +180,7 @@ static int wants_dense(const mech_solver *s, mech_real t_new)
 {
     const mech_report *r = &s->run->report;
     const mech_hybrid *h = s->model->hybrid;
-    return s->o.record_capacity || (h && h->n_switches + h->n_rows) ||
+    return s->o.record_capacity || s->o.dense || (h && h->n_switches + h->n_rows) ||
            (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new);
 }
 
