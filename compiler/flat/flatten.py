@@ -48,11 +48,13 @@ def flatten(
     structural: Mapping[str, Given] | None = None,
     search: tuple[Path, ...] = (),
     further: tuple[ast.Statement, ...] = (),
+    space: int = 0,
 ) -> FlatModel:
     """Return one model of a file, flat and checked; without ``model`` the last one that is not partial.
 
     ``structural`` gives values to structural parameters by name; ``search`` are further folders for imports;
-    ``further`` statements stand behind those of the model.
+    ``further`` statements stand behind those of the model. ``space``: 2 or 3 for a part that is planar or spatial by what
+    uses it.
     Raises CompileError with everything found.
     """
     library = Library(search_path(file, search), reporter)
@@ -63,6 +65,7 @@ def flatten(
         chosen = replace(chosen, body=(*chosen.body, *further))
     classes = Classes(reporter)
     flattening = Flattening(reporter, library, classes, elaborate, exact(structural or {}))
+    flattening.space.size = space
     with deep_recursion():
         try:
             return _flatten(classes.of(chosen, namespace), flattening)

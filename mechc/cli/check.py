@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -12,6 +13,7 @@ from .options import Command, model_option, set_option, verify_option
 
 if TYPE_CHECKING:
     from ..api import Model
+    from ..compiler.parts import Parts
     from ..lang.diagnostics import Diagnostic
     from ..lang.source import Span
     from ..runtime.outcome import SimulationError
@@ -57,6 +59,16 @@ def command(
         try:
             checked = load(name, model=model, set=settings)
         except CompileError as error:
+            parts = None if model or settings else parts_in(name)
+            if parts is not None:
+                of_parts = [d for part in parts.parts for d in part.diagnostics]
+                found.extend(of_parts)
+                wrong += any(part.wrong for part in parts.parts)
+                if of_parts and not as_json:
+                    click.echo(render(of_parts, style_for(sys.stderr)), err=True, color=True)
+                if not (quiet or as_json):
+                    click.echo(f"{name}: {summary_of_parts(parts)}")
+                continue
             wrong += 1
             found.extend(error.diagnostics)
             if not as_json:
@@ -95,6 +107,30 @@ def summary(model: Model) -> str:
     ]
     parts = [f"{n} {word}{'' if n == 1 else 's'}" for n, word in counts if n]
     return f"{model.name} is right: {', '.join(parts)}"
+
+
+def parts_in(name: str) -> Parts | None:
+    """Look at a file that holds no whole model."""
+    from ..compiler.parts import parts_of
+    from ..lang.read import read_source
+
+    return parts_of(read_source(name), (Path(name).parent,))
+
+
+def summary_of_parts(parts: Parts) -> str:
+    """Describe a file of parts in one line: ``2 parts are right as far as they go alone: Rope, Jib``."""
+    right = [part.name for part in parts.parts if not part.wrong]
+    wrong = [part.name for part in parts.parts if part.wrong]
+    told = []
+    if wrong:
+        told.append(f"{len(wrong)} of {len(parts.parts)} parts are wrong: {', '.join(wrong)}")
+    elif right:
+        told.append(
+            f"{len(right)} {'part is' if len(right) == 1 else 'parts are'} right in names, units and shapes: {', '.join(right)}"
+        )
+    if parts.completed:
+        told.append(f"checked where they are used: {', '.join(parts.completed)}")
+    return "; ".join(told)
 
 
 def as_data(diagnostic: Diagnostic) -> dict[str, object]:

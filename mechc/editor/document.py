@@ -12,12 +12,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from ..compiler.equations.assemble import assemble
-from ..compiler.flat.flatten import flatten
 from ..compiler.flat.model import FlatModel
 from ..compiler.flat.names.classes import Class, Classes
 from ..compiler.flat.names.files import search_path
 from ..compiler.flat.names.namespace import Library, Namespace
 from ..compiler.mechanics.build import build
+from ..compiler.parts import is_part, looked_at
 from ..compiler.recursion import deep_recursion
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
@@ -36,6 +36,7 @@ class Document:
         self.tree: ast.File | None = None
         self._flat: dict[str, FlatModel] = {}  # of the present text
         self._typed: dict[str, FlatModel] = {}  # the last ones that there were
+        self._parts: set[str] = set()  # models that others use
         self.change(text)
 
     def change(self, text: str) -> None:
@@ -79,7 +80,7 @@ class Document:
             return tuple(found)
         for name in self.models():
             flat = self._flat.get(name or "")
-            if flat is None:
+            if flat is None or name in self._parts:
                 continue
             reporter = Reporter()
             with suppress(CompileError, RecursionError), deep_recursion():
@@ -98,12 +99,18 @@ class Document:
 
     def _flattened(self, name: str | None) -> tuple[Diagnostic, ...]:
         assert self.tree is not None
-        reporter = Reporter()
         self._flat.pop(name or "", None)
-        with suppress(CompileError, RecursionError):
-            flat = flatten(self.tree, reporter, model=name, search=(self.path.parent,))
-            self._flat[name or ""] = self._typed[name or ""] = flat
-        return reporter.diagnostics
+        self._parts.discard(name or "")
+        with suppress(RecursionError):
+            part, flat = looked_at(self.tree, name, (self.path.parent,))
+            if any(
+                is_part(m, part, flat) for m in self.tree.items if isinstance(m, ast.Model) and m.name == name
+            ):
+                self._parts.add(name or "")
+            if flat is not None:
+                self._flat[name or ""] = self._typed[name or ""] = flat
+            return part.diagnostics
+        return ()
 
     # ------------------------------------------------------------ what names mean
 

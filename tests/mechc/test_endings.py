@@ -45,7 +45,9 @@ def started(*words: str) -> subprocess.Popen[str]:
 def test_a_run_that_is_ended_keeps_what_it_computed(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "m.mech").write_text(OSCILLATOR)
     run = started("run", str(tmp_path / "m.mech"), "-o", str(tmp_path / "m.csv"), "--no-error-estimate")
-    time.sleep(4.0)  # a loaded machine is still importing: then it ends before the run, which the next test is about
+    time.sleep(
+        4.0
+    )  # a loaded machine is still importing: then it ends before the run, which the next test is about
     run.send_signal(number)
     out, err = run.communicate(timeout=60)
     assert run.returncode == 130 and "Traceback" not in err, err

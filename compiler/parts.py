@@ -1,0 +1,101 @@
+"""A file of parts: models that stand alone in no motion, each looked at as far as it can be told without what uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from msgspec import Struct
+
+from mechc.lang import ast
+from mechc.lang.diagnostics import CompileError, Diagnostic, Reporter
+from mechc.lang.parser import parse
+from mechc.lang.source import SourceFile
+
+from .flat.flatten import flatten
+from .flat.model import DefinitionRole, FlatModel, Role
+from .uncollected import uncollected
+
+_SPACES = (0, 2, 3)
+"""Dimensions in which a part is looked at: its own, the plane, space."""
+_UNTOLD = "E0307"
+"""Nothing tells the dimension."""
+
+
+class Part(Struct, frozen=True):
+    """A model of the file, and what is wrong with it. ``free``: its frames that something else has to place."""
+
+    name: str
+    free: tuple[str, ...]
+    diagnostics: tuple[Diagnostic, ...]
+    wrong: bool
+
+
+class Parts(Struct, frozen=True):
+    """What a file without a whole model holds. ``completed``: partial models and functions, which are told where they
+    are used."""
+
+    parts: tuple[Part, ...]
+    completed: tuple[str, ...]
+
+
+def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
+    """Look at the models of a file one by one, or return None: its last model is a whole one, or it does not read."""
+    with uncollected():
+        try:
+            tree = parse(source, Reporter())
+        except CompileError:
+            return None
+        models = [item for item in tree.items if isinstance(item, ast.Model)]
+        named = (ast.Model, ast.Function, ast.Type, ast.Import)
+        if any(not isinstance(item, named) for item in tree.items):
+            return None
+        whole = [m for m in models if not m.partial]
+        completed = tuple(m.name for m in models if m.partial)
+        completed += tuple(item.name for item in tree.items if isinstance(item, ast.Function))
+        if not whole:
+            return Parts((), completed) if completed else None
+        part, flat = looked_at(tree, whole[-1].name, search)
+        if not is_part(whole[-1], part, flat):
+            return None
+        return Parts(tuple(looked_at(tree, m.name, search)[0] for m in whole), completed)
+
+
+def is_part(model: ast.Model, part: Part, flat: FlatModel | None) -> bool:
+    """Whether nothing but other models can use it: it states no run, and lacks what places it or what moves in it."""
+    if any(isinstance(s, ast.Experiment) for s in model.body):
+        return False
+    if flat is None:
+        return any(isinstance(s, ast.Frame) and s.value is None for s in model.body)
+    moving = {Role.COORDINATE, Role.STATE}
+    still = not any(v.role in moving for v in flat.variables)
+    return bool(part.free) or (still and any(v.role is Role.INPUT for v in flat.variables))
+
+
+def looked_at(tree: ast.File, name: str | None, search: tuple[Path, ...]) -> tuple[Part, FlatModel | None]:
+    """Flatten one model of a file; one that nothing tells to be planar or spatial is right if it is in one of both."""
+    found: list[tuple[Part, FlatModel | None]] = []
+    for space in _SPACES:
+        reporter = Reporter()
+        flat = None
+        try:
+            flat = flatten(tree, reporter, model=name, search=search, space=space)
+        except CompileError as error:
+            diagnostics: Mapping[Diagnostic, None] = dict.fromkeys(
+                (*reporter.diagnostics, *error.diagnostics)
+            )
+            found.append((Part(name or "", (), tuple(diagnostics), True), None))
+            if space == 0 and not any(d.code == _UNTOLD for d in diagnostics):
+                break
+            continue
+        return Part(name or "", tuple(_free(flat)), reporter.diagnostics, False), flat
+    return min(found, key=lambda f: (any(d.code == _UNTOLD for d in f[0].diagnostics), len(f[0].diagnostics)))
+
+
+def _free(flat: FlatModel) -> Iterator[str]:
+    """Give the frames of a model itself that no joint in it places."""
+    placed = {joint.target for joint in flat.joints}
+    for definition in flat.definitions:
+        own = definition.role is DefinitionRole.FRAME and "." not in definition.name
+        if own and definition.value is None and definition.name not in placed:
+            yield definition.name
