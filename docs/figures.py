@@ -83,6 +83,7 @@ T = "time"
 
 ASKED = "test_asked.py"
 PERIODS, SECTIONS = "../runtime/test_period.py", "../runtime/test_section.py"
+PORTRAITS = "../runtime/test_portrait.py"
 ORBITS, EXPONENTS = "../runtime/test_orbit.py", "../runtime/test_lyapunov.py"
 
 ROWS = (
@@ -90,7 +91,7 @@ ROWS = (
     row("K1", "double_pendulum_bars", DOUBLE, "B[1]", "B[2]", "- caseB"),
     row("K2", "double_pendulum_3d", DOUBLE, "trajectory[1]", "trajectory[2]"),
     row("K3", "kepler_four_orbits", CENTRAL, "x", "y", "- orbit2 orbit3 orbit4"),
-    row("K4", "pendulum_phase_portrait", PENDULUMS, "theta", "der(theta)", "- rotation separatrix", 2),
+    row("K4, U84", "pendulum_phase_portrait", PENDULUMS, "theta", "der(theta)", "- rotation separatrix", 2),
     row("V1", "two_masses_spring", LINEAR, T, "x1 x2 centre"),
     row("V2", "forced_oscillator", LINEAR, T, "x"),
     row("V3, reference", "double_pendulum_points", DOUBLE, "tip[1]", "tip[2]"),
@@ -301,6 +302,7 @@ ROWS = (
     row("textbook", "lorenz", EXPONENTS, "x", "z"),
     row("U13", "pebble_down_slope", "../runtime/test_optimum.py", "x", "z"),
     row("U14", "car_from_rest_to_rest", "../runtime/test_optimum.py", T, "x"),
+    row("U85", "damped_pendulum", PORTRAITS, "theta", "der(theta)", "- heavy"),
     row("T6", "rutherford", "../runtime/test_scattering.py", "x", "y"),
 )
 

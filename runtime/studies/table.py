@@ -116,5 +116,10 @@ STUDIES = {
             "action", "What is the action of the path, and the action variable of a swing?", "action:Action"
         ),
         Kind("energy", "Where can a motion of a given energy go?", "energy:Energy"),
+        Kind(
+            "portrait",
+            "What do the paths of a motion in a plane look like: points of rest, separatrices?",
+            "portrait:Portrait",
+        ),
     )
 }
