@@ -25,6 +25,8 @@ OF_MOTIONS = {
     "inputs": "--input",
     "no_error_estimate": "--no-error-estimate",
     "sensitivity": "--sensitivity",
+    "animate": "--animate",
+    "snapshot": "--snapshot",
 }
 """Options that mean something for a run in time only."""
 
@@ -39,6 +41,11 @@ def run_curve(model: Model, file: str, given: dict[str, Any], display: Display |
             raise UsageMistake(f"{option} belongs to a motion, and '{model.name}' is a curve")
     if given["target"] == "c":
         raise UsageMistake(f"'{model.name}' is a curve, which is found in Python: leave out --target c")
+    if given["reproducible"]:
+        raise UsageMistake(
+            f"--reproducible fixes every operation of a motion, and '{model.name}' is a curve",
+            "its equations are solved by the linear algebra of this machine: digits beyond the claimed error may differ",
+        )
     experiments: list[str | None] = [given["experiment"]]
     if given["experiment"] == "all":
         experiments = [*model.experiments] or [None]

@@ -1,4 +1,4 @@
-"""Newton's method from far away: a stiffness is added to the matrix, and fades as steps become shorter."""
+"""Newton's method from far away: with a stiffness that fades, or with conditions that are brought in step by step."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from .discrete import Discrete
 from .newton import LEAST, MOST_STEPS, SMALLEST, Factors, Solved, is_finite, newton, norm_of
 from .unknowns import Unknowns
 
+FIRST_STRIDE, LEAST_STRIDE, QUICK = 0.25, 1e-3, 5
 ABANDONED = 1e6
 """Times the first weight of the stiffness beyond which no step helps."""
 
@@ -60,3 +61,40 @@ def newton_from_afar(discrete: Discrete, start: Unknowns) -> Solved:
             solved = newton(discrete, at)
             return Solved(solved.unknowns, solved.converged, steps + solved.steps, solved.last, solved.why)
     return Solved(at, False, steps, last, "too many steps")
+
+
+def newton_by_steps(discrete: Discrete, start: Unknowns) -> Solved:
+    """Solve with the conditions that the start itself meets, and take them step by step to those that are asked for."""
+    layout = discrete.layout
+    mu0 = layout.unknown + 2 * layout.numbers
+    off = discrete.blocks(start, matrix=False).whole_residual[mu0:]
+    if not np.any(off):
+        return Solved(start, False, 0, np.inf, "nothing to bring in")
+    try:
+        discrete.held = off
+        solved = newton(discrete, start)
+        steps, share, stride = solved.steps, 0.0, FIRST_STRIDE
+        before: Unknowns | None = None
+        last = 0.0
+        while solved.converged and share < 1:
+            to = min(1.0, share + stride)
+            discrete.held = (1 - to) * off
+            at = solved.unknowns
+            ahead = at if before is None else _ahead(before, at, (to - share) / (share - last))
+            tried = newton(discrete, ahead)
+            steps += tried.steps
+            if tried.converged:
+                before, last, share, solved = at, share, to, tried
+                stride *= 2 if tried.steps <= QUICK else 1
+            else:
+                stride /= 3
+                if stride < LEAST_STRIDE:
+                    return Solved(at, False, steps, tried.last, f"{share:.0%} of the conditions")
+        return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)
+    finally:
+        discrete.held = None
+
+
+def _ahead(before: Unknowns, at: Unknowns, share: float) -> Unknowns:
+    step = Unknowns(at.border - before.border, at.inside - before.inside, at.whole - before.whole)
+    return at.moved(step, share)

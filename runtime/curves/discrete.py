@@ -36,7 +36,8 @@ class Places(Struct, frozen=True, eq=False):
 
 
 class Discrete:
-    """A problem on a mesh with values of its parameters. ``weights`` are those of the gauge."""
+    """A problem on a mesh with values of its parameters. ``weights`` are those of the gauge; ``held``: residuals that the
+    conditions on the whole keep, on the way to those that are asked for."""
 
     def __init__(self, problem: Problem, mesh: Mesh, p: Array, weights: Array) -> None:
         assert problem.curve is not None
@@ -45,6 +46,7 @@ class Discrete:
         self.mesh = mesh
         self.p = p
         self.gauge = weights
+        self.held: Array | None = None
         self.layout: Layout = layout_of(self.curve, mesh.degree)
         self.functions: Mapping[str, Callable[..., Array]] = problem.functions
         depth = self.curve.depth
@@ -281,6 +283,8 @@ class Discrete:
         mu0 = lam0 + layout.numbers
         values = self.call("wholes", zero, y, z)[:, 0]
         made.whole_residual[mu0:] += values[1:]
+        if self.held is not None:
+            made.whole_residual[mu0:] -= self.held
         for (row, c), g in zip(
             curve.whole_gradient, self.call("whole_gradients", zero, y, z)[:, 0], strict=True
         ):

@@ -168,9 +168,8 @@ class CurveSolution:
         return Outcome.DOUBTFUL if self._doubts() else Outcome.COMPLETED
 
     def _doubts(self) -> bool:
-        return not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * max(
-            abs(self.stationary), 1e-300
-        )
+        size = max(abs(self.stationary), self._answer.size)
+        return not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
 
     @property
     def runs(self) -> tuple[()]:

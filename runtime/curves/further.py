@@ -7,15 +7,15 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..problem import Array
+from .bent import bent, spans
 from .posed import Posed
 from .search import Answer, Failed, search
 from .starts import Source, evaluate
 
 MOST = 12
 """Curves that are looked for."""
-WAVES = (1, 2, 3)
 SHARES = (0.5, -0.5, 1.5, -1.5)
-"""Shapes that are added to a guess: half waves, as shares of how far the coordinates range."""
+"""Of half waves that are added to a guess: shares of how far the coordinates range."""
 APART = 1e-5
 """Curves are different that are further apart than this share of their size."""
 
@@ -23,7 +23,10 @@ APART = 1e-5
 def further(posed: Posed, first: Answer) -> list[Answer]:
     """Return stationary curves beside the first one, those of lower value first."""
     known = [first]
-    for source in _starts(posed, first):
+    s = np.linspace(0, 1, 201)
+    at = evaluate(first.discrete, first.solved, s, 0)[: posed.curve.coordinates]
+    size = np.maximum(spans(posed, posed.guess(s)), spans(posed, at))
+    for source in _starts(posed, size):
         if len(known) >= MOST:
             break
         for away in (known, []):
@@ -31,34 +34,22 @@ def further(posed: Posed, first: Answer) -> list[Answer]:
                 found = search(posed, deflated=away, start=source, once=True)
             except Failed:
                 continue
-            if all(_apart(found, other) for other in known):
+            if all(_apart(found, other, size) for other in known):
                 known.append(found)
                 break
     return sorted(known[1:], key=lambda a: a.value)
 
 
-def _starts(posed: Posed, first: Answer) -> Iterator[Source]:
+def _starts(posed: Posed, size: Array) -> Iterator[Source]:
     yield posed.guess
-    n = posed.curve.coordinates
-    s = np.linspace(0, 1, 201)
-    at = evaluate(first.discrete, first.solved, s, 0)[:n]
-    spans = np.maximum(np.ptp(at, axis=1), 0.3 * np.max(np.abs(at), axis=1))
-    spans = np.where(spans > 0, spans, max(float(spans.max()), 1.0))
-    for share in SHARES:
-        for wave in WAVES:
-            for shape in (np.sin, np.cos):
-
-                def bent(s: Array, share: float = share, wave: int = wave, shape: np.ufunc = shape) -> Array:
-                    added: Array = share * spans[:, None] * shape(np.pi * wave * s)[None, :]
-                    return posed.guess(s) + added
-
-                yield bent
+    yield from (start for _, start in bent(posed.guess, size, SHARES))
 
 
-def _apart(a: Answer, b: Answer) -> bool:
+def _apart(a: Answer, b: Answer, least: Array) -> bool:
+    """Tell whether two curves differ; ``least``: sizes below which a coordinate counts as zero."""
     n = a.discrete.layout.n
     s = np.linspace(0, 1, 201)
     x, y = evaluate(a.discrete, a.solved, s, 0)[:n], evaluate(b.discrete, b.solved, s, 0)[:n]
-    size = np.maximum(np.max(np.abs(x), axis=1), np.max(np.abs(y), axis=1))
+    size = np.maximum(least, np.maximum(np.max(np.abs(x), axis=1), np.max(np.abs(y), axis=1)))
     off = np.max(np.abs(x - y), axis=1)
     return bool(np.any(off > APART * np.maximum(size, float(size.max()) * 1e-3)))

@@ -271,6 +271,8 @@ def newton(
             return Solved(at, False, steps, last, "singular")
         if known:
             step, size = _driven(at, step, known, norm, size)
+            if not np.isfinite(size):
+                return Solved(at, False, steps, last, "on a known curve")
         steps += 1
         if size <= tolerance:
             after = at.moved(step)
@@ -315,6 +317,8 @@ def _driven(
     for other in known:
         apart = Unknowns(at.border - other.border, at.inside - other.inside, at.whole - other.whole)
         distance = norm(apart) ** 2
+        if distance == 0:
+            return step, np.nan
         along = _inner(apart, step, norm)
         factor = 1 / distance + 1
         total *= factor

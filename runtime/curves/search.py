@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import obstacles
-from .afar import newton_from_afar
+from .afar import newton_by_steps, newton_from_afar
+from .bent import bent, spans
 from .discrete import Discrete
 from .mesh import Mesh, mesh_of
 from .newton import Factors, Solved, newton, projected, with_multipliers
@@ -40,7 +41,8 @@ ROUNDING = 2e-15
 
 class Answer(Struct, eq=False):
     """A curve on its mesh: ``value`` of what is stationary, ``outputs`` at z (those that vary are NaN), how far both are from
-    those of the mesh of lower degree, ``negative`` directions, Newton ``steps`` and ``unknowns`` in all."""
+    those of the mesh of lower degree, ``negative`` directions, Newton ``steps`` and ``unknowns`` in all, the ``size`` of the
+    terms of the value, with the guess or the curve."""
 
     discrete: Discrete
     solved: Unknowns
@@ -55,6 +57,7 @@ class Answer(Struct, eq=False):
     count: int
     cycles: int
     remarks: list[str]
+    size: float
 
 
 class Failed(Exception):
@@ -74,37 +77,19 @@ def search(
     tried: list[str] = []
     remarks: list[str] = []
     source = start or posed.guess
-    steep = steep_ends(posed, source)
     weights = gauge(posed, source)
-    steps = 0
-    found: tuple[Discrete, Solved] | None = None
-    meshes = ((elements, degree), (elements, 6), (3 * elements, 6), (2, 6))
-    for count, coarse in meshes[1:2] if once or deflated else meshes:
-        mesh = mesh_of(posed.borders(), count, max(coarse, 2 * posed.curve.order + 2), steep)
-        discrete = Discrete(posed.problem, mesh, posed.p, weights)
-        first = beginning(discrete, posed, source)
-        without_repeats(discrete, first)
-        if why := undefined(discrete, first):
-            tried.append(why)
-            continue
-        known = [_moved(a, discrete) for a in deflated]
-        if obstacles.has_bounds(discrete):
-            obstacles.begin(discrete, first)
-        for words, way in _ways(discrete, first, known, once=once):
-            solved = _bounded(discrete, way())
-            steps += solved.steps
-            tried.append(
-                f"{words} on {count} elements of degree {mesh.degree}: {solved.why or 'converged'}, "
-                f"{plural_steps(solved.steps)}"
-            )
-            if solved.converged:
-                break
-        if solved.converged:
-            found = discrete, solved
-            break
+    alone = once or bool(deflated)
+    meshes = [(elements, degree), (elements, 6), (3 * elements, 6), (2, 6)]
+    found, steps = _first(
+        posed, source, meshes[1:2] if alone else meshes, weights, deflated, tried, remarks, once=once
+    )
+    if found is None and not alone:
+        found, more = _from_bent(posed, source, meshes[:1], weights, tried, remarks)
+        steps += more
     if found is None:
-        raise Failed(tried[-1], tried)
+        raise Failed(tried[0], tried)
     discrete, solved = found
+    guessed = _value(discrete, beginning(discrete, posed, source)[0])[1]
     if not adapt:
         return _answer(posed, discrete, solved.unknowns, None, steps, 1, remarks)
     cycles = 0
@@ -131,7 +116,73 @@ def search(
         posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree + FINER), weights
     )
     steps += more
-    return _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
+    answer = _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
+    answer.size = max(answer.size, guessed)
+    return answer
+
+
+def _first(
+    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], weights: Array, deflated: Sequence[Answer],
+    tried: list[str], remarks: list[str], *, once: bool,
+) -> tuple[tuple[Discrete, Solved] | None, int]:  # fmt: skip
+    """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
+    steps = 0
+    steep = steep_ends(posed, source)
+    for count, coarse in meshes:
+        mesh = mesh_of(posed.borders(), count, max(coarse, 2 * posed.curve.order + 2), steep)
+        discrete = Discrete(posed.problem, mesh, posed.p, weights)
+        first, off = beginning(discrete, posed, source)
+        without_repeats(discrete, first)
+        if why := undefined(discrete, first):
+            tried.append(f"{count} elements: {why}")
+            continue
+        known = [_moved(a, discrete) for a in deflated]
+        if obstacles.has_bounds(discrete):
+            obstacles.begin(discrete, first)
+        results: dict[str, list[str]] = {}
+        for words, way in _ways(discrete, first, known, once=once):
+            solved = _bounded(discrete, way())
+            steps += solved.steps
+            if solved.converged:
+                if off and not deflated:
+                    remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
+                return (discrete, solved), steps
+            outcome = f"{solved.why}, {plural_steps(solved.steps)}"
+            results.setdefault(outcome, []).append(words)
+        tried += [
+            f"{count} elements of degree {mesh.degree}: {outcome}"
+            + (f", {', '.join(ways)}" if len(results) > 1 else " in every way")
+            for outcome, ways in results.items()
+        ]
+    return None, steps
+
+
+def _from_bent(
+    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], weights: Array, tried: list[str], remarks: list[str]
+) -> tuple[tuple[Discrete, Solved] | None, int]:  # fmt: skip
+    """Return the curve of the fewest directions down, and lowest value, of those that two opposite waves lead to."""
+    at = source(np.linspace(0, 1, 201))
+    size, steps, count = spans(posed, at), 0, 0
+    found: list[tuple[int, float, str, tuple[Discrete, Solved]]] = []
+    for words, start in bent(source, size, (0.5, -0.5)):
+        one, more = _first(posed, start, meshes, weights, (), [], [], once=False)
+        steps += more
+        count += 1
+        if one is not None:
+            answer = _answer(posed, one[0], one[1].unknowns, None, 0, 0, [])
+            found.append((answer.negative, answer.value, words, one))
+        if found and count % 2 == 0:
+            break
+    if not found:
+        tried.append(f"from the guess with half waves added: none of {count} starts leads to a curve")
+        return None, steps
+    best = min(found, key=lambda row: row[:2])
+    said = f"the guess itself leads to no curve: this one was found from {best[2]}, s = 0 .. 1 over the range"
+    others = [row for row in found if abs(row[1] - best[1]) > 1e-6 * max(abs(row[1]), abs(best[1]))]
+    if others:
+        said += f"; {others[0][2]} leads to another one, with the value {others[0][1]:.7g}"
+    remarks.append(said)
+    return best[3], steps
 
 
 def _ways(
@@ -146,6 +197,7 @@ def _ways(
     yield "with a stiffness that fades", partial(newton_from_afar, discrete, better)
     yield "with a stiffness that fades, multipliers zero", partial(newton_from_afar, discrete, first)
     nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
+    yield "with conditions brought in step by step", partial(newton_by_steps, discrete, better)
     yield "from a guess bent to all conditions", partial(newton, discrete, nearer)
     yield "with bounded steps", partial(newton, discrete, better, tested=False)
 
@@ -229,7 +281,7 @@ def _answer(
         apart = np.abs(outputs - before.outputs) + 10 * ROUNDING * np.abs(outputs)
     return Answer(
         discrete, unknowns, value, outputs, error, apart, negative - conditions, count - multipliers - conditions,
-        smallest > 1e-13, steps, count, cycles, remarks,
+        smallest > 1e-13, steps, count, cycles, remarks, size,
     )  # fmt: skip
 
 

@@ -15,12 +15,14 @@ from .newton import projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
 
+MISSED = 1e-6
+"""Of the size of the curve by which a guess misses an end, beyond rounding and polynomials."""
 Source = Callable[[Array], Array]
 """Coordinates at places s: (n, places)."""
 
 
-def beginning(discrete: Discrete, posed: Posed, source: Source) -> Unknowns:
-    """Return unknowns from a guess of the coordinates: numbers of the whole are those of the guess."""
+def beginning(discrete: Discrete, posed: Posed, source: Source) -> tuple[Unknowns, list[str]]:
+    """Return unknowns from a guess of the coordinates, bent to the ends, and the ends that the guess does not meet."""
     layout, mesh = discrete.layout, discrete.mesh
     xi = chebyshev(mesh.degree + 1)
     s = mesh.places(xi)
@@ -28,7 +30,22 @@ def beginning(discrete: Discrete, posed: Posed, source: Source) -> Unknowns:
     border, inside = fitted(layout, mesh, at, xi)
     whole = np.zeros(layout.whole)
     whole[: layout.unknown] = posed.ends
-    return with_numbers(discrete, projected(discrete, Unknowns(border, inside, whole)))
+    raw = with_numbers(discrete, Unknowns(border, inside, whole))
+    off = _missed(discrete, raw)
+    return with_numbers(discrete, projected(discrete, raw)), off
+
+
+def _missed(discrete: Discrete, unknowns: Unknowns) -> list[str]:
+    """Return the conditions at ends that do not hold, as they are shown."""
+    rows = discrete.curve.wholes
+    y = np.zeros((discrete._height(), 1))
+    residuals = discrete.call("wholes", np.zeros(1), y, discrete._z(unknowns))[1:, 0]
+    size = float(np.max(discrete.sizes(unknowns)))
+    return [
+        f"'{row.name}'"
+        for row, residual in zip(rows, residuals, strict=True)
+        if row.kind in ("initial", "final") and abs(residual) > MISSED * size
+    ]
 
 
 def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:

@@ -56,8 +56,8 @@ class Stationary(Struct, frozen=True, kw_only=True):
             raise SimulationError(
                 f"no stationary curve of '{posed.problem.name}' was found: {failed.why}",
                 notes=failed.tried,
-                help="give a guess that is nearer: 'coordinate z ~ f(x);', in an experiment too; "
-                "or ask whether there is a smooth curve at all",
+                help=f"give a guess that is nearer: 'coordinate {posed.problem.states[0].name} ~ f({posed.problem.time.name});', "
+                "in an experiment too; or ask whether there is a smooth curve at all",
             ) from None
         answers = [first, *(further(posed, first) if self.all else ())]
         seconds = time.perf_counter() - begun
