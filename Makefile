@@ -12,12 +12,12 @@ JOBS   ?= 2
 EDITS  ?= 1000000
 MODELS ?= 1000
 
-.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability gallery fmu-gallery clean help
+.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability gallery docs fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
 	@sed -n 's/^# \{0,1\}//p' Makefile | head -3
-	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make stability, make fmu-gallery, make clean"
+	@echo "make test-slow, make fuzz EDITS=1000000, make fuzz-models MODELS=100000, make check, make format, make bench, make gallery, make docs, make stability, make fmu-gallery, make clean"
 
 $(VENV)/pyvenv.cfg:
 	@test -n "$(PYTHON)" || { echo "mechc needs Python 3.11 or newer; none was found" >&2; exit 1; }
@@ -30,6 +30,10 @@ $(VENV)/installed: pyproject.toml | $(VENV)/pyvenv.cfg
 $(VENV)/installed-dev: pyproject.toml | $(VENV)/pyvenv.cfg
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
 	@touch $@ $(VENV)/installed
+
+$(VENV)/installed-docs: pyproject.toml | $(VENV)/pyvenv.cfg
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	@touch $@
 
 demo: $(VENV)/installed
 	$(BIN)/mechc run $(MODEL) --plot double_pendulum.png
@@ -71,6 +75,9 @@ bench: $(VENV)/installed-dev
 
 gallery: $(VENV)/installed
 	$(BIN)/python docs/figures.py
+
+docs: $(VENV)/installed-docs
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python docs/website/build.py
 
 fmu-gallery: $(VENV)/installed
 	$(BIN)/python -m bench.fmu_gallery

@@ -1,0 +1,197 @@
+"""Build the site into build/website/site: ``make docs``, or ``python docs/website/build.py [--no-live] [EXAMPLE ...]``.
+
+The pages of the repository, one for each example with its source beside a page on which it moves, one for each message,
+and the names of the Python interface, all by MkDocs; it opens from the file system and asks no server for anything.
+Live pages need zig; without it they hold one motion each. Those whose model and mechc have not changed are kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parents[1]
+BUILD = ROOT / "build" / "website"
+PAGES, LIVE = BUILD / "pages", BUILD / "live"
+
+sys.path.insert(0, str(HERE.parent))
+
+import figures  # noqa: E402
+
+from website.links import moved  # noqa: E402
+
+NAMES = """# Names of the Python interface
+
+::: mechc.api.load
+
+::: mechc.api.loads
+
+::: mechc.api.Model
+
+::: mechc.solution.Solution
+
+::: mechc.settings.UsageMistake
+
+::: mechc.lang.diagnostics.CompileError
+
+::: mechc.runtime.outcome.SimulationError
+"""
+
+
+def places() -> dict[str, str]:
+    """Return, for each path in the repository that the site has, the path there."""
+    found = {"README.md": "index.md", "CHANGELOG.md": "changes.md", "ARCHITECTURE.md": "architecture.md"}
+    found |= {"CONTRIBUTING.md": "contributing.md", "bench/report/README.md": "figures.md"}
+    found |= {f"mechc/errors/{page.name}": f"errors/{page.name}" for page in errors()}
+    for path in tracked("docs", "bench/report"):
+        if path.suffix in (".md", ".png", ".svg"):
+            name = path.as_posix()
+            found.setdefault(name, name.removeprefix("docs/").replace("bench/report/", "figures/"))
+    for path in tracked("examples"):
+        if path.suffix == ".mech":
+            found[path.as_posix()] = f"gallery/{example_name(path)}.md"
+    found["docs/decisions"] = "decisions/README.md"
+    return found
+
+
+def tracked(*folders: str) -> list[Path]:
+    """Return the files of folders that are kept in the repository (all of them where it has no history)."""
+    listed = subprocess.run(
+        ["git", "ls-files", *folders], cwd=ROOT, capture_output=True, text=True, check=False
+    ).stdout
+    if listed:
+        return [Path(line) for line in listed.splitlines()]
+    return sorted(p.relative_to(ROOT) for f in folders for p in (ROOT / f).rglob("*") if p.is_file())
+
+
+def errors() -> list[Path]:
+    return sorted((ROOT / "mechc" / "errors").glob("[A-Z][0-9]*.md"))
+
+
+def example_name(path: Path) -> str:
+    """Name an example's page; those in folders carry the folder's name, too."""
+    return "_".join(path.with_suffix("").parts[1:])
+
+
+def write_pages(live: Mapping[str, Path]) -> None:
+    """Write all pages; ``live`` has the moving page of each example that has one."""
+    shutil.rmtree(PAGES, ignore_errors=True)
+    known = places()
+    for source, place in known.items():
+        path, target = ROOT / source, PAGES / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if path.suffix == ".md":
+            target.write_text(moved(path.read_text(encoding="utf-8"), source, known), encoding="utf-8")
+        elif path.suffix == ".mech":
+            target.write_text(example_page(path, live), encoding="utf-8")
+        elif path.is_file():
+            shutil.copyfile(path, target)
+    (PAGES / "names.md").write_text(NAMES, encoding="utf-8")
+    (PAGES / "decisions" / "README.md").write_text(decisions(), encoding="utf-8")
+    shutil.copyfile(HERE / "website.css", PAGES / "website.css")
+    (PAGES / "live").mkdir()
+    for name, page in live.items():
+        shutil.copyfile(page, PAGES / "live" / f"{name}.html")
+
+
+def decisions() -> str:
+    lines = ["# Decisions", ""]
+    for path in sorted((ROOT / "docs" / "decisions").glob("*.md")):
+        title = path.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ")
+        lines.append(f"- [{title}]({path.name})")
+    return "\n".join(lines) + "\n"
+
+
+def example_page(path: Path, live: Mapping[str, Path]) -> str:
+    """Return the page of an example: what it is, how it moves, its text, where its answer is tested."""
+    name, text = example_name(path.relative_to(ROOT)), path.read_text(encoding="utf-8")
+    listed = path.relative_to(ROOT / "examples").with_suffix("").as_posix()
+    row = next((r for r in figures.ROWS if r.example == listed), None)
+    lines = [f"# {name.replace('_', ' ')}", ""]
+    if row is not None:
+        test = row.test.removeprefix("../") if "/" in row.test else f"physics/{row.test}"
+        lines += [
+            figures.description(row.example) + ".",
+            "",
+            f"Its known answer is checked in `tests/{test}`.",
+            "",
+        ]
+    if name in live:
+        lines += [
+            f'<iframe class="live" src="../live/{name}.html" title="{name}, moving" loading="lazy"></iframe>',
+            "",
+            f"[On a page of its own](../live/{name}.html)",
+            "",
+        ]
+    return "\n".join([*lines, f'```mech title="{path.name}"', text.rstrip("\n"), "```", ""])
+
+
+def make_live(examples: Sequence[Path]) -> dict[str, Path]:
+    """Return the moving page of each example that has one, made where it is not there yet."""
+    LIVE.mkdir(parents=True, exist_ok=True)
+    state = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(_sources()))).digest()
+
+    def one(example: Path) -> tuple[str, Path | None, str]:
+        key = hashlib.sha256(state + example.read_bytes()).hexdigest()[:16]
+        name = example_name(example.relative_to(ROOT))
+        page = LIVE / f"{name}-{key}.html"
+        if page.exists():
+            return name, page, ""
+        command = [sys.executable, "-m", "mechc", "compile", str(example), "--target", "web", "-o", str(page)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT)
+        if done.returncode and "zig" in done.stderr:
+            done = subprocess.run(
+                [*command, "--recorded"], capture_output=True, text=True, check=False, cwd=ROOT
+            )
+        said = (done.stderr.strip() or done.stdout.strip()).partition("\n")[0]
+        return name, page if page.exists() else None, said
+
+    made: dict[str, Path] = {}
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for name, page, said in pool.map(one, examples):
+            if page is None:
+                print(f"no moving page of {name}: {said}")
+            else:
+                made[name] = page
+    return made
+
+
+def _sources() -> list[Path]:
+    """Return what a page is made by: a change in it makes all of them anew."""
+    folders = ("lang", "compiler", "runtime", "stdlib", "mechc/web")
+    return [
+        p
+        for f in folders
+        for p in (ROOT / f).rglob("*")
+        if p.suffix in (".py", ".c", ".h", ".js", ".html", ".mech", ".lark")
+    ]
+
+
+def main(arguments: Sequence[str]) -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--no-live", action="store_true", help="leave out the moving pages")
+    parser.add_argument("examples", nargs="*", help="moving pages of these alone")
+    asked = parser.parse_args(arguments)
+    begun = time.monotonic()
+    examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
+    chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]
+    write_pages(make_live(chosen))
+    print(f"pages written after {time.monotonic() - begun:.0f} s")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "-f", str(HERE / "mkdocs.yml")]
+    done = subprocess.run(command, check=False)
+    size = sum(p.stat().st_size for p in (BUILD / "site").rglob("*") if p.is_file())
+    print(f"{BUILD / 'site' / 'index.html'}: {size / 1e6:.1f} MB, {time.monotonic() - begun:.0f} s")
+    return done.returncode
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
