@@ -81,7 +81,7 @@ def test_colours_keep_the_text_and_know_its_units(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     coloured = list(MechLexer(stripnl=False, ensurenl=False).get_tokens(text))
     assert "".join(value for _, value in coloured) == text
-    assert not any(kind in Token.Error for kind, _ in coloured)
+    assert not any(kind is Token.Error for kind, _ in coloured)
     tokens, _ = tokenise(SourceFile(str(path), text), load_tables(), Reporter())
     units = [t.text.split(maxsplit=1)[-1] for t in tokens if t.kind in ("QUANTITY", "UNITTAG")]
     assert [v for k, v in coloured if k is Keyword.Type] == units
@@ -89,7 +89,7 @@ def test_colours_keep_the_text_and_know_its_units(path: Path) -> None:
 
 def test_words_of_the_language_are_coloured() -> None:
     kinds = {v: k for k, v in MechLexer().get_tokens("coordinate x = sin(1) m; parameter Length sin_x = pi;")}
-    assert kinds["coordinate"] in Keyword and kinds["sin"] is Name.Builtin and kinds["pi"] is Name.Constant
+    assert kinds["coordinate"] is Keyword and kinds["sin"] is Name.Builtin and kinds["pi"] is Name.Constant
     assert kinds["Length"] is Name.Class and kinds["sin_x"] is Name
 
 
