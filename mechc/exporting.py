@@ -1,4 +1,4 @@
-"""Write a model as code that stands alone: a Python module, or a folder of C files."""
+"""Write a model as code that stands alone: a Python module, one for CasADi or JAX, or a folder of C files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,9 @@ from .settings import UsageMistake
 
 if TYPE_CHECKING:
     from .compiler.program.model import Program
+    from .compiler.targets.differentiable import Begin
     from .model import CompiledModel
+    from .runtime.case import Case
     from .runtime.problem import Problem, Setting
 
 
@@ -59,16 +61,8 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
     program = model.compilation.program
     name = file_stem(program.name)
     match target:
-        case "python":
-            from .compiler.targets.python import emit_python
-
-            if program.hybrid is not None:
-                raise UsageMistake(
-                    f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), "
-                    "which a Python module cannot run",
-                    "the targets c and fmu can",
-                )
-            return _write({output or Path(f"{name}.py"): emit_python(program, model.settings)})
+        case "python" | "casadi" | "jax":
+            return _write({output or Path(_MODULES[target].format(name)): _module(model, program, target)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:
@@ -79,7 +73,42 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             files = c_files(program, defaults, parts)
             return _write({folder / file: text for file, text in files.items()})
         case _:
-            raise UsageMistake(f"there is no target '{target}'", "python or c")
+            raise UsageMistake(f"there is no target '{target}'", "python, c, casadi or jax")
+
+
+_MODULES = {"python": "{}.py", "casadi": "{}_casadi.py", "jax": "{}_jax.py"}
+"""Names of the modules; none is that of a library."""
+
+
+def _module(model: CompiledModel, program: Program, target: str) -> str:
+    """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
+    if program.hybrid is not None:
+        raise UsageMistake(
+            f"'{program.name}' switches (events, contacts, friction, or laws that change with the motion), which "
+            + ("a Python module cannot run" if target == "python" else "has no derivative where it does"),
+            "the targets c and fmu can"
+            if target == "python"
+            else "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
+        )
+    if target == "python":
+        from .compiler.targets.python import emit_python
+
+        return emit_python(program, model.settings)
+    from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
+
+    return emit_differentiable(program, CASADI if target == "casadi" else JAX, _begin(model))
+
+
+def _begin(model: CompiledModel) -> Begin:
+    """Return where the run of the default experiment begins."""
+    from .compiler.targets.differentiable import Begin
+    from .runtime.case import inputs_at
+
+    case, settings = _default_case(model.problem("python"), model.settings)
+    chosen = {
+        case.problem.parameters[s.index].name: float(case.p[s.index]) for s in settings if s.array == "p"
+    }
+    return Begin(case.begin, case.y0.tolist(), inputs_at(case, case.begin).tolist(), chosen)
 
 
 def file_stem(model: str) -> str:
@@ -89,19 +118,9 @@ def file_stem(model: str) -> str:
 
 def defaults_of(problem: Problem, values: Mapping[str, float] | None = None) -> Defaults:
     """Evaluate the default experiment, and before it ``values`` by name. A model that says no stop time gets ten seconds."""
-    from .runtime.case import SimulationOptions, find_experiment, find_setting, prepare
-    from .runtime.functions import load_functions
     from .runtime.integrate.nominal_run import takes_pilot
 
-    experiment = find_experiment(problem, None)
-    said = experiment is not None and "stop" in experiment.options
-    options = SimulationOptions(values=values or {}, stop=None if said else Defaults().stop)
-    case = prepare(problem, load_functions(problem), options)
-    own = [find_setting(problem, name) for name in values or {}]
-    settings = [
-        *own,
-        *(s for s in (experiment.settings if experiment else ()) if not (s in own or _as_known(s) in own)),
-    ]
+    case, settings = _default_case(problem, values or {})
     return Defaults(
         case.begin,
         float(case.grid[0]),
@@ -115,6 +134,23 @@ def defaults_of(problem: Problem, values: Mapping[str, float] | None = None) -> 
         case.every,
         takes_pilot(case),
     )
+
+
+def _default_case(problem: Problem, values: Mapping[str, float]) -> tuple[Case, list[Setting]]:
+    """Make the default experiment ready, and return what it and ``values``, which go before it, set."""
+    from .runtime.case import SimulationOptions, find_experiment, find_setting, prepare
+    from .runtime.functions import load_functions
+
+    experiment = find_experiment(problem, None)
+    said = experiment is not None and "stop" in experiment.options
+    options = SimulationOptions(values=values, stop=None if said else Defaults().stop)
+    case = prepare(problem, load_functions(problem), options)
+    own = [find_setting(problem, name) for name in values]
+    settings = [
+        *own,
+        *(s for s in (experiment.settings if experiment else ()) if not (s in own or _as_known(s) in own)),
+    ]
+    return case, settings
 
 
 def _as_known(setting: Setting) -> Setting:

@@ -17,25 +17,25 @@ from .options import (
 
 
 @click.command(
-    cls=Command, name="compile", short_help="Write a model as Python code, C code, an FMU or a page."
+    cls=Command, name="compile", short_help="Write a model as code, an FMU, a page, or for CasADi or JAX."
 )
 @model_argument
 @model_option
 @set_option
 @click.option(
     "--target",
-    type=click.Choice(["python", "c", "fmu", "web"]),
+    type=click.Choice(["python", "c", "fmu", "web", "casadi", "jax"]),
     default="python",
     show_default=True,
-    help="A Python module that needs only NumPy, C11 with the kernel beside it, a Functional Mock-up Unit, or a page "
-    "that shows the model move.",
+    help="A Python module that needs only NumPy, C11 with the kernel beside it, a Functional Mock-up Unit, a page "
+    "that shows the model move, or a module of functions for CasADi or JAX, which differentiate them.",
 )
 @click.option(
     "-o",
     "--output",
     metavar="PATH",
     callback=no_model,
-    help="The module (python), the folder (c) or the file (fmu, web).",
+    help="The module (python, casadi, jax), the folder (c) or the file (fmu, web).",
 )
 @click.option(
     "--fmi", type=click.Choice(["2", "3", "both"]), default="3", show_default=True, help="fmu: version."
@@ -96,6 +96,7 @@ def command(
     mechc compile pendulum.mech --target c -o pendulum_c          # its files say how to build them
     mechc compile pendulum.mech --target fmu -o pendulum.fmu      # --fmi 2 for older importers
     mechc compile pendulum.mech --target web -o pendulum.html     # one file, live in any browser
+    mechc compile pendulum.mech --target casadi                   # functions for optimal control
     """
     from ..api import load
 

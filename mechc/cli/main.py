@@ -30,7 +30,7 @@ COMMANDS = {
     "explain": "Explain an error code, or what the compiler chose for a model.",
     "show": "Print a model as one stage of the compiler sees it.",
     "view": "Show a model move, on a page in the browser.",
-    "compile": "Write a model as Python code, C code, an FMU or a page.",
+    "compile": "Write a model as code, an FMU, a page, or for CasADi or JAX.",
     "fmu": "Check or run a Functional Mock-up Unit.",
     "lsp": "Answer an editor (language server).",
     "doctor": "Say what this installation can use, and what is missing.",

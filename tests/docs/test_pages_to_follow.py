@@ -24,6 +24,10 @@ LONG = {"fmu_in_co_simulation", "c_for_embedded_use"}
 )
 def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path)
+    for library in ("casadi", "jax"):
+        if f"--target {library}" in page.read_text(encoding="utf-8"):
+            pytest.importorskip(library, reason=f"needs {library}: pip install 'mechc[{library}]'")
     if "\n$ cc " in page.read_text(encoding="utf-8") and shutil.which("cc") is None:
         pytest.skip("needs a C compiler by the name of cc")
     assert follow(page.read_text(encoding="utf-8")) > 0

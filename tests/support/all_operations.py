@@ -23,7 +23,7 @@ from mechc.compiler.graph import Graph, Node, monotone_table, node
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operations import Operation
 from mechc.compiler.symbolic import express
-from mechc.compiler.targets import c_forms, python_forms, scalar_functions
+from mechc.compiler.targets import c_forms, casadi_forms, jax_forms, python_forms, scalar_functions
 from mechc.compiler.targets.c import emit_c
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -67,6 +67,9 @@ def missing(row: Operation) -> list[str]:
         lacks("row in FORMS", c_forms)
     if row.code not in python_forms.FORMS:
         lacks("row in FORMS, or in FUNCTIONS", python_forms)
+    for forms in (casadi_forms, jax_forms):
+        if row.code not in forms.FORMS:
+            lacks("row in FUNCTIONS, OWN or ARITHMETIC", forms)
     named = python_forms.FUNCTIONS.get(row.code)
     if named is not None and named.own and not hasattr(scalar_functions, named.name):
         lacks(f"function '{named.name}', which is said to be mechc's own,", scalar_functions)

@@ -1,0 +1,218 @@
+"""Modules for libraries that differentiate: the statements of a program on the symbols of CasADi, or on arrays of JAX."""
+
+from __future__ import annotations
+
+import keyword
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Final
+
+from msgspec import Struct
+
+from ..graph import operations as ops
+from ..program import Program, ProgramFunction
+from ..program.model import Literal, Load, Lookup, Operate, Store, operands_of
+from ..program.names import identifiers
+from . import casadi_forms, jax_forms
+from .c import used_tables
+from .expressions import Dialect
+from .literal import Form as LiteralForm
+from .literal import constant
+from .python_text import function_lines, quantities, quoted, string, strings
+
+EXPORTED: Final = (
+    "rhs",
+    "outputs",
+    "initial",
+    "inputs",
+    "assertions",
+    "constraints",
+    "constraint_jacobian",
+    "project_position",
+    "project_velocity",
+    "displace",
+)
+"""The functions that a module holds, as far as the model has them."""
+
+_COPIED: Final = "# ---- copied "
+
+
+class Library(Struct, frozen=True):
+    """What one library needs: its forms, what it is called and imported from, and the module with the common part.
+
+    ``always``: what is imported from ``package`` in every module; ``needed``: by each function of its own.
+    ``before``: what stands in the line above each function; ``collected``: functions are gathered by name.
+    """
+
+    name: str
+    dialect: Dialect
+    functions: Mapping[int, str]
+    own: Mapping[int, str]
+    imports: tuple[str, ...]
+    package: str
+    always: tuple[str, ...]
+    needed: Mapping[str, tuple[str, ...]]
+    common: str
+    use: tuple[str, ...]
+    before: str = ""
+    collected: bool = False
+
+
+CASADI: Final = Library(
+    "CasADi",
+    casadi_forms.DIALECT,
+    casadi_forms.FUNCTIONS,
+    casadi_forms.OWN,
+    ("from collections.abc import Mapping, Sequence", "{pi}from typing import Any\n"),
+    "casadi",
+    ("Function", "SX", "reshape", "sumsqr", "vertcat", "vertsplit"),
+    {"modulo": ("fmod", "if_else", "logic_and"), "lookup": ("if_else",)},
+    "casadi_module.py",
+    (
+        "``functions()`` gives a ``casadi.Function`` of (t, y, u, p) for each of rhs, accelerations, outputs and so on; the",
+        "functions of this module themselves compute with numbers or symbols. START is the state at which a run begins.",
+    ),
+    collected=True,
+)
+
+JAX: Final = Library(
+    "JAX",
+    jax_forms.DIALECT,
+    jax_forms.FUNCTIONS,
+    jax_forms.OWN,
+    (
+        "from collections.abc import Callable, Mapping",
+        "from functools import wraps",
+        "{pi}from typing import Any\n",
+        "import jax",
+        "import jax.numpy as jnp",
+    ),
+    "jax.numpy",
+    (),
+    {},
+    "jax_module.py",
+    (
+        "Every function of (t, y, u, p) can be given to ``jax.jit``, ``jax.vmap``, ``jax.grad`` and ``jax.jacobian``; p comes",
+        "from ``all_parameters``, through which derivatives by parameters go too. START is the state at which a run begins.",
+    ),
+    before="@compiled",
+)
+
+
+class Begin(Struct, frozen=True):
+    """Where a run of the model begins: time, consistent state and inputs; the parameters by name that are set."""
+
+    time: float
+    state: Sequence[float]
+    inputs: Sequence[float]
+    settings: Mapping[str, float]
+
+
+def emit_differentiable(
+    program: Program, library: Library, begin: Begin, exported: Sequence[str] = EXPORTED
+) -> str:
+    """Return the text of a module with the functions of a model for one library."""
+    functions = [f for name in exported if (f := program.function(name)) is not None and f.n_out]
+    return "\n".join(_lines(program, library, begin, functions)) + "\n"
+
+
+def _lines(
+    program: Program, library: Library, begin: Begin, functions: Sequence[ProgramFunction]
+) -> Iterator[str]:
+    statements = [s for f in (program.parameters, *functions) for body in f.bodies for s in body]
+    codes = {s.code for s in statements if type(s) is Operate}
+    if any(type(s) is Lookup for s in statements):
+        codes.add(ops.LOOKUP)
+    called = {library.functions[code] for code in codes & library.functions.keys()}
+    own = [library.own[code] for code in sorted(codes & library.own.keys())]
+    parts = dict(_parts(library))
+    reserved = frozenset(
+        (*keyword.kwlist, *keyword.softkwlist, "pi", *library.functions.values(), *library.own.values())
+    )
+    names = identifiers(program, reserved)
+
+    yield from _docstring(program, library)
+    yield "from __future__ import annotations\n"
+    with_pi = any(type(s) is Literal and constant(s.number).form is LiteralForm.PI for s in statements)
+    yield "\n".join(library.imports).replace("{pi}", "from math import pi\n" if with_pi else "")
+    if imported := sorted(
+        {*library.always, *called, *(x for name in own for x in library.needed.get(name, ()))}
+    ):
+        yield f"from {library.package} import {', '.join(imported)}"
+    yield ""
+    yield from _tables(program, begin)
+    yield from (parts[where] for where in ("before the functions",) if where in parts)
+    yield from (parts[f"where {name} is called"] for name in own)
+    for i, rows in used_tables(program):
+        yield f"TABLE_{i} = ({rows.points!r}, {rows.values!r}, {rows.slopes!r})"
+    yield ""
+    yield from function_lines(program.parameters, "p, given", library.dialect, names)
+    for function in functions:
+        if library.before:
+            yield library.before
+        yield from function_lines(function, "t, y, u, p", library.dialect, names)
+    if library.collected:
+        yield f"FUNCTIONS = {{{', '.join(f'{string(f.name)}: {f.name}' for f in functions)}}}\n\n"
+    yield parts["from here"]
+    if _energies(program):
+        yield parts.get("where there are energies", "")
+    if program.constraints:
+        yield parts.get("where there are constraints", "")
+
+
+def _parts(library: Library) -> Iterator[tuple[str, str]]:
+    """Yield the parts of the common module by what their markers say."""
+    text = Path(__file__).with_name(library.common).read_text(encoding="utf-8")
+    for part in text.split(_COPIED)[1:]:
+        where, _, lines = part.partition("\n")
+        yield where, lines.strip("\n") + "\n\n"
+
+
+def _docstring(program: Program, library: Library) -> Iterator[str]:
+    yield f'"""{quoted(program.name)}: a mechanical model, generated by mechc. Needs {library.name}.'
+    if program.doc.strip():
+        yield ""
+        yield from (quoted(line.rstrip()) for line in program.doc.strip().splitlines())
+    yield ""
+    yield "Its functions read time, states, inputs and parameters in SI units, in the order of the lists below."
+    yield from library.use
+    yield '"""\n'
+
+
+def _tables(program: Program, begin: Begin) -> Iterator[str]:
+    yield f"NAME = {string(program.name)}"
+    yield "# name and unit"
+    yield from quantities("STATES", program.arrays["y"])
+    yield from quantities("PARAMETERS", program.arrays["p"])
+    yield from quantities("INPUTS", program.arrays["u"])
+    yield from quantities("OUTPUTS", program.arrays["out"])
+    yield from strings("CONSTRAINTS", [row.name for row in program.constraints])
+    yield from strings("ASSERTIONS", [a.message for a in program.assertions])
+    yield "# parameters that do not follow from others"
+    yield from strings("INDEPENDENT", _independent(program, begin.settings))
+    yield f"N_CONSTANTS = {program.n_hoisted}  # computed by parameters(), behind the parameters in p"
+    yield f"NQ, NV = {program.nq}, {program.nv}  # coordinates and velocities, with which the states begin"
+    yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
+    yield f"ENERGIES = {_energies(program)}  # indices of outputs"
+    yield f"SETTINGS = {dict(begin.settings)!r}  # values that are set unless a call says otherwise"
+    yield "# where the run of the first experiment begins"
+    yield f"TIME, START, INPUT = {begin.time!r}, {list(begin.state)!r}, {list(begin.inputs)!r}\n"
+
+
+def _energies(program: Program) -> list[int]:
+    return [i for i, entry in enumerate(program.arrays["out"]) if entry.kind == "energy"]
+
+
+def _independent(program: Program, settings: Mapping[str, float]) -> list[str]:
+    """Return the parameters whose values are numbers: no other parameter stands in their formulas."""
+    (body,) = program.parameters.bodies
+    reads: list[bool] = []
+    follows = set()
+    for statement in body:
+        reads.append(
+            (type(statement) is Load and statement.array == "p")
+            or any(reads[operand] for operand in operands_of(statement))
+        )
+        if type(statement) is Store and reads[-1]:
+            follows.add(statement.index)
+    return [e.name for i, e in enumerate(program.arrays["p"]) if i not in follows or e.name in settings]

@@ -1,0 +1,91 @@
+"""Python text that several targets write: functions of a program, names with their units, strings."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+
+from msgspec.structs import replace
+
+from ..equations.model import Entry
+from ..program import ProgramFunction
+from ..program.model import Body, Load, Store
+from .c import sentence
+from .expressions import Dialect, lines
+
+
+def function_lines(
+    function: ProgramFunction, arguments: str, dialect: Dialect, identifiers: Mapping[tuple[str, int], str]
+) -> Iterator[str]:
+    """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p."""
+    (body,) = function.bodies
+    results: dict[int, str] = {}
+    completes = arguments == "p, given"
+    yield f"def {function.name}({arguments}):"
+    yield f'    """{quoted(sentence(function.doc))}"""'
+    if completes:
+        yield "    p = list(p)"
+        names = {(a, i): f"{a}[{i}]" for a, i in _loads(body)}
+    else:
+        names = {load: identifiers[load] for load in _loads(body)}
+        for load in sorted(names, key=lambda load: ("tyuzp".index(load[0]), load[1])):
+            if load[0] != "t":
+                yield f"    {names[load]} = {load[0]}[{load[1]}]"
+    for line in lines(body, _collecting(dialect, results), names):
+        if line:
+            yield f"    {line}"
+    if completes:
+        yield "    return p\n\n"
+    else:
+        yield from _result([results[i] for i in range(function.n_out)])
+
+
+def _collecting(dialect: Dialect, results: dict[int, str]) -> Dialect:
+    """Return the dialect with stores to ``out`` kept for the return statement."""
+
+    def store(statement: Store, expression: str) -> str:
+        if statement.array != "out":
+            return dialect.store(statement, expression)
+        results[statement.index] = expression
+        return ""
+
+    return replace(dialect, store=store)
+
+
+def _result(values: Sequence[str]) -> Iterator[str]:
+    line = f"    return [{', '.join(values)}]"
+    if len(line) <= 110:
+        yield line
+    else:
+        yield "    return ["
+        yield from (f"        {value}," for value in values)
+        yield "    ]"
+    yield "\n"
+
+
+def _loads(body: Body) -> set[tuple[str, int]]:
+    return {(s.array, s.index) for s in body if type(s) is Load}
+
+
+def quantities(name: str, entries: Sequence[Entry]) -> Iterator[str]:
+    if not entries:
+        yield f"{name} = []"
+        return
+    yield f"{name} = ["
+    for entry in entries:
+        doc = entry.doc.strip().splitlines()
+        yield f"    ({string(entry.name)}, {string(entry.unit)})," + (f"  # {doc[0]}" if doc else "")
+    yield "]"
+
+
+def strings(name: str, texts: Sequence[str]) -> Iterator[str]:
+    yield f"{name} = [{', '.join(map(string, texts))}]"
+
+
+def string(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def quoted(text: str) -> str:
+    """Return text that can stand in a docstring."""
+    return text.replace("\\", "\\\\").replace('"""', '\\"\\"\\"')

@@ -1,0 +1,233 @@
+"""Modules for CasADi and JAX against the C kernel, its tangents, and motions with known answers."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+import pytest
+from differentiable_modules import module, wanted
+from scipy.integrate import solve_ivp
+
+import mechc
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import Functions, load_functions
+from mechc.settings import UsageMistake
+
+EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.mech"))
+LIBRARIES = pytest.mark.parametrize("library", ["casadi", "jax"])
+
+CLOSE = 1e-11
+"""Rounding of accelerations, by the size of the largest: libraries order sums as they like; the worst example is a loop."""
+
+FEW = ("pendulum", "lagrange_top", "ball_in_bowl", "four_bar", "driven_pendulum", "spherical_pendulum")
+
+QUICK = """
+model Swing
+  parameter m = 1 kg;
+  parameter l = 0.8 m;
+  parameter J = m*l^2;
+  parameter g = 9.81 m/s^2;
+  input Torque push = 0 N.m;
+  coordinate Angle theta = 60 deg;
+  kinetic 1/2*J*der(theta)^2;
+  potential -m*g*l*cos(theta);
+  force push on theta;
+  experiment(stop = 1 s);
+end Swing;
+"""
+
+
+def exported(model: Any, library: str, folder: Path) -> ModuleType:
+    wanted(library)
+    (path,) = model.compile(library, folder / f"{model.name}_{library}.py")
+    return module(path)
+
+
+def of_library(module: ModuleType, library: str, name: str) -> Any:
+    """Return a function (t, y, u) of a module as one of arrays, evaluated without compiling it."""
+    if library == "casadi":
+        p = [value_of(module, n) for n in module.INDEPENDENT]
+        function = module.functions()[name]
+        return lambda t, y, u: np.array(function(t, y, u, p)).ravel()
+    import jax
+
+    p = module.all_parameters()
+
+    def evaluate(t: float, y: Any, u: Any) -> Any:
+        with jax.disable_jit():
+            return np.array(getattr(module, name)(t, y, u, p))
+
+    return evaluate
+
+
+def value_of(module: ModuleType, name: str) -> float:
+    names = [n for n, _ in module.PARAMETERS]
+    return float(module.all_parameters()[names.index(name)])
+
+
+def states_near(module: ModuleType, count: int = 3) -> list[Any]:
+    """Return the start, and states beside it, off the constraints too, with quaternions of length 1."""
+    rng = np.random.default_rng(1)
+    found = [np.array(module.START)]
+    for _ in range(count):
+        y = found[0] + rng.normal(0, 0.05, len(found[0])) * (1 + abs(found[0]))
+        for i in module.ROTATIONS:
+            y[i : i + 4] /= np.linalg.norm(y[i : i + 4])
+        found.append(y)
+    return found
+
+
+def begun(model: Any) -> tuple[Case, Functions]:
+    """Return the case of the default experiment and the functions of the C kernel."""
+    functions = load_functions(problem := model.problem("c"))
+    return prepare(problem, functions, SimulationOptions(stop=1.0)), functions
+
+
+def agrees(path: Path, library: str, folder: Path) -> None:
+    """Compare all functions of an example with those of the C kernel."""
+    model = mechc.load(path)
+    program = model.compilation.program
+    if program.hybrid is not None or program.curve is not None:
+        with pytest.raises(UsageMistake, match=r"switches|is a curve"):
+            model.compile(library, folder / "none.py")
+        assert not (folder / "none.py").exists()
+        return
+    made = exported(model, library, folder)
+    case, functions = begun(model)
+    empty = np.empty(0)
+    np.testing.assert_allclose(made.START, case.y0, 1e-14, 1e-14)
+    u = np.array(made.INPUT)
+    for y in states_near(made):
+        for name in ("rhs", "outputs"):
+            expected = getattr(functions, name)(made.TIME, y, u, empty, case.p)
+            if len(expected) == 0:
+                continue
+            found = of_library(made, library, name)(made.TIME, y, u)
+            finite = np.isfinite(expected)
+            assert (np.isfinite(found) == finite).all()
+            size = max(1.0, np.max(abs(expected[finite]), initial=0.0))
+            assert np.max(abs(found - expected)[finite], initial=0.0) <= CLOSE * size, (name, y)
+
+
+@LIBRARIES
+@pytest.mark.parametrize("name", FEW)
+def test_some_examples_agree_with_the_kernel(name: str, library: str, tmp_path: Path) -> None:
+    agrees(next(path for path in EXAMPLES if path.stem == name), library, tmp_path)
+
+
+@pytest.mark.slow
+@LIBRARIES
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_all_examples_agree_with_the_kernel(path: Path, library: str, tmp_path: Path) -> None:
+    agrees(path, library, tmp_path)
+
+
+@pytest.fixture(scope="module", params=["casadi", "jax"])
+def swing(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> tuple[str, ModuleType]:
+    folder = tmp_path_factory.mktemp(request.param)
+    return request.param, exported(mechc.loads(QUICK).with_values({"m": 2}), request.param, folder)
+
+
+def acceleration(swing: tuple[str, ModuleType], values: dict[str, float], theta: float, push: float) -> Any:
+    """Return the acceleration of the pendulum and its derivatives by the values, in their order."""
+    library, made = swing
+    y = [theta, 0.0, 0.0]
+    if library == "casadi":
+        import casadi
+
+        f = made.functions(tuple(values))["accelerations"]
+        p = casadi.SX.sym("p", len(values))
+        a = f(0, y, [push], p)
+        found = casadi.Function("f", [p], [a, casadi.jacobian(a, p)])(list(values.values()))
+        return np.concatenate([np.array(x).ravel() for x in found])
+    import jax
+
+    def one(values: Any) -> Any:
+        return made.accelerations(0.0, np.array(y), np.array([push]), made.all_parameters(values))[0]
+
+    value, slopes = jax.value_and_grad(one)(values)
+    return np.array([value, *(slopes[name] for name in values)])
+
+
+def test_parameters_and_what_follows_from_them(swing: tuple[str, ModuleType]) -> None:
+    """a = (u - m g l sin theta)/J with J = m l^2, or as it is set; the mass was set to 2 kg when it was written."""
+    m, l, g, theta, u = 2.0, 0.5, 9.81, 0.7, 3.0
+    s = np.sin(theta)
+    found = acceleration(swing, {"l": l}, theta, u)
+    J = m * l**2
+    np.testing.assert_allclose(found, [u / J - g / l * s, -2 * u / (J * l) + g / l**2 * s], 1e-14)
+    found = acceleration(swing, {"m": 1.0, "l": l}, theta, u)
+    np.testing.assert_allclose(found[0], u / l**2 - g / l * s, 1e-14)
+    J = 0.3
+    found = acceleration(swing, {"l": l, "J": J}, theta, u)
+    a = (u - m * g * l * s) / J
+    np.testing.assert_allclose(found, [a, -m * g * s / J, -a / J], 1e-14)
+
+
+def test_unknown_parameters_are_refused(swing: tuple[str, ModuleType]) -> None:
+    with pytest.raises(KeyError, match="no parameter lenght; there are m, l, J, g"):
+        swing[1].all_parameters({"lenght": 1.0})
+    assert swing[1].INDEPENDENT == ["m", "l", "g"]
+
+
+@pytest.mark.slow
+@LIBRARIES
+@pytest.mark.parametrize("name", ["four_bar", "heavy_top_rotation", "rolling_coin", "lagrange_top"])
+def test_derivatives_of_rates_are_those_of_differences(name: str, library: str, tmp_path: Path) -> None:
+    """With constraints and quaternions; differences of the C kernel of order four, step 1e-3: errors near 1e-10."""
+    path = next(path for path in EXAMPLES if path.stem == name)
+    model = mechc.load(path)
+    made = exported(model, library, tmp_path)
+    case, functions = begun(model)
+    start, p, empty = case.y0, case.p, np.empty(0)
+    rng = np.random.default_rng(2)
+    w = rng.normal(size=len(start))
+
+    def rates(s: float) -> Any:
+        return functions.rhs(0.0, start + s * w, empty, empty, p)
+
+    h = 1e-3
+    expected = (8 * (rates(h) - rates(-h)) - (rates(2 * h) - rates(-2 * h))) / (12 * h)
+    if library == "casadi":
+        import casadi
+
+        y = casadi.SX.sym("y", len(start))
+        f = made.functions(())["rhs"]
+        along = casadi.jtimes(f(0, y, [], []), y, w)
+        found = np.array(casadi.Function("f", [y], [along])(start)).ravel()
+    else:
+        import jax
+
+        p_ = made.all_parameters()
+        _, found = jax.jvp(lambda y: made.rhs(0.0, y, np.zeros(0), p_), (start,), (w,))
+    np.testing.assert_allclose(np.array(found), expected, 1e-7, 1e-7 * np.max(abs(expected)))
+
+
+@LIBRARIES
+def test_projection_squares_the_distance(library: str, tmp_path: Path) -> None:
+    path = next(path for path in EXAMPLES if path.stem == "four_bar")
+    made = exported(mechc.load(path), library, tmp_path)
+    distance, project = of_library(made, library, "constraints"), of_library(made, library, "projected")
+    y = np.array(made.START)
+    y[: made.NQ + made.NV] += 1e-3 * np.cos(np.arange(made.NQ + made.NV))
+    sizes = []
+    for _ in range(3):
+        sizes.append(np.max(abs(distance(made.TIME, y, []))))
+        y = project(made.TIME, y, [])
+    assert sizes[0] > 1e-4
+    assert sizes[1] < 10 * sizes[0] ** 2
+    assert sizes[2] < 10 * sizes[1] ** 2 + 1e-15
+
+
+def test_the_motion_of_a_module_is_that_of_the_model(swing: tuple[str, ModuleType]) -> None:
+    """Integrated by SciPy, against the kernel at 1e-11."""
+    library, made = swing
+    rates = of_library(made, library, "rhs")
+    found = solve_ivp(
+        lambda t, y: rates(t, y, made.INPUT), (0, 1), made.START, "DOP853", rtol=1e-10, atol=1e-10
+    )
+    solution = mechc.loads(QUICK).with_values({"m": 2}).simulate(tolerance=1e-11)
+    assert found.y[0, -1] == pytest.approx(solution["theta"][-1], abs=1e-8)
