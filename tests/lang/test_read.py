@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -67,9 +68,14 @@ def test_text_that_did_not_come_from_a_file() -> None:
     assert decode("x", b"a\r\n", Reporter()).text == "a\n"
 
 
+built = cache(tables.build_tables)
+"""Tables are built once, which takes a second; here it counts when they are asked for."""
+
+
 @pytest.fixture
 def cache_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder = tmp_path / "cache"
+    monkeypatch.setattr(tables, "build_tables", built)
     monkeypatch.setattr(tables, "_cache_folder", lambda: folder)
     return folder
 
@@ -108,5 +114,6 @@ def test_a_damaged_cache_is_made_anew(cache_folder: Path, damage: Callable[[byte
 def test_no_place_for_a_cache_is_no_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     blocked = tmp_path / "file"
     blocked.write_text("in the way")
+    monkeypatch.setattr(tables, "build_tables", built)
     monkeypatch.setattr(tables, "_cache_folder", lambda: blocked / "below")
     assert tables.load_tables.__wrapped__().keywords["model"] == "MODEL"

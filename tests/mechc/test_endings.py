@@ -32,11 +32,16 @@ SWEPT = OSCILLATOR.replace("tolerance = 1e-10", "k in {1, 2, 3} N/m").replace("1
 COMMAND = [sys.executable, "-m", "mechc"]
 
 
-def started(*words: str) -> subprocess.Popen[str]:
-    # a shell may have started the tests in the background, where Ctrl-C is ignored
-    reset = "import signal, runpy, sys; signal.signal(signal.SIGINT, signal.default_int_handler); sys.argv[0] = 'mechc'; runpy.run_module('mechc', run_name='__main__', alter_sys=True)"
-    command = [sys.executable, "-c", reset, *words]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+# a shell may have started the tests in the background, where Ctrl-C is ignored
+LONG = """import pathlib, runpy, signal, sys
+signal.signal(signal.SIGINT, signal.default_int_handler)
+def heard(event, given):
+    if event == "ctypes.dlopen" and "kernel" in str(given):
+        pathlib.Path("begun").touch()
+sys.addaudithook(heard)
+sys.argv[0] = "mechc"
+runpy.run_module("mechc", run_name="__main__", alter_sys=True)
+"""
 
 
 @posix
@@ -44,10 +49,13 @@ def started(*words: str) -> subprocess.Popen[str]:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_that_is_ended_keeps_what_it_computed(number: signal.Signals, tmp_path: Path) -> None:
     (tmp_path / "m.mech").write_text(OSCILLATOR)
-    run = started("run", str(tmp_path / "m.mech"), "-o", str(tmp_path / "m.csv"), "--no-error-estimate")
-    time.sleep(
-        4.0
-    )  # a loaded machine is still importing: then it ends before the run, which the next test is about
+    command = [sys.executable, "-c", LONG, "run", "m.mech", "-o", "m.csv", "--no-error-estimate"]
+    run = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    for _ in range(600):  # until the kernel is loaded
+        if (tmp_path / "begun").exists():
+            break
+        time.sleep(0.1)
+    time.sleep(1.0)  # a loaded machine has not begun even now: then it ends before the run, as the next test
     run.send_signal(number)
     out, err = run.communicate(timeout=60)
     assert run.returncode == 130 and "Traceback" not in err, err

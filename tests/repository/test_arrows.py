@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Mapping
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -15,7 +16,8 @@ BIG |= {"mechc.compiler.equations", "mechc.compiler.graph", "mechc.compiler.targ
 Arrows = Mapping[str, frozenset[str]]
 
 
-def modules() -> dict[str, Path]:
+@cache
+def modules() -> Mapping[str, Path]:
     """Every module of the product by its dotted name, those seen through the links in ``mechc`` once."""
     found: dict[str, Path] = {}
     for top in (*TOPS, "mechc"):
@@ -45,6 +47,7 @@ def imported(name: str, path: Path, known: Mapping[str, Path]) -> Iterator[str]:
                     yield source
 
 
+@cache
 def arrows() -> Arrows:
     known = modules()
     return {name: frozenset(imported(name, path, known)) - {name} for name, path in known.items()}
