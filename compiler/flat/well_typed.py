@@ -162,7 +162,7 @@ def _applied(function: str, arguments: tuple[Expression, ...], type: Type) -> st
     if function == "power":
         return _power(arguments, type)
     found = _known(function, len(arguments), type)
-    rule = _RESULTS.get(function)
+    rule = RESULTS.get(function)
     if found or rule is None:
         return found
     shape, dimension = rule(kinds)
@@ -214,7 +214,7 @@ def _none(kinds: list[Type]) -> tuple[Shape, Dimension]:
     return (), types.NUMBER.dimension
 
 
-_RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
+RESULTS: Mapping[str, Callable[[list[Type]], tuple[Shape, Dimension]]] = {
     **dict.fromkeys(
         (
             *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),

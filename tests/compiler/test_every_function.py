@@ -18,6 +18,7 @@ from typing import Any, cast
 import pytest
 
 import mechc
+from mechc.compiler.flat import well_typed
 from mechc.compiler.flat.expressions import functions as rules
 from mechc.compiler.flat.expressions.calls import _ALL_RULES
 from mechc.compiler.flat.expressions.queries import QUERY_RULES
@@ -88,6 +89,10 @@ def test_it_has_a_rule_and_a_line(builtin: Builtin) -> None:
     assert known, (
         f"'{builtin.name}' has no type rule: a row in RULES of {file_of(rules)} (or of kinematics, queries)"
     )
+    if builtin.category in (Category.ELEMENTARY, Category.VECTOR) and builtin.name != "identity":
+        assert builtin.name in well_typed.RESULTS, (
+            f"what '{builtin.name}' gives is not derived a second time: a row in RESULTS of {file_of(well_typed)}"
+        )
     if builtin.category in (
         Category.ELEMENTARY,
         Category.REDUCTION,
