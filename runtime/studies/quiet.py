@@ -53,17 +53,22 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
         before = np.searchsorted(events, main.t[:-1], side="left")
         still &= before == np.searchsorted(events, main.t[1:], side="right")
     rows = np.flatnonzero(still)
-    if not rows.size:
-        return None
     modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
     here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
+    then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)
+    slow = UNSEEN * sizes[own] / span
+    rests = (np.abs(here[:, own]) <= slow).all(axis=1) | (np.abs(then[:, own]) <= slow).all(axis=1)
+    rows, here = rows[rests], here[rests]  # the others went forth and came back
+    if not rows.size:
+        return None
+    modes = None if modes is None else modes[rests]
     each = max(2, LOOKS // (main.t.size - 1))
     ahead = np.outer(main.t[rows + 1] - main.t[rows], (np.arange(each) + 0.5) / each)
     times = (main.t[rows, None] + ahead).ravel()
     states = np.repeat(main.y[rows], each, axis=0) + ahead.reshape(-1, 1) * np.repeat(here, each, axis=0)
     held = None if modes is None else np.repeat(modes, each, axis=0)
     change = np.abs(evaluate_rows(case, "rhs", times, states, held) - np.repeat(here, each, axis=0))
-    moved = np.any(change[:, own] > UNSEEN * sizes[own] / span, axis=1)
+    moved = np.any(change[:, own] > slow, axis=1)
     if not np.any(moved):
         return None
     ends = np.flatnonzero(np.diff(np.r_[False, moved, False].astype(int)))

@@ -81,7 +81,9 @@ def test_an_early_end_shows_no_traceback(number: signal.Signals, seconds: float,
     command = [sys.executable, "-c", script, "run", str(tmp_path / "m.mech")]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 130 and "Traceback" not in done.stderr, done
-    assert done.stderr.strip() == "interrupted" or "interrupted at time = " in done.stdout
+    # Python's own libraries may warn where their import was broken off and is made once more
+    lines = [line for line in done.stderr.splitlines() if line and "warning: mpd_setminalloc" not in line]
+    assert lines == ["interrupted"] or "interrupted at time = " in done.stdout
 
 
 @pytest.mark.parametrize("before", [1, 2])
