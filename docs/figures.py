@@ -302,6 +302,7 @@ ROWS = (
     row("textbook", "lorenz", EXPONENTS, "x", "z"),
     row("U13", "pebble_down_slope", "../runtime/test_optimum.py", "x", "z"),
     row("U14", "car_from_rest_to_rest", "../runtime/test_optimum.py", T, "x"),
+    row("textbook", "governor", "../runtime/test_steady.py", T, "theta"),
     row("U85", "damped_pendulum", PORTRAITS, "theta", "der(theta)", "- heavy"),
     row("T6", "rutherford", "../runtime/test_scattering.py", "x", "y"),
 )

@@ -98,7 +98,7 @@ def _is_periodic(site: Site, y: Array, place: int) -> bool:
     return True
 
 
-def _spread(count: int, size: int) -> Array:
+def spread_evenly(count: int, size: int) -> Array:
     """Return points [count][size] spread evenly over the unit cube: multiples of powers of the root of x^(size+1) = x + 1
     (M. Roberts, 2018), by which a part of them is spread evenly too."""
     root = 2.0
@@ -122,7 +122,7 @@ class Search:
         box, start = self.box, at_rest(self.site, self.site.y)
         self._again(start)
         if len(box.moved):
-            for point in _spread(guesses, len(box.moved)):
+            for point in spread_evenly(guesses, len(box.moved)):
                 self._again(self._placed(start, box.low + point * (box.high - box.low)))
         return sorted(
             self.found, key=lambda e: tuple(round(float(v), 9) for v in e.y[: self.site.problem.nq])

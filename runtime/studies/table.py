@@ -52,6 +52,11 @@ STUDIES = {
             "Where does it rest, stable or not, and how does that change over a parameter?",
             "equilibria:FindEquilibria",
         ),
+        Kind(
+            "steady",
+            "Which motions are steady, with all but cyclic coordinates at rest, and are they stable?",
+            "steady:Steady",
+        ),
         Kind("modes", "What are the frequencies, dampings and shapes of small motions?", "modes:FindModes"),
         Kind(
             "fit",

@@ -44,7 +44,17 @@ model Particle
   kinetic 1/2*(der(x)^2 + der(y)^2);
   potential 1/(x^2 + y^2);
 end Particle;
-"""
+""",
+    "steady": """\
+model Orbit
+  dimensionless;
+  coordinate r(min = 0.1) = 1;
+  coordinate phi = 0;
+  initial der(phi) = 1;
+  kinetic 1/2*(der(r)^2 + r^2*der(phi)^2);
+  potential -1/r;
+end Orbit;
+""",
 }
 """Models for questions that are not asked of a well."""
 
