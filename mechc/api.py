@@ -8,7 +8,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
@@ -20,6 +20,7 @@ from .suggest import closest
 
 if TYPE_CHECKING:
     from .asking import Asked
+    from .functions import Functions
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
@@ -169,6 +170,14 @@ class Model(CompiledModel):
         """
         found: Findings = self._answer("fit", set, {"data": data, "vary": vary, **settings})
         return found
+
+    @cached_property
+    def functions(self) -> Functions:
+        """The functions of the model for programs of your own: mass matrix, bias, accelerations, inverse dynamics, constraints,
+        energies, outputs and Jacobians, of states y in SI (``print(model.functions)`` lists them). Raises SimulationError."""
+        from .functions import Functions
+
+        return Functions(self)
 
     def __getattr__(self, name: str) -> Any:
         from .runtime.studies.table import STUDIES

@@ -66,7 +66,7 @@ def named_function(problem: Problem, functions: Functions, name: str, size: int)
         raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
     address = ctypes.cast(getattr(functions.library, name), ctypes.c_void_p).value
     assert address is not None
-    return _compiled(native.MODEL_FUNCTION(address), size)
+    return _compiled(address, size)
 
 
 def _from_python(problem: Problem) -> Functions:
@@ -138,7 +138,7 @@ def _from_library(problem: Problem) -> Functions:
         address: int | None = getattr(model, name)
         if address is None:
             raise ValueError(f"the library of problem '{problem.name}' has no function '{name}'")
-        return _compiled(native.MODEL_FUNCTION(address), size)
+        return _compiled(address, size)
 
     rhs, initial = needed("rhs", problem.ny), needed("initial", problem.ny)
     assert rhs is not None and initial is not None
@@ -148,17 +148,17 @@ def _from_library(problem: Problem) -> Functions:
             return None
         address = ctypes.cast(getattr(library, name), ctypes.c_void_p).value
         assert address is not None
-        return _compiled(native.MODEL_FUNCTION(address), size)
+        return _compiled(address, size)
 
     experiments: dict[str, ModelFunction] = {}
     for e in problem.experiments:
         address = ctypes.cast(getattr(library, e.function), ctypes.c_void_p).value
         assert address is not None
-        experiments[e.function] = _compiled(native.MODEL_FUNCTION(address), len(e.options) + len(e.settings))
+        experiments[e.function] = _compiled(address, len(e.options) + len(e.settings))
 
     def projection(name: str, size: int) -> ModelFunction | None:
         address: int | None = getattr(model, name)
-        return None if address is None else _compiled(native.MODEL_FUNCTION(address), size)
+        return None if address is None else _compiled(address, size)
 
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
@@ -217,11 +217,30 @@ def _check_sizes(problem: Problem, model: native.ModelStruct) -> None:
             )
 
 
-def _compiled(function: Callable[..., None], size: int) -> ModelFunction:
-    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+FEW_CALLS = 100
+"""So many go through ctypes, which needs no preparation; whoever calls more often gets a built-in function."""
+
+
+def _compiled(address: int, size: int) -> ModelFunction:
+    function = native.MODEL_FUNCTION(address)
+    quick: ModelFunction | None = None
+    left = FEW_CALLS
+
+    def by_ctypes(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
         out = np.empty(size)
         y = np.ascontiguousarray(y)  # scipy passes columns of its Jacobian's differences
         function(t, y.ctypes.data, u.ctypes.data, z.ctypes.data, p.ctypes.data, out.ctypes.data)
         return out
+
+    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        nonlocal quick, left
+        if quick is not None:
+            return quick(t, y, u, z, p)
+        left -= 1
+        if left == 0:
+            from .native.calls import call_of
+
+            quick = call_of(address, size, by_ctypes)
+        return by_ctypes(t, y, u, z, p)
 
     return call

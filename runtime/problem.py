@@ -150,6 +150,23 @@ class Directions(Struct, frozen=True):
         return self.states + len(self.parameters) + len(self.inputs)
 
 
+class Offer(Struct, frozen=True):
+    """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
+    rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
+
+    ``given``: it reads accelerations behind the discrete variables. ``kind``: own, output, jacobian (of an output).
+    """
+
+    name: str
+    function: str
+    doc: str
+    shape: tuple[int, ...]
+    rows: tuple[tuple[str, str], ...]
+    columns: tuple[tuple[str, str], ...]
+    given: bool
+    kind: str = "own"
+
+
 class Shape(Struct, frozen=True):
     """One shape of the picture. ``numbers``: places in what ``scene_still``, then ``scene`` give, in SI and world axes.
 
@@ -280,6 +297,9 @@ class Problem(Struct, frozen=True):
     """Bodies: kind mass (the function ``matter`` gives the mass and its place) and inertia (the tensor in the axes of the
     world), ``matter_size`` numbers in all. Empty unless asked for."""
     matter_size: int = 0
+    offers: tuple[Offer, ...] = ()
+    """Functions for others (``local/model_functions.py``). Empty unless asked for; then ``discretes`` ends with a number for
+    each velocity, of kind seed: the accelerations that some read."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

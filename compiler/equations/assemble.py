@@ -16,8 +16,9 @@ from ..mechanics.system import InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
 from .hybrid.switching import add_events
 from .local_derivatives import bias, local_derivatives, second_order
-from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, ParameterRule
+from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, Offer, ParameterRule, Slot
 from .needs import choices, needs
+from .offered import offered
 from .reported.assembly import assembly
 from .reported.entries import Layout, layout_of
 from .reported.experiments import experiment_plans
@@ -26,6 +27,7 @@ from .reported.outputs import OutputList, list_outputs
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
 from .rows.constraints import Projection
+from .sensitivities import passing_on
 from .solve.accelerations import massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, solve_system
@@ -95,12 +97,24 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         bodies = matter_of(system, solved, layout)
         matter, functions = bodies.entries, (*functions, *bodies.functions)
     everything = (*functions, *plan_functions, *scene_functions)
+    discretes, slots = layout.discretes, layout.slots
+    offers: tuple[Offer, ...] = ()
+    if "functions" in parts:
+        given = offered(system, solved, layout, functions, listed.entries)
+        offers, everything = given.offers, (*everything, *given.functions)
+        slots = {**slots, **{n: Slot("z", len(discretes) + k) for k, n in enumerate(given.seeds)}}
+        discretes = (*discretes, *given.entries)
+        branches = hybrid.plan.branches if hybrid is not None else ()
+        first = len(layout.states) + len(layout.discretes)
+        everything = _with_zeros(
+            "discretes", tuple(passing_on(everything, branches, first, given.seeds)), system, len(given.seeds)
+        )
     facts = needs(system, layout, everything, hybrid.plan if hybrid is not None else None)
     return Equations(
         name=system.model.name,
         doc=system.model.doc,
         graph=system.graph,
-        layout=layout.slots,
+        layout=slots,
         nq=layout.nq,
         nv=layout.nv,
         nx=layout.nx,
@@ -109,7 +123,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         parameters=layout.parameters,
         parameter_rules=_parameter_rules(system),
         inputs=layout.inputs,
-        discretes=layout.discretes,
+        discretes=discretes,
         outputs=listed.entries,
         known=tuple(b.known for b in starts),
         start_spans=tuple(b.start.origin.shown if b.start else None for b in starts),
@@ -129,6 +143,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         separable=_separable(system, layout, functions),
         phase=phase,
         matter=matter,
+        offers=offers,
         hybrid=hybrid.plan if hybrid is not None else None,
         scene=scene,
     )
@@ -200,6 +215,16 @@ def _functions(
             )
         )
     return tuple(functions)
+
+
+def _with_zeros(
+    name: str, functions: Sequence[Function], system: MechanicalSystem, count: int
+) -> tuple[Function, ...]:
+    """Return functions with so many zeros behind the results of one, which need not be there yet."""
+    zeros = (system.graph.zero,) * count
+    found = next((f for f in functions if f.name == name), Function(name, "initial discrete variables", ()))
+    others = tuple(f for f in functions if f.name != name)
+    return (*others, Function(name, found.doc, (*found.outputs, *zeros))) if zeros else tuple(functions)
 
 
 def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:

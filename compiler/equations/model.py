@@ -224,6 +224,27 @@ class ScenePlan(Struct, frozen=True):
     by_rule: bool
 
 
+Labels = tuple[tuple[str, str], ...]
+"""Names and SI units."""
+
+
+class Offer(Struct, frozen=True):
+    """A function that a model offers others (offered.py): what people call it, the name of its code, its shape.
+
+    An entry of a matrix has the unit of its row per that of its column; ``columns`` is empty without. ``given``: it reads
+    accelerations behind the discrete variables. ``kind``: own, output, jacobian (of an output).
+    """
+
+    name: str
+    function: str
+    doc: str
+    shape: tuple[int, ...]
+    rows: Labels
+    columns: Labels
+    given: bool
+    kind: str = "own"
+
+
 class CurveRow(Struct, frozen=True):
     """One number that belongs to a curve: an integral, a value at a place, a condition, a multiplier, a first integral.
 
@@ -329,6 +350,8 @@ class Equations(Struct, frozen=True):
     """None where the model moves."""
     matter: tuple[Entry, ...] = ()
     """Masses (each with its place) and inertias that the function ``matter`` gives (reported/matter.py)."""
+    offers: tuple[Offer, ...] = ()
+    """What ``model.functions`` gives (offered.py)."""
 
     @property
     def matter_size(self) -> int:

@@ -82,6 +82,12 @@ PARTS = {
         "no study asks for them; one that does brings them",
         studied=True,
     ),
+    "functions": Part(
+        "mass matrix, bias, inverse dynamics, energies and Jacobians as functions for others",
+        (),
+        "nobody asks for them; `model.functions` brings them",
+        studied=True,
+    ),
     "projection": Part(
         "projection onto constraints after each step", ("constraints",), "there are no constraints"
     ),

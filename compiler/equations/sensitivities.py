@@ -9,7 +9,7 @@ from msgspec.structs import replace
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
-from .model import Entry, Equations, Function, Slot
+from .model import BranchPlan, Entry, Equations, Function, Slot
 
 SEED = "seed"
 """Kind of the entries that hold seeds, behind the discrete variables."""
@@ -61,7 +61,12 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
         layout={**equations.layout, **{n: Slot("z", first + i) for i, n in enumerate(seeds)}},
         discretes=(*equations.discretes, *(Entry(f"seed[{i + 1}]", SEED, "") for i in range(count))),
         functions=(
-            *_with_seeds(equations, seeds),
+            *passing_on(
+                equations.functions,
+                equations.hybrid.branches if equations.hybrid else (),
+                len(equations.states) + len(equations.discretes),
+                seeds,
+            ),
             Function("tangent", "directional derivative of rates and outputs", tuple(forward)),
             Function(
                 "adjoint",
@@ -73,12 +78,12 @@ def with_sensitivities(equations: Equations, independent: Sequence[int]) -> Equa
     )
 
 
-def _with_seeds(equations: Equations, seeds: Sequence[Node]) -> Iterator[Function]:
-    """Yield the functions; those of branches give all of z, seeds included."""
-    branches = equations.hybrid.branches if equations.hybrid else ()
+def passing_on(
+    functions: Sequence[Function], branches: Sequence[BranchPlan], first: int, seeds: Sequence[Node]
+) -> Iterator[Function]:
+    """Yield functions; those of branches give all of z, seeds behind its first ``first`` numbers and those of y included."""
     acting = {branch.function for branch in branches}
-    first = len(equations.states) + len(equations.discretes)
-    for function in equations.functions:
+    for function in functions:
         if function.name in acting:
             y_and_z, checks = function.outputs[:first], function.outputs[first:]
             function = replace(function, outputs=(*y_and_z, *seeds, *checks))

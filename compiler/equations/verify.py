@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import prod
 
 from ..graph import Node
 from ..graph import verify as graphs
@@ -129,7 +130,7 @@ class _Check:
             "initial_of_others": len(e.dependent),
             "outputs": n_out,
             "inputs": nu,
-            "discretes": sum(x.kind != "seed" for x in e.discretes),
+            "discretes": sum(x.kind != "seed" or bool(e.offers) for x in e.discretes),
             "closeness": 1,
             "project_position": e.nv + n_position,
             "project_velocity": e.nv + n_constraints,
@@ -150,6 +151,7 @@ class _Check:
             "adjoint": ny + nu + 1 + np_,
             "start_tangent": ny,
             "start_adjoint": nu + 1 + np_,
+            **{o.function: prod(o.shape) for o in e.offers},
         }
         if e.scene is not None:
             promised |= {"scene_still": e.scene.n_still, "scene": e.scene.n_moving}

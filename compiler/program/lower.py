@@ -66,6 +66,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         curve=equations.curve,
         matter=equations.matter,
         matter_size=equations.matter_size,
+        offers=equations.offers,
     )
 
 

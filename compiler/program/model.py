@@ -22,6 +22,7 @@ from ..equations.model import (
     Entry,
     ExperimentPlan,
     HybridPlan,
+    Offer,
     ScenePlan,
 )
 from ..graph import Table
@@ -138,6 +139,7 @@ class Program(Struct, frozen=True):
     curve: CurvePlan | None = None
     matter: tuple[Entry, ...] = ()
     matter_size: int = 0
+    offers: tuple[Offer, ...] = ()
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

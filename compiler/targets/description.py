@@ -21,6 +21,7 @@ from mechc.runtime.problem import (
     Experiment,
     Hybrid,
     ModelFunction,
+    Offer,
     Origin,
     Problem,
     Quantity,
@@ -70,6 +71,10 @@ def make_problem(
         phase=tuple(_quantity(entry) for entry in program.phase),
         matter=tuple(_quantity(entry) for entry in program.matter),
         matter_size=program.matter_size,
+        offers=tuple(
+            Offer(o.name, o.function, o.doc, o.shape, o.rows, o.columns, o.given, o.kind)
+            for o in program.offers
+        ),
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,
@@ -83,7 +88,15 @@ def make_problem(
 def describe(program: Program) -> dict[str, object]:
     """Return the fields of the problem but its code, as plain data for JSON."""
     fields: dict[str, object] = to_builtins(make_problem(program))
-    for name in ("functions", "parameters_function", "library", "tangents", "patterns", "enclosure"):
+    for name in (
+        "functions",
+        "parameters_function",
+        "library",
+        "tangents",
+        "patterns",
+        "enclosure",
+        "offers",
+    ):
         del fields[name]
     return fields
 

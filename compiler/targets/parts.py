@@ -12,6 +12,17 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "momenta": ("momentum", "force", "mass"),
     "phase": ("phase", "phase_rate", "phase_gradient"),
     "matter": ("matter",),
+    "functions": (
+        "accelerations",
+        "mass_matrix",
+        "bias",
+        "inverse_dynamics",
+        "constraint_bias",
+        "energy",
+        "kinetic_energy",
+        "potential_energy",
+        "rates_jacobian",
+    ),
     "scene": ("scene", "scene_still"),
     "projection": (
         "project_position",
@@ -22,4 +33,4 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "events": ("discretes", "indicators", "indicator_rates"),
 }
-"""Parts that are not here change functions that every model has."""
+"""Of ``functions`` also output_1, jacobian_1 and so on. Parts that are not here change functions that every model has."""

@@ -267,6 +267,14 @@ def _tables(program: Program, settings: Mapping[str, float]) -> Iterator[str]:
     yield f"NQ, NV, N_CONSTRAINTS = {program.nq}, {program.nv}, {len(program.constraints)}"
     yield f"EVENTS = {any(f.name in _EVENT_FUNCTIONS for f in program.functions)}"
     yield f"ROTATIONS = {list(program.rotations)}  # index of the first of four entries of a unit quaternion"
+    patterns = {"jacobian": program.jacobian_pattern, **program.patterns}
+    if any(patterns.values()):
+        yield "# (row, column) of each result of functions that give the entries of a matrix that are not zero"
+        yield "PATTERNS = {"
+        for name, pattern in patterns.items():
+            if pattern:
+                yield f"    {string(name)}: {list(pattern)},"
+        yield "}"
     yield from strings("ASSERTIONS", [a.message for a in program.assertions])
     yield f"SETTINGS = {dict(settings)!r}  # values that are set unless a call says otherwise"
     yield "# what nominal values are made from: the sizes that tolerances refer to"

@@ -13,6 +13,7 @@ from ..case import Case, inputs_at
 from ..outcome import Outcome, SimulationError
 from ..problem import Array, Problem
 from ..settings import Place, settable
+from ..tangent.coordinates import basis
 from .combination import tracked
 from .findings import Cell, Curve, Findings, Panel, Table
 from .study import Study
@@ -32,7 +33,8 @@ Vector = tuple[str, tuple[int, ...]]
 
 class Kinematics(Study, frozen=True, kw_only=True):
     """Position, velocity and acceleration of points (outputs of two or three numbers) in Cartesian, polar, cylindrical,
-    spherical and path components, with their Jacobians; rotations (coordinates, and outputs that are matrices)."""
+    spherical and path components, with their Jacobians by the velocities; rotations (coordinates, and outputs that are matrices: of these the
+    angular velocity by the velocities)."""
 
     unused = frozenset({"every", "estimate_error"})
     needs = frozenset({"phase"})
@@ -61,6 +63,7 @@ class Kinematics(Study, frozen=True, kw_only=True):
             "points": {},
             "rotations": {},
             "freedoms": problem.nv - len(problem.constraints),
+            "velocities": [q.name for q in problem.states[problem.nq : problem.nq + problem.nv]],
         }
         for name, places in points:
             found = state.point(places)
@@ -80,6 +83,9 @@ class Kinematics(Study, frozen=True, kw_only=True):
             if told is None:
                 continue
             tables.append(_rotation_table(name, told))
+            own = dict(matrices).get(name)
+            if own is not None:
+                told["jacobian"] = state.turning(own).tolist()
             details["rotations"][name] = told
         remarks = [
             f"{details['freedoms']} degrees of freedom: {problem.nv} velocities, {len(problem.constraints)} constraints"
@@ -122,7 +128,14 @@ class _State:
             slope += weight * (ahead - behind)
         self.second = slope / (60 * dt)
         width = problem.nq + problem.nv
-        self.jacobian = functions.phase_gradient(t, y, *around).reshape(-1, width)[:, : problem.nq]
+        by_coordinates = functions.phase_gradient(t, y, *around).reshape(-1, width)[:, : problem.nq]
+        self.jacobian = by_coordinates @ basis(problem, y)[: problem.nq, : problem.nv]
+
+    def turning(self, places: Sequence[int]) -> Array:
+        """Return [3, nv]: the angular velocity of a rotation matrix, in the axes of the world, by the velocities."""
+        matrix = self.values[list(places)].reshape(3, 3)
+        rates = np.moveaxis(self.jacobian[list(places)].reshape(3, 3, -1), 2, 0) @ matrix.T
+        return np.array([rates[:, 2, 1], rates[:, 0, 2], rates[:, 1, 0]])
 
     def _along(self, dt: float, rate: Array) -> Array:
         """Return the state a time ahead, by the classical method of fourth order."""

@@ -1,0 +1,148 @@
+"""Functions of compiled models as built-in functions of Python (``calls.c``): a call costs a tenth of one through ctypes.
+
+What they cannot do at once they hand to the function ``slow`` that each is given. Without a C compiler, or where Python is
+no CPython, that function takes their place.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import importlib
+from collections.abc import Callable, Sequence
+from ctypes import c_char_p, c_double, c_int, c_ssize_t, c_void_p
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .build import BuildError, CompilerMissing, build_shared, kernel_flags
+
+SOURCE = Path(__file__).with_name("calls.c")
+HEADER = Path(__file__).parents[1] / "kernel" / "model.h"
+
+FASTCALL = 0x0080
+"""METH_FASTCALL: arguments come as an array."""
+
+PYTHON = (
+    "PyObject_GetBuffer",
+    "PyBuffer_Release",
+    "PyErr_Clear",
+    "PyFloat_AsDouble",
+    "PyErr_Occurred",
+    "PyFloat_FromDouble",
+    "PyObject_Vectorcall",
+    "PyTuple_GetItem",
+    "PyBytes_AsString",
+    "PyEval_SaveThread",
+    "PyEval_RestoreThread",
+)
+"""The first pointers of ``interface`` in calls.c."""
+
+ARRAY_TYPE, NEW_ARRAY = 2, 93
+"""Places of PyArray_Type and PyArray_New in NumPy's table, which extensions of every version rely on."""
+
+MOST_DIMENSIONS, MOST_PARTS = 3, 2
+
+
+class Record(ctypes.Structure):
+    """call_record"""
+
+    _fields_ = (
+        ("name", c_char_p),
+        ("method", c_void_p),
+        ("flags", c_int),
+        ("doc", c_char_p),
+        ("parts", c_void_p * MOST_PARTS),
+        ("begins", c_ssize_t * MOST_PARTS),
+        *((name, c_ssize_t) for name in ("n_out", "ny", "na", "nu", "nz", "dimensions")),
+        ("shape", c_ssize_t * MOST_DIMENSIONS),
+        *((name, c_void_p) for name in ("z", "p")),
+        ("begin", c_double),
+        *((name, c_void_p) for name in ("inputs", "indicators", "switches")),
+        *((name, c_ssize_t) for name in ("n_switches", "n_indicators")),
+    )
+
+
+@functools.cache
+def library() -> ctypes.CDLL | None:
+    """Load what makes calls; None where there is no way to."""
+    if not hasattr(ctypes, "pythonapi") or not hasattr(ctypes.pythonapi, "PyObject_Vectorcall"):
+        return None
+    table = _numpy_table()
+    if table is None:
+        return None
+    sources = {f.name: f.read_text(encoding="utf-8") for f in (SOURCE, HEADER)}
+    try:
+        loaded = ctypes.CDLL(str(build_shared(sources, kernel_flags(), name="calls")))
+    except (BuildError, CompilerMissing, OSError):
+        return None
+    given = [ctypes.cast(getattr(ctypes.pythonapi, name), c_void_p).value for name in PYTHON]
+    given += [table[NEW_ARRAY], table[ARRAY_TYPE]]
+    loaded.mech_calls_begin((c_void_p * len(given))(*given))
+    loaded.mech_call_rows.argtypes = (
+        c_void_p,
+        c_ssize_t,
+        *(c_void_p, c_ssize_t) * 4,
+        c_void_p,
+    )
+    loaded.mech_call_rows.restype = c_int
+    return loaded
+
+
+def _numpy_table() -> Any:
+    """Return the pointers that NumPy gives extensions; None where it gives none."""
+    try:
+        core = importlib.import_module("numpy._core._multiarray_umath")
+    except ImportError:  # NumPy 1
+        core = importlib.import_module("numpy.core._multiarray_umath")
+    capsule = getattr(core, "_ARRAY_API", None)
+    if capsule is None:
+        return None
+    pointer = ctypes.pythonapi.PyCapsule_GetPointer
+    pointer.restype, pointer.argtypes = c_void_p, (ctypes.py_object, c_char_p)
+    return ctypes.cast(pointer(capsule, None), ctypes.POINTER(c_void_p))
+
+
+def built_in(
+    record: Record, entry: str, name: str, doc: str, slow: Callable[..., Any], *kept: object
+) -> Callable[..., Any]:
+    """Return a built-in function for a record whose numbers are filled in; ``slow`` where that cannot be.
+
+    ``entry``: mech_call_any or mech_call_bound. ``kept``: what the pointers of the record point to.
+    """
+    made = library()
+    if made is None:
+        return slow
+    texts = (name.encode(), doc.encode())
+    record.name, record.doc = texts
+    record.method = ctypes.cast(getattr(made, entry), c_void_p).value
+    record.flags = FASTCALL
+    raw = bytes(record)
+    address = ctypes.pythonapi.PyBytes_AsString
+    address.restype, address.argtypes = c_void_p, (ctypes.py_object,)
+    new = ctypes.pythonapi.PyCFunction_NewEx
+    new.restype, new.argtypes = ctypes.py_object, (c_void_p, ctypes.py_object, c_void_p)
+    function: Callable[..., Any] = new(address(raw), (raw, slow, texts, made, *kept), None)
+    return function
+
+
+def call_of(address: int, size: int, slow: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the function (t, y, u, z, p) -> out [size] at an address."""
+    record = Record()
+    record.parts[0], record.n_out = address, size
+    return built_in(record, "mech_call_any", "model_function", "(t, y, u, z, p) -> out", slow)
+
+
+def rows_of(
+    record: Record, n: int, blocks: Sequence[tuple[NDArray[np.float64] | None, int]], out: NDArray[np.float64]
+) -> None:
+    """Evaluate a record for n states: y, a, t and u with the way from one state to the next, None where not given."""
+    made = library()
+    assert made is not None
+    arguments: list[int | None] = []
+    for block, way in blocks:
+        arguments += [None if block is None else block.ctypes.data, way]
+    if not made.mech_call_rows(ctypes.addressof(record), n, *arguments, out.ctypes.data):
+        raise MemoryError
