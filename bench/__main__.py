@@ -16,6 +16,7 @@ PAGES = (
     "four_bar",
     "evaluation",
     "tangents",
+    "functions",
     "kernel",
     "stiff",
     "long_runs",

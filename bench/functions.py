@@ -1,0 +1,99 @@
+"""Functions of a model called from Python: ``model.functions``, and Pinocchio's functions, on the arm of seven joints.
+
+``MECHC_PEERS`` names the Python of an environment with pin (bench/peers/README.md); without it mechc stands alone.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import mechc
+from mechc.runtime.functions import load_functions
+
+from .machine import table, write
+from .systems import SPATIAL
+
+PEER = Path(__file__).parent / "peers" / "pinocchio_functions.py"
+JOINTS = 7
+STATES = 1000
+
+
+def microseconds(call: Callable[[], Any], count: int = 2000, repeat: int = 30) -> float:
+    """Least processor time of a call."""
+    best = float("inf")
+    for _ in range(repeat):
+        begun = time.process_time()
+        for _ in range(count):
+            call()
+        best = min(best, time.process_time() - begun)
+    return best / count * 1e6
+
+
+def pinocchio() -> dict[str, float]:
+    """What Pinocchio takes, by the names of our functions; nothing without it."""
+    python = os.environ.get("MECHC_PEERS")
+    if python is None:
+        return {}
+    done = subprocess.run([python, str(PEER), str(JOINTS)], capture_output=True, text=True, check=True)
+    return {name: float(value) for name, value in (line.split("\t") for line in done.stdout.splitlines())}
+
+
+def main(quick: bool = False) -> None:
+    model = mechc.loads(SPATIAL)
+    f = model.functions
+    random = np.random.default_rng(1)
+    y = random.uniform(-1, 1, len(f.states))
+    many = random.uniform(-1, 1, (STATES, y.size))
+    a, more = y[:JOINTS].copy(), many[:, :JOINTS].copy()
+    frame = f.frame(f"link[{JOINTS}].a").jacobian
+    calls: dict[str, tuple[Callable[..., Any], bool]] = {
+        **{name: (getattr(f, name), name == "inverse_dynamics") for name in f.offers},
+        "frame jacobian": (frame, False),
+    }
+    repeat = 5 if quick else 30
+    nothing = microseconds(lambda: None, repeat=repeat)
+    theirs = pinocchio()
+    rows = []
+    for name, (function, given) in calls.items():
+        one = microseconds(lambda g=function, x=((y, a) if given else (y,)): g(*x), repeat=repeat) - nothing
+        block = (many, more) if given else (many,)
+        inside = microseconds(lambda g=function, x=block: g(*x), count=5, repeat=repeat) / STATES
+        other = theirs[name] - theirs["nothing"] if name in theirs else None
+        cells = [f"{one:.2f}", f"{inside:.2f}", f"{one - inside:.2f}"]
+        cells += ["-", "-"] if other is None else [f"{other:.2f}", f"{other / one:.1f}"]
+        rows.append([name, *cells])
+    problem = model.problem()
+    functions, empty = load_functions(problem), np.empty(0)
+    p = np.full(len(problem.parameters) + problem.nh, np.nan)
+    functions.parameters(p, np.zeros(len(problem.parameters), dtype=np.uint8))
+    for _ in range(200):  # the first calls go through ctypes
+        functions.rhs(0.0, y, empty, empty, p)
+    plain = microseconds(lambda: functions.rhs(0.0, y, empty, empty, p), repeat=repeat) - nothing
+    head = [
+        "function",
+        "one state [us]",
+        "in an array [us]",
+        "the call [us]",
+        "Pinocchio [us]",
+        "Pinocchio / mechc",
+    ]
+    words = (
+        f"Microseconds of processor time of one call from Python at a random state of the spatial arm of {JOINTS} joints, best of "
+        f"{repeat} batches, less an empty call; the same in an array of {STATES} states, for each; what the call costs beside the "
+        "function itself; and Pinocchio's functions of the same name in Python (`crba`, `nonLinearEffects`, `rnea`, `aba`, "
+        "`computeKineticEnergy`, `computePotentialEnergy`, `computeJointJacobian`). Pinocchio writes into its own data, mechc makes "
+        "an array for each answer. Goal: the call below one microsecond."
+    )
+    contract = f"`functions.rhs(t, y, u, z, p)` of `load_functions`, the contract of solvers: {plain:.2f} us."
+    write("functions", "Functions of a model from Python", [words, table(head, rows), contract])
+
+
+if __name__ == "__main__":
+    main()
