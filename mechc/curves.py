@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from .compiler.equations.model import EXCHANGED
 from .model import CompiledModel
 from .runtime.studies.stationary import Curves, Stationary
 from .settings import UsageMistake
@@ -15,4 +16,4 @@ def curves_of(model: CompiledModel, experiment: str | None, tolerance: float | N
             "'simulate' follows it; a curve has a range: 'independent x from a to b;'",
         )
     study = Stationary(experiment=experiment, values=model.settings, tolerance=tolerance, all=every)
-    return study.solve(model.problem())
+    return study.solve(model.problem(), lambda: model.problem(parts={EXCHANGED}))

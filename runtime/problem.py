@@ -222,7 +222,8 @@ class Curve(Struct, frozen=True):
     decide nothing. ``order``: the highest derivative that decides. ``shared``: numbers that integrands read. Patterns hold
     places (row, column) of the entries of derivatives, of second ones the upper triangle; columns are derivatives (order *
     coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place. ``bends``: something
-    bends where the curve decides. ``guessed``: coordinates with a guess.
+    bends where the curve decides. ``guessed``: coordinates with a guess. ``exchanged``: x is the last coordinate, over a
+    parameter that nothing knows; ``exchangeable``: it could be.
     """
 
     coordinates: int
@@ -249,6 +250,8 @@ class Curve(Struct, frozen=True):
     gauge: bool
     bends: bool
     guessed: tuple[bool, ...]
+    exchanged: bool
+    exchangeable: bool
 
 
 class Problem(Struct, frozen=True):

@@ -40,7 +40,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
     ``momenta`` for the structure-preserving methods of constrained models, others for comparison.
     """
     if system.curve is not None:
-        return assemble_curve(system, system.curve, reporter)
+        return assemble_curve(system, system.curve, reporter, parts)
     try:
         return without_dead_symbols(_assemble(system, reporter, frozenset(parts)))
     except DivisionByZero:

@@ -90,6 +90,10 @@ COMPLIANCE = "compliance"
 """The part that does so although no singular position was found beforehand: where a run has met one."""
 
 
+EXCHANGED = "exchanged"
+"""The part of a curve in which its independent variable is a coordinate, too, over a parameter that nothing knows."""
+
+
 class Choice(Struct, frozen=True):
     """A decision and its reason, for ``mechc explain``: what was chosen or left out, and why.
 
@@ -268,7 +272,8 @@ class CurvePlan(Struct, frozen=True):
     ``further`` numbers, which decide nothing (integrals first).
     ``order``: the highest derivative in what is stationary. ``shared``: which numbers integrands read. Patterns hold places
     of entries that can differ from zero: (row, column), of second derivatives the upper triangle. Columns are derivatives
-    (order * coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place.
+    (order * coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place. ``exchanged``:
+    x is the last coordinate, over a parameter; ``exchangeable``: it could be.
     """
 
     coordinates: int
@@ -295,6 +300,8 @@ class CurvePlan(Struct, frozen=True):
     gauge: bool
     bends: bool
     guessed: tuple[bool, ...]
+    exchanged: bool
+    exchangeable: bool
 
 
 class Equations(Struct, frozen=True):

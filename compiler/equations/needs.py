@@ -103,6 +103,12 @@ PARTS = {
     "constants": Part(
         "formulas of parameters in each evaluation", (), "they are computed once, before the run"
     ),
+    "exchanged": Part(
+        "a curve over a parameter, with its independent variable as a coordinate",
+        (),
+        "no slope is infinite; where one is, the search for the curve brings it",
+        studied=True,
+    ),
     "structure": Part(
         "factorisation of the mass matrix as a whole",
         (),

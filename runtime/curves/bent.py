@@ -12,18 +12,22 @@ from .starts import Source
 
 WAVES = (1, 2, 3)
 SHAPES = (np.sin, np.cos)
+SHARE = 0.6
+"""Of the range that a coordinate of its unit is taken to move."""
 
 
 def spans(posed: Posed, at: Array) -> Array:
-    """Return how far each coordinate ranges over places, (n, places); the length of the range for one that does not."""
+    """Return how far each coordinate ranges over places, (n, places); and for one of the unit of the range at
+    least a share of that;
+    zero for the independent variable itself."""
     found = np.maximum(np.ptp(at, axis=1), 0.3 * np.max(np.abs(at), axis=1))
     a, b = posed.range(posed.ends)
-    over = posed.problem.time.unit
-    units = [q.unit for q in posed.problem.states[: len(found)]]
-    other = float(found.max()) or 1.0
-    return np.array(
-        [x if x > 0 else b - a if unit == over else other for x, unit in zip(found, units, strict=True)]
-    )
+    alike = [q.unit == posed.problem.time.unit for q in posed.problem.states[: len(found)]]
+    least = np.where(alike, SHARE * (b - a), 0.0)
+    size = np.where(found > 0, np.maximum(found, least), np.where(alike, b - a, float(found.max()) or 1.0))
+    if posed.curve.exchanged:
+        size[-1] = 0.0
+    return size
 
 
 def bent(source: Source, size: Array, shares: Sequence[float]) -> Iterator[tuple[str, Source]]:

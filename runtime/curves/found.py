@@ -12,6 +12,7 @@ from ..outcome import Outcome
 from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
+from .exchanged import parameters_at, rates, turns_back
 from .posed import Posed
 from .search import Answer, reported_z
 from .starts import densities, evaluate
@@ -65,7 +66,12 @@ class CurveSolution:
         low, high = a - 1e-12 * (b - a), b + 1e-12 * (b - a)
         if np.any(at < low) or np.any(at > high):
             raise ValueError(f"the range goes from {a:g} to {b:g}")
-        table = self._values((at - a) / (b - a))
+        if self._posed.curve.exchanged:
+            if turns_back(self._answer):
+                raise ValueError(f"the curve is no function of '{self.problem.time.name}': it turns back")
+            table = self._values(parameters_at(self._answer, at))
+        else:
+            table = self._values((at - a) / (b - a))
         return {n: v if np.ndim(x) else float(v[0]) for n, v in table.items()}
 
     def __getitem__(self, name: str) -> Array:
@@ -87,7 +93,8 @@ class CurveSolution:
 
     @property
     def coordinates(self) -> tuple[str, ...]:
-        return tuple(q.name for q in self.problem.states[: self._posed.curve.coordinates])
+        curve = self._posed.curve
+        return tuple(q.name for q in self.problem.states[: curve.coordinates - curve.exchanged])
 
     def unit(self, name: str) -> str:
         """Return the SI unit of what varies along the curve."""
@@ -107,7 +114,7 @@ class CurveSolution:
         s = np.unique(np.concatenate([np.linspace(0, 1, POINTS), nodes[(nodes > 1e-9) & (nodes < 1 - 1e-9)]]))
         a, b = self.interval
         self._s = s
-        return a + (b - a) * s
+        return rates(self._answer, s)[0] if self._posed.curve.exchanged else a + (b - a) * s
 
     def _tabulated(self) -> dict[str, Array]:
         return self._values(self._s)
@@ -116,14 +123,15 @@ class CurveSolution:
         posed, answer = self._posed, self._answer
         curve, n = posed.curve, posed.curve.coordinates
         y = evaluate(answer.discrete, answer.solved, s, curve.depth)
-        length = self.interval[1] - self.interval[0]
+        length: Any = y[2 * n - 1] if curve.exchanged else self.interval[1] - self.interval[0]
         height = n * (curve.depth + 1)
         if curve.points:
             y[height:] = densities(answer.discrete, answer.solved, s) / length
         names = self.coordinates
         table = {name: y[k] for k, name in enumerate(names)}
         if curve.depth >= 1:
-            table |= {f"der({name})": y[n + k] / length for k, name in enumerate(names)}
+            with np.errstate(divide="ignore", invalid="ignore"):  # slopes may be infinite
+                table |= {f"der({name})": y[n + k] / length for k, name in enumerate(names)}
         varying = [k for k, v in enumerate(curve.varying) if v]
         if varying:
             found = answer.discrete.call("outputs", s, y, self._z)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
@@ -11,22 +10,13 @@ from numpy.typing import NDArray
 
 from ..problem import Array
 from . import obstacles
-from .afar import newton_by_steps, newton_from_afar
 from .bent import bent, spans
 from .discrete import Discrete
-from .mesh import Mesh, mesh_of
-from .newton import Factors, Solved, newton, projected, with_multipliers
+from .first import Begun, bounded, first_from, value_of
+from .mesh import Mesh
+from .newton import Factors, Solved, newton
 from .posed import Posed
-from .starts import (
-    Source,
-    beginning,
-    gauge,
-    steep_ends,
-    transferred,
-    undefined,
-    with_numbers,
-    without_repeats,
-)
+from .starts import Source, transferred, without_repeats
 from .unknowns import Unknowns
 
 DEGREE = 10
@@ -42,7 +32,8 @@ ROUNDING = 2e-15
 class Answer(Struct, eq=False):
     """A curve on its mesh: ``value`` of what is stationary, ``outputs`` at z (those that vary are NaN), how far both are from
     those of the mesh of lower degree, ``negative`` directions, Newton ``steps`` and ``unknowns`` in all, the ``size`` of the
-    terms of the value, with the guess or the curve."""
+    terms of the value, with the guess or the curve; ``reached``: the elements are small enough for the tolerance;
+    ``directions_on``: the mesh on which directions were counted, if it is another one."""
 
     discrete: Discrete
     solved: Unknowns
@@ -58,6 +49,8 @@ class Answer(Struct, eq=False):
     cycles: int
     remarks: list[str]
     size: float
+    reached: bool = True
+    directions_on: Mesh | None = None
 
 
 class Failed(Exception):
@@ -77,27 +70,35 @@ def search(
     tried: list[str] = []
     remarks: list[str] = []
     source = start or posed.guess
-    weights = gauge(posed, source)
     alone = once or bool(deflated)
-    meshes = [(elements, degree), (elements, 6), (3 * elements, 6), (2, 6)]
-    found, steps = _first(
-        posed, source, meshes[1:2] if alone else meshes, weights, deflated, tried, remarks, once=once
-    )
-    if found is None and not alone:
-        found, more = _from_bent(posed, source, meshes[:1], weights, tried, remarks)
-        steps += more
-    if found is None:
-        raise Failed(tried[0], tried)
-    discrete, solved = found
-    guessed = _value(discrete, beginning(discrete, posed, source)[0])[1]
-    if not adapt:
-        return _answer(posed, discrete, solved.unknowns, None, steps, 1, remarks)
+    meshes = [(elements, degree), (elements, 6), (3 * elements, 6), (2, 6)][
+        1 if alone else 0 : 2 if alone else None
+    ]
+    known = [(a.discrete, a.solved) for a in deflated]
+    found, steps = first_from(posed, source, meshes, known, tried, remarks, once=once)
+    if found is not None:
+        if not adapt:
+            return _answer(posed, found.discrete, found.unknowns, None, steps, 1, remarks)
+        try:
+            return _adapted(posed, found, degree, steps, remarks)
+        except Failed as lost:
+            if posed.curve.exchangeable:  # a slope may be infinite, which other starts do not change
+                raise
+            tried.insert(0, lost.why)
+    if not alone:
+        found, more = _from_bent(posed, source, meshes[:1], remarks)
+        if found is not None:
+            return _adapted(posed, found, degree, steps + more, remarks)
+    raise Failed(tried[0], tried)
+
+
+def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[str]) -> Answer:
+    """Take a curve on until its polynomials come to an end; check it by a higher degree. Raises Failed."""
+    discrete, solved = begun.discrete, Solved(begun.unknowns, True, 0, 0.0)
     cycles = 0
     for _ in range(MOST_CYCLES):
         cycles += 1
-        discrete, solved, more = _again(
-            posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree), weights
-        )
+        discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree))
         steps += more
         marked = _marked(discrete, solved.unknowns, posed.tolerance)
         if obstacles.has_bounds(discrete):
@@ -107,74 +108,41 @@ def search(
         if discrete.mesh.count + marked.sum() > MOST_ELEMENTS:
             remarks.append(f"{MOST_ELEMENTS} elements do not reach the tolerance")
             break
-        discrete, solved, more = _again(
-            posed, discrete, solved.unknowns, discrete.mesh.refined(marked), weights
-        )
+        discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.refined(marked))
         steps += more
     coarse_answer = _answer(posed, discrete, solved.unknowns, None, steps, cycles, remarks)
-    discrete, solved, more = _again(
-        posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree + FINER), weights
-    )
+    discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree + FINER))
     steps += more
     answer = _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
-    answer.size = max(answer.size, guessed)
+    answer.size = max(answer.size, begun.guessed)
+    answer.reached = not marked.any()
+    if not answer.definite:  # small elements have small eigenvalues: larger ones tell the directions, too
+        first = _answer(posed, begun.discrete, begun.unknowns, None, 0, 0, [])
+        if first.definite:
+            answer.negative, answer.free, answer.definite = first.negative, first.free, True
+            answer.directions_on = begun.discrete.mesh
     return answer
 
 
-def _first(
-    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], weights: Array, deflated: Sequence[Answer],
-    tried: list[str], remarks: list[str], *, once: bool,
-) -> tuple[tuple[Discrete, Solved] | None, int]:  # fmt: skip
-    """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
-    steps = 0
-    steep = steep_ends(posed, source)
-    for count, coarse in meshes:
-        mesh = mesh_of(posed.borders(), count, max(coarse, 2 * posed.curve.order + 2), steep)
-        discrete = Discrete(posed.problem, mesh, posed.p, weights)
-        first, off = beginning(discrete, posed, source)
-        without_repeats(discrete, first)
-        if why := undefined(discrete, first):
-            tried.append(f"{count} elements: {why}")
-            continue
-        known = [_moved(a, discrete) for a in deflated]
-        if obstacles.has_bounds(discrete):
-            obstacles.begin(discrete, first)
-        results: dict[str, list[str]] = {}
-        for words, way in _ways(discrete, first, known, once=once):
-            solved = _bounded(discrete, way())
-            steps += solved.steps
-            if solved.converged:
-                if off and not deflated:
-                    remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
-                return (discrete, solved), steps
-            outcome = f"{solved.why}, {plural_steps(solved.steps)}"
-            results.setdefault(outcome, []).append(words)
-        tried += [
-            f"{count} elements of degree {mesh.degree}: {outcome}"
-            + (f", {', '.join(ways)}" if len(results) > 1 else " in every way")
-            for outcome, ways in results.items()
-        ]
-    return None, steps
-
-
 def _from_bent(
-    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], weights: Array, tried: list[str], remarks: list[str]
-) -> tuple[tuple[Discrete, Solved] | None, int]:  # fmt: skip
+    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], remarks: list[str]
+) -> tuple[Begun | None, int]:
     """Return the curve of the fewest directions down, and lowest value, of those that two opposite waves lead to."""
     at = source(np.linspace(0, 1, 201))
-    size, steps, count = spans(posed, at), 0, 0
-    found: list[tuple[int, float, str, tuple[Discrete, Solved]]] = []
-    for words, start in bent(source, size, (0.5, -0.5)):
-        one, more = _first(posed, start, meshes, weights, (), [], [], once=False)
+    size, steps = spans(posed, at), 0
+    found: list[tuple[int, float, str, Begun]] = []
+    for count, (words, start) in enumerate(bent(source, size, (0.5, -0.5)), start=1):
+        one, more = first_from(posed, start, meshes, (), [], [], once=False)
         steps += more
-        count += 1
         if one is not None:
-            answer = _answer(posed, one[0], one[1].unknowns, None, 0, 0, [])
-            found.append((answer.negative, answer.value, words, one))
+            try:
+                answer = _adapted(posed, one, DEGREE, 0, [])
+                found.append((answer.negative, answer.value, words, one))
+            except Failed:
+                pass
         if found and count % 2 == 0:
             break
     if not found:
-        tried.append(f"from the guess with half waves added: none of {count} starts leads to a curve")
         return None, steps
     best = min(found, key=lambda row: row[:2])
     said = f"the guess itself leads to no curve: this one was found from {best[2]}, s = 0 .. 1 over the range"
@@ -185,59 +153,26 @@ def _from_bent(
     return best[3], steps
 
 
-def _ways(
-    discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
-) -> Iterator[tuple[str, Callable[[], Solved]]]:
-    """Yield the ways in which a curve is looked for from a start, the fastest first, with words for each."""
-    yield "Newton's method", partial(newton, discrete, first, deflated=known)
-    if known or once:
-        return
-    better = with_multipliers(discrete, first)
-    yield "with estimated multipliers", partial(newton, discrete, better)
-    yield "with a stiffness that fades", partial(newton_from_afar, discrete, better)
-    yield "with a stiffness that fades, multipliers zero", partial(newton_from_afar, discrete, first)
-    nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
-    yield "with conditions brought in step by step", partial(newton_by_steps, discrete, better)
-    yield "from a guess bent to all conditions", partial(newton, discrete, nearer)
-    yield "with bounded steps", partial(newton, discrete, better, tested=False)
-
-
-def plural_steps(count: int) -> str:
-    return f"{count} step{'' if count == 1 else 's'}"
-
-
-def _bounded(discrete: Discrete, solved: Solved) -> Solved:
-    if not obstacles.has_bounds(discrete):
-        return solved
-    return obstacles.solved_with_bounds(discrete, solved, lambda u: newton(discrete, u))
-
-
 def _narrow(discrete: Discrete) -> NDArray[np.bool_]:
     narrow: NDArray[np.bool_] = np.diff(discrete.mesh.nodes) <= obstacles.NARROWEST
     return narrow
 
 
-def _again(
-    posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh, weights: Array
-) -> tuple[Discrete, Solved, int]:
+def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> tuple[Discrete, Solved, int]:
     """Solve on another mesh, from the curve on this one. Raises Failed."""
     if mesh.degree == discrete.mesh.degree and np.array_equal(mesh.nodes, discrete.mesh.nodes):
         return discrete, Solved(unknowns, True, 0, 0.0), 0
-    other = Discrete(posed.problem, mesh, posed.p, weights)
+    other = Discrete(posed.problem, mesh, posed.p, discrete.gauge)
     first = transferred(discrete, unknowns, other)
     without_repeats(other, first)
     if obstacles.has_bounds(other):
         obstacles.begin(other, first)
-    solved = _bounded(other, newton(other, first))
+    solved = bounded(other, newton(other, first))
     if not solved.converged:
         raise Failed(
             f"the curve of {discrete.mesh.count} elements was lost on {mesh.count}: {solved.why}", ()
         )
     return other, solved, solved.steps
-
-
-def _moved(answer: Answer, discrete: Discrete) -> Unknowns:
-    return transferred(answer.discrete, answer.solved, discrete)
 
 
 # ---------------------------------------------------------------- what is not yet good
@@ -264,7 +199,7 @@ def _marked(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray
 def _answer(
     posed: Posed, discrete: Discrete, unknowns: Unknowns, before: Answer | None, steps: int, cycles: int, remarks: list[str]
 ) -> Answer:  # fmt: skip
-    value, size = _value(discrete, unknowns)
+    value, size = value_of(discrete, unknowns)
     z = reported_z(posed, discrete, unknowns)
     y = np.full((discrete._height(), 1), np.nan)
     outputs = discrete.call("outputs", np.full(1, np.nan), y, z)[:, 0]
@@ -290,19 +225,6 @@ def _active(discrete: Discrete) -> int:
     nodes = discrete.active_nodes
     shared = int(nodes[:-1, -1].sum()) if len(nodes) > 1 else 0
     return int(nodes.sum()) - shared + int(discrete.active_rates.sum())
-
-
-def _value(discrete: Discrete, unknowns: Unknowns) -> tuple[float, float]:
-    """Return what is stationary, and the size of the terms that it is made of."""
-    y = np.zeros((discrete._height(), 1))
-    value = float(discrete.call("wholes", np.zeros(1), y, discrete._z(unknowns))[0, 0])
-    values = discrete.call(
-        "integrands", discrete.inner.s, discrete.rows(unknowns, discrete.inner), discrete._z(unknowns)
-    )
-    layout = discrete.layout
-    lam = unknowns.whole[layout.unknown + layout.numbers :]
-    size = sum(abs(lam[k]) * float(np.sum(discrete.inner.weights * np.abs(f))) for k, f in enumerate(values))
-    return value, max(size, abs(value))
 
 
 def reported_z(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Array:

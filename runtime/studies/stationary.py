@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import itertools
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Annotated
 
 from msgspec import Struct
 
 from ..case import find_experiment
+from ..curves.exchanged import exchange_told
 from ..curves.found import CurveSolution
 from ..curves.further import further
 from ..curves.posed import Posed, pose
-from ..curves.search import Failed, search
+from ..curves.search import Answer, Failed, search
 from ..outcome import Outcome, SimulationError, worst
 from ..problem import Problem
 from ..settings import settable
@@ -29,8 +30,11 @@ class Stationary(Struct, frozen=True, kw_only=True):
     )
     all: Annotated[bool, settable("Look for further stationary curves by deflation.", "flag")] = False
 
-    def solve(self, problem: Problem) -> Curves:
-        """Find the curves, one for each combination of swept values. Raises SimulationError."""
+    def solve(self, problem: Problem, exchanged: Callable[[], Problem] | None = None) -> Curves:
+        """Find the curves, one for each combination of swept values. Raises SimulationError.
+
+        ``exchanged`` makes the problem in which the independent variable is a coordinate, too, for slopes that are infinite.
+        """
         experiment = find_experiment(problem, self.experiment)
         axes: dict[str, tuple[float, ...]] = {}
         for setting, values in experiment.sweeps if experiment else ():
@@ -38,20 +42,24 @@ class Stationary(Struct, frozen=True, kw_only=True):
             if name not in self.values:
                 axes[name] = values
         points, solutions = [], []
-        before: CurveSolution | None = None
         for row in itertools.product(*axes.values()):
             point = dict(zip(axes, row, strict=True))
-            posed = pose(problem, {**self.values, **point}, experiment, self.tolerance)
-            found = self._found(posed, before)
+            given = {**self.values, **point}
+            posed = pose(problem, given, experiment, self.tolerance)
+
+            def other(given: Mapping[str, float] = given) -> Posed | None:
+                if exchanged is None:
+                    return None
+                return pose(exchanged(), given, experiment, self.tolerance)
+
             points.append(point)
-            solutions.append(found)
-            before = found[0]
+            solutions.append(self._found(posed, other))
         return Curves(tuple(points), tuple(solutions))
 
-    def _found(self, posed: Posed, before: CurveSolution | None) -> tuple[CurveSolution, ...]:
+    def _found(self, posed: Posed, other: Callable[[], Posed | None]) -> tuple[CurveSolution, ...]:
         begun = time.perf_counter()
         try:
-            first = search(posed)
+            posed, first = _first(posed, other)
         except Failed as failed:
             raise SimulationError(
                 f"no stationary curve of '{posed.problem.name}' was found: {failed.why}",
@@ -62,6 +70,34 @@ class Stationary(Struct, frozen=True, kw_only=True):
         answers = [first, *(further(posed, first) if self.all else ())]
         seconds = time.perf_counter() - begun
         return tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
+
+
+def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answer]:
+    """Return the curve from the guess; where it is not found well, that with the variables exchanged. Raises Failed."""
+    answer: Answer | None = None
+    failure: Failed | None = None
+    try:
+        answer = search(posed)
+        if answer.reached:
+            return posed, answer
+        why = answer.remarks[-1]
+    except Failed as failed:
+        failure, why = failed, failed.why
+    swapped = other() if posed.curve.exchangeable else None
+    if swapped is not None:
+        try:
+            found = search(swapped)
+        except Failed as failed:
+            found = None
+            more = f"over a parameter, with '{posed.problem.time.name}' as a coordinate: {failed.why}"
+            failure = failure and Failed(failure.why, (*failure.tried, more))
+        if found is not None and (answer is None or found.value_error < answer.value_error):
+            found.remarks.append(exchange_told(posed, swapped, found, why))
+            return swapped, found
+    if answer is None:
+        assert failure is not None
+        raise failure
+    return posed, answer
 
 
 class Curves(Struct, frozen=True, eq=False):

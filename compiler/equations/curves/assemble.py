@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from mechc.lang.diagnostics import Reporter
 
@@ -12,28 +12,32 @@ from ...graph.differentiate import gradient, jacobian
 from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import CurvePlan, CurveRow, Entry, Equations, Function, ParameterRule, Slot
+from ..model import EXCHANGED, CurvePlan, CurveRow, Entry, Equations, Function, ParameterRule, Slot
 from ..reported.entries import unit_of
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
 from .first_integrals import answered, first_integrals
-from .forms import Forms, forms_of, kinks
+from .forms import Forms, forms_of, independent, kinks
+from .homogeneous import over_a_parameter
 
 Pattern = tuple[tuple[int, int], ...]
 
 
-def assemble_curve(system: MechanicalSystem, curve: Curve, reporter: Reporter) -> Equations:
+def assemble_curve(
+    system: MechanicalSystem, curve: Curve, reporter: Reporter, parts: Collection[str] = ()
+) -> Equations:
     """Return the functions of a model of a curve; report what no curve can fulfil."""
     graph = system.graph
-    forms = forms_of(system, curve)
-    found = conditions_of(system, curve, forms, reporter)
+    exchanged = EXCHANGED in parts
+    forms = forms_of(system, curve, exchanged=exchanged)
+    found = conditions_of(system, curve, forms, reporter, exchanged=exchanged)
     reporter.stop_on_errors()
     order = found.order
     n = len(forms.scalars)
     numbers = [*(u.node for u in curve.unknown), *(w.symbol for w in found.numbers)]
 
     # in s, times the length of the range: integrals over s
-    integrands = [graph.mul(forms.length, f) for f in forms.over_s([w.node for w in found.integrals])]
+    integrands = _over_range(forms, [w.node for w in found.integrals])
     weights: tuple[Node, ...] = ()
     if found.gauge:
         weights = tuple(graph.symbol(f"#weight {s.name}") for s in forms.scalars)
@@ -59,7 +63,7 @@ def assemble_curve(system: MechanicalSystem, curve: Curve, reporter: Reporter) -
     first = first_integrals(system, curve, forms, found)
     further = [w for w in found.further if w.place is None]
     elsewhere = [w for w in found.further if w.place is not None]
-    also = [graph.mul(forms.length, f) for f in forms.over_s([w.node for w in further])]
+    also = _over_range(forms, [w.node for w in further])
     also_at = forms.over_s([w.node for w in elsewhere])
     further_numbers = [w.symbol for w in (*further, *elsewhere)]
     in_s = forms.over_s([node for _, node in first])
@@ -101,7 +105,7 @@ def assemble_curve(system: MechanicalSystem, curve: Curve, reporter: Reporter) -
 
     functions = [
         Function("range", "the ends of the range", (curve.lower, curve.upper)),
-        Function("guess", "the guess of each coordinate", tuple(forms.over_s(guesses))),
+        Function("guess", "the guess of each coordinate", tuple(forms.of_guess(guesses))),
         Function("guess_of_ends", "the guess of each end that is to be found", _end_guesses(system, curve)),
         Function("bends", "zero where an integrand bends", tuple(forms.over_s(bend_at))),
         Function("places", "where values are asked for, as a share of the range", tuple(_shares(graph, curve, (*places, *elsewhere)))),
@@ -152,6 +156,10 @@ def assemble_curve(system: MechanicalSystem, curve: Curve, reporter: Reporter) -
         gauge=found.gauge,
         bends=bends,
         guessed=guessed,
+        exchanged=exchanged,
+        exchangeable=not (exchanged or found.gauge or curve.action or points or bend_at or bends)
+        and order == 1
+        and all(w.place in (None, curve.lower, curve.upper) for w in (*found.numbers, *found.further)),
     )
     return Equations(
         name=system.model.name,
@@ -176,6 +184,13 @@ def assemble_curve(system: MechanicalSystem, curve: Curve, reporter: Reporter) -
         choices=(),
         curve=plan,
     )
+
+
+def _over_range(forms: Forms, nodes: Sequence[Node]) -> list[Node]:
+    """Return formulas in x times dx as formulas in s times ds."""
+    if forms.exchanged:
+        return over_a_parameter(forms, nodes)
+    return [forms.graph.mul(forms.length, f) for f in forms.over_s(nodes)]
 
 
 # ---------------------------------------------------------------- derivatives
@@ -274,12 +289,8 @@ def _parameter_rules(system: MechanicalSystem) -> tuple[ParameterRule, ...]:
 
 
 def _independent_unit(system: MechanicalSystem) -> str:
-    variation = system.model.variation
-    assert variation is not None
-    known = next(
-        (e for e in (variation.upper, variation.lower) if not e.type.dimension.is_none), variation.upper
-    )
-    return unit_of(known.type.dimension, known.type.angle)
+    type = independent(system).type
+    return unit_of(type.dimension, type.angle)
 
 
 # ---------------------------------------------------------------- guesses, places, outputs
@@ -287,8 +298,12 @@ def _independent_unit(system: MechanicalSystem) -> str:
 
 def _guesses(system: MechanicalSystem, forms: Forms) -> tuple[list[Node], tuple[bool, ...]]:
     starts = {s.node: b for s, b in zip(system.q, system.start_q, strict=True)}
-    found = [starts[s.node] for s in forms.scalars]
-    return [b.value for b in found], tuple(b.start is not None for b in found)
+    found = [starts[s.node] for s in forms.scalars if s.node in starts]
+    values, given = [b.value for b in found], [b.start is not None for b in found]
+    if len(found) < len(forms.scalars):  # x itself, which is passed steadily
+        values.append(system.symbols.time)
+        given.append(True)
+    return values, tuple(given)
 
 
 def _end_guesses(system: MechanicalSystem, curve: Curve) -> tuple[Node, ...]:

@@ -25,7 +25,8 @@ TRIES = 6
 class Conditions(Struct, frozen=True):
     """``integrals`` and ``places`` are numbers that decide the curve; ``further`` are only reported. ``order``: the highest
     derivative that decides it. ``wholes`` and ``points`` are residuals with their multipliers and densities.
-    ``gauge``: nothing tells how fast the curve is passed, so that its speed is kept constant, by the last two integrals."""
+    ``gauge``: nothing tells how fast the curve is passed, so that its speed is kept constant, by the last two integrals;
+    ``parametric``: the model itself says nothing of that."""
 
     order: int
     functional: Node
@@ -38,6 +39,7 @@ class Conditions(Struct, frozen=True):
     multipliers: tuple[Node, ...]
     densities: tuple[Node, ...]
     gauge: bool
+    parametric: bool
 
     @property
     def numbers(self) -> tuple[WholeNumber, ...]:
@@ -45,7 +47,9 @@ class Conditions(Struct, frozen=True):
         return (*self.integrals, *self.places)
 
 
-def conditions_of(system: MechanicalSystem, curve: Curve, forms: Forms, reporter: Reporter) -> Conditions:
+def conditions_of(
+    system: MechanicalSystem, curve: Curve, forms: Forms, reporter: Reporter, *, exchanged: bool = False
+) -> Conditions:
     """Sort what a model says of its curve; report conditions that are none."""
     graph = system.graph
     numbers = list(curve.numbers)
@@ -83,6 +87,12 @@ def conditions_of(system: MechanicalSystem, curve: Curve, forms: Forms, reporter
         for k, residual in enumerate(joint.residuals):
             name = f"{joint.name}[{k + 1}]" if len(joint.residuals) > 1 else joint.name
             points.append((CurveRow(name, "position", joint.units[k], False, joint.origin.shown), residual))
+    if exchanged:
+        for upper, place in ((False, curve.lower), (True, curve.upper)):
+            residual = graph.sub(_value_at_the_end(system, curve, system.symbols.time, upper, ends), place)
+            wholes.append(
+                (CurveRow(system.model.independent, "range", "", False, curve.origin.shown), residual)
+            )
     numbers += ends.values()
     deciding = _deciding(graph, numbers, [curve.functional, *(g for _, g in wholes)], [g for _, g in points])
     integrals = [w for w in deciding if w.place is None]
@@ -93,9 +103,13 @@ def conditions_of(system: MechanicalSystem, curve: Curve, forms: Forms, reporter
     )
     _check_ends(graph, forms, curve, wholes, order, reporter)
     _check_places(system, curve, [*places, *further], reporter)
-    _check_moving(graph, forms, curve, integrals, points, wholes, reporter)
     functional = curve.functional
-    gauge = _knows_no_parameter(system, curve, forms, integrals, [g for _, g in points], places, order)
+    if not exchanged:
+        _check_moving(graph, forms, curve, integrals, points, wholes, reporter)
+    parametric = not exchanged and _knows_no_parameter(
+        system, curve, forms, integrals, [g for _, g in points], places, order
+    )
+    gauge = exchanged or parametric
     if gauge:
         two = [graph.symbol("?speed squared"), graph.symbol("?speed")]
         integrals += [
@@ -117,6 +131,7 @@ def conditions_of(system: MechanicalSystem, curve: Curve, forms: Forms, reporter
         multipliers=tuple(graph.symbol(f"#multiplier of condition {k}") for k in range(len(wholes))),
         densities=tuple(graph.symbol(f"#density {k}") for k in range(len(points))),
         gauge=gauge,
+        parametric=parametric,
     )
 
 
@@ -145,14 +160,19 @@ def _at_the_end(
     support = set(graph.support(*rows.residuals))
     known = {system.symbols.time: place}
     for row in forms.rates:
-        for n in row:
-            if n not in support:
-                continue
-            if (n, upper) not in ends:
-                name = f"{graph.name(n)} at the {'upper' if upper else 'lower'} end"
-                ends[n, upper] = WholeNumber(graph.symbol(f"?{name}"), name, n, place, "", rows.origin)
-            known[n] = ends[n, upper].symbol
+        known |= {n: _value_at_the_end(system, curve, n, upper, ends) for n in row if n in support}
     return substitute(graph, rows.residuals, known)
+
+
+def _value_at_the_end(
+    system: MechanicalSystem, curve: Curve, n: Node, upper: bool, ends: dict[tuple[Node, bool], WholeNumber]
+) -> Node:
+    """Return the number that a symbol is at an end."""
+    if (n, upper) not in ends:
+        name = f"{system.graph.name(n)} at the {'upper' if upper else 'lower'} end"
+        place = curve.upper if upper else curve.lower
+        ends[n, upper] = WholeNumber(system.graph.symbol(f"?{name}"), name, n, place, "", curve.origin)
+    return ends[n, upper].symbol
 
 
 def _deciding(

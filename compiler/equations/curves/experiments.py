@@ -70,5 +70,5 @@ def curve_experiments(
             )
         )
         title = f"experiment '{experiment.name}'" if experiment.name else "the default experiment"
-        functions.append(Function(name, f"options and settings of {title}", tuple(forms.over_s(outputs))))
+        functions.append(Function(name, f"options and settings of {title}", tuple(forms.of_guess(outputs))))
     return tuple(plans), tuple(functions)

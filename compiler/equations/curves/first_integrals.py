@@ -14,6 +14,7 @@ from ...mechanics.system import Curve, MechanicalSystem
 from ..model import CurveRow
 from .conditions import Conditions, asked
 from .forms import Forms
+from .homogeneous import over_a_parameter
 
 
 def density(system: MechanicalSystem, found: Conditions) -> Node:
@@ -42,14 +43,20 @@ def first_integrals(
     velocity_rows = any(row.kind == "velocity" for row, _ in found.points)
     if velocity_rows and found.order > 1:
         return []  # rates of multipliers would be needed
+    if forms.exchanged:
+        (over,) = over_a_parameter(forms, [whole])
+        *firsts, belonging = gradient(graph, over, forms.by_s[1])
     rows = []
     by_q = gradient(graph, whole, [*forms.rates[0], system.symbols.time])
-    for k, scalar in enumerate(forms.scalars):
+    for k, scalar in enumerate(forms.scalars[: len(firsts)]):
         if graph.is_zero(by_q[k]) and not graph.is_zero(firsts[k]):
             rows.append((CurveRow(f"momentum({scalar.name})", "momentum", ""), firsts[k]))
     if graph.is_zero(by_q[-1]) and found.order <= 2:
-        energy = total_energy(graph, whole, forms.rates[1], forms.rates[2], firsts, seconds)
-        if not graph.is_zero(energy) and not found.gauge:
+        if forms.exchanged:  # homogeneous: what belongs to x is minus the energy, without large differences
+            energy = graph.neg(belonging)
+        else:
+            energy = total_energy(graph, whole, forms.rates[1], forms.rates[2], firsts, seconds)
+        if not graph.is_zero(energy) and not found.parametric:
             rows.append((CurveRow("energy", "energy", ""), energy))
     return rows
 
@@ -72,7 +79,7 @@ def answered(
                 )
         elif query.function == "momentum":
             firsts, _ = momenta(system, forms, found)
-            answer = next((p for p, s in zip(firsts, forms.scalars, strict=True) if s.name == name), None)
+            answer = next((p for p, s in zip(firsts, forms.scalars, strict=False) if s.name == name), None)
         if answer is None:
             reporter.error(
                 "E0522",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ...flat.model import Role, Variable
 from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.rewrite import substitute
@@ -13,7 +14,8 @@ from ...mechanics.system import Curve, MechanicalSystem
 
 
 class Forms(NamedTuple):
-    """Symbols of a curve: ``s``; ``by_s[k][i]`` the k-th derivative by s of coordinate i; ``rates`` those by x."""
+    """Symbols of a curve: ``s``; ``by_s[k][i]`` the k-th derivative by s of coordinate i; ``rates`` those by x; ``length``
+    is dx/ds; ``guessing`` stands for ``known`` where no curve is known yet."""
 
     graph: Graph
     scalars: tuple[Scalar, ...]
@@ -22,18 +24,28 @@ class Forms(NamedTuple):
     by_s: tuple[tuple[Node, ...], ...]
     rates: tuple[tuple[Node, ...], ...]
     known: dict[Node, Node]
+    guessing: dict[Node, Node]
+
+    @property
+    def exchanged(self) -> bool:
+        """Whether x is a coordinate, too."""
+        return len(self.scalars) > len(self.rates[0])
 
     def over_s(self, nodes: Sequence[Node]) -> list[Node]:
         """Return formulas in x and derivatives by x as formulas in s and derivatives by s."""
         return list(substitute(self.graph, nodes, self.known))
+
+    def of_guess(self, nodes: Sequence[Node]) -> list[Node]:
+        """Return formulas in x as formulas in s, x passed steadily."""
+        return list(substitute(self.graph, nodes, self.guessing))
 
 
 DEEPEST = 4
 """The highest derivative that formulas may contain."""
 
 
-def forms_of(system: MechanicalSystem, curve: Curve) -> Forms:
-    """Return the symbols of a curve, over x and over s."""
+def forms_of(system: MechanicalSystem, curve: Curve, *, exchanged: bool = False) -> Forms:
+    """Return the symbols of a curve, over x and over s; ``exchanged``: x is the last coordinate over s."""
     graph = system.graph
     fixed = {s.node for s in curve.unknown}
     coordinates = [c for c in system.symbols.coordinates if c.q[0].node not in fixed]
@@ -47,15 +59,34 @@ def forms_of(system: MechanicalSystem, curve: Curve) -> Forms:
         rates.append(tuple(system.rate(n) for n in rates[-1]))
     s = graph.symbol("#s")
     length = graph.sub(curve.upper, curve.lower)
+    steady = graph.add(curve.lower, graph.mul(length, s))
+    time = system.symbols.time
     by_s = [rates[0]]
-    known = {system.symbols.time: graph.add(curve.lower, graph.mul(length, s))}
+    known = {time: steady}
+    if exchanged:
+        x = graph.symbol("#x")
+        scalars = (*scalars, Scalar(x, system.model.independent, independent(system), ()))
+        by_s = [(*rates[0], x)]
+        known = {time: x}
+        length = graph.symbol(f"#1 {system.model.independent}")
     scale = graph.one
     for k in range(1, DEEPEST + 1):
         scale = graph.mul(scale, length)
         row = tuple(graph.symbol(f"#{k} {c.name}") for c in scalars)
-        known |= {n: graph.div(w, scale) for n, w in zip(rates[k], row, strict=True)}
+        if not exchanged or k == 1:
+            known |= {n: graph.div(w, scale) for n, w in zip(rates[k], row, strict=False)}
         by_s.append(row)
-    return Forms(graph, scalars, s, length, tuple(by_s), tuple(rates), known)
+    return Forms(graph, scalars, s, length, tuple(by_s), tuple(rates), known, known | {time: steady})
+
+
+def independent(system: MechanicalSystem) -> Variable:
+    """Return the independent variable as if it were a coordinate."""
+    variation = system.model.variation
+    assert variation is not None
+    known = next(
+        (e for e in (variation.upper, variation.lower) if not e.type.dimension.is_none), variation.upper
+    )
+    return Variable(system.model.independent, Role.COORDINATE, known.type, variation.origin)
 
 
 def kinks(graph: Graph, nodes: Sequence[Node], time: Node, fixed: frozenset[Node]) -> tuple[list[Node], bool]:

@@ -1,0 +1,58 @@
+"""Curves whose independent variable became a coordinate: where slopes are infinite, and what is told of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..problem import Array
+from .posed import Posed
+from .search import Answer
+from .starts import evaluate
+
+STEEP = 1e-4
+"""Of its mean rate: a slower independent variable at an end stands still there."""
+HALVINGS = 60
+
+
+def rates(answer: Answer, s: Array) -> tuple[Array, Array]:
+    """Return the independent variable and its derivative by the parameter."""
+    n = answer.discrete.layout.n
+    y = evaluate(answer.discrete, answer.solved, s, 1)
+    return y[n - 1], y[2 * n - 1]
+
+
+def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str:
+    """Say that variables were exchanged, why, and where the curve is steep."""
+    name, unit = posed.problem.time.name, posed.problem.time.unit
+    names = [q.name for q in posed.problem.states[: posed.curve.coordinates]]
+    s = np.linspace(0, 1, 2001)
+    x, rate = rates(answer, s)
+    mean = abs(float(x[-1] - x[0]))
+    places = [mean * round(float(x[k]) / mean, 9) + 0.0 for k in (0, -1) if abs(rate[k]) < STEEP * mean]
+    said = f"'{name}' and {_listed(names)} were taken as functions of a parameter, as no curve over '{name}' was found well ({why})"
+    if places:
+        said += f"; the slope is infinite at {name} = {' and '.join(f'{p:.6g}' for p in places)}{' ' + unit if unit else ''}"
+    if turns_back(answer):
+        said += f"; the curve turns back: it is no function of '{name}'"
+    return said
+
+
+def turns_back(answer: Answer) -> bool:
+    """Tell whether the independent variable does not ascend all along the curve."""
+    x, rate = rates(answer, np.linspace(0, 1, 2001))
+    return bool(np.any(rate < -STEEP * np.ptp(x)))
+
+
+def parameters_at(answer: Answer, places: Array) -> Array:
+    """Return the parameter s at values of the independent variable, which ascends."""
+    low, high = np.zeros_like(places), np.ones_like(places)
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2
+        below = rates(answer, middle)[0] < places
+        low, high = np.where(below, middle, low), np.where(below, high, middle)
+    found: Array = (low + high) / 2
+    return found
+
+
+def _listed(names: list[str]) -> str:
+    return ", ".join(f"'{n}'" for n in names)

@@ -1,0 +1,125 @@
+"""The first curve that a guess leads to: on which elements, in which ways, and what is told of those that fail."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+
+import numpy as np
+from msgspec import Struct
+
+from ..problem import Array
+from . import obstacles
+from .afar import newton_by_steps, newton_from_afar
+from .discrete import Discrete
+from .mesh import mesh_of
+from .newton import Solved, newton, projected, with_multipliers
+from .posed import Posed
+from .starts import (
+    Source,
+    beginning,
+    evaluate,
+    gauge,
+    steep_ends,
+    transferred,
+    undefined,
+    with_numbers,
+    without_repeats,
+)
+from .unknowns import Unknowns
+
+
+class Begun(Struct, eq=False):
+    """A curve on the mesh on which it was found; ``guessed``: the size of the value's terms with the guess."""
+
+    discrete: Discrete
+    unknowns: Unknowns
+    guessed: float
+
+
+def first_from(
+    posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], deflated: Sequence[tuple[Discrete, Unknowns]],
+    tried: list[str], remarks: list[str], *, once: bool,
+) -> tuple[Begun | None, int]:  # fmt: skip
+    """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
+    steps = 0
+    weights = gauge(posed, source)
+    for count, coarse in meshes:
+        discrete, first, off = _start(posed, source, count, max(coarse, 2 * posed.curve.order + 2), weights)
+        without_repeats(discrete, first)
+        if why := undefined(discrete, first):
+            tried.append(f"{count} elements: {why}")
+            continue
+        guessed = value_of(discrete, first)[1]
+        known = [transferred(before, unknowns, discrete) for before, unknowns in deflated]
+        if obstacles.has_bounds(discrete):
+            obstacles.begin(discrete, first)
+        results: dict[str, list[str]] = {}
+        for words, way in _ways(discrete, first, known, once=once):
+            solved = bounded(discrete, way())
+            steps += solved.steps
+            if solved.converged:
+                if off and not deflated:
+                    remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
+                return Begun(discrete, solved.unknowns, guessed), steps
+            outcome = f"{solved.why}, {solved.steps} step{'' if solved.steps == 1 else 's'}"
+            results.setdefault(outcome, []).append(words)
+        tried += [
+            f"{count} elements of degree {discrete.mesh.degree}: {outcome}"
+            + (f", {', '.join(ways)}" if len(results) > 1 else " in every way")
+            for outcome, ways in results.items()
+        ]
+    return None, steps
+
+
+def _start(
+    posed: Posed, source: Source, count: int, degree: int, weights: Array
+) -> tuple[Discrete, Unknowns, list[str]]:
+    """Return elements with the guess on them, bent to its ends, and the ends that it does not meet."""
+    steep = steep_ends(posed, source)
+    mesh = mesh_of(posed.borders(), count, degree, steep)
+    discrete = Discrete(posed.problem, mesh, posed.p, weights)
+    first, off = beginning(discrete, posed, source)
+    if off:  # only the curve that meets its ends tells where it is steep
+        met = steep_ends(posed, lambda s: evaluate(discrete, first, s, 0)[: posed.curve.coordinates])
+        if met != steep:
+            mesh = mesh_of(posed.borders(), count, degree, met)
+            other = Discrete(posed.problem, mesh, posed.p, weights)
+            return other, beginning(other, posed, source)[0], off
+    return discrete, first, off
+
+
+def _ways(
+    discrete: Discrete, first: Unknowns, known: list[Unknowns], *, once: bool
+) -> Iterator[tuple[str, Callable[[], Solved]]]:
+    """Yield the ways in which a curve is looked for from a start, the fastest first, with words for each."""
+    yield "Newton's method", partial(newton, discrete, first, deflated=known)
+    if known or once:
+        return
+    better = with_multipliers(discrete, first)
+    yield "with estimated multipliers", partial(newton, discrete, better)
+    yield "with a stiffness that fades", partial(newton_from_afar, discrete, better)
+    yield "with a stiffness that fades, multipliers zero", partial(newton_from_afar, discrete, first)
+    nearer = with_multipliers(discrete, with_numbers(discrete, projected(discrete, first, every=True)))
+    yield "with conditions brought in step by step", partial(newton_by_steps, discrete, better)
+    yield "from a guess bent to all conditions", partial(newton, discrete, nearer)
+    yield "with bounded steps", partial(newton, discrete, better, tested=False)
+
+
+def bounded(discrete: Discrete, solved: Solved) -> Solved:
+    if not obstacles.has_bounds(discrete):
+        return solved
+    return obstacles.solved_with_bounds(discrete, solved, lambda u: newton(discrete, u))
+
+
+def value_of(discrete: Discrete, unknowns: Unknowns) -> tuple[float, float]:
+    """Return what is stationary, and the size of the terms that it is made of."""
+    y = np.zeros((discrete._height(), 1))
+    value = float(discrete.call("wholes", np.zeros(1), y, discrete._z(unknowns))[0, 0])
+    values = discrete.call(
+        "integrands", discrete.inner.s, discrete.rows(unknowns, discrete.inner), discrete._z(unknowns)
+    )
+    layout = discrete.layout
+    lam = unknowns.whole[layout.unknown + layout.numbers :]
+    size = sum(abs(lam[k]) * float(np.sum(discrete.inner.weights * np.abs(f))) for k, f in enumerate(values))
+    return value, max(size, abs(value))
