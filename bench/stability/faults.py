@@ -31,7 +31,8 @@ accuracy, case, inputs = (
     _module("runtime.inputs"),
 )
 kernel_run, native = _module("runtime.integrate.kernel_run"), _module("runtime.native.kernel")
-simulate, solver = _module("runtime.studies.simulate"), _module("runtime.integrate.solver")
+simulate, companion = _module("runtime.studies.simulate"), _module("runtime.studies.companion")
+solver = _module("runtime.integrate.solver")
 
 
 class Fault(Struct, frozen=True):
@@ -105,7 +106,7 @@ def _estimate_understated() -> None:
         tiny = dict.fromkeys(made.by_state, 1e-16)
         return replace(made, largest=1e-16, at_end=1e-16, by_state=tiny, by_state_at_end=tiny)
 
-    _put(simulate, "compare", small)
+    _put(companion, "compare", small)
 
 
 def _nominal_one() -> None:

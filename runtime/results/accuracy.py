@@ -85,9 +85,10 @@ def looser_companion(tolerance: float) -> tuple[float, float]:
     return 10 * tolerance, 1.0
 
 
-def companion_step(step: float, order: int) -> tuple[float, float]:
-    """The same for a fixed step: half of it, Richardson's factor."""
-    return step / 2, 2.0**order / (2.0**order - 1)
+def companion_step(step: float, order: int, parts: float = 2) -> tuple[float, float]:
+    """The same for a fixed step: half of it or less, Richardson's factor."""
+    share: float = parts**-order
+    return step / parts, 1 / (1 - share)
 
 
 def compare(
@@ -105,6 +106,21 @@ def compare(
         by_state_at_end=dict(zip(names, error[-1].tolist(), strict=True)),
         tolerance=tolerance,
         nominal=dict(zip(names, nominal.tolist(), strict=True)),
+    )
+
+
+def worse(one: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
+    """Of two estimates for one run, take the larger errors."""
+
+    def larger(a: Mapping[str, float], b: Mapping[str, float]) -> dict[str, float]:
+        return {name: max(value, b[name]) for name, value in a.items()}
+
+    return replace(
+        one,
+        largest=max(one.largest, other.largest),
+        at_end=max(one.at_end, other.at_end),
+        by_state=larger(one.by_state, other.by_state),
+        by_state_at_end=larger(one.by_state_at_end, other.by_state_at_end),
     )
 
 

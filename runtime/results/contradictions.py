@@ -153,10 +153,10 @@ def _compared(
     own = np.maximum.accumulate(pair.factor * np.abs(ours - theirs))
     expected = np.minimum(stated, own + shared)
     ratio = np.divide(off, expected, out=np.where(off > 0, np.inf, 0.0), where=expected > 0)
-    at = int(np.argmax(off)) if off.size else 0
     beyond = np.flatnonzero(ratio > FACTOR)
     if not beyond.size:
         return Contradiction(check.kind, check.name, check.unit, 0.0, 0.0, None, None), _largest(ratio)
+    at = int(beyond[np.argmax(off[beyond])])
     made = Contradiction(
         check.kind,
         check.name,

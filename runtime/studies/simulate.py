@@ -11,32 +11,24 @@ from msgspec.structs import replace
 
 from ..case import Case, Progress, SimulationOptions, find_experiment, prepare
 from ..functions import load_functions
-from ..integrate.kernel_run import run_kernel
 from ..integrate.methods import Method, choose_method
 from ..integrate.nominal_run import nominal_of
-from ..integrate.scipy_methods import run_scipy
-from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory, with_unit_rotations
-from ..outcome import ENDED, Failure, Outcome, SimulationError, time_text
+from ..outcome import ENDED, Outcome, SimulationError, time_text
 from ..problem import Array, Problem
 from ..results.accuracy import (
     Accuracy,
-    ErrorEstimate,
-    companion_step,
-    companion_tolerance,
-    compare,
     conserved_drifts,
     energy_drift,
-    looser_companion,
 )
 from ..results.constraint_drift import constraint_drifts
-from ..results.contradictions import Pair, contradictions
 from ..results.diagnosis import undefined_energy, with_cause
 from ..results.doubts import Contradiction
 from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
 from ..results.solution import Motion, Solution
 from ..settings import settable
 from ..tangent.flow import Tangents
+from .companion import Estimated, doubts, estimate, trajectory_of
 from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
 from .study import Study, solve
@@ -47,10 +39,6 @@ MAIN_SHARE = 0.36
 RUN_SHARE = 0.3
 """Part of the work that is the run, where its motion is differentiated as well."""
 
-COMPANION_STEPS, FEW_STEPS = 10, 100_000
-"""A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
-before the second number it may meet a singular position, which is worth knowing."""
-
 
 class Plan(Struct, frozen=True):
     """A run that can begin."""
@@ -59,17 +47,6 @@ class Plan(Struct, frozen=True):
     case: Case
     method: Method
     nominal: Array
-
-
-class Estimated(Struct, frozen=True):
-    """What the companion run told: the ``error`` and both runs side by side, or a ``remark`` why there are none and the
-    ``failure`` of the companion."""
-
-    remark: str = ""
-    error: ErrorEstimate | None = None
-    pair: Pair | None = None
-    failure: Failure | None = None
-    interrupted: bool = False
 
 
 class Run(Study, frozen=True, kw_only=True):
@@ -164,7 +141,7 @@ def _looked_at(
     if plan.method.fixed_step:
         return plan, main, (f"{seen}take steps of {step} to see it",)
     finer = replace(plan, case=replace(case, max_step=unseen.step))
-    again = _run(finer, case.tolerance, case.step, plan.options.dense, progress)
+    again = trajectory_of(finer, case.tolerance, case.step, plan.options.dense, progress)
     return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
 
 
@@ -172,7 +149,9 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     case, options = plan.case, plan.options
     problem = case.problem
     share = MAIN_SHARE if options.estimate_error else 1.0
-    main = _run(plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share))
+    main = trajectory_of(
+        plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share)
+    )
     plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
     case = plan.case
     if main.failure is not None:
@@ -180,7 +159,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     outcome, message = _outcome(problem, main)
     estimated = Estimated("no companion run was asked for")
     if options.estimate_error and outcome in ENDED:
-        estimated = _estimate(plan, main, part_of(options.progress, share, 1.0))
+        estimated = estimate(plan, main, part_of(options.progress, share, 1.0))
         if estimated.interrupted:
             outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
     elif options.estimate_error:
@@ -197,11 +176,11 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         if failure is not None:
             outcome, message = Outcome.FAILED, failure.message
     drifts = constraint_drifts(case, plan.nominal, main)
-    doubts: tuple[Contradiction, ...] = ()
-    if outcome in ENDED and estimated.error is not None and estimated.pair is not None:
-        doubts = contradictions(case, estimated.pair, estimated.error, drifts, as_stated=as_stated)
-    if doubts:
-        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubts[0].text()}"
+    doubtful: tuple[Contradiction, ...] = ()
+    if outcome in ENDED:
+        doubtful, estimated = doubts(plan, main, estimated, drifts, as_stated=as_stated)
+    if doubtful:
+        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
     interpolated = main.dense or _hermite(plan, times, states, modes)
 
     def state_at(t: Array) -> tuple[Array, Array | None]:
@@ -233,7 +212,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
             estimated.remark,
             drifts,
             estimated.failure,
-            doubts,
+            doubtful,
         ),
         events=happened.events if happened is not None else (),
         remarks=(
@@ -245,75 +224,6 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         pictured=pictured if problem.scene is not None else None,
     )
     return Solution(motion)
-
-
-def _run(
-    plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
-) -> Trajectory:
-    run = run_kernel if plan.method.in_kernel else run_scipy
-    options = SolverOptions(
-        plan.method.name,
-        tolerance,
-        plan.nominal,
-        step,
-        dense,
-        plan.options.max_steps,
-        reproducible=plan.options.reproducible,
-        progress=progress,
-    )
-    return run(plan.case, options)
-
-
-def _estimate(plan: Plan, main: Trajectory, progress: Progress | None) -> Estimated:
-    """Make the companion run, and compare."""
-    most: int | None = None
-    if plan.method.fixed_step:
-        assert plan.case.step is not None
-        step, factor = companion_step(plan.case.step, plan.method.order)
-        tolerance, tightened = plan.case.tolerance, step
-    else:
-        tolerance, factor = companion_tolerance(plan.case.tolerance)
-        step, tightened = None, tolerance
-        most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
-    # half the longest step: where that bounds the steps of both runs, they would make the same error
-    case = replace(plan.case, max_step=plan.case.max_step / 2)
-    bounded = replace(plan, options=replace(plan.options, max_steps=most), case=case)
-    companion = _run(bounded, tolerance, step, False, progress)
-    if most is not None and companion.failure is not None and companion.statistics.steps >= most:
-        tolerance, factor = looser_companion(plan.case.tolerance)
-        tightened = tolerance
-        unbounded = replace(bounded, options=replace(plan.options, max_steps=None))
-        companion = _run(unbounded, tolerance, step, False, progress)
-    if companion.interrupted:
-        return Estimated("the companion run was interrupted", interrupted=True)
-    if companion.failure is not None:
-        return Estimated(f"the companion run failed: {companion.failure.message}", failure=companion.failure)
-    if (companion.terminated is None) is not (main.terminated is None):
-        return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
-    pair = _paired(plan.case, main, companion, factor, 0.0 if plan.method.fixed_step else tolerance)
-    estimate = compare(
-        plan.case.problem, pair.ours, pair.theirs, plan.nominal, factor, main.statistics.steps, tightened
-    )
-    return Estimated(error=estimate, pair=pair)
-
-
-def _ending(run: Trajectory) -> str:
-    return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
-
-
-def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, tolerance: float) -> Pair:
-    """Give both runs at the output times that both have, and at their ends: a model may end one of them just before an
-    output time and the other just behind it."""
-    shared = min(main.t.size, companion.t.size) - 1
-    ours, theirs = (np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
-    t, their_t = (np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
-    ny = case.problem.ny
-    our_z, their_z = (
-        None if run.happened is None else run.happened.discretes(times, ny)
-        for run, times in ((main, t), (companion, their_t))
-    )
-    steps = max(main.statistics.steps, companion.statistics.steps)
-    return Pair(t, their_t, ours, theirs, our_z, their_z, steps, factor, tolerance)
 
 
 def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.nominal import nominal_values, sizes_of
 from mechc.runtime.problem import Array, Problem, Quantity
 from mechc.runtime.results.accuracy import companion_tolerance
+from mechc.runtime.studies import companion
 from mechc.runtime.studies.simulate import simulate
 
 
@@ -232,9 +232,8 @@ def test_the_estimate_sees_errors_of_steps_that_only_their_bound_limits() -> Non
 def test_companion_that_takes_too_many_steps_gives_way_to_a_looser_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    runs = sys.modules[simulate.__module__]
-    monkeypatch.setattr(runs, "FEW_STEPS", 1)
-    monkeypatch.setattr(runs, "COMPANION_STEPS", 1)
+    monkeypatch.setattr(companion, "FEW_STEPS", 1)
+    monkeypatch.setattr(companion, "COMPANION_STEPS", 1)
     solution = simulate(compiled_kepler(), SimulationOptions(stop=12, tolerance=1e-7, points=100))
     exact = kepler_position(solution.time, 1.0, 1.0, 0.6)
     error = solution.accuracy.error

@@ -17,6 +17,7 @@ from mechc.runtime.outcome import Outcome, worst
 from mechc.runtime.problem import Problem
 from mechc.runtime.results import accuracy
 from mechc.runtime.results.accuracy import ConstraintDrift
+from mechc.runtime.studies import companion
 from mechc.runtime.studies import simulate as simulating
 from mechc.runtime.studies.simulate import simulate
 
@@ -118,11 +119,33 @@ def test_an_estimate_that_is_too_small_is_told(monkeypatch: pytest.MonkeyPatch) 
         made = accuracy.compare(*given)
         return replace(made, largest=1e-12, by_state=dict.fromkeys(made.by_state, 1e-12))
 
-    monkeypatch.setattr(simulating, "compare", small)
+    monkeypatch.setattr(companion, "compare", small)
     solution = simulate(problem(DAMPED), replace(OPTIONS, tolerance=1e-5))
     (doubt,) = solution.accuracy.contradictions
     assert (doubt.kind, doubt.persists) == ("energy", False)
     assert "errors are larger than estimated" in " ".join(doubt.causes.split())
+
+
+BENT = (
+    "parameter w = 0.5 m;coordinate x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*1 N/m*x^2 + 1 N*abs(x - w);"
+    'experiment(stop = 2.5 s, method = "rk4", step = 0.05 s);'
+)
+
+
+def test_a_kink_within_fixed_steps_raises_no_alarm_by_chance(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At these places half the step leaves the same error of energy as the step; the larger estimate holds the true error."""
+    model = mechc.loads(BENT)
+    for w in (0.65, 0.705, 0.755):
+        run = model.simulate(set={"w": w}, method="rk4", step=0.05)
+        assert run.outcome is Outcome.COMPLETED, run.message
+        close = model.simulate(set={"w": w}, tolerance=1e-12, estimate_error=False)
+        true = np.abs(run["x"] - close["x"]) / (1 + np.abs(close["x"]))
+        error = run.accuracy.error
+        assert error is not None and true.max() < 3 * error.by_state["x"]
+    monkeypatch.setattr(companion, "APART", 2)
+    once = model.simulate(set={"w": 0.65}, method="rk4", step=0.05)
+    (doubt,) = once.accuracy.contradictions
+    assert doubt.found > doubt.allowed
 
 
 @pytest.mark.parametrize("level", ["positions", "velocities"])

@@ -53,16 +53,16 @@ def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None
     assert massless.kind == "refused" and "inertia" in massless.reason
     long = judge(Extreme("length", "very long", {}, {"stop": 1e9}))
     assert long.kind in ("long", "refused")
-    simulate = import_module("mechc.runtime.studies.simulate")
-    make = simulate.compare
+    companion = import_module("mechc.runtime.studies.companion")
+    make = companion.compare
 
     def understated(*given: object) -> object:
         made: ErrorEstimate = make(*given)
         return replace(made, by_state=dict.fromkeys(made.by_state, 1e-16))
 
-    monkeypatch.setattr(simulate, "compare", understated)
+    monkeypatch.setattr(companion, "compare", understated)
     assert judge(short).kind == "doubtful"  # the run says itself that its balance contradicts its estimate
-    monkeypatch.setattr(simulate, "contradictions", lambda *given, **more: ())
+    monkeypatch.setattr(companion, "contradictions", lambda *given, **more: ())
     assert judge(short).kind == "wrong"
 
 
