@@ -73,7 +73,8 @@ def _check_condition(
             help="an event fires when its condition becomes true; for the start write 'initial()'",
         )
     reached = graph.reach([condition])
-    if not set(lowering.previous.values()).isdisjoint(reached):
+    instants = [n for c in lowering.clocks.values() if c.pulse in reached for n in (c.period, c.start)]
+    if not set(lowering.previous.values()).isdisjoint(graph.reach([condition, *instants])):
         reporter.error(
             "E0709",
             "'pre' belongs to the actions of an event",

@@ -13,7 +13,7 @@ from ...graph import Graph, Node
 from ...graph.differentiate import vjp
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
-from ..solve.solved import Solved
+from ..solve.solved import Solved, check_rates
 from .switches import Switches
 
 
@@ -65,6 +65,10 @@ def energy_steps(
                     caption="only a jump at a place in space has a direction for its impulse",
                 )
             continue
+        if not system.unknown_rates.keys().isdisjoint(graph.support(rate)):
+            if graph.equal_up_to_sign(jump, s.indicator):
+                continue  # nothing jumps, so that no impulse needs the rate
+            check_rates(system, [rate], reporter)
         steps.append(Step(k, s.symbol, rate, graph.symbol(f"#impulse step {k}"), jump))
     return steps
 

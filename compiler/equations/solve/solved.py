@@ -290,9 +290,10 @@ def _force_answers(
     before: Mapping[Node, Node],
 ) -> dict[Node, Node]:
     """Return the answers about forces in accelerations, multipliers and each other, where the equations need any."""
-    if all(row.constraint.mode is None for row in rows) and not system.lowering.questions.forces_in(formulas):
-        return {}
     known = force_answers(system, replies)
+    asked = system.lowering.questions.forces_in((*formulas, *known.values()))
+    if all(row.constraint.mode is None for row in rows) and not asked:
+        return {}
     return dict(zip(known, substitute(system.graph, list(known.values()), before), strict=True))
 
 

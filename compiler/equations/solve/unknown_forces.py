@@ -50,7 +50,8 @@ def unknown_forces(
     graph = system.graph
     later = set(_needed(graph, rates, answers))
     back = later.intersection(graph.support(*(answers[s] for s in later)))
-    symbols = _needed(graph, (*formulas, *rates) if back else formulas, answers)
+    inner = answers.values()  # a force that moves nothing may still act on what is asked for
+    symbols = _needed(graph, (*formulas, *inner, *(rates if back else ())), answers)
     if not symbols:
         return list(formulas), UnknownForces()
     rows = [graph.sub(s, answers[s]) for s in symbols]

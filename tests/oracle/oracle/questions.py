@@ -191,7 +191,7 @@ def rigidly_with(point: Point, frame: Pose, x: Value) -> bool:
     seen = frame.R.T @ (position(x) - frame.p)
     items = list(seen)
     if isinstance(x, Pose):
-        items = [*np.ravel(frame.R.T @ x.R)]
+        items += [*np.ravel(frame.R.T @ x.R)]
     return all(
         abs(at_order(s, 1)).max() < 1e-9 and np.abs(point.moved(s)).max() < 1e-9
         for s in items

@@ -166,7 +166,6 @@ def solve_in(
         if N:
             raise Undetermined("no accelerations that satisfy the laws")
     if N and not quick:
-        r, J = scan(z)
         size = np.abs(J) @ np.abs(z) + np.abs(J).max(axis=1) * (1e-5 * np.abs(z).max() + 1e-12)
         if (np.abs(r) > 1e-7 * size).any():
             raise Undetermined("constraints that contradict each other")

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from random import Random
+from typing import Literal
 
 import numpy as np
 
-from random_models.compiled import Compiled, Refused, Values, compiled, differences, shaken
+from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
 from random_models.definition import along, ignored, skipped, undone
 from random_models.exports import exported
@@ -44,22 +45,30 @@ def crash(error: BaseException) -> Disagreement:
     while where is not None and where.tb_next is not None:
         where = where.tb_next
     name = where.tb_frame.f_code.co_name if where is not None else "?"
-    return Disagreement("crash", f"{type(error).__name__} in {name}", repr(error)[:300])
+    return Disagreement(
+        "crash",
+        f"{type(error).__name__} in {name}",
+        "\n".join((repr(error)[:300], *getattr(error, "__notes__", ()))),
+    )
 
 
-def examined(model: Model, seed: int, only: str = "", without: tuple[str, ...] = ()) -> Report:
+def examined(
+    model: Model, seed: int, only: str = "", without: tuple[str, ...] = (), mode: str = "mixed"
+) -> Report:
     """Compile a model and compare it with its meaning and its twins; ``only``, ``without``: names of checks."""
+    chosen = MODES[mode]
     try:
-        base = compiled(model.text())
+        base = compiled(model.text(), chosen.target)
     except Refused as refused:
         return Report(refused.codes)
     except Exception as error:
         return Report(disagreements=(crash(error),))
     done: list[str] = []
     wrong: list[Disagreement] = []
-    for name, check in CHECKS if not only else (*CHECKS, *SINGLE):
-        if (only and name != only) or name in without:
+    for name, check in (*CHECKS, *UNITS) if not only else (*CHECKS, *UNITS, *SINGLE):
+        if name in without or (name != only if only else not chosen.wants(name, seed, base)):
             continue
+        base.z = None
         try:
             found = check(model, base, seed)
         except Refused as refused:
@@ -73,6 +82,7 @@ def examined(model: Model, seed: int, only: str = "", without: tuple[str, ...] =
     return Report((), tuple(done), tuple(wrong))
 
 
+Target = Literal["c", "python"]
 Check = Callable[[Model, Compiled, int], list[Disagreement] | None]
 
 
@@ -120,7 +130,7 @@ def composed(model: Model, random: Random) -> Twin | None:
 def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with several twins in one; where that disagrees, find out which of them does."""
     random = Random(seed + 1)
-    if base.switches or random.random() < 0.4:
+    if not base.settles or random.random() < 0.4:
         return None
     whole = composed(model, random)
     if whole is None:
@@ -144,7 +154,7 @@ def _composed(model: Model, base: Compiled, seed: int) -> list[Disagreement] | N
 
 def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
     def check(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-        if base.switches:
+        if not base.settles:
             return None
         twin = make(model, Random(seed))
         return None if twin is None else compare_twin(base, twin, seed)
@@ -154,16 +164,17 @@ def _twin(make: Callable[[Model, Random], Twin | None]) -> Check:
 
 def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | None:
     """Compare a model with a twin at random states."""
-    other = compiled(twin.model.text())
+    target: Target = "python" if not base.switches or base.problem.library is None else "c"
+    other = compiled(twin.model.text(), target)
     if twin.base is not None:
-        base = compiled(twin.base.text())
+        base = compiled(twin.base.text(), target)
     mine = {renamed_name(twin, n): v for n, v in base.parameters().items()}
     wrong = differences(mine, other.parameters(), relative=1e-12)
     mine = {renamed_name(twin, n): v for n, v in base.start().items()}
     wrong += differences(mine, other.start())
     if wrong:
         return [Disagreement(twin.name, "given", _lines(wrong) + twin.model.text())]
-    if other.switches or base.switches:
+    if not (other.settles and base.settles):
         return None
     rng = np.random.default_rng(seed)
     for k, state in enumerate(base.random_states(rng, 3)):
@@ -175,6 +186,11 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             if k:
                 break
             there = other.start()  # other coordinates: only the start is the same
+        try:
+            base.settle(state)
+            other.settle(there)
+        except NoMotion:
+            continue
         mine = {renamed_name(twin, n): v for n, v in base.everything(state).items()}
         near = [
             {renamed_name(twin, n): v for n, v in base.everything(shaken(state, rng)).items()}
@@ -196,27 +212,31 @@ def _kind(base: Compiled, name: str) -> str:
 
 def _targets(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare the compiled C functions with those in Python."""
-    if seed % 10:
-        return None
-    other = compiled(model.text(), "c")
+    other = compiled(model.text(), "c" if base.problem.library is None else "python")
+    one, two = (base, other) if base.problem.library is not None else (other, base)
     rng = np.random.default_rng(seed)
     found: list[Disagreement] = []
     wrong = differences(base.start(), other.start())
     found += [Disagreement("targets", "start", str(wrong[:3]))] if wrong else []
     for state in base.random_states(rng, 5):
-        near = [base.everything(shaken(state, rng)) for _ in range(2)]
-        wrong = differences(base.everything(state), other.everything(state), near)
+        try:
+            one.settle(state)
+        except NoMotion:
+            continue
+        two.z = one.z
+        near = [one.everything(shaken(state, rng)) for _ in range(2)]
+        wrong = differences(one.everything(state), two.everything(state), near)
         if wrong:
             found.append(Disagreement("targets", "value", str(wrong[:3])))
             break
     return found
 
 
-def still(check: str, key: str, seed: int) -> Callable[[Model], bool]:
+def still(check: str, key: str, seed: int, mode: str = "mixed") -> Callable[[Model], bool]:
     """Return whether a model disagrees in the same way."""
 
     def fails(model: Model) -> bool:
-        report = examined(model, seed, "" if check == "crash" else check)
+        report = examined(model, seed, "" if check == "crash" else check, mode=mode)
         return any(d.check == check and d.key == key for d in report.disagreements)
 
     return fails
@@ -257,15 +277,13 @@ def _structured(model: Model, base: Compiled, seed: int) -> list[Disagreement] |
 
 def _oracle(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with the definition at states."""
-    if base.switches or skipped(model):
+    if not base.settles or skipped(model):
         return None
     return [Disagreement("oracle", kind, said) for kind, said in undone(base, seed, 2, ignored(model))]
 
 
 def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare motions: of two methods, of two twins; every tenth model, and half of those that switch."""
-    if seed % 10 and not (base.switches and seed % 2):
-        return None
+    """Compare motions: of two methods, of two twins, and with the definition along one of them."""
     first = run(model.text())
     found = []
     if said := unbalanced(first):
@@ -290,17 +308,18 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
 
 
 def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare exports with the run: every fortieth model, every eightieth with FMUs."""
-    if seed % 40 != 7:
-        return None
-    return [
-        Disagreement("exports", what, said) for what, said in exported(model.text(), units=seed % 80 == 7)
-    ]
+    """Compare the exported Python module and C program with the run."""
+    return [Disagreement("exports", what, said) for what, said in exported(model.text(), units=False)]
+
+
+def _units(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare FMUs of both versions and kinds with the run."""
+    return [Disagreement("units", what, said) for what, said in exported(model.text(), units=True)]
 
 
 def _rescaled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare with the same in units of another size, every third model."""
-    if seed % 3 or base.switches:
+    """Compare with the same in units of another size."""
+    if base.switches:
         return None
     wrong = scaled_difference(model, base, seed)
     return None if wrong is None else [Disagreement("rescaled", "value", _lines(wrong))] if wrong else []
@@ -319,4 +338,50 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("motion", _motion),
     ("exports", _exports),
 )
-__all__ = ["CHECKS", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]
+UNITS: tuple[tuple[str, Check], ...] = (("units", _units),)
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Which checks a model gets, on which target its functions are evaluated; ``share``: whether a seed gets a check."""
+
+    target: Target
+    checks: tuple[str, ...]
+    share: Callable[[str, int, Compiled], bool] = lambda name, seed, base: True
+
+    def wants(self, name: str, seed: int, base: Compiled) -> bool:
+        """Return whether a model gets a check."""
+        return name in self.checks and self.share(name, seed, base)
+
+
+def _some(name: str, seed: int, base: Compiled) -> bool:
+    match name:
+        case "rescaled":
+            return seed % 3 == 0
+        case "targets":
+            return seed % 10 == 0
+        case "motion":
+            return seed % 10 == 0 or (base.switches and seed % 2 == 1)
+        case "exports":
+            return seed % 80 == 47
+        case "units":
+            return seed % 80 == 7
+    return True
+
+
+_IN_TURN = ("structured", "composed", "targets", "rescaled")
+
+
+def _one(name: str, seed: int, base: Compiled) -> bool:
+    return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
+
+
+AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
+MODES = {
+    "mixed": Mode("python", (*AT_STATES, "motion", "exports", "units"), _some),
+    "states": Mode("c", AT_STATES, _one),
+    "motions": Mode("c", ("motion", "exports")),
+    "units": Mode("python", ("units",)),
+}
+"""``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
+__all__ = ["CHECKS", "MODES", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]

@@ -8,10 +8,13 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
+from msgspec.structs import replace
 
 import mechc
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native.kernel import load_kernel
 
 Values = dict[str, float]
 """Numbers by the names that results have."""
@@ -25,19 +28,45 @@ class Refused(Exception):
     text: str
 
 
+class NoMotion(Exception):
+    """No motion begins at a state, or it begins elsewhere, behind an event."""
+
+
 @dataclass
 class Compiled:
-    """A compiled model with its start."""
+    """A compiled model with its start. ``z``: the discrete variables and flags with which its functions are evaluated."""
 
     model: Any
     problem: Any
     functions: Functions
     case: Case
+    z: Any = None
 
     @property
     def switches(self) -> bool:
         """Whether flags that a run owns enter the functions."""
         return self.problem.hybrid is not None
+
+    @property
+    def settles(self) -> bool:
+        """Whether its flags at a state are known: there are none, or it is compiled, so that a run can begin there."""
+        return not self.switches or self.problem.library is not None
+
+    def settle(self, state: Values) -> None:
+        """Let a run begin at a state, and keep what it decides: what touches, sticks, and on which side all is."""
+        if not self.switches:
+            return
+        self.z = None
+        y, _, t = self._arguments(state)
+        case = replace(self.case, y0=y, begin=t, stop=t, grid=np.array([t]))
+        with Solver(load_kernel(False), case, "dop853", 1e-8, np.ones(len(y))) as solver:
+            status = solver.advance(t, 1)
+            if status < 0:
+                raise NoMotion(status.name)
+            after, self.z = solver.report()[1], solver.discretes()
+        own = [k for k, q in enumerate(self.problem.discretes) if q.kind != "mode"]
+        if not np.allclose(after, y, rtol=1e-9, atol=1e-9) or any(self.z[own] != self.case.z[own]):
+            raise NoMotion("an event at the start")
 
     @property
     def states(self) -> list[str]:
@@ -65,7 +94,7 @@ class Compiled:
         y, u, t = self._arguments(state)
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
-            f = self.functions.rhs(t, y, u, self.case.z, self.case.p)
+            f = self.functions.rhs(t, y, u, self._z, self.case.p)
         return {f"d {name}": float(v) for name, v in zip(self.states, f, strict=True)}
 
     def outputs(self, state: Values) -> Values:
@@ -74,12 +103,16 @@ class Compiled:
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             assert self.functions.outputs is not None
-            f = self.functions.outputs(t, y, u, self.case.z, self.case.p)
+            f = self.functions.outputs(t, y, u, self._z, self.case.p)
         return {q.name: float(v) for q, v in zip(self.problem.outputs, f, strict=True)}
 
     def everything(self, state: Values) -> Values:
         """Return derivatives and outputs."""
         return self.rhs(state) | self.outputs(state)
+
+    @property
+    def _z(self) -> Any:
+        return self.case.z if self.z is None else self.z
 
     def _arguments(self, state: Values) -> tuple[Any, Any, float]:
         y = np.array([state[name] for name in self.states])
@@ -88,7 +121,7 @@ class Compiled:
         if self.problem.inputs:
             assert self.functions.inputs is not None
             u = np.array(
-                self.functions.inputs(t, y, np.zeros(len(self.problem.inputs)), self.case.z, self.case.p)
+                self.functions.inputs(t, y, np.zeros(len(self.problem.inputs)), self._z, self.case.p)
             )
             u = np.array([state.get(q.name, v) for q, v in zip(self.problem.inputs, u, strict=True)])
         return y, u, t
@@ -124,6 +157,9 @@ def compiled(
         raise Refused(tuple(d.code for d in wrong), mechc.render(wrong)) from None
     except (mechc.SimulationError, mechc.UsageMistake) as error:
         raise Refused(("run",), str(error)) from None
+    except Exception as error:
+        error.add_note(text)
+        raise
     return Compiled(model, problem, functions, case)
 
 

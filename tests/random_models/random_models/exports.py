@@ -21,7 +21,7 @@ RELATIVE = 1e-4
 
 
 def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
-    """List (what, how it differs from the run) of the exports of a model; ``units`` makes FMUs too."""
+    """List (what, how it differs from the run) of the programs that a model is exported to, or of its FMUs (``units``)."""
     model = mechc.loads(text)
     native = run(text)
     if str(native.outcome) != "Outcome.COMPLETED":
@@ -30,11 +30,11 @@ def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
     with TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         here = Path(folder)
+        if units:
+            return _units(text, native, here)
         if native.events == () or not native.events:
             found += _said("python", native, _python(model, here))
         found += _said("c", native, _program(model, here))
-        if units:
-            found += _units(text, native, here)
     return found
 
 

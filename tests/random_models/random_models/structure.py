@@ -329,11 +329,11 @@ def by_experiment(model: Model, random: Random) -> Twin | None:
         new.append(s)
     if not given:
         return None
-    last = new[-1]
-    parts: list[str | Slot] = ["experiment(stop = ", last.slots[0]]
+    place = next(k for k, s in enumerate(new) if s.kind == "experiment")
+    parts: list[str | Slot] = ["experiment(stop = ", new[place].slots[0]]
     for m in given:
         parts += [f", {m.name} {(m.data or {})['sign']} ", m.slots[0]]
-    new[-1] = statement("experiment", *parts, ");")
+    new[place] = statement("experiment", *parts, ");")
     return Twin("by experiment", model.with_top(tuple(new)))
 
 

@@ -1,0 +1,77 @@
+"""States by name at which a model is compared with its definition: the start, random ones, at rest, on a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+Values = dict[str, float]
+_STEP = 1e-6
+_SETTLED = 1e-13
+
+
+def looks(meaning: Any, rng: np.random.Generator, n: int) -> Iterator[tuple[str, Values]]:
+    """Yield states with what they are; at rest only where something may stick, on a contact where one can be reached."""
+    start = _floats(meaning.start())
+    yield "start", start
+    for _ in range(n - 1):
+        yield "random", _floats(meaning.random(rng))
+    dry = [c for c in meaning.flat.contacts if c.friction is not None]
+    if meaning.flat.frictions or dry:
+        state = _floats(meaning.random(rng))
+        yield "at rest", at_rest(meaning, state)
+    contacts = list(meaning.flat.contacts)
+    if contacts:
+        contact = contacts[int(rng.integers(len(contacts)))]
+        touching = on(meaning, at_rest(meaning, _floats(meaning.random(rng))), contact)
+        if touching is not None:
+            yield "on a contact", touching
+
+
+def at_rest(meaning: Any, state: Values) -> Values:
+    """Take the rates out of a state, as far as what drives it allows."""
+    still = {n: 0.0 if n in set(meaning.rates) else v for n, v in state.items()}
+    return _floats(meaning.project(still))
+
+
+def on(meaning: Any, state: Values, contact: Any) -> Values | None:
+    """Move a state at rest until a contact touches; nothing where that cannot be done, or it does not stay there."""
+    names = [n for n in meaning.coordinates if "[" not in n or n.split("[")[0] not in _rotations(meaning)]
+    for _ in range(30):
+        gap = _gap(meaning, state, contact)
+        if abs(gap) < _SETTLED:
+            break
+        slopes = {n: _slope(meaning, state, contact, n) for n in names}
+        size = sum(x * x for x in slopes.values())
+        if not size:
+            return None
+        shift = max(-1.0, min(1.0, gap / size))
+        state = {n: v - shift * slopes.get(n, 0.0) for n, v in state.items()}
+        state = _floats(meaning.project(state))
+    else:
+        return None
+    later = {n: v for n, v in state.items() if n not in meaning.driven} | {"time": state["time"] + _STEP}
+    moved = _gap(meaning, _floats(meaning.fill(later)), contact) - _gap(meaning, state, contact)
+    others = [c for c in meaning.flat.contacts if c is not contact]
+    if abs(moved) > 1e-12 or any(_gap(meaning, state, c) <= 0 for c in others):
+        return None
+    return state
+
+
+def _gap(meaning: Any, state: Values, contact: Any) -> float:
+    return float(meaning.value(contact.gap, state))
+
+
+def _slope(meaning: Any, state: Values, contact: Any, name: str) -> float:
+    ahead = _gap(meaning, {**state, name: state[name] + _STEP}, contact)
+    return (ahead - _gap(meaning, {**state, name: state[name] - _STEP}, contact)) / (2 * _STEP)
+
+
+def _rotations(meaning: Any) -> set[str]:
+    return {name for name, shape, *_ in meaning.coordinate_layout if shape is None}
+
+
+def _floats(state: Any) -> Values:
+    return {n: float(v) for n, v in state.items()}

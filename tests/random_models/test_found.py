@@ -1,0 +1,78 @@
+"""What large runs of random models found, made small: each now agrees with the definition, or is refused in words."""
+
+from __future__ import annotations
+
+from random import Random
+from typing import Literal
+
+import pytest
+from random_models.compiled import Refused, compiled
+from random_models.definition import undone
+
+PLANE = "import mech.planar.*;\n"
+AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
+    "a force that moves nothing acts on the reaction that it follows": (
+        PLANE
+        + """gravity {1, 1} m/s^2;
+        Sphere b(m = 2 kg, r = 0.1 m);
+        Prismatic j(world -> b.a);
+        force reaction(j)[2] on pos(b.a)[1] from j.position;
+        output o = reaction(j);""",
+        "python",
+    ),
+    "a force that moves nothing is half of the reaction that it acts on": (
+        PLANE
+        + """gravity {1, 1} m/s^2;
+        Sphere b(m = 2 kg, r = 0.1 m);
+        Prismatic j(world -> b.a, position = 0.3 m);
+        force 0.5*reaction(j)[1] on pos(b.a)[1] from j.position;
+        output o = reaction(j);""",
+        "python",
+    ),
+    "a maximum of a potential and an input, written by 'if'": (
+        """coordinate Length q = 0.4 m;
+        kinetic 1 kg*der(q)^2;
+        input Force u = 1 N;
+        potential if 1 N*q > u*1 m then 1 N*q else u*1 m;
+        output o = der(q, 2);""",
+        "c",
+    ),
+}
+STOP = "\nexperiment(stop = 1 s);"
+REFUSED = {
+    "a potential that jumps where an input says": (
+        """coordinate Length q = 0.4 m;
+        kinetic 1 kg*der(q)^2;
+        input Force u = 1 N;
+        potential if 1 N*q > u*1 m then 1 N*q else 2 N*q;""",
+        "E0523",
+    ),
+    "a value before an event in the period of a clock": (
+        """coordinate Length q = 0.4 m;
+        kinetic 1 kg*der(q)^2;
+        discrete Real n = 1;
+        when sample(pre(n)*1 s) then n := n + 1; end when;""",
+        "E0709",
+    ),
+    "a value before an event in the start of a clock": (
+        """coordinate Length q = 0.4 m;
+        kinetic 1 kg*der(q)^2;
+        discrete Real n = 1;
+        when sample(1 s, pre(n)*1 s) then n := n + 1; end when;""",
+        "E0709",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", AGREE)
+def test_agrees_with_the_definition(name: str) -> None:
+    text, target = AGREE[name]
+    assert undone(compiled(text + STOP, target), seed=Random(name).randrange(1000), states=3) == []
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_is_refused(name: str) -> None:
+    text, code = REFUSED[name]
+    with pytest.raises(Refused) as refused:
+        compiled(text + STOP)
+    assert refused.value.codes == (code,)
