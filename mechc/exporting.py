@@ -67,6 +67,7 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             folder = output or Path(f"{name}_c")
             if folder.suffix:
                 raise UsageMistake("the C target writes a folder", f"as in -o {name}_c")
+            refuse_driving_inputs(model, "a C program")
             defaults = defaults_of(model.problem("python"), model.settings)
             parts = model.compilation.parts
             program = program_with(model.compilation, parts_for(defaults.method))
@@ -91,12 +92,24 @@ def _module(model: CompiledModel, program: Program, target: str) -> str:
             else "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
         )
     if target == "python":
+        refuse_driving_inputs(model, "a Python module")
         from .compiler.targets.python import emit_python
 
         return emit_python(program, model.settings)
     from .compiler.targets.differentiable import CASADI, JAX, emit_differentiable
 
     return emit_differentiable(program, CASADI if target == "casadi" else JAX, _begin(model))
+
+
+def refuse_driving_inputs(model: CompiledModel, target: str) -> None:
+    """Refuse a target whose inputs are set one by one, where a derivative of one is needed too. Raises UsageMistake."""
+    inputs = [entry.name for entry in model.inputs]
+    for name in inputs:
+        if f"der(der({name}))" in inputs:
+            raise UsageMistake(
+                f"the input '{name}' drives a coordinate, which needs its derivatives too, and {target} is told none",
+                "mechc run takes them from a table; the targets casadi and jax have them as inputs of their own",
+            )
 
 
 def _begin(model: CompiledModel) -> Begin:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from mechc.suggest import suggest
 
+from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
 from .outcome import SimulationError
@@ -125,6 +126,8 @@ def find_setting(problem: Problem, name: str) -> Setting:
     for array, quantities in (("p", problem.parameters), ("y", problem.states), ("u", problem.inputs)):
         for index, quantity in enumerate(quantities):
             if quantity.name == name:
+                if array == "u":
+                    check_set(problem, index)
                 return Setting(array, index)
     if any(quantity.name == name for quantity in problem.outputs):
         raise SimulationError(f"'{name}' is an output of '{problem.name}': it follows from the motion")
@@ -146,6 +149,7 @@ def prepare(problem: Problem, functions: Functions, options: SimulationOptions) 
 
     span = _time_span(problem, options, numbers)
     begin = span.begin
+    tables = with_derivatives(problem, tables, begin, span.stop)
     z, y0 = initial_state(problem, functions, begin, p, tables)
     known = np.array(problem.known, dtype=bool)
     for setting, value in chosen.items():

@@ -87,6 +87,17 @@ def _check_order(times: Array, interpolation: str) -> None:
         )
 
 
+def derivatives(table: Table) -> tuple[Table, Table]:
+    """Return the first and the second derivative of a natural cubic spline, exactly; of a constant they are zero."""
+    x, m = table.times, table.slopes
+    if x.size == 1:
+        return constant(0.0), constant(0.0)
+    h, d = np.diff(x), np.diff(table.values) / np.diff(x)
+    second = np.append(2 * (3 * d - 2 * m[:-1] - m[1:]) / h, 0.0)
+    second[-1] = 2 * (m[-2] + 2 * m[-1] - 3 * d[-1]) / h[-1]
+    return Table(x, m, second, "spline"), Table(x, second, np.zeros_like(x), "linear")
+
+
 def constant(value: float) -> Table:
     return make_table([0.0], [value], "step")
 

@@ -22,6 +22,7 @@ from ..graph import Graph, Node
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
 from .curves import curve_of, finished
+from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
 from .forces import damping, efforts
 from .initial import initial_values
@@ -88,6 +89,9 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     driven = frozenset(
         n for row in drives for n in (*(q[k].node for k in row.q), *(v[i].node for i in row.v))
     )
+    symbols, known = with_rates(graph, rate, symbols, drives)
+    for n in known:
+        del unknown_rates[n]
     system = MechanicalSystem(
         model=model,
         graph=graph,
@@ -158,7 +162,8 @@ def _unknown_rates(
     graph: Graph, scalar: Scalar, node: Node, rates: dict[Node, Node], unknown: dict[Node, Scalar | Query]
 ) -> None:
     for order in (1, 2):
-        rates[node] = graph.symbol(f"#rate {order} of {graph.name(node)}")
+        of = graph.name(node)
+        rates[node] = graph.symbol(f"der({of})" if can_drive(scalar) else f"#rate {order} of {of}")
         node = rates[node]
         unknown[node] = scalar
 

@@ -6,11 +6,12 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Derivative, Drive, Expression, FlatModel
 from ..graph import Node
+from .driving_inputs import can_drive
 from .kinematics.frames import displaced
 from .meaning.lower import Lowering
 from .meaning.quaternions import quaternion_of
 from .meaning.questions import title
-from .meaning.symbols import Coordinate, Symbols
+from .meaning.symbols import Coordinate, Scalar, Symbols
 from .meaning.values import Placement, elements
 from .system import DriveRow
 
@@ -47,7 +48,9 @@ def drive_rows(
 def _check_known(
     lowering: Lowering, drive: Drive, symbols: Symbols, free: set[Node], reporter: Reporter
 ) -> None:
+    smooth = [s for s in symbols.inputs if can_drive(s)]
     forbidden = {s.node for s in (*symbols.states, *symbols.inputs, *symbols.discretes)}
+    forbidden -= {s.node for s in smooth}
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
         q = quaternion_of(lowering.graph, value.pose)
@@ -57,6 +60,12 @@ def _check_known(
     if forbidden.intersection(support):
         caption = "this contains an input, a state or a discrete variable, which has no second derivative"
         help = "use a stiff 'force' that follows it"
+        if rough := [s for s in symbols.inputs if s.node in forbidden.intersection(support)]:
+            name = rough[0].variable.name
+            help = f'an input with a spline has one: {name}(interpolation = "spline")'
+    elif moving := [s for s in smooth if s.node in support and _moves(lowering, s, symbols)]:
+        caption = f"the default of '{moving[0].variable.name}' changes with time"
+        help = "drive by the formula itself, or give the input a constant default"
     elif asked := lowering.questions.symbols_in(support):
         caption = f"this asks for '{title(lowering.questions.asked[asked[0]])}', which nothing but the motion decides"
         help = "use a stiff 'force' that follows it"
@@ -67,11 +76,17 @@ def _check_known(
         return
     reporter.error(
         "E0504",
-        "a drive may depend on time, parameters and other drives only",
+        "a drive may depend on time, parameters, smooth inputs and other drives only",
         drive.value.span,
         caption=caption,
         help=help,
     )
+
+
+def _moves(lowering: Lowering, scalar: Scalar, symbols: Symbols) -> bool:
+    """Tell whether the default of an input is a function of time, of which its derivatives would know nothing."""
+    value = scalar.variable.value
+    return value is not None and symbols.time in lowering.graph.support(*lowering.numbers(value))
 
 
 def _row(lowering: Lowering, drive: Drive, symbols: Symbols) -> DriveRow | None:

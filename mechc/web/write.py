@@ -6,7 +6,7 @@ import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from mechc.exporting import file_stem
+from mechc.exporting import file_stem, refuse_driving_inputs
 from mechc.settings import UsageMistake
 
 from .page import MARK, page
@@ -29,6 +29,7 @@ def write_page(
         raise UsageMistake(
             f"there is a file '{path}' already, which is no page of mechc", "give another name, or remove it"
         )
+    refuse_driving_inputs(model, "a page")
     text = page(model, recorded=recorded, experiment=experiment)
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(text, encoding="utf-8", newline="\n")

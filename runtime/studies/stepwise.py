@@ -11,6 +11,7 @@ from msgspec.structs import replace
 from mechc.suggest import suggest
 
 from ..case import SimulationOptions, inputs_at
+from ..driving_inputs import derived
 from ..inputs import constant
 from ..integrate.kernel_failure import kernel_failure
 from ..integrate.solver import FIRST_EVENTS, Solver
@@ -134,6 +135,10 @@ class Stepper:
         k = names.index(name)
         if k not in self._held:
             raise SimulationError(f"the input '{name}' is a function of time or a table, so it cannot be set")
+        if k in {i for own, more in derived(self._problem).items() for i in (own, *more)}:
+            raise SimulationError(
+                f"the input '{name}' drives a coordinate, which cannot be elsewhere at once"
+            )
         if not math.isfinite(value):
             raise SimulationError(f"the input '{name}' is a finite number, not {value}")
         self._held[k].values[0] = value

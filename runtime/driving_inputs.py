@@ -1,0 +1,57 @@
+"""Inputs that drive coordinates: their derivatives are inputs of their own, and follow from the same tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .inputs import Table, derivatives
+from .outcome import SimulationError
+from .problem import Array, Problem
+
+
+def derived(problem: Problem) -> dict[int, tuple[int, int]]:
+    """Return the indices of the derivatives of each input that drives, by its own."""
+    index = {q.name: k for k, q in enumerate(problem.inputs)}
+    return {
+        k: (index[f"der({name})"], index[f"der(der({name}))"])
+        for name, k in index.items()
+        if f"der(der({name}))" in index
+    }
+
+
+def check_set(problem: Problem, index: int) -> None:
+    """Refuse a value or a table of a derivative. Raises ``SimulationError``."""
+    for k, following in derived(problem).items():
+        if index in following:
+            name = problem.inputs[k].name
+            raise SimulationError(
+                f"'{problem.inputs[index].name}' follows from '{name}'", help=f"give a table of '{name}'"
+            )
+
+
+def with_derivatives(
+    problem: Problem, tables: Mapping[int, Table], begin: float, stop: float
+) -> dict[int, Table]:
+    """Return the tables with those of the derivatives. Raises ``SimulationError`` for a motion with jumps."""
+    found = dict(tables)
+    for k, (first, second) in derived(problem).items():
+        if k not in tables:
+            continue
+        table, name = tables[k], problem.inputs[k].name
+        if table.times.size > 1:
+            if table.interpolation != "spline":
+                raise SimulationError(f"the table of '{name}' drives a coordinate, so it has to be a spline")
+            _check_reach(name, table.times, begin, stop)
+        found[first], found[second] = derivatives(table)
+    return found
+
+
+def _check_reach(name: str, times: Array, begin: float, stop: float) -> None:
+    """Refuse a run beyond the ends of a table, where the value is held and its rate would jump."""
+    slack = 1e-12 * max(abs(times[0]), abs(times[-1]))
+    if begin < times[0] - slack or stop > times[-1] + slack:
+        raise SimulationError(
+            f"the table of '{name}' reaches from {times[0]:g} s to {times[-1]:g} s, the run from {begin:g} s to {stop:g} s: "
+            "beyond its ends what it drives would stand still at once",
+            help="give rows for the whole run, or let the run end with the table",
+        )
