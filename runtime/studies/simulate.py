@@ -99,6 +99,11 @@ def run(
     return with_sensitivities(solution, differentiable, start, estimate_error=options.estimate_error)
 
 
+def run_from(plan: Plan, y: Array, z: Array) -> Solution:
+    """Run a plan from another state ``y`` [ny], with other discrete variables ``z``."""
+    return _solve(replace(plan, case=replace(plan.case, y0=y, z=z, assembled=None)), False)
+
+
 def as_keywords(options: SimulationOptions) -> dict[str, Any]:
     """Give the fields of options, which every study has."""
     return {name: getattr(options, name) for name in SimulationOptions.__struct_fields__}

@@ -78,6 +78,12 @@ STUDIES = {
             "scattering", "By what angle is it deflected, over the impact parameter?", "scattering:Scattering"
         ),
         Kind("optimum", "By which values is a goal of the motion greatest, or least?", "optimum:Optimum"),
+        Kind(
+            "hysteresis",
+            "How does a motion follow a parameter that goes slowly up and down: where does it jump?",
+            "hysteresis:Hysteresis",
+        ),
+        Kind("threshold", "From which value on does something happen?", "threshold:Threshold"),
         Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "lyapunov:Lyapunov"),
         Kind("volume", "Does the flow keep volumes of states, or how fast do they shrink?", "volume:Volume"),
         Kind("period", "How long does one swing last, over the energy?", "period:Period"),

@@ -45,6 +45,14 @@ model Particle
   potential 1/(x^2 + y^2);
 end Particle;
 """,
+    "hysteresis": """\
+model Lag
+  dimensionless;
+  parameter u = 0;
+  state Real x = 0;
+  equation der(x) = u - x;
+end Lag;
+""",
     "steady": """\
 model Orbit
   dimensionless;
@@ -87,6 +95,8 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     extra = {
         "fit": [str(data), "--vary", "x"],
         "optimum": ["--vary", "x = 0.5 .. 2", "--goal", "-(x - 1)^2", "--stop", "3"],
+        "hysteresis": ["--over", "u = 0 .. 1, 3", "--hold", "3"],
+        "threshold": ["--over", "x = 0.5 .. 2", "--reaches", "x = -1", "--stop", "4"],
     }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
@@ -103,6 +113,8 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     given: dict[str, Any] = {
         "fit": {"data": data, "vary": "x"},
         "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
+        "hysteresis": {"over": "u = 0 .. 1, 3", "hold": 3},
+        "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
     }.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
@@ -193,6 +205,8 @@ end Straight;
 NEEDED: dict[str, dict[str, Any]] = {
     "fit": {"data": {"time": [0.0, 1.0, 2.0], "x": [1.0, 0.5, -0.4]}, "vary": "x"},
     "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2"},
+    "hysteresis": {"over": "c = 1 .. 2, 3", "hold": 1},
+    "threshold": {"over": "x = 1 .. 2, 3", "reaches": "x = -1"},
 }
 """Settings without which some studies are not asked."""
 
