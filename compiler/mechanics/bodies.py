@@ -9,6 +9,7 @@ from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector, add, scale, subtract
 from .kinematics.frames import Frame, Kinematics
 from .kinematics.pose import Rotate, Step, Translate
+from .kinematics.virtual import only_virtual
 from .system import PointMass, RotaryInertia
 
 
@@ -43,8 +44,8 @@ def _rigid(system: Massive, step: Step) -> bool:
             parts = (angle,)
         case _:
             parts = step.rate or ()
-            return all(system.graph.is_zero(x) for x in parts)
-    return all(system.graph.is_zero(system.rate(x)) for x in parts)
+            return all(only_virtual(system.graph, x) for x in parts)
+    return all(only_virtual(system.graph, system.rate(x)) for x in parts)
 
 
 def masses_of(system: Massive, frame: Frame | None) -> list[PointMass]:

@@ -29,6 +29,26 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
         output o = reaction(j);""",
         "python",
     ),
+    "two bodies welded together are one, whose reaction is asked for": (
+        """import mech.spatial.*;
+        Disk disk(r = 0.2 m);
+        Revolute hinge(world -> disk.a, angle = 0.3 rad);
+        Bar bar;
+        Weld weld(disk.a -> bar.a);
+        output centre = mass_centre(bar.a);
+        output J = inertia_tensor(disk.a);
+        output held = reaction(weld);""",
+        "python",
+    ),
+    "bodies that only slide against each other are two": (
+        """import mech.spatial.*;
+        Bar bar;
+        Prismatic rail(world -> bar.a);
+        Body body;
+        Translation guide(world -> body.a, position = {0.1, 0.2, 0.3} m);
+        output centre = mass_centre(body.a);""",
+        "python",
+    ),
     "a maximum of a potential and an input, written by 'if'": (
         """coordinate Length q = 0.4 m;
         kinetic 1 kg*der(q)^2;

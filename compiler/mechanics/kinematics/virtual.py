@@ -23,6 +23,8 @@ from .pose import Rotate, Translate
 from .rates import TotalDerivative
 
 REACTIONS = ("reaction", "moment")
+PREFIX = "#virtual "
+"""Of the names of all symbols of virtual displacements and of their rates."""
 
 
 class VirtualDisplacement(Struct, frozen=True):
@@ -71,6 +73,12 @@ def _branches(kind: Hashable) -> tuple[str, ...]:
     )
 
 
+def only_virtual(graph: Graph, rate: Node) -> bool:
+    """Tell whether a rate is zero but for virtual displacements, of which no motion has any."""
+    support = graph.support(rate)
+    return graph.is_zero(rate) or (bool(support) and all(graph.name(n).startswith(PREFIX) for n in support))
+
+
 def displace(
     graph: Graph, rate: TotalDerivative, frame: Frame, size: int, name: str, *, opposite: bool = False
 ) -> VirtualDisplacement:
@@ -79,8 +87,8 @@ def displace(
     ``opposite``: what hangs on the frame is the ``from`` side of the joint, on which minus the reaction acts.
     """
     count = 3 if size == 2 else 6
-    values = tuple(graph.symbol(f"#virtual {name} {k}") for k in range(count))
-    rates = tuple(graph.symbol(f"#virtual rate {name} {k}") for k in range(count))
+    values = tuple(graph.symbol(f"{PREFIX}{name} {k}") for k in range(count))
+    rates = tuple(graph.symbol(f"{PREFIX}rate {name} {k}") for k in range(count))
     for value, speed in zip(values, rates, strict=True):
         rate.define(value, speed)
         rate.define(speed, graph.zero)

@@ -25,6 +25,9 @@ RELATIONS: dict[str, tuple[Callable[[Any, Any], bool], int]] = {
     "greater_equal": (lambda a, b: a >= b, 1),
 }
 
+EDGES: set[Any] = set()
+"""Decisions that were taken exactly where they change, since somebody emptied this: both sides are right there."""
+
 
 def each(f: Callable[[Any], Any], x: Value) -> Value:
     """Apply a function to a number or to every element of an array."""
@@ -72,6 +75,8 @@ class Evaluator:
 
     def decide(self, key: Any, margin: Any, now: bool) -> bool:
         """A choice of a law: as it is now, or as it stays up to the next event (events, section 5)."""
+        if real(margin) == 0:
+            EDGES.add(key)
         if self.frozen is None or not (isinstance(margin, Series) or isinstance(self.frozen, Fresh)):
             return now
         choice = self.frozen.setdefault(key, now)
@@ -196,6 +201,8 @@ class Evaluator:
             case "abs":
                 return x[0] if self.decide(key, x[0], real(x[0]) >= 0) else -x[0]
             case "sign":
+                if real(x[0]) == 0:
+                    EDGES.add(key)
                 if real(x[0]) == 0 and (self.frozen is None or key not in self.frozen):
                     return 0.0
                 return 1.0 if self.decide(key, x[0], real(x[0]) > 0) else -1.0

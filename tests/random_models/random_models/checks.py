@@ -354,21 +354,6 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
-def _some(name: str, seed: int, base: Compiled) -> bool:
-    match name:
-        case "rescaled":
-            return seed % 3 == 0
-        case "targets":
-            return seed % 10 == 0
-        case "motion":
-            return seed % 10 == 0 or (base.switches and seed % 2 == 1)
-        case "exports":
-            return seed % 80 == 47
-        case "units":
-            return seed % 80 == 7
-    return True
-
-
 _IN_TURN = ("structured", "composed", "targets", "rescaled")
 
 
@@ -376,9 +361,20 @@ def _one(name: str, seed: int, base: Compiled) -> bool:
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
+def _some(name: str, seed: int, base: Compiled) -> bool:
+    match name:
+        case "motion":
+            return seed % 10 == 0 or (base.switches and seed % 2 == 1)
+        case "exports":
+            return seed % 80 == 47
+        case "units":
+            return seed % 80 == 7
+    return _one(name, seed, base)
+
+
 AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
 MODES = {
-    "mixed": Mode("python", (*AT_STATES, "motion", "exports", "units"), _some),
+    "mixed": Mode("c", (*AT_STATES, "motion", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),
     "motions": Mode("c", ("motion", "exports")),
     "units": Mode("python", ("units",)),

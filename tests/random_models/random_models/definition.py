@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from oracle import Meaning, NotCovered, Undetermined
+from oracle.expressions import EDGES
 
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
 from random_models.states import looks
@@ -106,7 +107,16 @@ def _on_an_edge(
     rng: np.random.Generator,
 ) -> bool:
     """Whether the definition itself jumps next to a state in all that is wrong: both sides are right then."""
-    near = [by_definition(meaning, shaken(state, rng)) for _ in range(4)]
+    EDGES.clear()
+    meaning.solved = None
+    by_definition(meaning, state)
+    if EDGES:
+        return True
+    near = []
+    for _ in range(4):
+        numbers = {k: v for k, v in meaning.parameters.items() if isinstance(v, float)}
+        beside = Meaning(meaning.flat, shaken(numbers, rng), experiment="")
+        near.append(by_definition(beside, shaken(state, rng)))
     return all(any(not abs(n[name] - there[name]) <= 0.1 * abs(x - y) for n in near) for name, x, y in wrong)
 
 

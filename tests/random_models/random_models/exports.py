@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import hashlib
+import shutil
 import subprocess
 import sys
 import warnings
@@ -18,6 +20,9 @@ from random_models.motions import columns, errors, run
 
 RELATIVE = 1e-4
 """Programs have one method each, at a tolerance of 1e-8 and 1e-6: a hundred times the looser of both."""
+OBJECTS = Path(__file__).resolve().parents[3] / "build" / "random_models" / "objects"
+"""Compiled files of exported C programs, as far as they are the kernel's."""
+KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
 def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
@@ -101,21 +106,37 @@ def _python(model: Any, here: Path) -> dict[str, Any] | str:
 
 def _program(model: Any, here: Path) -> dict[str, Any] | str:
     model.compile("c", here / "c")
-    sources = [str(f) for f in (here / "c").rglob("*.c")]
-    built = subprocess.run(
-        ["cc", "-O0", "-I", str(here / "c"), *sources, "-lm", "-o", str(here / "m")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if built.returncode:
-        return f"does not build: {built.stderr[:300]}"
+    try:
+        objects = [str(_object(f)) for f in sorted((here / "c").rglob("*.c"))]
+        _cc(*objects, "-lm", "-o", str(here / "m"))
+    except subprocess.CalledProcessError as error:
+        return f"does not build: {error.stderr[:300]}"
     ran = subprocess.run(
         [str(here / "m"), "1", "1e-9"], capture_output=True, text=True, timeout=60, check=False
     )
     if ran.returncode:
         return f"fails: {ran.stderr[-300:]}"
     return _table(ran.stdout)
+
+
+def _object(source: Path) -> Path:
+    """Compile one file; those of the kernel are the same for many models, and kept."""
+    if source.name not in KERNEL:
+        _cc("-O0", "-I", str(source.parent), "-c", str(source), "-o", f"{source}.o")
+        return Path(f"{source}.o")
+    headers = b"".join(f.read_bytes() for f in sorted(source.parent.glob("*.h")))
+    digest = hashlib.sha256(headers + source.read_bytes()).hexdigest()
+    kept = OBJECTS / f"{digest[:32]}.o"
+    if not kept.exists():
+        OBJECTS.mkdir(parents=True, exist_ok=True)
+        made = source.with_suffix(".o")
+        _cc("-O0", "-I", str(source.parent), "-c", str(source), "-o", str(made))
+        shutil.move(made, kept)
+    return kept
+
+
+def _cc(*words: str) -> None:
+    subprocess.run(["cc", *words], capture_output=True, text=True, check=True)
 
 
 def _units(text: str, native: Any, here: Path) -> list[tuple[str, str]]:

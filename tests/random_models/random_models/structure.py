@@ -364,7 +364,7 @@ def with_lets(model: Model, random: Random) -> Twin | None:
                 or x.ref
                 or not x.operands
                 or x.type != "real"
-                or any(y.kind in ("ref:bound", "ref:index") for y in x.walk())
+                or any(y.kind in ("ref:bound", "ref:index") or "[i" in y.ref for y in x.walk())
             ):
                 return x
             name = f"l{len(lets) + 1}"

@@ -114,7 +114,7 @@ def without_kinks(model: Model, random: Random) -> Twin | None:
                 inner = choose(
                     relation("<", o[0], negate(o[1])),
                     node("+", (o[0], 5), " + ", (o[1], 6), dim=o[0].dim, binding=5),
-                    zero,
+                    quantity(0, o[0].dim),
                 )
                 new = choose(relation(">", o[0], o[1]), subtract(o[0], o[1]), inner)
             case _:
