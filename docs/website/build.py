@@ -97,7 +97,8 @@ def write_pages(live: Mapping[str, Path]) -> None:
             shutil.copyfile(path, target)
     (PAGES / "names.md").write_text(NAMES, encoding="utf-8")
     (PAGES / "decisions" / "README.md").write_text(decisions(), encoding="utf-8")
-    shutil.copyfile(HERE / "website.css", PAGES / "website.css")
+    for name in ("website.css", "worker.js"):
+        shutil.copyfile(HERE / name, PAGES / name)
     (PAGES / "live").mkdir()
     for name, page in live.items():
         shutil.copyfile(page, PAGES / "live" / f"{name}.html")
@@ -152,7 +153,7 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
             done = subprocess.run(
                 [*command, "--recorded"], capture_output=True, text=True, check=False, cwd=ROOT
             )
-        said = (done.stderr.strip() or done.stdout.strip()).partition("\n")[0]
+        said = (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]
         return name, page if page.exists() else None, said
 
     made: dict[str, Path] = {}

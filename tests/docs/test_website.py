@@ -102,3 +102,13 @@ def test_mkdocs_builds_it_without_a_warning() -> None:
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert (build.BUILD / "site" / "index.html").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("mkdocs") is None, reason="needs the extra 'docs'")
+def test_no_page_asks_a_server_for_anything() -> None:
+    subprocess.run([sys.executable, str(ROOT / "docs/website/build.py"), "--no-live"], check=True)
+    asking = re.compile(r"""<(?:script|link|img|iframe)[^>]*(?:src|href)=["']?(?:https?:)?//""")
+    pages = list((build.BUILD / "site").rglob("*.html"))
+    assert len(pages) > 300
+    assert not [str(p) for p in pages if asking.search(p.read_text(encoding="utf-8"))]
