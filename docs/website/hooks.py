@@ -1,13 +1,29 @@
-"""What MkDocs is told beside its settings: pages take the place of workers from the site, not from a server."""
+"""What MkDocs is told beside its settings: menus that list all pages of a folder, and pages that take the place of workers from the site, not from a server."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from mkdocs.utils import get_relative_url
 
 ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
 """Where the theme takes it from."""
+
+
+def on_config(config: Any) -> Any:
+    """Put all pages of a folder in the place of ``folder/*.md`` in the menu."""
+    for entry in config.nav:
+        for title, pages in entry.items() if isinstance(entry, dict) else ():
+            entry[title] = [named for page in pages for named in _named(page, Path(config.docs_dir), pages)]
+    return config
+
+
+def _named(page: str, folder: Path, stated: list[str]) -> list[str]:
+    if "*" not in page:
+        return [page]
+    found = sorted(p.relative_to(folder).as_posix() for p in folder.glob(page))
+    return [name for name in found if name not in stated]
 
 
 def on_post_page(output: str, *, page: Any, config: Any) -> str:
