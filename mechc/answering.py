@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from msgspec.structs import replace
 
-from .asking import Asked, formulas, study
+from .asking.given_values import UsageMistake
+from .asking.question import Asked, formulas, study
 from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
@@ -18,7 +19,6 @@ from .runtime.results.solution import Solution as Run
 from .runtime.studies.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .runtime.studies.sweep import Runs, Sweep
-from .settings import UsageMistake
 from .solution import Solution
 
 if TYPE_CHECKING:

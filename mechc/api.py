@@ -12,14 +12,14 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 
+from .asking.given_values import Given, Target, UsageMistake
 from .lang.read import read_source
 from .lang.source import SourceFile
-from .model import CompiledModel, Target, compiled
-from .settings import Given, UsageMistake
+from .model import CompiledModel, compiled
 from .suggest import closest
 
 if TYPE_CHECKING:
-    from .asking import Asked
+    from .asking.question import Asked
     from .functions import Functions
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
@@ -193,7 +193,7 @@ class Model(CompiledModel):
     def _asked(
         self, kind: str, values: Mapping[str, Given] | None, given: Mapping[str, Any]
     ) -> tuple[Model, Asked]:
-        from .asking import asked
+        from .asking.question import asked
         from .runtime.studies.table import STUDIES
 
         if kind not in STUDIES:

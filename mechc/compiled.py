@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
+from .asking.given_values import Given, Scalar, UsageMistake, plain, read_value, structural_value
 from .compiler.compilation import Compilation
 from .lang.source import SourceFile
-from .settings import Given, Scalar, UsageMistake, plain, read_value, structural_value
 
 if TYPE_CHECKING:
     from .compiler.flat.model import Expression

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from .asking.given_values import UsageMistake
 from .compiler.equations.model import EXCHANGED
 from .model import CompiledModel
 from .runtime.studies.stationary import Curves, Stationary
-from .settings import UsageMistake
 
 
 def curves_of(model: CompiledModel, experiment: str | None, tolerance: float | None, every: bool) -> Curves:

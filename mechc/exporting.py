@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 from msgspec.structs import replace
 
+from .asking.given_values import UsageMistake
 from .c_main import (
     ASSEMBLED_START,
     EVEN_COUNT,
@@ -25,7 +26,6 @@ from .c_main import (
 )
 from .compiler.pipeline import program_with
 from .runtime.methods import KERNEL_METHODS, parts_for
-from .settings import UsageMistake
 
 if TYPE_CHECKING:
     from .compiler.program.model import Program

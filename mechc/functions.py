@@ -7,11 +7,11 @@ from typing import Any
 
 from msgspec import Struct
 
+from .asking.given_values import UsageMistake
 from .lang.diagnostics import CompileError
 from .model import CompiledModel
 from .runtime.case import SimulationOptions
 from .runtime.local.model_functions import ModelFunctions, model_functions
-from .settings import UsageMistake
 
 
 class Frame(Struct, frozen=True):

@@ -7,15 +7,25 @@ from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, Self, TypeVar, get_args
+from typing import TYPE_CHECKING, Self, TypeVar
 
 from msgspec.structs import replace
 
+from .asking.given_values import (
+    TARGETS,
+    Given,
+    Target,
+    UsageMistake,
+    elements_of,
+    one_of,
+    settings_in_si,
+    tidy,
+    unknown_name,
+)
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
 from .compiler.compilation import Compilation
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
-from .settings import Given, UsageMistake, elements_of, one_of, settings_in_si, tidy, unknown_name
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
@@ -24,8 +34,6 @@ if TYPE_CHECKING:
     from .runtime.problem import Directions, Problem
 
 Structural = Mapping[str, Exact]
-Target = Literal["auto", "c", "python"]
-TARGETS: tuple[str, ...] = get_args(Target)
 
 
 class CompiledModel:

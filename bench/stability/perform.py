@@ -14,7 +14,8 @@ from msgspec.structs import replace
 import mechc
 from mechc.answering import plan
 from mechc.api import Model
-from mechc.asking import asked
+from mechc.asking.given_values import UsageMistake
+from mechc.asking.question import asked
 from mechc.lang.diagnostics import CompileError
 from mechc.measurement.truth import compile_for_reference, true_errors
 from mechc.runtime.native.build import BuildError
@@ -22,7 +23,6 @@ from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.runtime.studies.simulate import Simulate
-from mechc.settings import UsageMistake
 from mechc.solution import Solution
 from mechc.watchdog import Crashed, Hung, Watchdog
 

@@ -9,7 +9,7 @@ from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector, add, scale, subtract
 from .kinematics.frames import Frame, Kinematics
 from .kinematics.pose import Rotate, Step, Translate
-from .kinematics.virtual import only_virtual
+from .kinematics.reactions import only_virtual
 from .system import PointMass, RotaryInertia
 
 

@@ -31,9 +31,9 @@ from .kinematics.frames import Frame, displaced, pose_between
 from .kinematics.planar import Planar
 from .kinematics.pose import Pose, inverse
 from .kinematics.rates import TotalDerivative
+from .kinematics.reactions import VirtualDisplacement, displace, reactions_asked
 from .kinematics.spatial import Spatial
 from .kinematics.topology import Topology, TreeEdge, classify
-from .kinematics.virtual import VirtualDisplacement, displace, reactions_asked
 from .matter import Matter
 from .meaning.lower import Lowering
 from .meaning.questions import Questions

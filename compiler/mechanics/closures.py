@@ -11,8 +11,8 @@ from ..flat.model import ClosureEquation, Constraint, Expression, FlatModel, Joi
 from ..graph import Graph, Node
 from ..graph.differentiate import is_affine
 from .kinematics.frames import Frame
+from .kinematics.reactions import VirtualDisplacement, displace
 from .kinematics.topology import Topology
-from .kinematics.virtual import VirtualDisplacement, displace
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit
 from .meaning.values import Value

@@ -15,8 +15,8 @@ from ..graph import Graph, Node
 from ..graph.vector import Matrix, Vector
 from .kinematics.frames import Frame, Kinematics, Point
 from .kinematics.rates import TotalDerivative
+from .kinematics.reactions import VirtualDisplacement
 from .kinematics.topology import Topology
-from .kinematics.virtual import VirtualDisplacement
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols
 from .modes import BranchRow, Mode

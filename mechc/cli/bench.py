@@ -46,10 +46,10 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
 def command(file: str, **given: Any) -> None:
     """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
     from ..api import load
+    from ..asking.given_values import UsageMistake, read_value
     from ..measurement.benchmark import benchmark
     from ..runtime.reference.high_precision import ReferenceFailed
     from ..runtime.reference.work_precision import TOLERANCES
-    from ..settings import UsageMistake, read_value
 
     try:
         tolerances = tuple(float(text) for text in given["tolerances"]) or TOLERANCES

@@ -104,8 +104,8 @@ def command(
     if target == "fmu":
         from pathlib import Path
 
+        from ..asking.given_values import UsageMistake
         from ..fmu.export import FmuOptions, export_fmu
-        from ..settings import UsageMistake
 
         options = FmuOptions(
             fmi, kind, experiment, sources_only, check, platforms or ("host",), arrays == "on"
@@ -118,7 +118,7 @@ def command(
             click.echo(f"wrote {path}", err=True)
         return
     if target == "web":
-        from ..settings import UsageMistake
+        from ..asking.given_values import UsageMistake
         from ..web.write import write_page
 
         try:

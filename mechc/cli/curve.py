@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..settings import UsageMistake
+from ..asking.given_values import UsageMistake
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -90,7 +90,7 @@ def _print(found: Curves, display: Display | None, *, first: bool) -> None:
 
 
 def _write(found: Curves, given: dict[str, Any], file: str, addition: str, display: Display | None) -> None:
-    from ..asking import chosen_names, names_in
+    from ..asking.question import chosen_names, names_in
 
     every = [s for solutions in found.solutions for s in solutions]
     for i, solution in enumerate(every, start=1):

@@ -72,7 +72,7 @@ def explain_failure(error: BaseException) -> int:
         case RecursionError():
             say("error", f"definitions depend on each other in too long a chain, in {stage_of(error)}")
             return FAILED
-        case _ if "mechc.settings" in sys.modules and show_usage_mistake(error):
+        case _ if "mechc.asking.given_values" in sys.modules and show_usage_mistake(error):
             return USAGE
         case _ if "mechc.runtime.outcome" in sys.modules and show_runtime_error(error):
             return FAILED
@@ -89,7 +89,7 @@ def reason(error: OSError) -> str:
 
 def show_usage_mistake(error: BaseException) -> bool:
     """Write what was asked for and does not fit the model; say whether the exception tells of that."""
-    from ..settings import UsageMistake
+    from ..asking.given_values import UsageMistake
 
     if not isinstance(error, UsageMistake):
         return False

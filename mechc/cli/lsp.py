@@ -13,7 +13,7 @@ from .options import Command
 def command() -> int:
     """Speak the Language Server Protocol over standard input and output: messages while typing, meanings, completions, renaming,
     layout. Editors start it; see docs/editors.md."""
-    from ..settings import UsageMistake
+    from ..asking.given_values import UsageMistake
 
     try:
         from ..editor.server import make_server

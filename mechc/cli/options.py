@@ -34,7 +34,7 @@ class Command(click.Command):
 
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:
     """Turn ``name=value`` texts into a mapping; a name that is given twice is refused."""
-    from ..settings import UsageMistake, split_assignment
+    from ..asking.given_values import UsageMistake, split_assignment
 
     example = "push=push.csv" if parameter.name == "inputs" else 'l="80 cm"'
     given: dict[str, str] = {}

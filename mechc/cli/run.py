@@ -115,8 +115,8 @@ def command(file: str, **given: Any) -> int:
     mechc run pendulum.mech --set l="80 cm" --set theta="10 deg" --stop "20 s" -o motion.csv
     """
     from ..api import load
+    from ..asking.given_values import UsageMistake
     from ..display import choose
-    from ..settings import UsageMistake
 
     try:
         display = choose(given["display"]) if given["display"] else None
@@ -146,7 +146,7 @@ def command(file: str, **given: Any) -> int:
 
 def _spare_inputs(output: str | None, inputs: dict[str, str]) -> None:
     """Refuse to write results over a table that the run reads. Raises UsageMistake."""
-    from ..settings import UsageMistake
+    from ..asking.given_values import UsageMistake
 
     for name, path in inputs.items():
         if output and Path(output).exists() and Path(path).exists() and Path(output).samefile(path):
@@ -255,7 +255,7 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
 
 def _note_bare_angles(model: Model, settings: dict[str, str]) -> None:
     """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
-    from ..settings import elements_of, read_value
+    from ..asking.given_values import elements_of, read_value
     from .failures import say
 
     units = model.settable_units()
@@ -283,7 +283,7 @@ def _chosen_outputs(model: Model, text: str | None) -> list[str]:
     """Return the names asked for with --outputs; a vector's name stands for its elements."""
     if text is None:
         return []
-    from ..asking import chosen_names, names_in
+    from ..asking.question import chosen_names, names_in
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")
@@ -328,8 +328,8 @@ def _write(solution: Solution, path: Path, names: list[str], display: Display | 
 
 def _show_motion(solution: Solution, file: str, addition: str, given: dict[str, Any]) -> None:
     """Write the moving picture and the stroboscopic one that were asked for."""
+    from ..asking.given_values import UsageMistake
     from ..presentation.animation import animate, snapshot
-    from ..settings import UsageMistake
 
     written: list[Path] = []
     if given["animate"]:

@@ -102,7 +102,7 @@ def command_of(kind: Kind) -> click.Command:
     from ..runtime.settings import settings_of
 
     def run(file: str, **given: Any) -> int:
-        from ..settings import UsageMistake
+        from ..asking.given_values import UsageMistake
 
         try:
             return _run(kind, file, given)
@@ -144,7 +144,7 @@ def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., An
 def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     from ..answering import answer
     from ..api import load
-    from ..asking import asked
+    from ..asking.question import asked
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
     from .failures import code_of
@@ -164,7 +164,7 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
 
 def _write(found: Answer, written: str, path: Path) -> None:
     """Write an answer: as JSON, or the arrays that it holds."""
-    from ..settings import UsageMistake
+    from ..asking.given_values import UsageMistake
 
     if path.suffix == ".json":
         path.write_text(written + "\n", encoding="utf-8")

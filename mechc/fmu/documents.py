@@ -56,7 +56,7 @@ def native_run(
     Raises CompileError (E0906) if it fails, SimulationError.
     """
     from ..answering import answered
-    from ..asking import asked
+    from ..asking.question import asked
     from ..runtime.native.build import find_compiler
     from ..runtime.studies.simulate import Simulate
     from ..solution import Solution

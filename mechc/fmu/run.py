@@ -12,6 +12,7 @@ import numpy as np
 from fmpy.simulation import simulate_fmu
 from msgspec import Struct
 
+from ..asking.given_values import UsageMistake, read_value_of, unknown_name
 from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
@@ -21,7 +22,6 @@ from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem, Quantity
 from ..runtime.results.accuracy import Accuracy
 from ..runtime.results.solution import Motion
-from ..settings import UsageMistake, read_value_of, unknown_name
 from ..solution import Solution
 from .guard import Limits, Lost, guarded
 

@@ -18,12 +18,12 @@ from msgspec import Struct, to_builtins
 
 from ..answering import answered, plan
 from ..api import Model, load
-from ..asking import Asked, asked
+from ..asking.given_values import Given, UsageMistake
+from ..asking.question import Asked, asked
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
 from ..runtime.studies.simulate import Simulate
-from ..settings import Given, UsageMistake
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes

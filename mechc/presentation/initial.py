@@ -10,7 +10,8 @@ from .numbers import number
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..model import CompiledModel, Target
+    from ..asking.given_values import Target
+    from ..model import CompiledModel
     from ..runtime.problem import Problem
 
 

@@ -10,19 +10,19 @@ import numpy as np
 from msgspec import Struct
 
 from mechc.answering import plan
+from mechc.asking.given_values import UsageMistake
 from mechc.display import factor
 from mechc.presentation.stl import triangles
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Problem, Quantity, Scene
-from mechc.settings import UsageMistake
 
 from .assembly import methods
 
 if TYPE_CHECKING:
     from mechc.api import Model
+    from mechc.asking.given_values import Given
     from mechc.runtime.studies.simulate import Plan
-    from mechc.settings import Given
     from mechc.solution import Solution
 
 ROWS = 1001

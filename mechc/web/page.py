@@ -20,7 +20,7 @@ from .facts import Facts, facts_of
 
 if TYPE_CHECKING:
     from mechc.api import Model
-    from mechc.settings import Given
+    from mechc.asking.given_values import Given
 
 HERE = Path(__file__).parent
 MARK = "<!-- a page of mechc -->"

@@ -6,8 +6,8 @@ import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from mechc.asking.given_values import UsageMistake
 from mechc.exporting import file_stem, refuse_driving_inputs
-from mechc.settings import UsageMistake
 
 from .page import MARK, page
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.settings import UsageMistake
+from mechc.asking.given_values import UsageMistake
 
 PENDULUM = """\
 model Pendulum

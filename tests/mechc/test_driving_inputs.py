@@ -11,10 +11,10 @@ from click.testing import CliRunner
 from scipy.interpolate import CubicSpline
 
 import mechc
+from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.outcome import SimulationError
-from mechc.settings import UsageMistake
 
 ARM = """
 model Arm

@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 import mechc
+from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.results.files import read_results
-from mechc.settings import UsageMistake
 
 PENDULUM = """
 model Pendulum

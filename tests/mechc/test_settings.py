@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mechc.settings import (
+from mechc.asking.given_values import (
     Given,
     UsageMistake,
     elements_of,
@@ -159,7 +159,7 @@ end M;
 
 def _read(kind: str, given: object) -> object:
     import mechc
-    from mechc.asking import _READ
+    from mechc.asking.question import _READ
     from mechc.runtime.settings import Setting
 
     return _READ[kind](Setting("at", "Where.", kind, "at"), given, mechc.loads(PLACES).problem("python"))

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from ...graph import Graph, Node
 from ...graph.differentiate import vjp
 from ...graph.vector import add, cross, matvec
-from ...mechanics.kinematics.virtual import VirtualDisplacement
+from ...mechanics.kinematics.reactions import VirtualDisplacement
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 
 Seeds = list[tuple[Node, Node]]

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 
-from .described import Finding
+from .read_description import Finding
 
 MOST_FILES = 20_000
 LARGEST = 2_000_000_000

@@ -21,7 +21,7 @@ from ...program.lower import lower
 from ...program.model import Program
 from ...verification import verified
 from ..c import emit_c
-from . import arrays, terminals, xml2, xml3
+from . import arrays, model_description2, model_description3, terminals
 from .identity import Identity, checked_identifier
 from .licences import header_folder, licences
 from .platforms import HOST, binaries
@@ -131,7 +131,11 @@ def make_package(
     )
 
     def describe(identity: Identity) -> str:
-        return xml2.write(identity, table) if fmi == 2 else xml3.write(identity, table, groups)
+        return (
+            model_description2.write(identity, table)
+            if fmi == 2
+            else model_description3.write(identity, table, groups)
+        )
 
     # the token is a hash of all that the file says without it
     everything = repr((plain, describe(identity)))
@@ -146,7 +150,7 @@ def make_package(
         files["terminalsAndIcons/terminalsAndIcons.xml"] = terminals.write(
             groups, table, icon=ICON in (documents or {})
         ).encode()
-        files["sources/buildDescription.xml"] = xml3.build_description(identity).encode()
+        files["sources/buildDescription.xml"] = model_description3.build_description(identity).encode()
     else:
         files.update({f"sources/{name}": text.encode() for name, text in headers.items()})
     files |= binaries({**texts, **headers}, platforms, fmi, identifier)

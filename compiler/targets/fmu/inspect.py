@@ -16,7 +16,7 @@ from mechc.runtime.problem import Array
 
 from . import driver
 from .arrays import element_names, flattened
-from .described import Finding
+from .read_description import Finding
 from .reference import Reference, deviation, read_reference
 from .rules import check_file
 

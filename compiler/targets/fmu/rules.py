@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from .archive import NoArchive, archive_findings, read_description
-from .described import Described, Finding, read_variables
+from .read_description import Described, Finding, read_variables
 from .structure import structure_findings
 
 _SIMPLE = r"[A-Za-z_][A-Za-z0-9_]*(?:\[\d+(?:,\d+)*\])?"

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from xml.etree.ElementTree import Element
 
-from .described import Described, Finding
+from .read_description import Described, Finding
 
 
 def structure_findings(root: Element, variables: list[Described], version: int) -> Iterator[Finding]:

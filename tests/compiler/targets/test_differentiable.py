@@ -12,9 +12,9 @@ from differentiable_modules import module, wanted
 from scipy.integrate import solve_ivp
 
 import mechc
+from mechc.asking.given_values import UsageMistake
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import Functions, load_functions
-from mechc.settings import UsageMistake
 
 EXAMPLES = sorted((Path(__file__).parents[3] / "examples").glob("*.mech"))
 LIBRARIES = pytest.mark.parametrize("library", ["casadi", "jax"])

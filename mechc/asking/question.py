@@ -10,17 +10,13 @@ from typing import Any
 from msgspec import Struct, field
 from msgspec.structs import replace
 
-from .around import AROUND, check_around, unknown_setting
-from .data import measured_motion
-from .formulas import apart, in_momenta, is_value, sides
-from .lang.units import UnitError, parse_unit
-from .model import Target
-from .runtime.case import Progress
-from .runtime.fitting.measured import Measured
-from .runtime.inputs import Table, read_tables
-from .runtime.outcome import SimulationError
-from .runtime.problem import Problem
-from .runtime.settings import (
+from ..lang.units import UnitError, parse_unit
+from ..runtime.case import Progress
+from ..runtime.fitting.measured import Measured
+from ..runtime.inputs import Table, read_tables
+from ..runtime.outcome import SimulationError
+from ..runtime.problem import Problem
+from ..runtime.settings import (
     EQUILIBRIUM,
     FORMULAS,
     START,
@@ -32,8 +28,11 @@ from .runtime.settings import (
     Surface,
     settings_of,
 )
-from .runtime.studies.study import Study
-from .settings import (
+from ..runtime.studies.study import Study
+from .common_settings import AROUND, check_around, unknown_setting
+from .formulas import apart, in_momenta, is_value, sides
+from .given_values import (
+    Target,
     UsageMistake,
     elements_of,
     read_value_of,
@@ -41,7 +40,8 @@ from .settings import (
     tidy,
     unknown_name,
 )
-from .varied import free, ranges
+from .measured_data import measured_motion
+from .ranges import free, ranges
 
 
 class Asked(Struct, frozen=True):

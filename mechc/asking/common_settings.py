@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .model import TARGETS
-from .runtime.studies.study import Study
-from .runtime.studies.table import kind_of
-from .settings import UsageMistake, one_of
-from .suggest import closest, setting_meant
+from ..runtime.studies.study import Study
+from ..runtime.studies.table import kind_of
+from ..suggest import closest, setting_meant
+from .given_values import TARGETS, UsageMistake, one_of
 
 AROUND = ("experiment", "inputs", "target", "progress")
 

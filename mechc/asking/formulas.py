@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from .runtime.settings import Setting
-from .settings import UsageMistake, read_value
+from ..runtime.settings import Setting
+from .given_values import UsageMistake, read_value
 
 
 def apart(text: str) -> list[str]:

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
 from msgspec import Struct
 
-from .lang.units import Unit, UnitError, parse_unit
-from .suggest import closest
+from ..lang.units import Unit, UnitError, parse_unit
+from ..suggest import closest
 
 Scalar = float | int | bool | str
+
+Target = Literal["auto", "c", "python"]
+"""What runs a model: compiled C, Python, or C where there is a compiler."""
+TARGETS: tuple[str, ...] = get_args(Target)
 
 
 @runtime_checkable

@@ -8,8 +8,8 @@ from typing import Any
 
 from msgspec import Struct
 
-from .runtime.settings import Free, Range
-from .settings import UsageMistake, elements_of, settings_in_si, tidy, unknown_name
+from ..runtime.settings import Free, Range
+from .given_values import UsageMistake, elements_of, settings_in_si, tidy, unknown_name
 
 _COMMA = re.compile(r",(?![^\[\](){}]*[\])}])")
 """A comma that stands in no brackets."""

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from .lang.units import UnitError, parse_unit
-from .runtime.fitting.measured import Measured, measured
-from .runtime.inputs import Table, header_of, make_table
-from .runtime.outcome import SimulationError
-from .runtime.problem import Array, Problem, Quantity
-from .settings import UsageMistake, tidy, unknown_name
+from ..lang.units import UnitError, parse_unit
+from ..runtime.fitting.measured import Measured, measured
+from ..runtime.inputs import Table, header_of, make_table
+from ..runtime.outcome import SimulationError
+from ..runtime.problem import Array, Problem, Quantity
+from .given_values import UsageMistake, tidy, unknown_name
 
 Column = tuple[str, str, Array]
 """Name, unit as written (empty: SI), values."""
