@@ -25,13 +25,16 @@ class Independent(Struct, frozen=True, eq=False):
     condition: float
 
 
-def independent(chart: Chart, found: Derivatives) -> Independent:
+def independent(chart: Chart, found: Derivatives, before: NDArray[np.intp] | None = None) -> Independent:
     """Choose independent displacements: of the positions first, then of the velocities, those of the same coordinates
-    where that can be. Raises SimulationError where the constraints depend on each other.
+    where that can be; or keep those that were chosen ``before``. Raises SimulationError where the constraints depend on
+    each other, and where those from before do.
     """
     n, nd = chart.size, chart.nd
     if not len(found.rate):
         return Independent(np.arange(n), np.eye(n), 1.0)
+    if before is not None:
+        return _kept(found, before)
     n_position = len(found.position)
     positions = null_space(found.position[:, :nd], n_position)
     chosen = _pivots(positions, ())
@@ -47,6 +50,20 @@ def independent(chart: Chart, found: Derivatives) -> Independent:
     return Independent(
         everything, basis @ np.linalg.inv(part), float(np.linalg.cond(part)) if part.size else 1.0
     )
+
+
+def _kept(found: Derivatives, chosen: NDArray[np.intp]) -> Independent:
+    """Express all displacements by those that were chosen at another state."""
+    held = np.vstack([found.position, found.rate])
+    basis = null_space(held, len(held))
+    part = basis[chosen]
+    condition = float(np.linalg.cond(part)) if part.size else 1.0
+    if not condition < 1 / RANK:
+        raise SimulationError(
+            "the independent coordinates of the start do not describe the motion everywhere",
+            help="begin elsewhere, or end before",
+        )
+    return Independent(chosen, basis @ np.linalg.inv(part), condition)
 
 
 def null_space(rows: Array, rank: int) -> Array:

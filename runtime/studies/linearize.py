@@ -102,8 +102,8 @@ class Linearize(Study, frozen=True, kw_only=True):
 
 def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> Linearization:
     problem, chart = site.problem, site.chart
-    inputs = _chosen_inputs(problem, study.driven)
-    outputs = _chosen_outputs(problem, study.outputs)
+    inputs = chosen_inputs(problem, study.driven)
+    outputs = chosen_outputs(problem, study.outputs)
     found = site.derivatives(y)
     free = independent(chart, found)
     if np.abs(found.constraints_by_inputs[:, inputs]).max(initial=0.0) > 0:
@@ -113,7 +113,7 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
         )
     a = (found.rates @ free.tangent)[free.chosen]
     b = found.rates_by_inputs[free.chosen][:, inputs]
-    rows, direct = _observed(site, y, outputs, found)
+    rows, direct = observed(site, y, outputs, found)
     c, d = rows @ free.tangent, direct[:, inputs]
     if found.moves_by_itself:
         remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
@@ -158,7 +158,7 @@ def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> L
     )
 
 
-def _chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
+def chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
     known = [q.name for q in problem.inputs]
     for name in names:
         if name not in known:
@@ -168,7 +168,7 @@ def _chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
     return [known.index(name) for name in names] if names else list(range(len(known)))
 
 
-def _chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quantity, tuple[str, int]]]:
+def chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quantity, tuple[str, int]]]:
     """Return what is observed, each with its place: an output, a number of the state, or an input."""
     everything = [
         *((q, ("out", k)) for k, q in enumerate(problem.outputs)),
@@ -183,7 +183,7 @@ def _chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quan
     ]
 
 
-def _observed(
+def observed(
     site: Site, y: Array, chosen: list[tuple[Quantity, tuple[str, int]]], found: Any
 ) -> tuple[Array, Array]:
     """Return the derivatives of what is observed by displacements and by inputs."""

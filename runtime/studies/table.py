@@ -47,6 +47,7 @@ STUDIES = {
             "What linear system is it near a state, between inputs and outputs?",
             "linearize:Linearize",
         ),
+        Kind("along", "What linear systems follow each other along the run?", "along:LinearizeAlong"),
         Kind(
             "equilibria",
             "Where does it rest, stable or not, and how does that change over a parameter?",
