@@ -22,7 +22,7 @@ const mech_model *mech_model_get(void);
 
 {spacing}
 /* What nominal values are made from: of each state a number for its unit, its kind (start.h), whether that is a pure
-   number, the declared nominal and the size of the declared range. */
+   number, the declared nominal, the size of the declared range, and a number for what it feels. */
 static const mech_quantity states[] = {{
 {quantities}}};
 static const int partner[] = {{{partner}}}, units[] = {{{units}}}, energies[] = {{{energies}}};

@@ -213,12 +213,19 @@ def _main(name: str, program: Program, defaults: Defaults) -> str:
         stop=defaults.stop,
         tolerance=defaults.tolerance,
         quantities="".join(
-            f"    {{{unit}, {_KINDS[kind]}, {int(pure)}, {nominal!r}, {size!r}}}, /* {_comment(entry.name)} */\n"
-            for unit, kind, pure, nominal, size, entry in zip(
-                sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, states, strict=True
+            f"    {{{unit}, {_KINDS[kind]}, {int(pure)}, {nominal!r}, {size!r}, {group}}}, /* {_comment(entry.name)} */\n"
+            for unit, kind, pure, nominal, size, group, entry in zip(
+                sizes.units,
+                sizes.kinds,
+                sizes.pure,
+                sizes.nominal,
+                sizes.ranges,
+                sizes.groups or [0] * len(states),
+                states,
+                strict=True,
             )
         )
-        or "    {0, MECH_PLAIN, 0, 0, 0},\n",
+        or "    {0, MECH_PLAIN, 0, 0, 0, 0},\n",
         partner=_list(sizes.partner),
         units=_list(sizes.parameter_units),
         energies=_list(sizes.energies),

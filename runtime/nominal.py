@@ -7,16 +7,16 @@ in metres runs alike. The rules, in this order:
 1. a nominal that the model declares; 1 for the entries of a rotation;
 2. the initial value, else the size of the declared range;
 3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
-4. where this is zero, the smallest one of the states of the same kind and unit;
+4. where this is zero, the smallest one of the states of the same kind and unit, among those that it feels if there is one;
 5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
 6. what the state reaches in a pilot run at a tolerance of 1e-6 (pilot.py), which measures it against what the
    rate at the start would lead to in the duration of the run;
 7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
 
-Values at the start, and rates, below 1e-12 of the largest one of their kind and unit count as zero, and so do rates below
+Values at the start, and rates, below 1e-12 of the largest one of their kind and unit that they feel count as zero, and so do rates below
 1e-12 of the fastest one, each over the nominal of its coordinate: they are what rounding leaves of a zero that assembly
 has computed, or of forces that cancel.
-No nominal is below 1e-6 times the largest one of its kind and unit, as smaller ones would be below rounding where
+No nominal is below 1e-6 times the largest one of its kind and unit that it feels, as smaller ones would be below rounding where
 the states are coupled; but not above what the state reaches in the pilot run, as then it is of its own size.
 An account of energy has the size of the energies at the start; where these are zero, that which it reaches in the
 pilot run, which does not control its error.
@@ -46,7 +46,7 @@ class Sizes(NamedTuple):
     By state: ``units``, the same number for the same unit; ``kinds``: "", account or rotation (an entry of one); ``pure``:
     an angle or a pure number; ``nominal``: declared, 0 without; ``ranges``: the size of the declared range, 0 without.
     ``partner`` [nv]: index of the coordinate of each velocity; ``parameter_units``: -1 where no state has it;
-    ``energies``: indices of outputs.
+    ``energies``: indices of outputs. ``groups``: the same number for states that feel each other, empty where all do.
     """
 
     nq: int
@@ -59,6 +59,7 @@ class Sizes(NamedTuple):
     partner: Sequence[int]
     parameter_units: Sequence[int]
     energies: Sequence[int]
+    groups: Sequence[int] = ()
 
 
 def nominal_values(
@@ -148,14 +149,20 @@ def _by_rules(
 def _without_rounding(sizes: Sizes, values: Array) -> Array:
     """Give ``values`` [ny] of the states, or of their rates, with zero for what is rounding beside others of its unit."""
     result = np.array(values)
-    all_units = np.asarray(sizes.units)
     for begin, end in itertools.pairwise((0, sizes.nq, sizes.nq + sizes.nv, len(result))):
-        units = all_units[begin:end]
-        for unit in dict.fromkeys(units.tolist()):
-            group = begin + np.flatnonzero(units == unit)
+        for alike in _alike(sizes, range(begin, end)):
+            group = np.array(alike)
             size = np.abs(result[group])
             result[group[size < NOISE * size.max()]] = 0.0
     return result
+
+
+def _alike(sizes: Sizes, indices: Sequence[int]) -> list[list[int]]:
+    """Put together states of one unit that feel each other."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for i in indices:
+        found.setdefault((sizes.units[i], sizes.groups[i] if sizes.groups else 0), []).append(i)
+    return list(found.values())
 
 
 def _own_size(sizes: Sizes, i: int, initial: float) -> float:
@@ -165,13 +172,10 @@ def _own_size(sizes: Sizes, i: int, initial: float) -> float:
 
 
 def _share(sizes: Sizes, nominal: Array, indices: Sequence[int], bounds: Array | None) -> list[int]:
-    """Give states without a size that of the smallest one of their unit; keep those below the floor
-    at what they reach, but not above it. Give these."""
-    groups: dict[int, list[int]] = {}
+    """Give states without a size that of the smallest one of their unit, one that they feel if there is one; keep those below
+    the floor at what they reach, but not above it. Give these."""
     low: list[int] = []
-    for i in indices:
-        groups.setdefault(sizes.units[i], []).append(i)
-    for group in groups.values():
+    for group in _alike(sizes, indices):
         floor = FLOOR * max(nominal[i] for i in group)
         free = [i for i in group if not sizes.nominal[i]]
         for i in free:
@@ -184,6 +188,10 @@ def _share(sizes: Sizes, nominal: Array, indices: Sequence[int], bounds: Array |
         for i in free:
             if nominal[i] == 0:
                 nominal[i] = smallest
+    for i in indices:  # of which nothing that it feels has a size
+        if nominal[i] == 0 and not sizes.nominal[i]:
+            others = [nominal[k] for k in indices if sizes.units[k] == sizes.units[i] and nominal[k] > 0]
+            nominal[i] = min(others, default=0.0)
     return low
 
 
@@ -229,6 +237,7 @@ def sizes_of(problem: Problem) -> Sizes:
         problem.partner,
         [numbers.get(q.unit, -1) for q in problem.parameters],
         [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
+        problem.groups,
     )
 
 

@@ -303,6 +303,8 @@ class Problem(Struct, frozen=True):
     offers: tuple[Offer, ...] = ()
     """Functions for others (``local/model_functions.py``). Empty unless asked for; then ``discretes`` ends with a number for
     each velocity, of kind seed: the accelerations that some read."""
+    groups: tuple[int, ...] = ()
+    """A number for each state, the same for those that feel each other; empty where all do."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

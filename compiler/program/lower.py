@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import CONST, LOOKUP, SYMBOL
+from .connected import groups
 from .hoist import hoistable, rule_order
 from .model import Body, Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
 from .schedule import schedule
@@ -67,7 +68,15 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         matter=equations.matter,
         matter_size=equations.matter_size,
         offers=equations.offers,
+        groups=_groups(equations, functions),
     )
+
+
+def _groups(equations: Equations, functions: Sequence[ProgramFunction]) -> tuple[int, ...]:
+    """Number the groups of states that have to do with each other."""
+    rhs = next((f for f in functions if f.name == "rhs"), None)
+    accounts = [i for i, entry in enumerate(equations.states) if entry.kind == "account"]
+    return () if rhs is None else groups(rhs, accounts, len(equations.states))
 
 
 class _Statements:

@@ -140,6 +140,8 @@ class Program(Struct, frozen=True):
     matter: tuple[Entry, ...] = ()
     matter_size: int = 0
     offers: tuple[Offer, ...] = ()
+    groups: tuple[int, ...] = ()
+    """Of each state (connected.py); empty where all of them feel each other."""
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

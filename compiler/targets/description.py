@@ -75,6 +75,7 @@ def make_problem(
             Offer(o.name, o.function, o.doc, o.shape, o.rows, o.columns, o.given, o.kind)
             for o in program.offers
         ),
+        groups=program.groups,
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
+FAR_APART = 1e3
+"""From this ratio of the sizes of states of one unit on, the sizes are shown that errors are measured against."""
 MOST_OUTPUTS = 12
 MOST_DERIVATIVES = 24
 MOST_EVENTS = 8
@@ -136,6 +138,8 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
         states = states[:MOST_STATES]
     head = ["", f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}", ""]
     head += ["estimated error", "largest"] if estimate else []
+    apart = estimate is not None and _sizes_apart(states, estimate.nominal)
+    head += ["nominal"] if apart else []
     table = [head]
     for quantity in states:
         row = _last(solution, quantity)
@@ -144,6 +148,9 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
                 f"{estimate.by_state_at_end[quantity.name]:.1e}",
                 f"{estimate.by_state[quantity.name]:.1e}",
             ]
+            if apart:
+                factor = solution.shown_unit(quantity.name)[1]
+                row.append(f"{estimate.nominal[quantity.name] * factor:.2g}")
         table.append(row)
     empty = [""] * (len(head) - 3)
     last = [[*_last(solution, quantity), *empty] for quantity in outputs[:MOST_OUTPUTS]]
@@ -164,6 +171,15 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
     elif solution.accuracy.remark:
         rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
     return rows
+
+
+def _sizes_apart(states: Sequence[Quantity], nominal: Mapping[str, float]) -> bool:
+    """Whether errors of states of one unit are measured against sizes that are far apart."""
+    for unit in {q.unit for q in states}:
+        sizes = [nominal[q.name] for q in states if q.unit == unit]
+        if max(sizes) > FAR_APART * min(sizes):
+            return True
+    return False
 
 
 def _sensitivities(solution: ShownSolution, style: Style) -> list[str]:

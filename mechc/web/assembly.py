@@ -83,15 +83,18 @@ def _quantities(program: Program) -> str:
     """Return what nominal values are made from (start.h)."""
     sizes = sizes_of(make_problem(program))
     kinds = {"": "MECH_PLAIN", "account": "MECH_ACCOUNT", "rotation": "MECH_ROTATION_ENTRY"}
-    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, strict=True)
-    quantities = [f"{{{u}, {kinds[k]}, {int(pure)}, {n!r}, {size!r}}}" for u, k, pure, n, size in rows]
+    groups = sizes.groups or [0] * len(sizes.units)
+    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
+    quantities = [
+        f"{{{u}, {kinds[k]}, {int(pure)}, {n!r}, {size!r}, {g}}}" for u, k, pure, n, size, g in rows
+    ]
 
     def array(kind: str, name: str, values: Sequence[object]) -> str:
         return f"static const {kind} {name}[] = {{{', '.join(map(str, values)) or '0'}}};"
 
     return "\n".join(
         [
-            array("mech_quantity", "web_states", quantities or ["{0, MECH_PLAIN, 0, 0, 0}"]),
+            array("mech_quantity", "web_states", quantities or ["{0, MECH_PLAIN, 0, 0, 0, 0}"]),
             array("int", "web_partner", sizes.partner),
             array("int", "web_units", sizes.parameter_units),
             array("int", "web_energies", sizes.energies),

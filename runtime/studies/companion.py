@@ -3,18 +3,18 @@ judged."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ..case import Case, Progress
+from ..case import Case, Progress, SimulationOptions
 from ..integrate.kernel_run import run_kernel
+from ..integrate.methods import Method
 from ..integrate.scipy_methods import run_scipy
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import Failure
+from ..problem import Array
 from ..results.accuracy import (
     ConstraintDrift,
     ErrorEstimate,
@@ -27,9 +27,6 @@ from ..results.accuracy import (
 from ..results.contradictions import Pair, contradictions
 from ..results.doubts import Contradiction
 
-if TYPE_CHECKING:
-    from .simulate import Plan
-
 COMPANION_STEPS, FEW_STEPS = 10, 100_000
 """A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
 before the second number it may meet a singular position, which is worth knowing."""
@@ -38,6 +35,15 @@ before the second number it may meet a singular position, which is worth knowing
 APART = 2.618
 """Into how many parts the steps of a third run divide those of the main one: no small ratio is near it (square of the golden
 section)."""
+
+
+class Plan(Struct, frozen=True):
+    """A run that can begin."""
+
+    options: SimulationOptions
+    case: Case
+    method: Method
+    nominal: Array
 
 
 class Estimated(Struct, frozen=True):

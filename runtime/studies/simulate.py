@@ -6,12 +6,11 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
-from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case, Progress, SimulationOptions, find_experiment, prepare
 from ..functions import load_functions
-from ..integrate.methods import Method, choose_method
+from ..integrate.methods import choose_method
 from ..integrate.nominal_run import nominal_of
 from ..integrate.trajectory import Trajectory, with_unit_rotations
 from ..outcome import ENDED, Outcome, SimulationError, time_text
@@ -29,6 +28,8 @@ from ..results.solution import Motion, Solution
 from ..settings import settable
 from ..tangent.flow import Tangents
 from .companion import Estimated, doubts, estimate, trajectory_of
+from .companion import Plan as Plan  # part of what runs are asked through
+from .own_size import by_own_size
 from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
 from .study import Study, solve
@@ -38,15 +39,6 @@ MAIN_SHARE = 0.36
 
 RUN_SHARE = 0.3
 """Part of the work that is the run, where its motion is differentiated as well."""
-
-
-class Plan(Struct, frozen=True):
-    """A run that can begin."""
-
-    options: SimulationOptions
-    case: Case
-    method: Method
-    nominal: Array
 
 
 class Run(Study, frozen=True, kw_only=True):
@@ -158,6 +150,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share)
     )
     plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
+    plan, main, sized = by_own_size(plan, main, part_of(options.progress, 0.0, share))
     case = plan.case
     if main.failure is not None:
         main = replace(main, failure=with_cause(case, main.failure))
@@ -223,6 +216,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         remarks=(
             *(case.assembled.remarks if case.assembled else ()),
             *looked,
+            *sized,
             *_remarks(problem, case, main),
         ),
         as_stated=as_stated,

@@ -204,6 +204,20 @@ def test_nominal_values_of_lengths() -> None:
     assert nominal(p, [5, 1e-9, 0, 1], [0, 0, 0, 0], [1, 1, 0], 1)[1] == pytest.approx(5e-6)
 
 
+def test_nominal_values_of_what_does_not_feel_each_other() -> None:
+    two = problem("Two", q=[("x", "m"), ("y", "m")], functions={})
+    apart = replace(two, groups=(0, 1, 0, 1))
+    assert nominal(two, [1e-9, 1e5, 0, 0], [0, 0, -4e-8, -1e5], [], 1)[0] == 1e5
+    assert nominal(apart, [1e-9, 1e5, 0, 0], [0, 0, -4e-8, -1e5], [], 1) == pytest.approx(
+        [1e-9, 1e5, (4e-8 * 1e-9) ** 0.5, 1e5]
+    )
+    # What starts at zero asks those that it feels first, then the others of its unit.
+    three = problem("Three", q=[("x", "m"), ("y", "m"), ("z", "m")], functions={})
+    groups = (0, 1, 1, 0, 1, 1)
+    assert nominal(replace(three, groups=groups), [2, 0, 5, 0, 0, 0], [0] * 6, [], 1)[1] == 5
+    assert nominal(replace(three, groups=groups), [0, 3, 5, 0, 0, 0], [0] * 6, [], 1)[0] == 3
+
+
 def test_nominal_values_of_falls_rotations_and_accounts() -> None:
     fall = problem("Fall", q=[("h", "m")], functions={})
     assert nominal(fall, [0, 0], [0, -10.0], [], 3) == pytest.approx([90, 30])

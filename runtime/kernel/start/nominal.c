@@ -5,11 +5,11 @@
  *  1. a nominal that the model declares; 1 for the entries of a rotation;
  *  2. the initial value, else the size of the declared range;
  *  3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
- *  4. where this is zero, the smallest one of the states of the same kind and unit;
+ *  4. where this is zero, the smallest one of the states of the same kind and unit, that it feels if there is one;
  *  5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
  *  6. what the state reaches in a first run, which measures it against what the rate at the start would lead to;
  *  7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
- * Values below 1e-12 of the largest one of their kind and unit count as zero, and no nominal is below 1e-6 of it, but not
+ * Values below 1e-12 of the largest one of their kind and unit that they feel count as zero, and no nominal is below 1e-6 of it, but not
  * above what the state reaches. An account of energy has the size of the energies at the start, else what it reaches.
  */
 #include "nominal.h"
@@ -28,30 +28,32 @@ static int is_plain(const mech_motion *x, int i, int velocities)
     return !velocity && state(x, i)->kind == MECH_PLAIN;
 }
 
+int mech_alike(const mech_quantity *a, const mech_quantity *b) { return a->unit == b->unit && a->group == b->group; }
+
 static mech_real own_size(const mech_quantity *q, mech_real initial)
 {
     if (q->nominal > 0) return q->nominal;
     return initial != 0 ? mech_abs(initial) : q->range;
 }
 
-/* Gives states without a size that of the smallest one of their unit; keeps those below the floor at what they reach, but
-   not above it. 1 if there are such. */
+/* Gives states without a size that of the smallest one of their unit, one that they feel if there is one; keeps those below
+   the floor at what they reach, but not above it. 1 if there are such. */
 static int share(const mech_motion *x, int velocities, const mech_real *bounds, mech_real *nominal)
 {
     const mech_model *m = x->model;
     const int ny = m->nq + m->nv + m->nx;
     int low = 0;
     for (int first = 0; first < ny; first++) {
-        const int unit = state(x, first)->unit;
+        const mech_quantity *q = state(x, first);
         int seen = !is_plain(x, first, velocities);
-        for (int i = 0; i < first && !seen; i++) seen = is_plain(x, i, velocities) && state(x, i)->unit == unit;
+        for (int i = 0; i < first && !seen; i++) seen = is_plain(x, i, velocities) && mech_alike(state(x, i), q);
         if (seen) continue;
         mech_real largest = 0, smallest = (mech_real)INFINITY;
         for (int i = first; i < ny; i++)
-            if (is_plain(x, i, velocities) && state(x, i)->unit == unit) largest = mech_max(largest, nominal[i]);
+            if (is_plain(x, i, velocities) && mech_alike(state(x, i), q)) largest = mech_max(largest, nominal[i]);
         const mech_real floor = FLOOR * largest;
         for (int i = first; i < ny; i++) {
-            if (!is_plain(x, i, velocities) || state(x, i)->unit != unit) continue;
+            if (!is_plain(x, i, velocities) || !mech_alike(state(x, i), q)) continue;
             if (!(state(x, i)->nominal > 0) && nominal[i] > 0 && nominal[i] < floor) {
                 low = 1;
                 if (bounds) nominal[i] = mech_max(nominal[i], mech_min(floor, bounds[i]));
@@ -59,7 +61,15 @@ static int share(const mech_motion *x, int velocities, const mech_real *bounds, 
             if (nominal[i] > 0) smallest = mech_min(smallest, nominal[i]);
         }
         for (int i = first; i < ny && mech_finite(smallest); i++)
-            if (is_plain(x, i, velocities) && state(x, i)->unit == unit && nominal[i] == 0) nominal[i] = smallest;
+            if (is_plain(x, i, velocities) && mech_alike(state(x, i), q) && nominal[i] == 0) nominal[i] = smallest;
+    }
+    for (int i = 0; i < ny; i++) { /* of which nothing that it feels has a size */
+        if (!is_plain(x, i, velocities) || nominal[i] != 0) continue;
+        mech_real smallest = (mech_real)INFINITY;
+        for (int k = 0; k < ny; k++)
+            if (is_plain(x, k, velocities) && state(x, k)->unit == state(x, i)->unit && nominal[k] > 0)
+                smallest = mech_min(smallest, nominal[k]);
+        if (mech_finite(smallest)) nominal[i] = smallest;
     }
     return low;
 }

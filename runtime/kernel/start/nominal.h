@@ -14,6 +14,9 @@ typedef struct mech_motion {
     mech_real duration;
 } mech_motion;
 
+/* Whether they have one unit and feel each other. */
+int mech_alike(const mech_quantity *a, const mech_quantity *b);
+
 /* nominal[ny]; `reached`: the largest size of each state in a first run, NULL before it, and `bounds` of what is far below
    others of its unit, NULL: unknown. 1 where a first run would tell more, else 0. */
 int mech_nominal_rules(const mech_motion *motion, const mech_real *reached, const mech_real *bounds,

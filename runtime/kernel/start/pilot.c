@@ -9,13 +9,13 @@ enum { POINTS = 200, MOST_STEPS = 5000 }; /* a motion of more steps is judged by
 
 static const mech_real TOLERANCE = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
 
-/* Zero for what is rounding beside others of its unit, among n states from `first` on. */
+/* Zero for what is rounding beside others of its unit that it feels, among n states from `first` on. */
 static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *values)
 {
     for (int i = first; i < first + n; i++) {
         mech_real largest = 0;
         for (int k = first; k < first + n; k++)
-            if (sizes->states[k].unit == sizes->states[i].unit) largest = mech_max(largest, mech_abs(values[k]));
+            if (mech_alike(&sizes->states[k], &sizes->states[i])) largest = mech_max(largest, mech_abs(values[k]));
         if (mech_abs(values[i]) < ROUNDING * largest) values[i] = 0;
     }
 }

@@ -46,6 +46,7 @@ typedef struct mech_quantity {
     int pure;            /* 1: an angle or a pure number                                            */
     mech_real nominal;   /* what the model declares, 0: nothing                                     */
     mech_real range;     /* the larger finite end of the declared range, 0: none                    */
+    int group;           /* the same number for states that feel each other                         */
 } mech_quantity;
 
 typedef struct mech_sizes {

@@ -1,0 +1,73 @@
+"""States that are far smaller than others of their unit: the error of each relative to its own range."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.presentation.report import report
+from mechc.runtime.case import Case
+from mechc.runtime.integrate.kernel_run import run_kernel
+from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.trajectory import Trajectory
+from mechc.runtime.native.build import find_compiler
+from mechc.runtime.problem import Array, Problem
+from mechc.runtime.studies import own_size
+
+SMALL = "coordinate Length x = {};initial der(x) = {};kinetic 1/2*1 kg*der(x)^2;potential 1/2*40 N/m*x^2;"
+LARGE = (
+    "coordinate Length y = 1e5 m;kinetic 1/2*1 kg*der(y)^2;potential 1/2*1 N/m*y^2;experiment(stop = 10 s);"
+)
+RATE = 40**0.5
+
+
+def small_motion(run: mechc.Solution, x: float, v: float) -> float:
+    """Return the largest true error of x over its own range."""
+    exact = x * np.cos(RATE * run.time) + v / RATE * np.sin(RATE * run.time)
+    return float(np.abs(run["x"] - exact).max() / np.abs(exact).max())
+
+
+@pytest.mark.parametrize(("x", "v", "repeated"), [(1e-9, 0.0, False), (0.0, 1e-8, True)])
+def test_nanometres_beside_kilometres(x: float, v: float, repeated: bool) -> None:
+    """The step is that of the faster one: before, the error was a fifth of the range and called 1e-15."""
+    run = mechc.loads(SMALL.format(f"{x} m", f"{v} m/s") + LARGE).simulate()
+    error = run.accuracy.error
+    assert error is not None
+    true = small_motion(run, x, v)
+    assert true < 1e-6 and true < 10 * error.by_state["x"]
+    assert any("'x' stays below" in remark for remark in run.remarks) is repeated
+    head = next(line for line in report(run).splitlines() if "estimated error" in line)
+    assert head.endswith("nominal")
+
+
+@pytest.mark.skipif(find_compiler() is None, reason="needs the kernel")
+def test_steps_of_one_size_are_measured_and_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+
+    def noted(case: Case, options: SolverOptions) -> Trajectory:
+        made.append(options)
+        return run_kernel(case, options)
+
+    monkeypatch.setattr("mechc.runtime.studies.companion.run_kernel", noted)
+    run = mechc.loads(SMALL.format("0 m", "1e-8 m/s") + LARGE).simulate(method="rk4", step=0.01)
+    assert len(made) == 2  # the run and its companion
+    error = run.accuracy.error
+    assert error is not None and small_motion(run, 0, 1e-8) < 3 * error.by_state["x"]
+    assert error.nominal["x"] < 1e-8
+
+
+def test_what_only_the_error_of_a_run_shows_is_no_size(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A coin that rolls upright: its height stays, but for what each step is off by, which a tighter run leaves less of."""
+    asked: list[list[int]] = []
+    kept = own_size._small
+
+    def noted(problem: Problem, nominal: Array, reached: Array) -> list[int]:
+        asked.append(kept(problem, nominal, reached))
+        return asked[-1]
+
+    monkeypatch.setattr(own_size, "_small", noted)
+    run = mechc.load(Path(__file__).parents[2] / "examples" / "rolling_coin.mech").simulate()
+    assert asked[0] and not any("stays below" in remark for remark in run.remarks)
