@@ -17,6 +17,7 @@ PAGES = (
     "evaluation",
     "tangents",
     "functions",
+    "gradient",
     "kernel",
     "stiff",
     "long_runs",

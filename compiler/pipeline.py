@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
@@ -15,6 +16,7 @@ from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
 
 from .compilation import Compilation
+from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
 from .equations.tangents import tangent_equations
@@ -29,7 +31,7 @@ from .uncollected import uncollected
 from .verification import verified
 
 if TYPE_CHECKING:
-    from mechc.runtime.problem import Directions
+    from mechc.runtime.problem import Adjoint, Directions
 
 Structural = Mapping[str, Fraction | bool | str]
 
@@ -117,8 +119,19 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
     """Return the program of the motion together with its derivatives (equations/tangents.py)."""
     with uncollected(), deep_recursion():
-        equations = verified(tangent_equations(equations_with(compilation, parts), directions))
+        equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
+
+
+def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
+    """Return the program that pulls a goal back to the start and to parameters (equations/adjoints.py)."""
+    with uncollected(), deep_recursion():
+        return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
+
+
+def _apart(equations: Equations) -> Equations:
+    """Return the same equations on a graph of their own: what others have added to it would stand for equal values."""
+    return replace(equations, graph=equations.graph.fork())
 
 
 def equations_with(compilation: Compilation, parts: Collection[str]) -> Equations:

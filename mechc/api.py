@@ -179,6 +179,24 @@ class Model(CompiledModel):
 
         return Functions(self)
 
+    def gradient(
+        self,
+        goal: str,
+        to: str | Collection[str],
+        *,
+        integral: bool = False,
+        set: Mapping[str, Given] | None = None,
+        **settings: Any,
+    ) -> Findings:
+        """Differentiate a goal, a formula at the end of the motion or its ``integral`` over the time, in parameters, initial
+        values and inputs, for the price of a few runs whatever their number. ``found.details["gradient"]``: by name, in SI.
+        Raises UsageMistake for names that do not fit, SimulationError for motions that are not smooth.
+        """
+        found: Findings = self._answer(
+            "gradient", set, {"goal": goal, "to": to, "integral": integral, **settings}
+        )
+        return found
+
     def __getattr__(self, name: str) -> Any:
         from .runtime.studies.table import STUDIES
 

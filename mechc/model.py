@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .compiler.equations.model import Entry
     from .compiler.flat.model import Experiment, Expression, Study
     from .compiler.program.model import Program
-    from .runtime.problem import Directions, Problem
+    from .runtime.problem import Adjoint, Directions, Problem
 
 Structural = Mapping[str, Exact]
 
@@ -211,7 +211,11 @@ class CompiledModel:
 
             program = self._program(wanted)
             problem = make_problem(program, target, reproducible=reproducible)
-            problems[key] = replace(problem, tangents=self._tangents(target, reproducible, wanted))
+            problems[key] = replace(
+                problem,
+                tangents=self._tangents(target, reproducible, wanted),
+                adjoints=self._adjoints(target, reproducible),
+            )
         return problems[key]
 
     def _program(self, parts: frozenset[str]) -> Program:
@@ -235,6 +239,18 @@ class CompiledModel:
             return make_problem(program, target, reproducible=reproducible)
 
         return tangents
+
+    def _adjoints(self, target: Target, reproducible: bool) -> Callable[[Adjoint], Problem]:
+        """Return what makes the problem that pulls a goal back, when it is asked for."""
+
+        @functools.cache
+        def adjoints(asked: Adjoint) -> Problem:
+            from .compiler.pipeline import adjoint_program
+            from .compiler.problem import make_problem
+
+            return make_problem(adjoint_program(self.compilation, asked), target, reproducible=reproducible)
+
+        return adjoints
 
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""

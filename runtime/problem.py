@@ -150,6 +150,26 @@ class Directions(Struct, frozen=True):
         return self.states + len(self.parameters) + len(self.inputs)
 
 
+class Adjoint(Struct, frozen=True):
+    """A goal whose gradient is asked for: ``goal``, the array (out or y) and its index; an ``integral`` over the motion, or
+    its value at the end. ``parameters`` and ``inputs`` by their indices.
+
+    ``given``: parameters that do not follow from others because they were set; ``tables``: inputs whose values do not come
+    from their defaults; ``stated``: initial values, ``settled``: parameters and inputs (array, index), that the caller has
+    set; ``experiment`` sets others.
+    """
+
+    goal: tuple[str, int]
+    integral: bool
+    parameters: tuple[int, ...]
+    inputs: tuple[int, ...]
+    given: tuple[int, ...]
+    tables: tuple[int, ...]
+    stated: tuple[int, ...]
+    settled: tuple[tuple[str, int], ...]
+    experiment: str
+
+
 class Offer(Struct, frozen=True):
     """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
     rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
@@ -320,6 +340,8 @@ class Problem(Struct, frozen=True):
     library: Path | None = None
     tangents: Callable[[Directions], Problem] | None = None
     """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
+    adjoints: Callable[[Adjoint], Problem] | None = None
+    """Makes the problem whose functions pull a goal back (``runtime/tangent/gradient.py``); None where nobody can."""
 
     @property
     def ny(self) -> int:

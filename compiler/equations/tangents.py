@@ -137,7 +137,7 @@ class _Tangents:
             start_spans=(None,) * (len(base.states) * (len(self.names) + 1)),
             functions=tuple(functions),
             experiments=(),
-            needs=base.needs - EVENTS,
+            needs=(base.needs - EVENTS) | self.time(functions[0]),
             conserved=(),
             energy_balance=(),
             jacobian_pattern=pattern,
@@ -148,6 +148,10 @@ class _Tangents:
         )
 
     # ------------------------------------------------------------ functions
+
+    def time(self, rates: Function) -> frozenset[str]:
+        """Return the fact that rates depend on time: derivatives do where inputs do."""
+        return frozenset({"time"} if self.places[Slot("t", 0)] in self.graph.support(*rates.outputs) else ())
 
     def own(self, name: str) -> tuple[Node, ...]:
         return self.functions[name].outputs

@@ -97,6 +97,7 @@ def describe(program: Program) -> dict[str, object]:
         "patterns",
         "enclosure",
         "offers",
+        "adjoints",
     ):
         del fields[name]
     return fields

@@ -78,6 +78,11 @@ STUDIES = {
         Kind(
             "scattering", "By what angle is it deflected, over the impact parameter?", "scattering:Scattering"
         ),
+        Kind(
+            "gradient",
+            "How does a goal of a smooth motion change with many parameters at once?",
+            "gradient:FindGradient",
+        ),
         Kind("optimum", "By which values is a goal of the motion greatest, or least?", "optimum:Optimum"),
         Kind(
             "hysteresis",

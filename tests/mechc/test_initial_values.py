@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mechc
@@ -89,3 +90,17 @@ def test_rotations_of_a_closing_joint_take_no_known_value() -> None:
         mechc.loads(text)
     (found,) = raised.value.diagnostics
     assert found.code == "E0517" and found.span is not None and found.span.text == "rotx(30 deg)"
+
+
+@pytest.mark.parametrize("numbers", ["2, a, 0.3, 0", "a, 0, 0, 0", "0, a, 0, 0", "0, 0, a, 3", "1, a, 2, 3"])
+def test_rotations_of_quaternions_with_zeros(numbers: str) -> None:
+    """A component that is always zero is never the one that the others are divided by."""
+    text = f"""model Turned
+      parameter a = 4;
+      coordinate Rotation R = quat({numbers});
+      inertia diag({{1, 2, 3}} kg.m^2) on world * R;
+      experiment(stop = 1 s);
+    end Turned;"""
+    q = np.array([float(x.replace("a", "4")) for x in numbers.split(",")])
+    start = mechc.loads(text).functions.start[:4]
+    assert np.abs(start * np.sign(start @ q) - q / np.linalg.norm(q)).max() < 1e-15

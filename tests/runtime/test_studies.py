@@ -97,6 +97,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "optimum": ["--vary", "x = 0.5 .. 2", "--goal", "-(x - 1)^2", "--stop", "3"],
         "hysteresis": ["--over", "u = 0 .. 1, 3", "--hold", "3"],
         "threshold": ["--over", "x = 0.5 .. 2", "--reaches", "x = -1", "--stop", "4"],
+        "gradient": ["--to", "x,der(x)", "--goal", "-(x - 1)^2", "--stop", "3"],
     }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
@@ -115,6 +116,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
         "hysteresis": {"over": "u = 0 .. 1, 3", "hold": 3},
         "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
+        "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
     }.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED

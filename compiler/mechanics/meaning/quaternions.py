@@ -56,15 +56,18 @@ def _product(graph: Graph, p: tuple[Node, ...], q: tuple[Node, ...]) -> tuple[No
 
 
 def _of_matrix(graph: Graph, matrix: tuple[tuple[Node, ...], ...]) -> tuple[Node, ...]:
-    """Return the quaternion of a matrix by its largest component (Shepperd 1978), scalar first."""
+    """Return the quaternion of a matrix by its largest component (Shepperd 1978), scalar first; one that is always zero is
+    never the largest."""
     mul, add, sub = graph.mul, graph.add, graph.sub
     m = matrix
     one, half = graph.constant(1), graph.half
     trace = graph.sum((m[0][0], m[1][1], m[2][2]))
 
-    def case(k: int) -> tuple[Node, ...]:
+    def case(k: int) -> tuple[Node, ...] | None:
         if k == 0:
             size = graph.sqrt(add(one, trace))
+            if graph.is_zero(size):
+                return None
             f = graph.div(half, size)
             return (
                 mul(half, size),
@@ -74,6 +77,8 @@ def _of_matrix(graph: Graph, matrix: tuple[tuple[Node, ...], ...]) -> tuple[Node
             )
         i, j, l = k - 1, k % 3, (k + 1) % 3
         size = graph.sqrt(add(one, sub(sub(m[i][i], m[j][j]), m[l][l])))
+        if graph.is_zero(size):
+            return None
         f = graph.div(half, size)
         parts = {
             0: mul(f, sub(m[l][j], m[j][l])),
@@ -84,11 +89,12 @@ def _of_matrix(graph: Graph, matrix: tuple[tuple[Node, ...], ...]) -> tuple[Node
         return tuple(parts[n] for n in range(4))
 
     largest = [trace, m[0][0], m[1][1], m[2][2]]
-    result = case(3)
-    for k in (2, 1, 0):
+    cases = {k: found for k in (3, 2, 1, 0) if (found := case(k)) is not None}
+    first, result = next(iter(cases.items()))
+    for k in [k for k in cases if k != first]:
         best = one
         for other in range(4):
             if other != k:
                 best = graph.logical_and(best, graph.less_equal(largest[other], largest[k]))
-        result = tuple(graph.select(best, a, b) for a, b in zip(case(k), result, strict=True))
+        result = tuple(graph.select(best, a, b) for a, b in zip(cases[k], result, strict=True))
     return result

@@ -1,0 +1,171 @@
+"""The adjoint of a model: its rates, its start and a goal, pulled back to the state, parameters and inputs.
+
+For a scalar goal the transposed derivative costs a few evaluations of the rates, however many parameters there are. The seeds
+are further numbers behind the discrete variables: one for each rate, then one for the goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from msgspec.structs import replace
+
+from mechc.lang.units import parse_unit
+
+from ..graph import Node
+from ..graph.differentiate import vjp
+from ..graph.rewrite import substitute
+from .model import Entry, Equations, Function, Offer, Slot
+from .sensitivities import SEED, total
+from .tangents import quotient
+
+if TYPE_CHECKING:
+    from mechc.runtime.problem import Adjoint
+
+
+def adjoint_equations(equations: Equations, asked: Adjoint) -> Equations:
+    """Return the equations with the functions ``goal``, ``pull_back`` and ``start_pull_back``.
+
+    ``pull_back``: the transposed derivative of rates and goal times the seeds, out[ny + free]: by the state, by parameters and
+    by inputs; ``start_pull_back`` the same of the initial state. What follows from parameters (other parameters, defaults of
+    inputs, initial values) is in both. Raises ValueError where an experiment lets two of them change at once.
+    """
+    return _Adjoints(equations, asked).equations()
+
+
+class _Adjoints:
+    def __init__(self, base: Equations, asked: Adjoint) -> None:
+        self.base, self.asked, self.graph = base, asked, base.graph
+        self.functions = {f.name: f for f in base.functions}
+        self.places = {slot: n for n, slot in base.layout.items()}
+        rules = {r.index: r.value for r in base.parameter_rules}
+        fixed = {i for i in range(len(base.parameters)) if i not in rules or not self.graph.support(rules[i])}
+        self.independent = sorted(fixed | {*asked.given, *asked.parameters})
+        self.y = [self.places[Slot("y", i)] for i in range(len(base.states))]
+        self.p = [self.places[Slot("p", i)] for i in asked.parameters]
+        self.u = [self.places[Slot("u", i)] for i in asked.inputs]
+        self.seeds = [self.graph.symbol(f"seed of the adjoint {i}") for i in range(len(self.y) + 1)]
+
+    def equations(self) -> Equations:
+        base, asked = self.base, self.asked
+        array, index = asked.goal
+        goal = self.own("outputs")[index] if array == "out" else self.y[index]
+        entry = (base.outputs if array == "out" else base.states)[index]
+        pulled = self.pulled((*self.own("rhs"), goal), self.seeds, self.y)
+        free = [*(base.parameters[i] for i in asked.parameters), *(base.inputs[i] for i in asked.inputs)]
+        rows = [*base.states, *free]
+        unit = entry.unit if not asked.integral else _times(entry.unit, base.time.unit)
+        labels = tuple((r.name, quotient(unit, r.unit)) for r in rows)
+        shape = (len(rows),)
+        doc = "transposed derivative of the rates and the goal, times the seeds"
+        zeros = (self.graph.zero,) * len(self.seeds)
+        return replace(
+            base,
+            layout={**base.layout, **{n: Slot("z", i) for i, n in enumerate(self.seeds)}},
+            discretes=tuple(Entry(f"seed[{i + 1}]", SEED, "") for i in range(len(self.seeds))),
+            functions=(
+                *base.functions,
+                Function("discretes", "seeds", zeros),
+                Function("goal", "what is differentiated", (goal,)),
+                Function("pull_back", doc, tuple(pulled)),
+                Function("start_pull_back", "the same of the initial state", tuple(self.start())),
+            ),
+            offers=(
+                Offer(
+                    entry.name,
+                    "goal",
+                    "what is differentiated",
+                    (),
+                    ((entry.name, unit),),
+                    (),
+                    True,
+                    "adjoint",
+                ),
+                Offer("gradient", "pull_back", doc, shape, labels, (), True, "adjoint"),
+                Offer(
+                    "start",
+                    "start_pull_back",
+                    "the same of the initial state",
+                    shape,
+                    labels,
+                    (),
+                    True,
+                    "adjoint",
+                ),
+            ),
+        )
+
+    def own(self, name: str) -> tuple[Node, ...]:
+        found = self.functions.get(name)
+        return found.outputs if found is not None else ()
+
+    def pulled(self, nodes: Sequence[Node], seeds: Sequence[Node], states: Sequence[Node]) -> list[Node]:
+        """Return what nodes times seeds are by ``states``, parameters and inputs, with the defaults of inputs behind them."""
+        graph, base = self.graph, self.base
+        nodes = total(base, self.independent, nodes)
+        inputs = [self.places[Slot("u", i)] for i in range(len(base.inputs))]
+        wanted = [*states, *self.p, *inputs]
+        found = vjp(graph, list(zip(nodes, seeds, strict=True)), wanted)
+        first = len(states)
+        own, by_inputs = found[: first + len(self.p)], found[first + len(self.p) :]
+        defaults = total(base, self.independent, self.own("inputs"))
+        moving = [(n, by_inputs[i]) for i, n in enumerate(defaults) if i not in self.asked.tables]
+        through = vjp(graph, moving, self.p) if moving else []
+        for k, more in enumerate(through):
+            own[first + k] = graph.add(own[first + k], more)
+        return [*own, *(by_inputs[i] for i in self.asked.inputs)]
+
+    def start(self) -> list[Node]:
+        """Return the initial state times the seeds, by initial values, parameters and inputs."""
+        base, graph, zero = self.base, self.graph, self.graph.zero
+        held = set(self.asked.stated)
+        nodes = list(self.own("initial"))
+        for k, node in self.set_by_experiment():
+            nodes[k] = node
+            held.add(k)
+        for k in self.asked.stated:
+            nodes[k] = zero
+        others = dict(zip(base.dependent, self.own("initial_of_others"), strict=True))
+        others = {k: n for k, n in others.items() if k not in held}
+        for k in others:
+            nodes[k] = others[k]
+        for _ in others:  # one of them may be stated with another
+            at_start = dict(zip(self.y, nodes, strict=True))
+            for k, n in others.items():
+                (nodes[k],) = substitute(graph, [n], at_start)
+        seeds = self.seeds[: len(nodes)]
+        by_parameters = self.pulled(nodes, seeds, ())
+        direct = (
+            vjp(graph, [(n, seeds[k]) for k, n in others.items()], self.y) if others else [zero] * len(self.y)
+        )
+        by_values = [seeds[k] if k not in others else zero for k in range(len(nodes))]
+        return [*(graph.add(a, b) for a, b in zip(by_values, direct, strict=True)), *by_parameters]
+
+    def set_by_experiment(self) -> list[tuple[int, Node]]:
+        """Return the initial values that the experiment sets. Raises ValueError where it sets parameters or inputs by others."""
+        base = self.base
+        plan = next((e for e in base.experiments if e.name == self.asked.experiment), None)
+        if plan is None:
+            return []
+        nodes = self.own(plan.function)[len(plan.options) :]
+        found = []
+        for setting, node in zip(plan.settings, total(base, self.independent, nodes), strict=True):
+            if setting.array == "y" and setting.index not in self.asked.stated:
+                found.append((setting.index, node))
+            elif setting.array != "y":
+                place = self.places[Slot(setting.array, setting.index)]
+                moving = [n for n in self.p if n != place and n in self.graph.support(node)]
+                if moving and (setting.array, setting.index) not in self.asked.settled:
+                    entries = base.parameters if setting.array == "p" else base.inputs
+                    names = entries[setting.index].name, base.parameters[base.layout[moving[0]].index].name
+                    raise ValueError(
+                        f"the experiment sets '{names[0]}' by a formula with '{names[1]}': both would change at once"
+                    )
+        return found
+
+
+def _times(unit: str, other: str) -> str:
+    if not other:
+        return unit
+    return str(parse_unit(unit or "1").dimension * parse_unit(other).dimension)
