@@ -15,6 +15,7 @@ from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
 from .hybrid.switching import add_events
+from .jacobian import jacobian_of_rates
 from .local_derivatives import bias, local_derivatives, second_order
 from .model import AssertionText, ConstraintEntry, Entry, Equations, Function, Offer, ParameterRule, Slot
 from .needs import choices, needs
@@ -75,7 +76,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     reporter.stop_on_errors()
     pattern: tuple[tuple[int, int], ...] = ()
     if "jacobian" in parts:
-        derivatives, pattern = _jacobian(system, layout, functions)
+        derivatives, pattern = jacobian_of_rates(system, layout, functions)
         functions = (*functions, derivatives)
     scene, scene_functions = None, tuple[Function, ...]()
     if "scene" in parts:
@@ -249,20 +250,6 @@ def _separable(system: MechanicalSystem, layout: Layout, functions: Sequence[Fun
         and not layout.constrained
         and system.symbols.velocities.isdisjoint(system.graph.support(*forces))
     )
-
-
-def _jacobian(
-    system: MechanicalSystem, layout: Layout, functions: Sequence[Function]
-) -> tuple[Function, tuple[tuple[int, int], ...]]:
-    """Return the function of the entries of d(rhs)/dy that can differ from zero, and their places."""
-    rhs = next(f for f in functions if f.name == "rhs")
-    states = [n for n, slot in layout.slots.items() if slot.array == "y"]
-    rows = jacobian(system.graph, rhs.outputs, states)
-    entries = [(i, j, n) for i, row in enumerate(rows) for j, n in sorted(row.items())]
-    function = Function(
-        "jacobian", "entries of d(rhs)/dy that can differ from zero", tuple(n for *_, n in entries)
-    )
-    return function, tuple((i, j) for i, j, _ in entries)
 
 
 def _projections(
