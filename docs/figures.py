@@ -6,6 +6,7 @@ One line for each system: rows of the source texts, the example, its test, what 
 
 from __future__ import annotations
 
+import importlib.util
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -319,11 +320,33 @@ derive, or integrate from equations written by hand. `make gallery` makes this p
 systems in `docs/gallery/`.
 """
 
+ALL_ROWS = """## All rows of the sources
+
+What each row of the five texts asks, with the models, and the tests that compare an answer with the source's. `docs/rows.py` holds
+the rows that have no example of their own, and what the sources have wrong.
+"""
+
 
 def page() -> str:
     """Return the text of gallery.md."""
     shown = " ".join(f"![{name}](gallery/{name}.png)" for name in SHOWN)
-    return f"{HEAD}\n{shown}\n\n{table()}"
+    return f"{HEAD}\n{shown}\n\n{table()}\n{ALL_ROWS}\n{all_rows()}"
+
+
+def all_rows() -> str:
+    """Return the table of all rows of the sources (docs/rows.py)."""
+    spec = importlib.util.spec_from_file_location("rows", HERE / "rows.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules["rows"] = module  # where its structs look for the names of their types
+    spec.loader.exec_module(module)
+    tests = [
+        (r.rows, r.example, r.test.removeprefix("../") if "/" in r.test else f"physics/{r.test}")
+        for r in ROWS
+    ]
+    text = module.table(tests, {r.example: description(r.example) for r in ROWS})
+    assert isinstance(text, str)
+    return text
 
 
 def table(up: str = "../", pictures: bool = False) -> str:

@@ -293,6 +293,7 @@ CASES = {
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_classical_problem(name: str) -> None:
+    """P5 is the problem of two dependent variables."""
     case = CASES[name]
     found: CurveSolution = mechc.loads(case.text).solve()
     exact = float(case.exact())
@@ -333,7 +334,7 @@ def test_from_place_to_place_in_given_time_is_a_kepler_orbit() -> None:
 
 
 def test_where_the_soap_film_tears() -> None:
-    """At the critical distance both films become one: its size and slope of x - c cosh are zero."""
+    """U64: at the critical distance both films become one: its size and slope of x - c cosh are zero."""
     text = """
         model Film
           dimensionless;

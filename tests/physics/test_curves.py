@@ -47,6 +47,7 @@ end Clothesline;
 
 
 def test_a_hanging_line_of_given_length() -> None:
+    """U61: a catenary with c = 0.3082365."""
     c = float(mpmath.findroot(lambda c: 2 * c * mpmath.sinh(1 / (2 * c)) - 1.5, 0.3))
     sag = c * (math.cosh(1 / (2 * c)) - 1)
     found = solve(CATENARY)
@@ -72,6 +73,7 @@ end Brachistochrone;
 
 
 def test_the_curve_of_fastest_descent_begins_steeply() -> None:
+    """U59: 0.5828955 s to (1, -1)."""
     theta = mpmath.findroot(lambda t: (t - mpmath.sin(t)) / (1 - mpmath.cos(t)) - 1, 2.4)
     exact = float(mpmath.sqrt(1 / (1 - mpmath.cos(theta)) / mpmath.mpf("9.81")) * theta)
     found = solve(BRACHISTOCHRONE)
@@ -96,6 +98,7 @@ end SoapFilm;
 
 @pytest.mark.parametrize(("experiment", "guess", "negative"), [("shallow", 0.85, 0), ("deep", 0.235, 1)])
 def test_both_soap_films(experiment: str, guess: float, negative: int) -> None:
+    """U64: 5.991797 and 6.845655 at b = 0.5."""
     c = mpmath.findroot(lambda c: c * mpmath.cosh(mpmath.mpf("0.5") / c) - 1, guess)
     exact = float(2 * mpmath.pi * c * (mpmath.mpf("0.5") + c / 2 * mpmath.sinh(1 / c)))
     found = solve(SOAP, experiment=experiment)
@@ -106,6 +109,7 @@ def test_both_soap_films(experiment: str, guess: float, negative: int) -> None:
 
 
 def test_light_through_two_media_bends_where_they_meet() -> None:
+    """U63: n1 sin(theta1) = n2 sin(theta2)."""
     found = solve("""
         model Fermat
           parameter n1 = 1.0;
@@ -128,6 +132,7 @@ def test_light_through_two_media_bends_where_they_meet() -> None:
 
 
 def test_a_geodesic_of_the_half_plane_is_a_circle() -> None:
+    """U71: x^2 + y^2 = 2, of the length 2 ln(1 + sqrt(2))."""
     found = solve("""
         model HalfPlane
           dimensionless;

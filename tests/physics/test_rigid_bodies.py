@@ -192,7 +192,7 @@ def test_euler_equations_with_torque() -> None:
 
 
 def test_ball_with_an_eccentric_cavity() -> None:
-    """U125: centre at -a/14, moments 57/140 - 1/196 and 31/70 of M a^2 about it; hung at its middle, w^2 = 10 g/(57 a)."""
+    """U125, T21: centre at -a/14, moments 57/140 - 1/196 and 31/70 of M a^2 about it; hung at its middle, w^2 = 10 g/(57 a)."""
     solution = run("cavity_pendulum")
     assert solution["centre[3]"] == pytest.approx(-0.2 / 14, rel=1e-12)
     assert solution["I[1]"] == pytest.approx(57 / 140 - 1 / 196, rel=1e-12)

@@ -9,6 +9,8 @@ from gallery import Array, Case, at, check, check_estimate, references, run, upw
 from numpy import cos, sin, sqrt, tan
 from scipy.optimize import brentq
 
+import mechc
+
 g = 9.81
 
 wedge_s = g * 0.5 * 3 / (2 + 0.25)
@@ -36,6 +38,33 @@ def test_closed_form(case: Case) -> None:
 
 def test_printed_acceleration_of_the_wedge() -> None:
     assert run("wedge")["a_X"][0] == pytest.approx(-1.887935, abs=6e-7)
+
+
+def test_forces_on_the_wedge() -> None:
+    """U38: between block and wedge m M g cos/(M + m sin^2), on the floor (M + m) g - m s'' sin; in free coordinates with
+    constraints, whose multipliers they are."""
+    text = """\
+model Wedge
+  dimensionless;
+  coordinate X = 0;
+  coordinate Y = 0;
+  coordinate x = 0;
+  coordinate y = 0;
+  kinetic 2/2*(der(X)^2 + der(Y)^2) + 1/2*(der(x)^2 + der(y)^2);
+  potential 9.81*(2*Y + y);
+  constraint between: (y - Y)*cos(pi/6) + (x - X)*sin(pi/6) = 0;
+  constraint floor: Y = 0;
+  output n = multiplier(between);
+  output N = multiplier(floor);
+  output a = der(X, 2);
+  experiment(stop = 1);
+end Wedge;
+"""
+    solution = mechc.loads(text).simulate()
+    n = 2 * g * sqrt(0.75) / (2 + 0.25)
+    assert np.abs(np.abs(solution["n"]) - n).max() < 1e-11
+    assert np.abs(np.abs(solution["N"]) - (3 * g - wedge_s * 0.5)).max() < 1e-11
+    assert np.abs(np.abs(solution["a"]) + wedge_X).max() < 1e-11
 
 
 SPHERICAL = {

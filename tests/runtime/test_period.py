@@ -97,7 +97,7 @@ def test_power_laws(degree: int) -> None:
 
 
 def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
-    """The angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed."""
+    """U153: the angle between two nearest points is 2 pi sqrt(lambda) 0.54621613 at e = 3, where r1 = 0.4421253 as printed."""
     model = example("table_hole_string")
     for ratio in (2.0, 3.0):
         found = model.period(set={"lambda": ratio})

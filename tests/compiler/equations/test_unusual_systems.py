@@ -16,7 +16,7 @@ ROUNDING = 1e-13
 
 
 def test_lagrangian_with_second_derivatives_integrates_by_parts() -> None:
-    """L = -1/2 m q q'' - 1/2 k q^2 is the oscillator (V9)."""
+    """L = -1/2 m q q'' - 1/2 k q^2 is the oscillator (V9, U62)."""
     model = compiled("coordinate q = 1 m; lagrangian -1/2*2 kg*q*der(q, 2) - 1/2*3 N/m*q^2;")
     state = {"q": 0.7, "der(q)": -0.4}
     assert outcome(model, "rhs", state)["der(q)"] == pytest.approx(-1.5 * 0.7, abs=ROUNDING)

@@ -1,0 +1,184 @@
+"""All 216 rows of the source texts: those of the examples (docs/figures.py), and the others with their tests, or why not."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from msgspec import Struct
+
+COUNTS = {"U": 155, "K": 6, "T": 26, "V": 11, "P": 18}
+"""Rows of each source."""
+
+REMAINING = "physics/test_rows.py"
+CURVES, CLASSICAL = "physics/test_curves.py", "physics/test_classical_curves.py"
+PERIODS, CONSTANTS = "runtime/test_period.py", "physics/test_asked.py"
+
+
+class Asked(Struct, frozen=True):
+    """A row without an example in the gallery: ``tests`` below tests/ as ``file::function``, or what is to be said instead."""
+
+    asks: str
+    tests: tuple[str, ...] = ()
+    curve: str = ""
+    said: str = ""
+
+
+def asked(asks: str, *tests: str, curve: str = "", said: str = "") -> Asked:
+    return Asked(asks, tests, curve, said)
+
+
+OTHERS: Mapping[str, Asked] = {
+    "U1": asked("products of vectors, a x (b x c)", f"{REMAINING}::test_products_of_vectors"),
+    "U10": asked("k = V''(a), w = sqrt(k/m)", f"{REMAINING}::test_small_oscillations_about_a_minimum"),
+    "U12": asked("parabola of safety", f"{REMAINING}::test_parabola_of_safety"),
+    "U17": asked(
+        "is there an external force on three particles?",
+        said="the signs of its data are lost in the text: there is nothing to compare with",
+    ),
+    "U25": asked("scale models at the same Reynolds number", f"{REMAINING}::test_a_model_in_another_medium"),
+    "U33": asked(
+        "twice the mass, twice the potential", f"{REMAINING}::test_similar_motions_take_similar_times"
+    ),
+    "U39": asked(
+        "degrees of freedom of a dumbbell",
+        f"{REMAINING}::test_rigid_points_lose_a_freedom_for_each_distance",
+    ),
+    "U40": asked(
+        "degrees of freedom of a rigid triangle",
+        f"{REMAINING}::test_rigid_points_lose_a_freedom_for_each_distance",
+    ),
+    "U41": asked(
+        "kinds of constraints",
+        said="definitions, without an answer; models of each kind: velocity constraints [chaplygin_sleigh](../examples/chaplygin_sleigh.mech), "
+        "inequalities [bouncing_ball](../examples/bouncing_ball.mech), moving ones [moving_frame](../examples/moving_frame.mech)",
+    ),
+    "U59": asked(
+        "curve of fastest descent",
+        f"{CURVES}::test_the_curve_of_fastest_descent_begins_steeply",
+        curve="brachistochrone",
+    ),
+    "U60": asked(
+        "elastic band under a load",
+        said="posed and not solved in the source; the model is [rubber_band](../examples/curves/rubber_band.mech)",
+    ),
+    "U61": asked(
+        "line of fixed length", f"{CURVES}::test_a_hanging_line_of_given_length", curve="clothesline"
+    ),
+    "U62": asked(
+        "Lagrangian with q''",
+        "compiler/equations/test_unusual_systems.py::test_lagrangian_with_second_derivatives_integrates_by_parts",
+    ),
+    "U63": asked(
+        "Fermat's principle", f"{CURVES}::test_light_through_two_media_bends_where_they_meet", curve="fermat"
+    ),
+    "U64": asked(
+        "soap film between rings",
+        f"{CURVES}::test_both_soap_films",
+        f"{CLASSICAL}::test_where_the_soap_film_tears",
+        curve="soap_film",
+    ),
+    "U68": asked("gauge terms, Galilean boosts", f"{REMAINING}::test_gauge_terms_change_nothing"),
+    "U71": asked(
+        "geodesic of the half plane",
+        f"{CURVES}::test_a_geodesic_of_the_half_plane_is_a_circle",
+        curve="half_plane_geodesic",
+    ),
+    "U72": asked(
+        "charged bead on a vertical circle", "runtime/test_equilibria.py::test_a_charged_bead_on_a_hoop"
+    ),
+    "U78": asked("period in V0 tan^2 x", f"{REMAINING}::test_period_by_integration"),
+    "U81": asked("period in k q^4", f"{REMAINING}::test_similar_motions_take_similar_times"),
+    "U90": asked("Hill's and Mathieu's equations", f"{REMAINING}::test_stability_of_mathieus_equation"),
+    "U98": asked("d/dt [r.(v x a)]", f"{REMAINING}::test_derivative_of_a_triple_product"),
+    "U117": asked(
+        "kinetic energy of a body about any point", f"{REMAINING}::test_kinetic_energy_about_any_point"
+    ),
+    "U131": asked("momenta, and torque about another point", f"{REMAINING}::test_torque_about_another_point"),
+    "U149": asked("Liouville's theorem", f"{REMAINING}::test_volume_of_states"),
+    "U151": asked(
+        "two motions from almost the same start",
+        f"{REMAINING}::test_neighbours_on_a_cycle_and_on_a_strange_attractor",
+    ),
+    "U153": asked(
+        "orbits that close on a table with a hole",
+        f"{PERIODS}::test_a_mass_on_a_table_with_a_string_through_a_hole",
+    ),
+    "U155": asked(
+        "falling paper strip",
+        said="its equations are in a paper that the source cites, and no number is stated: there is nothing to compare with",
+    ),
+    "T1": asked("L and L + df/dt", f"{REMAINING}::test_gauge_terms_change_nothing"),
+    "T3": asked("period by quadrature", f"{REMAINING}::test_period_by_integration"),
+    "T4": asked("fall to the centre", f"{REMAINING}::test_fall_to_the_centre"),
+    "T7": asked("det(k - w^2 m) = 0", "runtime/test_modes.py::test_a_chain_of_springs"),
+    "T11": asked("symmetric and spherical tops", f"{CONSTANTS}::test_what_moments_are_like"),
+    "T21": asked(
+        "sphere with a cavity as a compound pendulum",
+        "physics/test_rigid_bodies.py::test_ball_with_an_eccentric_cavity",
+    ),
+    "V9": asked(
+        "L(q, q', q'', t)",
+        "compiler/equations/test_unusual_systems.py::test_lagrangian_with_second_derivatives_integrates_by_parts",
+    ),
+    "P1": asked("virial theorem", f"{REMAINING}::test_a_virial_of_forces"),
+    "P2": asked("generalised forces", f"{REMAINING}::test_generalised_forces"),
+    "P5": asked(
+        "several dependent variables", f"{CLASSICAL}::test_a_classical_problem", curve="two_variables"
+    ),
+    "P6": asked("multipliers of velocity constraints", f"{REMAINING}::test_multipliers_of_rates"),
+    "P12": asked("Poinsot's motion", f"{REMAINING}::test_poinsots_motion"),
+}
+
+SAID = {
+    "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
+    "K5": "named as future work, no number stated",
+    "U6": "no number stated: three surfaces that the model's points fulfil",
+    "U38": "the notes misprint M X'' in one of two equations",
+    "U89": "the list of answers prints 1.36711556 without damping; it is 1.36711536",
+    "U92": "the edge is a fractal: the stated values are among several",
+    "U138": "the rate that the notes give for space is that in the body; in space it is l/I1",
+    "U150": "the notes' bracket has the opposite sign",
+    "P7": "the printed equation is wrong; right: theta'' = 3 g/(2 L) sin(theta)",
+    "P18": "about fields, which have no model; the constants of a mechanical system are found",
+}
+"""Errors of the sources, and rows that state no number."""
+
+
+def ids() -> list[str]:
+    """Return the names of all rows in the order of the sources."""
+    return [f"{letter}{k}" for letter, count in COUNTS.items() for k in range(1, count + 1)]
+
+
+def of_examples(rows: Iterable[tuple[str, str, str]]) -> dict[str, list[tuple[str, str]]]:
+    """Return examples and tests by the row that they are for, from what the gallery says of each."""
+    found: dict[str, list[tuple[str, str]]] = {}
+    for text, example, test in rows:
+        for name in re.findall(r"\b[UKTVP]\d+\b", text):
+            found.setdefault(name, []).append((example, test))
+    return found
+
+
+def table(rows: Iterable[tuple[str, str, str]], describe: Mapping[str, str]) -> str:
+    """Return the table of all rows; ``rows`` are texts, examples and test files (below tests/) of the gallery."""
+    examples = of_examples(rows)
+    lines = ["| row | asks | models | tests | remark |", "|---|---|---|---|---|"]
+    for name in ids():
+        models = [f"[{e}](../examples/{e}.mech)" for e, _ in examples.get(name, ())]
+        tests = [_test(test) for _, test in examples.get(name, ())]
+        asks, said = "", SAID.get(name, "")
+        if name in OTHERS:
+            other = OTHERS[name]
+            asks, said = other.asks, other.said or said
+            models += [f"[{other.curve}](../examples/curves/{other.curve}.mech)"] if other.curve else []
+            tests += [_test(test) for test in other.tests]
+        elif examples.get(name):
+            asks = re.sub(r" \((?:[UKTVP]\d+)[^()]*\)", "", describe[examples[name][0][0]])
+        cells = (name, asks, ", ".join(models), ", ".join(dict.fromkeys(tests)), said)
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
+
+
+def _test(test: str) -> str:
+    file, _, function = test.partition("::")
+    return f"[{function or file.rpartition('/')[2]}](../tests/{file})"
