@@ -87,11 +87,18 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 
 
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
-    """Return the model with what the question needs, and the question in SI. Raises UsageMistake for a curve."""
-    if model.compilation.equations.curve is not None:
+    """Return the model with what the question needs, and the question in SI. Raises UsageMistake for a curve where a
+    motion is asked about, and the other way round."""
+    is_curve = model.compilation.equations.curve is not None
+    if is_curve and not asked.question.of_curves:
         raise UsageMistake(
-            f"'{model.name}' is a curve and does not move: no study is asked about it",
-            "'solve' finds it, as 'mechc run' does",
+            f"'{model.name}' is a curve and does not move: this study is not asked about it",
+            "'solve' finds it, as 'mechc run' does; 'mechc study curves' follows it over a parameter",
+        )
+    if asked.question.of_curves and not is_curve:
+        raise UsageMistake(
+            f"'{model.name}' is a motion, and this study is asked about curves",
+            "a curve has a range: 'independent x from a to b;'",
         )
     model = _with_formulas(model, asked)
     said = asked.given.get("method") or model.method(asked.experiment)

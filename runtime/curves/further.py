@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,15 +20,22 @@ APART = 1e-5
 """Curves are different that are further apart than this share of their size."""
 
 
-def further(posed: Posed, first: Answer) -> list[Answer]:
-    """Return stationary curves beside the first one, those of lower value first."""
+def further(
+    posed: Posed, first: Answer, shares: Sequence[float] = SHARES, patience: int | None = None
+) -> list[Answer]:
+    """Return stationary curves beside the first one, those of lower value first.
+
+    ``shares`` of waves that are tried; ``patience``: after how many starts without a new curve the search ends.
+    """
     known = [first]
     s = np.linspace(0, 1, 201)
     at = evaluate(first.discrete, first.solved, s, 0)[: posed.curve.coordinates]
     size = np.maximum(spans(posed, posed.guess(s)), spans(posed, at))
-    for source in _starts(posed, size):
-        if len(known) >= MOST:
+    idle = 0
+    for source in _starts(posed, size, shares):
+        if len(known) >= MOST or idle == patience:
             break
+        idle += 1
         for away in (known, []):
             try:
                 found = search(posed, deflated=away, start=source, once=True)
@@ -36,13 +43,14 @@ def further(posed: Posed, first: Answer) -> list[Answer]:
                 continue
             if all(_apart(found, other, size) for other in known):
                 known.append(found)
+                idle = 0
                 break
     return sorted(known[1:], key=lambda a: a.value)
 
 
-def _starts(posed: Posed, size: Array) -> Iterator[Source]:
+def _starts(posed: Posed, size: Array, shares: Sequence[float]) -> Iterator[Source]:
     yield posed.guess
-    yield from (start for _, start in bent(posed.guess, size, SHARES))
+    yield from (start for _, start in bent(posed.guess, size, shares))
 
 
 def _apart(a: Answer, b: Answer, least: Array) -> bool:

@@ -78,7 +78,7 @@ def search(
     found, steps = first_from(posed, source, meshes, known, tried, remarks, once=once)
     if found is not None:
         if not adapt:
-            return _answer(posed, found.discrete, found.unknowns, None, steps, 1, remarks)
+            return answer_of(posed, found.discrete, found.unknowns, None, steps, 1, remarks)
         try:
             return _adapted(posed, found, degree, steps, remarks)
         except Failed as lost:
@@ -100,7 +100,7 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
         cycles += 1
         discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree))
         steps += more
-        marked = _marked(discrete, solved.unknowns, posed.tolerance)
+        marked = marked_elements(discrete, solved.unknowns, posed.tolerance)
         if obstacles.has_bounds(discrete):
             marked = obstacles.borders(discrete) | (marked & ~_narrow(discrete))
         if not marked.any():
@@ -110,14 +110,14 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
             break
         discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.refined(marked))
         steps += more
-    coarse_answer = _answer(posed, discrete, solved.unknowns, None, steps, cycles, remarks)
+    coarse_answer = answer_of(posed, discrete, solved.unknowns, None, steps, cycles, remarks)
     discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.of_degree(degree + FINER))
     steps += more
-    answer = _answer(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
+    answer = answer_of(posed, discrete, solved.unknowns, coarse_answer, steps, cycles, remarks)
     answer.size = max(answer.size, begun.guessed)
     answer.reached = not marked.any()
     if not answer.definite:  # small elements have small eigenvalues: larger ones tell the directions, too
-        first = _answer(posed, begun.discrete, begun.unknowns, None, 0, 0, [])
+        first = answer_of(posed, begun.discrete, begun.unknowns, None, 0, 0, [])
         if first.definite:
             answer.negative, answer.free, answer.definite = first.negative, first.free, True
             answer.directions_on = begun.discrete.mesh
@@ -178,7 +178,7 @@ def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> 
 # ---------------------------------------------------------------- what is not yet good
 
 
-def _marked(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray[np.bool_]:
+def marked_elements(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray[np.bool_]:
     """Return the elements whose polynomials have not come to an end."""
     layout = discrete.layout
     n, b = layout.n, layout.bubbles
@@ -196,7 +196,7 @@ def _marked(discrete: Discrete, unknowns: Unknowns, tolerance: float) -> NDArray
 # ---------------------------------------------------------------- what is reported
 
 
-def _answer(
+def answer_of(
     posed: Posed, discrete: Discrete, unknowns: Unknowns, before: Answer | None, steps: int, cycles: int, remarks: list[str]
 ) -> Answer:  # fmt: skip
     value, size = value_of(discrete, unknowns)

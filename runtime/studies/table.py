@@ -54,6 +54,11 @@ STUDIES = {
             "equilibria:FindEquilibria",
         ),
         Kind(
+            "curves",
+            "Which curves make something stationary, over a parameter, and where do they end?",
+            "curves:FollowCurves",
+        ),
+        Kind(
             "steady",
             "Which motions are steady, with all but cyclic coordinates at rest, and are they stable?",
             "steady:Steady",

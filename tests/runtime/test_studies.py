@@ -35,6 +35,17 @@ end Well;
 """
 
 ASKED = {
+    "curves": """\
+model String
+  dimensionless;
+  parameter k = 1;
+  independent x from 0 to 1;
+  coordinate y ~ x;
+  initial y = 0;
+  final y = 1;
+  stationary integral(der(y)^2 + k*y^2);
+end String;
+""",
     "scattering": """\
 model Particle
   dimensionless;
@@ -98,6 +109,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "hysteresis": ["--over", "u = 0 .. 1, 3", "--hold", "3"],
         "threshold": ["--over", "x = 0.5 .. 2", "--reaches", "x = -1", "--stop", "4"],
         "gradient": ["--to", "x,der(x)", "--goal", "-(x - 1)^2", "--stop", "3"],
+        "curves": ["--over", "k=0 .. 2"],
     }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
@@ -111,13 +123,15 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     answers = found["runs"] if name == "sweep" else [found]
     assert all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
     assert picture.exists() is (name != "sweep")
-    given: dict[str, Any] = {
+    settings: dict[str, dict[str, Any]] = {
         "fit": {"data": data, "vary": "x"},
         "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
         "hysteresis": {"over": "u = 0 .. 1, 3", "hold": 3},
         "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
         "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
-    }.get(name, {} if "stop" in question.unused else {"stop": 3})
+        "curves": {"over": "k = 0 .. 2"},
+    }
+    given = settings.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
     assert all(run.outcome is Outcome.COMPLETED for run in answer.runs)
@@ -213,7 +227,10 @@ NEEDED: dict[str, dict[str, Any]] = {
 """Settings without which some studies are not asked."""
 
 
-@pytest.mark.parametrize("name", STUDIES)
+OF_MOTIONS = [name for name, kind in STUDIES.items() if not kind.question().of_curves]
+
+
+@pytest.mark.parametrize("name", OF_MOTIONS)
 def test_an_experiment_that_sweeps_is_answered_for_each_value_or_refused(name: str) -> None:
     model = mechc.loads(SWEPT)
     given = NEEDED.get(name, {})
@@ -267,8 +284,8 @@ def test_studies_of_a_state_take_no_settings_of_a_run() -> None:
         assert {"stop", "start", "every", "step", "tolerance", "method"} <= STUDIES[name].question().unused
 
 
-@pytest.mark.parametrize("name", STUDIES)
-def test_no_study_is_asked_about_a_curve(
+@pytest.mark.parametrize("name", OF_MOTIONS)
+def test_no_other_study_is_asked_about_a_curve(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(mechc.UsageMistake, match="'Straight' is a curve and does not move"):

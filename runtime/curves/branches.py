@@ -1,0 +1,337 @@
+"""Branches of curves over a parameter: steps of given length along them, so that they turn where the parameter turns back
+(Keller 1977); folds and forks located on them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+
+from ..problem import Array
+from .bent import spans
+from .discrete import Discrete
+from .mesh import Mesh
+from .newton import Factors, is_finite, norm_of
+from .posed import Posed
+from .search import DEGREE, FINER, Answer, answer_of, marked_elements
+from .starts import evaluate, transferred
+from .unknowns import Unknowns
+
+FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-5
+"""Steps along a branch, in sizes of the curve and of the range of the parameter."""
+MOST_POINTS = 400
+MOST_CORRECTIONS = 8
+QUICK = 3
+CLOSE = 1e-11
+NUDGE = 1e-5
+"""Of the range by which the parameter is moved for a derivative."""
+LOCATED = 1e-12
+MOST_SPLITS = 60
+SPLIT, ROUNDING = 1e-9, 1e-14
+LOOSE = 1e-8
+"""Of the size of the curve: where the polynomials of a branch's elements end beyond that, elements are halved."""
+MOST_ELEMENTS = 200
+
+
+class Point(Struct, eq=False):
+    """One curve of a branch: ``share`` of the range of the parameter, and dshare/dlength of the branch there."""
+
+    share: float
+    discrete: Discrete
+    unknowns: Unknowns
+    tangent: Unknowns
+    rate: float
+
+
+class Special(Struct, eq=False):
+    """A ``fold``, where the branch turns back, or a ``fork``, where a direction changes; ``error`` of its parameter."""
+
+    kind: str
+    share: float
+    error: float
+    answer: Answer
+
+
+class Branch(Struct, eq=False):
+    """Points in the order of the branch with what is told of each, and how its two ends came about."""
+
+    points: list[Point]
+    answers: list[Answer]
+    specials: list[Special]
+    ends: tuple[str, str]
+
+
+class Tracer:
+    """Follows branches. ``posed(share)`` makes the problem at a share of the range of the parameter."""
+
+    def __init__(self, posed: Callable[[float], Posed]) -> None:
+        self.posed = posed
+        self.least = np.zeros(0)
+
+    def discrete(self, like: Discrete, share: float, old: float) -> Discrete:
+        """Return the problem at another value of the parameter, on elements whose borders move along."""
+        posed = self.posed(share)
+        mesh = like.mesh
+        before, now = (
+            np.unique([0.0, *self.posed(old).borders(), 1.0]),
+            np.unique([0.0, *posed.borders(), 1.0]),
+        )
+        if len(before) == len(now) and np.any(before != now):
+            mesh = Mesh(np.interp(mesh.nodes, before, now), mesh.steep, mesh.degree)
+        made = Discrete(posed.problem, mesh, posed.p, like.gauge)
+        made.active_nodes, made.active_rates = like.active_nodes, like.active_rates
+        return made
+
+    def trace(self, answer: Answer, share: float) -> Branch:
+        """Follow a branch from one of its curves to both sides."""
+        posed, n = self.posed(share), answer.discrete.layout.n
+        s = np.linspace(0, 1, 101)
+        at = evaluate(answer.discrete, answer.solved, s, 0)[:n]
+        self.least = np.maximum(spans(posed, posed.guess(s)), spans(posed, at))
+        start = self._oriented(answer.discrete, answer.solved, share, None)
+        back, why_back = self._follow(
+            Point(share, start.discrete, start.unknowns, _turned(start.tangent), -start.rate)
+        )
+        ahead, why_ahead = self._follow(start)
+        points = [*reversed(back[1:]), *ahead]
+        answers = [self._told(p) for p in points]
+        for p in back[1:]:  # all point the same way along the branch
+            p.tangent, p.rate = _turned(p.tangent), -p.rate
+        specials = self._specials(points, answers)
+        return Branch(points, answers, specials, (why_back, why_ahead))
+
+    # ------------------------------------------------------------ one step
+
+    def _sizes(self, discrete: Discrete, at: Unknowns) -> Unknowns:
+        norm = norm_of(discrete, at, self.least)
+        return Unknowns(norm.border, norm.inside, norm.whole)
+
+    def _oriented(self, discrete: Discrete, at: Unknowns, share: float, along: Point | None) -> Point:
+        """Return a point with its tangent: unit length, and the way that ``along`` goes."""
+        by_share = self._by_share(discrete, at, share)
+        blocks = discrete.blocks(at)
+        blocks.local_residual, blocks.whole_residual = by_share
+        t = Factors(discrete, blocks).step(blocks)
+        size = self._sizes(discrete, at)
+        length = float(np.sqrt(_product(t, t, size) + 1))
+        t, rate = Unknowns(t.border / length, t.inside / length, t.whole / length), 1 / length
+        if along is not None:
+            before = along.tangent
+            if before.border.shape != t.border.shape or discrete.mesh.degree != along.discrete.mesh.degree:
+                before = transferred(along.discrete, before, discrete)
+            if _product(t, before, size) + rate * along.rate < 0:
+                t, rate = _turned(t), -rate
+        return Point(share, discrete, at, t, rate)
+
+    def _by_share(self, discrete: Discrete, at: Unknowns, share: float) -> tuple[Array, Array]:
+        ahead = self.discrete(discrete, share + NUDGE, share).blocks(at, matrix=False)
+        behind = self.discrete(discrete, share - NUDGE, share).blocks(at, matrix=False)
+        return (
+            (ahead.local_residual - behind.local_residual) / (2 * NUDGE),
+            (ahead.whole_residual - behind.whole_residual) / (2 * NUDGE),
+        )
+
+    def _stepped(self, p: Point, length: float) -> tuple[Point, int] | None:
+        """Return the point of the branch at a distance, and the corrections that it took; None where there is none."""
+        size = self._sizes(p.discrete, p.unknowns)
+        at, share = p.unknowns.moved(p.tangent, length), p.share + length * p.rate
+        by_share: tuple[Array, Array] | None = None
+        for corrections in range(1, MOST_CORRECTIONS + 1):
+            discrete = self.discrete(p.discrete, share, p.share)
+            blocks = discrete.blocks(at)
+            if not is_finite(blocks):
+                return None
+            try:
+                factors = Factors(discrete, blocks)
+            except (np.linalg.LinAlgError, RuntimeError):
+                return None
+            by_share = self._by_share(discrete, at, share)
+            one = factors.step(blocks)
+            blocks.local_residual, blocks.whole_residual = by_share
+            two = factors.step(blocks)
+            apart = Unknowns(
+                at.border - p.unknowns.border, at.inside - p.unknowns.inside, at.whole - p.unknowns.whole
+            )
+            off = _product(p.tangent, apart, size) + p.rate * (share - p.share) - length
+            divisor = _product(p.tangent, two, size) + p.rate
+            move = -(off + _product(p.tangent, one, size)) / divisor if divisor else np.nan
+            step = one.moved(two, move)
+            far = float(np.sqrt(_product(step, step, size) + move**2))
+            if not np.isfinite(far) or far > 10 * max(length, LONGEST):
+                return None
+            at, share = at.moved(step), share + move
+            if far < CLOSE:
+                found = self._oriented(self.discrete(p.discrete, share, p.share), at, share, p)
+                return found, corrections
+        return None
+
+    def _follow(self, start: Point) -> tuple[list[Point], str]:
+        """Return points from a start on in the direction of its tangent, and why they end."""
+        points, length = [start], FIRST
+        while len(points) < MOST_POINTS:
+            p = points[-1]
+            try:
+                found = self._stepped(p, length)
+            except (np.linalg.LinAlgError, RuntimeError):
+                found = None
+            if found is None:
+                length /= 3
+                if length < SHORTEST:
+                    return points, "no further curve is found"
+                continue
+            q, corrections = found
+            if not 0 <= q.share <= 1:
+                edge = self._at_share(p, length, float(q.share > 1))
+                return [*points, *([edge] if edge is not None else [])], "the range ends"
+            marked = marked_elements(q.discrete, q.unknowns, LOOSE)
+            if marked.any() and q.discrete.mesh.count < MOST_ELEMENTS:
+                finer = self._finer(p, marked)
+                if finer is not None:
+                    points[-1] = finer
+                    continue
+            points.append(q)
+            if corrections <= QUICK:
+                length = min(LONGEST, 1.5 * length)
+        return points, f"{MOST_POINTS} curves are enough"
+
+    def _finer(self, p: Point, marked: NDArray[np.bool_]) -> Point | None:
+        """Return a point on smaller elements."""
+        mesh = p.discrete.mesh.refined(marked)
+        return self._on(p, mesh)
+
+    def _on(self, p: Point, mesh: Mesh) -> Point | None:
+        """Return the nearest point of the branch on other elements: across it, so that folds are no hindrance."""
+        other = Discrete(p.discrete.problem, mesh, p.discrete.p, p.discrete.gauge)
+        at = transferred(p.discrete, p.unknowns, other)
+        tangent = transferred(p.discrete, p.tangent, other)
+        found = self._stepped(Point(p.share, other, at, tangent, p.rate), 0.0)
+        return found[0] if found else None
+
+    def _at_share(self, p: Point, length: float, share: float) -> Point | None:
+        """Return the point of the branch beyond p at which the parameter has a value."""
+
+        def off(q: Point) -> float:
+            return q.share - share
+
+        return self._root(p, length, off)
+
+    def _root(self, p: Point, length: float, off: Callable[[Point], float]) -> Point | None:
+        """Return where something vanishes between p and the point at a distance, by Illinois' rule."""
+        end = self._stepped(p, length)
+        if end is None:
+            return None
+        a, fa, b, fb, best = 0.0, off(p), length, off(end[0]), end[0]
+        if fa == 0:
+            return p
+        if fa * fb > 0:
+            return None
+        for _ in range(MOST_SPLITS):
+            c = b - fb * (b - a) / (fb - fa)
+            found = self._stepped(p, c)
+            if found is None:
+                return None
+            best, fc = found[0], off(found[0])
+            if fc == 0 or abs(b - a) < LOCATED or abs(fc) < LOCATED:
+                break
+            if fc * fb < 0:
+                a, fa = b, fb
+            else:
+                fa /= 2
+            b, fb = c, fc
+        return best
+
+    # ------------------------------------------------------------ what is told
+
+    def _told(self, p: Point) -> Answer:
+        return answer_of(self.posed(p.share), p.discrete, p.unknowns, None, 0, 0, [])
+
+    def _specials(self, points: list[Point], answers: list[Answer]) -> list[Special]:
+        found = []
+        for k, (p, q) in enumerate(itertools.pairwise(points)):
+            same = p.discrete.mesh.count == q.discrete.mesh.count
+            length = self._distance(p, q) if same else 0.0
+            if p.rate * q.rate < 0:
+                at = self._root(p, length, lambda r: r.rate) if same else None
+                if at is None:
+                    at = min((p, q), key=lambda r: abs(r.rate))
+                found.append(self._special("fold", at, p, q))
+            elif answers[k].negative != answers[k + 1].negative and same:
+                at = self._changed(p, length, answers[k].negative)
+                found.append(self._special("fork", at, p, q))
+        return found
+
+    def _distance(self, p: Point, q: Point) -> float:
+        size = self._sizes(p.discrete, p.unknowns)
+        apart = Unknowns(
+            q.unknowns.border - p.unknowns.border,
+            q.unknowns.inside - p.unknowns.inside,
+            q.unknowns.whole - p.unknowns.whole,
+        )
+        return _product(p.tangent, apart, size) + p.rate * (q.share - p.share)
+
+    def _changed(self, p: Point, length: float, negative: int) -> Point:
+        """Return where the number of directions that lead down changes, by halving."""
+        low, high, best = 0.0, length, p
+        while high - low > SPLIT * length:
+            middle = (low + high) / 2
+            found = self._stepped(p, middle)
+            if found is None:
+                return best
+            best = found[0]
+            if self._told(best).negative == negative:
+                low = middle
+            else:
+                high = middle
+        return best
+
+    def _special(self, kind: str, at: Point, p: Point, q: Point) -> Special:
+        """Return a special point, its parameter on elements of higher degree, and how far that moved it."""
+        share, error = at.share, abs(p.share - q.share)
+        finer = self._on(p, p.discrete.mesh.of_degree(DEGREE + FINER))
+        if finer is not None and p.discrete.mesh.count == q.discrete.mesh.count:
+            length = self._distance(p, q)
+            if kind == "fold":
+                again, width = self._root(finer, length, lambda r: r.rate), 0.0
+            else:
+                again, width = self._changed(finer, length, self._told(p).negative), SPLIT * abs(length)
+            if again is not None:
+                error = abs(again.share - share) + 2 * width + ROUNDING
+                at = again
+        return Special(kind, at.share, error, self._told(at))
+
+
+def _product(a: Unknowns, b: Unknowns, size: Unknowns) -> float:
+    """Return the product of two changes of a curve, measured against its size: the mean over its elements."""
+    total = 0.0
+    for x, y, s in (
+        (a.border, b.border, size.border),
+        (a.inside, b.inside, size.inside),
+        (a.whole, b.whole, size.whole),
+    ):
+        if x.size:
+            total += float(np.sum((x / s) * (y / s))) / (len(x) if x.ndim > 1 else 1)
+    return total
+
+
+def _turned(t: Unknowns) -> Unknowns:
+    return Unknowns(-t.border, -t.inside, -t.whole)
+
+
+def on_branch(branch: Branch, answer: Answer, share: float) -> bool:
+    """Tell whether a curve lies on a branch: beside the curves of the nearest values of the parameter."""
+    s = np.linspace(0, 1, 101)
+    n = answer.discrete.layout.n
+    y = evaluate(answer.discrete, answer.solved, s, 0)[:n]
+    size = max(float(np.max(np.abs(y))), 1e-12)
+    for p, q in zip(branch.points[:-1], branch.points[1:], strict=True):
+        low, high = sorted((p.share, q.share))
+        if low - 1e-9 <= share <= high + 1e-9:
+            a, b = (evaluate(r.discrete, r.unknowns, s, 0)[:n] for r in (p, q))
+            part = (share - p.share) / (q.share - p.share) if q.share != p.share else 0.5
+            near = a + part * (b - a)
+            if np.max(np.abs(near - y)) <= 0.3 * np.max(np.abs(b - a)) + 1e-5 * size:
+                return True
+    return False
