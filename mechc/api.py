@@ -32,7 +32,8 @@ class Options(TypedDict, total=False):
     """Options of a run. Times are numbers in SI or texts such as ``"250 ms"``.
 
     ``sensitivity`` names parameters, initial values and inputs in which the motion is differentiated
-    (``Solution.sensitivity``). ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
+    (``Solution.sensitivity``); with ``condition`` the run tells how small changes of its start grow
+    (``Solution.condition``). ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
     name of the input; ``progress`` is called with the fraction done.
     """
 
@@ -45,6 +46,7 @@ class Options(TypedDict, total=False):
     inputs: Mapping[str, str | Path]
     estimate_error: bool
     sensitivity: str | Collection[str] | None
+    condition: bool
     reproducible: bool
     target: Target
     progress: Callable[[float], None] | None

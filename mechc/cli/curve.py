@@ -25,6 +25,7 @@ OF_MOTIONS = {
     "inputs": "--input",
     "no_error_estimate": "--no-error-estimate",
     "sensitivity": "--sensitivity",
+    "condition": "--condition",
     "animate": "--animate",
     "snapshot": "--snapshot",
 }

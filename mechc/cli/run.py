@@ -64,6 +64,11 @@ if TYPE_CHECKING:
     metavar="A,B",
     help="Differentiate the motion in these parameters, initial values and inputs.",
 )
+@click.option(
+    "--condition",
+    is_flag=True,
+    help="Tell how small changes of the start grow, and until when figures are to be believed.",
+)
 @click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
 @click.option(
     "--plot",
@@ -227,6 +232,7 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
             inputs=given["inputs"],
             estimate_error=not given["no_error_estimate"],
             sensitivity=given["sensitivity"],
+            condition=given["condition"],
             reproducible=given["reproducible"],
             target=given["target"],
             progress=progress,

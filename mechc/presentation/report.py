@@ -35,6 +35,7 @@ def report(solution: ShownSolution, style: Style = PLAIN) -> str:
     blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
     blocks.append(_sensitivities(solution, style))
+    blocks.append(_condition(solution, style))
     blocks.append(_energy(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_true_errors(solution, style))
@@ -180,6 +181,31 @@ def _sizes_apart(states: Sequence[Quantity], nominal: Mapping[str, float]) -> bo
         if max(sizes) > FAR_APART * min(sizes):
             return True
     return False
+
+
+def _condition(solution: ShownSolution, style: Style) -> list[str]:
+    """How small changes of the start grow, and until when figures are to be believed."""
+    found = solution.motion.condition
+    if found is None:
+        return []
+    unit = with_unit(solution.problem.time.unit)
+    end = f"{number(float(found.time[-1]))}{unit}"
+    head = style.bold("how errors grow")
+    rows = [
+        f"  {head}",
+        f"  small changes of the start have grown {found.growth[-1]:.2g}-fold at {end}, {found.growth.max():.2g}-fold at most",
+    ]
+    if found.e_fold is not None:
+        rows.append(f"  they grow e-fold in {found.e_fold:.3g}{unit}: the motion is chaotic or unstable")
+    horizon, longest = found.horizon, found.longest
+    if horizon is not None:
+        rows.append(
+            f"  figures after {horizon:.3g}{unit} are not those of the model: errors of the tolerance {found.tolerance:.1g} are as "
+            "large as they"
+        )
+    if longest is not None:
+        rows.append(f"  after {longest:.3g}{unit} no run in double precision tells more than averages")
+    return rows
 
 
 def _sensitivities(solution: ShownSolution, style: Style) -> list[str]:

@@ -14,6 +14,7 @@ from ..integrate.trajectory import Statistics
 from ..outcome import Failure, Outcome
 from ..problem import Array, Problem, Quantity
 from .accuracy import Accuracy, Drift
+from .condition import Condition, no_condition
 from .doubts import Contradiction
 from .energy_accounts import energy_accounts
 from .files import json_number
@@ -68,6 +69,7 @@ class Motion(Struct, frozen=True, eq=False):
     as_stated: bool = False
     pictured: Columns | None = None
     sensitivities: Sensitivities | None = None
+    condition: Condition | None = None
 
 
 class Solution(Results):
@@ -161,6 +163,13 @@ class Solution(Results):
             raise none_asked()
         return self.motion.sensitivities.of(of, to)
 
+    @property
+    def condition(self) -> Condition:
+        """How small changes of the start grow along the motion. Raises SimulationError if the run was not asked for it."""
+        if self.motion.condition is None:
+            raise no_condition()
+        return self.motion.condition
+
     def columns(
         self, names: Sequence[str] | None = None, display: Display | None = None
     ) -> dict[str, tuple[str, Array]]:
@@ -195,6 +204,7 @@ class Solution(Results):
             "time": float(self.time[-1]),
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
             **self._sensitivity_summary(),
+            **({} if self.motion.condition is None else {"condition": self.motion.condition.summary()}),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": to_builtins(self.statistics),

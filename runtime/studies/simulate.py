@@ -29,6 +29,7 @@ from ..settings import settable
 from ..tangent.flow import Tangents
 from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
+from .condition import with_condition
 from .own_size import by_own_size
 from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
@@ -50,6 +51,12 @@ class Run(Study, frozen=True, kw_only=True):
             "Parameters, initial values and inputs in which the motion is differentiated.", "directions"
         ),
     ] = ()
+    condition: Annotated[
+        bool,
+        settable(
+            "Tell how small changes of the start grow, and until when figures are to be believed.", "flag"
+        ),
+    ] = False
 
 
 class Simulate(Run, frozen=True, kw_only=True):
@@ -61,7 +68,8 @@ class Simulate(Run, frozen=True, kw_only=True):
         Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
         needed and cannot be built.
         """
-        return run(problem, self, as_stated=is_as_stated(problem, self), sensitivity=self.sensitivity)
+        as_stated = is_as_stated(problem, self)
+        return run(problem, self, as_stated=as_stated, sensitivity=self.sensitivity, condition=self.condition)
 
 
 def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
@@ -72,11 +80,21 @@ def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solu
 
 
 def run(
-    problem: Problem, options: SimulationOptions, *, as_stated: bool = False, sensitivity: Sequence[str] = ()
+    problem: Problem,
+    options: SimulationOptions,
+    *,
+    as_stated: bool = False,
+    sensitivity: Sequence[str] = (),
+    condition: bool = False,
 ) -> Solution:
     """Run a problem once. ``as_stated``: nothing of what its default experiment says was changed. ``sensitivity``: names
-    of what the motion is differentiated in."""
+    of what the motion is differentiated in. ``condition``: look at how errors grow."""
     plan = plan_run(problem, options)
+    found = _run(plan, options, as_stated, sensitivity)
+    return with_condition(found, plan) if condition else found
+
+
+def _run(plan: Plan, options: SimulationOptions, as_stated: bool, sensitivity: Sequence[str]) -> Solution:
     if not sensitivity:
         return _solve(plan, as_stated)
     differentiable = Tangents(

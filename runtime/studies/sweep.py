@@ -60,7 +60,13 @@ class Sweep(Run, frozen=True, kw_only=True):
             progress = part_of(self.progress, k / count, (k + 1) / count)
             one = replace(self, values={**self.values, **point}, progress=progress)
             try:
-                solution = run(problem, one, as_stated=as_stated, sensitivity=self.sensitivity)
+                solution = run(
+                    problem,
+                    one,
+                    as_stated=as_stated,
+                    sensitivity=self.sensitivity,
+                    condition=self.condition,
+                )
             except KeyboardInterrupt:  # between two runs, or pressed again during one
                 if not solutions:
                     raise
