@@ -16,12 +16,10 @@ from ..graph import Node
 from ..graph.rewrite import substitute
 from ..mechanics.modes import Mode
 from ..mechanics.system import MechanicalSystem
+from .abbreviations import Abbreviations, written_size
 from .express import express
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
-
-SIMPLIFY_LIMIT = 2000
-"""Expressions with more operations than this are shown as the compiler formed them."""
 
 LARGEST_FRACTION = 16
 """Fractions with larger denominators are written as decimals where these end."""
@@ -41,8 +39,14 @@ SWITCHED = {
 }
 """Title and meaning of what switches, by its kind."""
 
-SHOW_LIMIT = 20_000
-"""Expressions with more operations than this are not shown; their size is stated instead."""
+LONG = 600
+"""Expressions that would be written with more operations than this are not simplified."""
+
+LONG_LINE = 160
+"""Where an expression has more operations than this when simplified, what stands in several places gets a name."""
+
+SHOW_LIMIT = 5000
+"""Where there are more operations than this in all expressions, with names for parts, none is shown but its size."""
 
 
 class Statement(Struct, frozen=True):
@@ -81,6 +85,7 @@ class Account(Struct, frozen=True):
     momenta: tuple[Statement, ...]
     cyclic: tuple[str, ...]
     events: int
+    abbreviations: tuple[Statement, ...] = ()
     further: tuple[Section, ...] = ()
 
     def sections(self) -> tuple[Section, ...]:
@@ -96,6 +101,7 @@ class Account(Struct, frozen=True):
             Section("Constraints", self.constraints, "each expression vanishes"),
             *self.switched,
             Section("Momenta", self.momenta),
+            Section("Abbreviations", self.abbreviations),
         )
         return tuple(section for section in listed if section.statements)
 
@@ -114,27 +120,17 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
     energy = energies(system, replace, free, graph.zero, graph.zero)
     (further,) = substitute(graph, [system.lagrangian], replace)
     lagrangian = graph.add(graph.sub(energy.kinetic, energy.potential), further)
-
-    def write(left: str, node: Node) -> Statement:
-        (expression,) = express(graph, [node], symbols)
-        operations = graph.count_operations([node])
-        shown = decimals(_tidy(expression, symbols, system)) if operations <= SHOW_LIMIT else None
-        return Statement(left, shown, operations)
-
-    kinds: dict[str, list[Statement]] = {"constraint": [], **{kind: [] for kind in SWITCHED}}
-    for row, title in zip(rows_of(system, multipliers, replace), titles, strict=True):
-        shown = write(title, row.rate if row.position is None else row.position)
-        kinds[_kind(row.constraint.mode)].append(shown)
+    constraints = rows_of(system, multipliers, replace)
+    positions = [row.rate if row.position is None else row.position for row in constraints]
     given = [(symbols[node].name, value) for node, value in driven.items() if node not in system.a]
     rates = [(symbols[system.rate(state)].name, rate) for state, rate in system.xdot.items()]
     state_rates = substitute(graph, [rate for _, rate in rates], replace)
-    momenta = []
-    for i in free:
-        name = system.v[i].of
-        left = rf"p_{{{latex_name(name)}}}" if latex else f"p[{name}]"
-        momentum = energy.momenta[i]
-        assert momentum is not None, "free velocities have momenta"
-        momenta.append(write(left, momentum))
+    momenta = [energy.momenta[i] for i in free]
+    shown = [lagrangian, system.dissipation, *r, *positions, *state_rates, *(n for _, n in given)]
+    write = _Writer(system, [*shown, *(m for m in momenta if m is not None)], symbols, latex=latex)
+    kinds: dict[str, list[Statement]] = {"constraint": [], **{kind: [] for kind in SWITCHED}}
+    for row, position, title in zip(constraints, positions, titles, strict=True):
+        kinds[_kind(row.constraint.mode)].append(write(title, position))
     cyclic = tuple(system.v[i].of for i in energy.cyclic)
     has_dissipation = not graph.is_constant(system.dissipation)
     return Account(
@@ -147,10 +143,56 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> Account:
         tuple(write(name, n) for name, n in given),
         tuple(kinds["constraint"]),
         tuple(Section(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()),
-        tuple(momenta),
+        tuple(
+            write(_momentum_name(system.v[i].of, latex), m)
+            for i, m in zip(free, momenta, strict=True)
+            if m is not None
+        ),
         cyclic,
         len(system.branches),
+        write.abbreviations(),
     )
+
+
+class _Writer:
+    """Writes expressions: simplified where all of them are short then, else with names for what stands in several places."""
+
+    def __init__(
+        self, system: MechanicalSystem, nodes: list[Node], symbols: dict[Node, sp.Symbol], *, latex: bool
+    ) -> None:
+        graph = system.graph
+        self.graph = graph
+        self.plain: dict[Node, sp.Expr] = {}
+        self.short: Abbreviations | None = None
+        if written_size(graph, nodes, symbols) <= LONG:
+            written = express(graph, nodes, symbols)
+            self.plain = {n: _tidy(e, symbols, system) for n, e in zip(nodes, written, strict=True)}
+        sizes = [sp.count_ops(e) for e in self.plain.values()]
+        if self.plain and max(sizes) <= LONG_LINE:
+            return
+        if graph.count_operations(nodes) > SHOW_LIMIT:
+            self.plain = {}
+            return
+        short = Abbreviations(graph, nodes, symbols, latex=latex)
+        if not self.plain or short.size(nodes) < sum(sizes):
+            self.short = short
+
+    def __call__(self, left: str, node: Node) -> Statement:
+        operations = self.graph.count_operations([node])
+        if self.short is not None:
+            return Statement(left, decimals(self.short.express(node)), operations)
+        return Statement(left, decimals(self.plain[node]) if self.plain else None, operations)
+
+    def abbreviations(self) -> tuple[Statement, ...]:
+        """Return what the names stand for."""
+        if self.short is None:
+            return ()
+        count = self.graph.count_operations
+        return tuple(Statement(name, decimals(e), count([node])) for name, node, e in self.short.defined)
+
+
+def _momentum_name(name: str, latex: bool) -> str:
+    return rf"p_{{{latex_name(name)}}}" if latex else f"p[{name}]"
 
 
 def _kind(mode: Mode | None) -> str:
@@ -179,14 +221,13 @@ def _multipliers(
 
 def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: MechanicalSystem) -> sp.Expr:
     """Simplify small expressions and order them by accelerations."""
-    if sp.count_ops(expression) > SIMPLIFY_LIMIT:
-        return expression
     simple = shorten(sp.nsimplify(expression, rational=True))
     accelerations = [symbols[a] for a in system.a if a in symbols]
     present = [a for a in accelerations if simple.has(a)]
     if not present:
         quotients = any(power.base.is_Add and power.exp.is_negative for power in simple.atoms(sp.Pow))
-        return min(simple, sp.factor(simple), key=sp.count_ops) if quotients else simple
+        factors = quotients and sp.count_ops(simple) <= LONG_LINE
+        return min(simple, sp.factor(simple), key=sp.count_ops) if factors else simple
     return sp.collect(simple, present, sp.factor_terms)
 
 

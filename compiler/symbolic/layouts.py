@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from html import escape
 
@@ -23,6 +24,12 @@ _LATEX = str.maketrans(
     {sign: rf"\{sign}" for sign in "#$%&_{}"}
     | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
 )
+
+LINE = 90
+"""Signs in a line of LaTeX, about."""
+
+_SIGNS = re.compile(r"\\(?:left|right|,| )|\\[A-Za-z]+|[{}_^]")
+"""What one sign takes in LaTeX, or none."""
 
 
 def write_equations(system: MechanicalSystem, layout: str) -> str:
@@ -94,7 +101,7 @@ def _latex(account: Account) -> str:
         if section.meaning:
             lines.append(_sentence(section.meaning))
         for s in section.statements:
-            body = rf"\text{{{_sized(s, sp.latex)}}}" if s.right is None else sp.latex(s.right)
+            body = rf"\text{{{_sized(s, sp.latex)}}}" if s.right is None else latex_lines(s.right)
             left = rf"\text{{{_escaped(s.left)}}}" if section.meaning else s.left
             lines.append(rf"\[ {left} = {body} \]")
     if account.equations:
@@ -103,6 +110,25 @@ def _latex(account: Account) -> str:
     if events := _not_written(account):
         lines.append(_sentence(events))
     return "\n".join(lines)
+
+
+def latex_lines(expression: sp.Expr) -> str:
+    """Return a formula in LaTeX, a long sum in several lines."""
+    lines = [""]
+    size = 0
+    for term in expression.as_ordered_terms():
+        text = sp.latex(term)
+        shown = len(_SIGNS.sub("x", text))
+        if size and size + shown > LINE:
+            lines.append("")
+            size = 0
+        sign = "" if not size and len(lines) == 1 else "- " if text.startswith("-") else "+ "
+        lines[-1] += sign + text.removeprefix("-").lstrip() + " " if sign else text + " "
+        size += shown
+    if len(lines) == 1:
+        return sp.latex(expression)
+    rows = r" \\ & \quad ".join(line.rstrip() for line in lines)
+    return rf"\begin{{aligned}}[t] & {rows} \end{{aligned}}"
 
 
 def _html(account: Account) -> str:

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import random
 import re
+from pathlib import Path
 from xml.dom.minidom import parseString
 
 import pytest
 import sympy as sp
 from compiled import compiled
 
+import mechc
+from mechc.compiler.symbolic import equations
 from mechc.compiler.symbolic.equations import account_of
-from mechc.compiler.symbolic.layouts import write_equations
+from mechc.compiler.symbolic.layouts import latex_lines, write_equations
 from mechc.compiler.symbolic.names import latex_name
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 PENDULUM = """
 parameter m = 1 kg;
@@ -157,3 +163,50 @@ def test_a_damper_between_points_is_a_square_over_a_square() -> None:
     assert account.dissipation is not None
     way = "t.position[1]*t.position[1]' + t.position[2]*t.position[2]'"
     assert str(account.dissipation.right) == f"d.c*({way})**2/(2*(t.position[1]**2 + t.position[2]**2))"
+
+
+@pytest.mark.parametrize("example", ["rolling_coin", "double_pendulum_3d"])
+def test_names_of_parts_stand_for_what_was_formed(example: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At random values the equations with names are those that nothing was abbreviated in."""
+    system = mechc.load(EXAMPLES / f"{example}.mech").compilation.system
+    monkeypatch.setattr(equations, "LONG_LINE", -1)
+    monkeypatch.setattr(equations, "decimals", lambda expression: expression)
+    named = account_of(system, latex=False)
+    assert named.abbreviations
+    numbers = random.Random(1)
+    values: dict[sp.Symbol, float] = {}
+
+    def value(expression: sp.Expr) -> float:
+        for symbol in sorted(expression.free_symbols - set(values), key=str):
+            values[symbol] = numbers.uniform(0.5, 1.5)
+        symbols = sorted(expression.free_symbols, key=str)
+        return float(sp.lambdify(symbols, expression, "math")(*(values[s] for s in symbols)))
+
+    for part in named.abbreviations:
+        values[sp.Symbol(part.left)] = value(part.right)
+    monkeypatch.setattr(equations, "LONG_LINE", 10**9)
+    monkeypatch.setattr(equations, "LONG", 10**9)
+    monkeypatch.setattr(equations, "_tidy", lambda expression, *_: expression)
+    plain = account_of(system, latex=False)
+    compared = 0
+    for short, whole in zip(named.sections(), plain.sections(), strict=False):
+        for one, other in zip(short.statements, whole.statements, strict=True):
+            assert value(one.right) == pytest.approx(value(other.right), rel=1e-9, abs=1e-9)
+            compared += 1
+    assert compared > 4
+
+
+def test_equations_of_mechanisms_in_space_are_short() -> None:
+    """Six hundred thousand signs in a minute, before parts had names."""
+    text = write_equations(mechc.load(EXAMPLES / "rolling_coin.mech").compilation.system, "text")
+    assert len(text) < 5000 and max(len(line) for line in text.splitlines()) < 250
+
+
+def test_long_sums_are_broken_in_latex() -> None:
+    x = sp.symbols("x:40")
+    broken = latex_lines(sum(x[1:], -x[0]))
+    lines = (
+        broken.removeprefix(r"\begin{aligned}[t] & ").removesuffix(r" \end{aligned}").split(r" \\ & \quad ")
+    )
+    assert len(lines) == 3 and " ".join(lines) == sp.latex(sum(x[1:], -x[0]))
+    assert latex_lines(x[0] - x[1]) == "x_{0} - x_{1}"
