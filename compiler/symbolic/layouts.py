@@ -126,7 +126,7 @@ def latex_lines(expression: sp.Expr) -> str:
         lines[-1] += sign + text.removeprefix("-").lstrip() + " " if sign else text + " "
         size += shown
     if len(lines) == 1:
-        return sp.latex(expression)
+        return str(sp.latex(expression))
     rows = r" \\ & \quad ".join(line.rstrip() for line in lines)
     return rf"\begin{{aligned}}[t] & {rows} \end{{aligned}}"
 
