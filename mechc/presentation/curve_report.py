@@ -49,6 +49,9 @@ def _one(s: CurveSolution, display: Display, style: Style, index: int, of: int) 
         f"{count(statistics['unknowns'])} unknowns, {plural(statistics['newton_steps'], 'Newton step')}",
         f"  time         {duration(s.seconds)}",
     ]
+    if s.conjugate_points:
+        places = ", ".join(number(x * over_factor) for x in s.conjugate_points)
+        rows.append(f"  conjugate    to the lower end: {over.name} = {places}{with_unit(over_unit)}")
     rows += _values(s, display)
     rows += _along(s, display)
     if s.first_integrals:

@@ -12,6 +12,7 @@ from ..outcome import Outcome
 from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
+from .beside import conjugate_points, plain
 from .exchanged import parameters_at, rates, turns_back
 from .posed import Posed
 from .search import Answer, reported_z
@@ -25,7 +26,8 @@ class CurveSolution:
     """A mapping from names to arrays over ``places``: coordinates, their slopes, outputs that vary, multipliers.
 
     ``stationary`` is the value of what is stationary with its ``error``; ``outputs``, ``multipliers`` are numbers by name;
-    ``negative_directions`` and ``kind`` tell a minimum from a saddle; ``interval`` the ends of the range. All in SI.
+    ``negative_directions`` and ``kind`` tell a minimum from a saddle; ``interval`` the ends of the range;
+    ``conjugate_points`` to its lower end, where one integral of one coordinate decides between given ends. All in SI.
     """
 
     def __init__(self, posed: Posed, answer: Answer, *, coarse: Answer | None, seconds: float) -> None:
@@ -44,6 +46,7 @@ class CurveSolution:
         self.remarks: list[str] = list(dict.fromkeys(answer.remarks))
         self._z = reported_z(posed, answer.discrete, answer.solved)
         self.negative_directions, self.kind = _kind(posed, answer, coarse)
+        self.conjugate_points: list[float] = conjugate_points(posed, answer) if plain(posed) else []
         self.places = self._sample()
         self._table = self._tabulated()
         self.outputs: dict[str, float] = {}
@@ -208,6 +211,7 @@ class CurveSolution:
             "unit": self._posed.curve.unit,
             "kind": self.kind,
             "negative_directions": self.negative_directions,
+            "conjugate_points": [json_number(x) for x in self.conjugate_points],
             "interval": [json_number(x) for x in self.interval],
             "unknown": {q.name: json_number(float(v)) for q, v in zip(unknown, self._z, strict=False)},
             "outputs": {name: json_number(v) for name, v in self.outputs.items()},

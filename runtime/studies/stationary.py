@@ -7,14 +7,17 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Annotated
 
+import numpy as np
 from msgspec import Struct
 
 from ..case import find_experiment
+from ..curves.beside import jumping, plain
 from ..curves.exchanged import exchange_told
 from ..curves.found import CurveSolution
 from ..curves.further import further
 from ..curves.posed import Posed, pose
 from ..curves.search import Answer, Failed, search
+from ..curves.starts import evaluate
 from ..outcome import Outcome, SimulationError, worst
 from ..problem import Problem
 from ..settings import settable
@@ -68,6 +71,11 @@ class Stationary(Struct, frozen=True, kw_only=True):
                 "in an experiment too; or ask whether there is a smooth curve at all",
             ) from None
         answers = [first, *(further(posed, first) if self.all else ())]
+        if plain(posed) and not posed.curve.action:
+            for one in answers:
+                ends = evaluate(one.discrete, one.solved, np.array([0.0, 1.0]), 0)[0]
+                said = jumping(posed, (float(ends[0]), float(ends[1])), one.value)
+                one.remarks += [said] if said else []
         seconds = time.perf_counter() - begun
         return tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
 
