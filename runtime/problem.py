@@ -325,6 +325,8 @@ class Problem(Struct, frozen=True):
     each velocity, of kind seed: the accelerations that some read."""
     groups: tuple[int, ...] = ()
     """A number for each state, the same for those that feel each other; empty where all do."""
+    narrow: bool = False
+    """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

@@ -6,11 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
-from ..graph.operations import CONST, LOOKUP, SYMBOL
+from ..graph.operations import ATAN, CONST, COSH, EXP, LOOKUP, SINH, SYMBOL, TANH
 from .connected import groups
 from .hoist import hoistable, rule_order
 from .model import Body, Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
 from .schedule import schedule
+
+NARROW = (EXP, TANH, SINH, COSH, ATAN)
+"""Operations whose results may change within a small part of the range of what they are of, and tables."""
 
 RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
@@ -69,6 +72,18 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         matter_size=equations.matter_size,
         offers=equations.offers,
         groups=_groups(equations, functions),
+        narrow=_narrow(functions),
+    )
+
+
+def _narrow(functions: Sequence[ProgramFunction]) -> bool:
+    """Whether derivatives hold one of ``NARROW`` of what changes during a run."""
+    return any(
+        (type(s) is Operate and s.code in NARROW) or type(s) is Lookup
+        for f in functions
+        if f.name == "rhs"
+        for body in f.bodies
+        for s in body
     )
 
 

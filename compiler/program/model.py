@@ -142,6 +142,8 @@ class Program(Struct, frozen=True):
     offers: tuple[Offer, ...] = ()
     groups: tuple[int, ...] = ()
     """Of each state (connected.py); empty where all of them feel each other."""
+    narrow: bool = False
+    """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

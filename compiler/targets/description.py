@@ -76,6 +76,7 @@ def make_problem(
             for o in program.offers
         ),
         groups=program.groups,
+        narrow=program.narrow,
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,

@@ -31,6 +31,7 @@ from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
 from .condition import with_condition
 from .own_size import by_own_size
+from .passed_over import seen_between
 from .quiet import begins_unseen
 from .sensitivity import with_sensitivities
 from .study import Study, solve
@@ -168,6 +169,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share)
     )
     plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
+    plan, main, narrow = seen_between(plan, main, part_of(options.progress, 0.0, share))
     plan, main, sized = by_own_size(plan, main, part_of(options.progress, 0.0, share))
     case = plan.case
     if main.failure is not None:
@@ -234,6 +236,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         remarks=(
             *(case.assembled.remarks if case.assembled else ()),
             *looked,
+            *narrow,
             *sized,
             *_remarks(problem, case, main),
         ),

@@ -27,7 +27,7 @@ def test_push_after_rest(target: Literal["c", "python"], speed: float) -> None:
     assert solution.outcome is Outcome.COMPLETED
     assert solution["der(x)"][-1] == pytest.approx(speed + IMPULSE, rel=1e-7)
     assert solution["x"][-1] == pytest.approx(100 * speed + 45 * IMPULSE, rel=1e-7)
-    (remark,) = solution.remarks
+    remark = solution.remarks[0]
     assert remark.startswith("something begins at t = 54.9")
     assert "repeated with steps of at most 0.0" in remark
 

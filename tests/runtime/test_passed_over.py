@@ -1,0 +1,85 @@
+"""What is narrow and met on the way is seen, where steps would go over it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import mechc
+from mechc.runtime.native.build import find_compiler
+from mechc.runtime.outcome import Outcome
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs the kernel")
+
+MOVING = (
+    "coordinate x = -5 m;initial der(x) = {v} m/s;coordinate y = 1 m;kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+    "potential 1/2*3 N/m*y^2;"
+)
+
+
+def remarks(run: mechc.Solution) -> list[str]:
+    return [remark for remark in run.remarks if "passed over" in remark]
+
+
+@pytest.mark.parametrize("width", [5e-3, 1e-3, 2e-4])
+def test_a_hump_throws_back_what_comes_slowly(width: float) -> None:
+    """1 J against half a joule; the time of the way back by quadrature, with x = a + s^2 from the turning point a."""
+    text = MOVING.format(v=1) + f"potential 1 J*exp(-(x/({width} m))^2);experiment(stop = 10 s);"
+    run = mechc.loads(text).simulate()
+    a = width * math.sqrt(math.log(2))
+    half = quad(lambda s: 2 * s / math.sqrt(-math.expm1((a**2 - (a + s**2) ** 2) / width**2)), 0, math.sqrt(5 - a), limit=500, points=[math.sqrt(width), 3 * math.sqrt(width)])[0]  # fmt: skip
+    assert run.outcome is Outcome.COMPLETED, run.message
+    assert run["der(x)"][-1] == pytest.approx(-1, rel=1e-6)
+    assert run["x"][-1] == pytest.approx(-5 - (10 - 2 * half), rel=1e-6)
+    assert any("looked for what is narrow every" in remark for remark in run.remarks)
+
+
+def test_a_push_in_the_middle_of_a_swing() -> None:
+    """100 N for some milliseconds upon an oscillator: the transform of a Gaussian gives what is left of it."""
+    text = (
+        "coordinate x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;"
+        "force 100 N*exp(-((time - 5.5 s)/(1 ms))^2) on x;experiment(stop = 10 s);"
+    )
+    run = mechc.loads(text).simulate()
+    w, width = 2.0, 1e-3
+    push = 100 * width * math.sqrt(math.pi) * math.exp(-((w * width) ** 2) / 4)
+    end = math.cos(w * 10) + push / w * math.sin(w * 4.5)
+    assert run["x"][-1] == pytest.approx(end, abs=1e-6)
+    (remark,) = remarks(run)
+    assert remark.startswith("something narrow was passed over at t = 5.")
+
+
+def test_a_tooth_in_a_table() -> None:
+    text = MOVING.format(v=1) + "force table(x, {-90, -0.002, 0, 0.002, 90} m, {0, 0, 20, 0, 0} N) on x;"
+    run = mechc.loads(text).simulate(stop=10)
+    work = 2 * 0.002 * 10  # the curve is a cubic with slopes of zero on each side
+    assert run["der(x)"][-1] == pytest.approx(math.sqrt(1 + 2 * work), rel=1e-6)
+    assert remarks(run)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        MOVING.format(v=1) + "potential 1 J*exp(-(x/(1 m))^2);",
+        MOVING.format(v=1) + "force 1 N*tanh(x/(1 m)) on x;contact wall: 3 m - x restitution 0.5;",
+        MOVING.format(v=1) + "force -max(x, 0 m)*exp(1)*5 N/m on x;",
+        "coordinate Rotation R;initial der(R) = {0.1, 3, 0} rad/s;inertia diag({1, 2, 3} kg.m^2) on world*R;"
+        "state s = 0;equation der(s) = exp(-R[1]^2)*1 Hz;",
+    ],
+)
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-12])
+def test_where_nothing_is_passed_over_nothing_is_repeated(text: str, tolerance: float) -> None:
+    run = mechc.loads(text).simulate(stop=10, tolerance=tolerance)
+    assert run.outcome is Outcome.COMPLETED
+    assert not remarks(run)
+
+
+def test_models_without_such_formulas_are_not_looked_at() -> None:
+    plain = mechc.loads(
+        "parameter a = 2;coordinate x = 1 m;kinetic 1/2*exp(-a)*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;"
+    )
+    assert not plain.problem("c").narrow
+    assert not np.any(["narrow" in remark for remark in plain.simulate(stop=5).remarks])
