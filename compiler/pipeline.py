@@ -12,6 +12,7 @@ from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Diagnostic, Reporter
+from mechc.lang.grammar.keywords import KEYWORDS
 from mechc.lang.parser import parse
 from mechc.lang.source import SourceFile
 
@@ -94,8 +95,12 @@ def compile_source(
 
 def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
     """Read a formula from outside, which holds no semicolon, as an output of the model. Raises CompileError."""
-    (statement,) = parse(SourceFile(name, f"output {name} = {text};"), reporter).items
-    return statement
+    shown = name.removeprefix("asked_")  # messages show it as it was asked for
+    if shown in KEYWORDS:
+        shown = name
+    (statement,) = parse(SourceFile(shown, f"output {shown} = {text};"), reporter).items
+    assert isinstance(statement, ast.Output)
+    return replace(statement, name=name)
 
 
 def program_for(compilation: Compilation, *, implicit: bool = False, momenta: bool = False) -> Program:

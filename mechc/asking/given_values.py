@@ -100,6 +100,13 @@ def read_value_of(name: str, text: str) -> Value:
         raise UsageMistake(f"'{name}': {mistake.message}", mistake.help) from None
 
 
+def read_point(name: str, text: str) -> list[float]:
+    """Read the coordinates of a point in SI: ``10 cm, 0``, ``{1, 2} cm``; bare numbers are SI. Raises UsageMistake."""
+    inside, _, unit = text.strip().removeprefix("{").partition("}")
+    parts = [part for part in inside.split(",") if part.strip()]
+    return [read_value_of(name, f"{part} {unit}").in_unit("m", name)[0] for part in parts]
+
+
 def _number(text: str) -> tuple[float, str]:
     """Return the leading number of a text (``2.5``, ``1/3``, ``2*pi``, ``pi/4``) and what follows."""
     match = _NUMBER.match(text)

@@ -35,6 +35,7 @@ from .given_values import (
     Target,
     UsageMistake,
     elements_of,
+    read_point,
     read_value_of,
     settings_in_si,
     tidy,
@@ -192,11 +193,16 @@ def _place(setting: Setting, given: Any, problem: Problem) -> Place:
                 f'values are given as {setting.name} = "theta = 30 deg, der(theta) = 0"',
             )
         return Place(word)
-    values = _assignments(setting, given) if isinstance(given, str) else dict(given)
+    values = assignments(setting, given) if isinstance(given, str) else dict(given)
     return Place(START, settings_in_si(values, settable_units(problem), _rotations(problem)))
 
 
-def _assignments(setting: Setting, text: str) -> dict[str, str]:
+def _point(setting: Setting, given: Any, problem: Problem) -> str:
+    """Read the coordinates of a point; the text holds them in SI."""
+    return ", ".join(map(repr, read_point(setting.name, _text(setting, given, problem))))
+
+
+def assignments(setting: Setting, text: str) -> dict[str, str]:
     """Take ``a = 1, b[1, 2] = {1, 2} m`` apart."""
     found: dict[str, str] = {}
     for part in _SEPARATOR.split(text):
@@ -223,7 +229,7 @@ def _free(setting: Setting, given: Any, problem: Problem) -> tuple[Free, ...]:
 
 def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]:
     """Read positive amounts of quantities: ``theta = 1 mrad, x = 2 mm``."""
-    values = _assignments(setting, given) if isinstance(given, str) else dict(given)
+    values = assignments(setting, given) if isinstance(given, str) else dict(given)
     units = {q.name: q.unit for q in (*problem.states, *problem.outputs)}
     found = settings_in_si(values, units)
     for name, amount in found.items():
@@ -351,6 +357,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "free": _free,
     "amounts": _amounts,
     "data": _data,
+    "point": _point,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

@@ -8,8 +8,12 @@ import tempfile
 import traceback
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from ..api import Model
 
 COMPLETED, FAILED, USAGE, DOUBTFUL, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -184,3 +188,20 @@ def _circumstances() -> str:
     return (
         f"mechc {__version__}, Python {sys.version.split()[0]}, {sys.platform}\narguments: {sys.argv[1:]}\n\n"
     )
+
+
+def note_bare_angles(model: Model, settings: dict[str, str]) -> None:
+    """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
+    from ..asking.given_values import elements_of, read_value
+
+    units = model.settable_units()
+    for name, text in settings.items():
+        if "pi" in text or not any(units[n] == "rad" for n in elements_of(name, units)):
+            continue
+        value = read_value(text)
+        if value.unit is None and any(value.numbers):
+            say(
+                "note",
+                f"{name}={text} has no unit, so it is {text} rad",
+                f'degrees are given as {name}="{text} deg"',
+            )

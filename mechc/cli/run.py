@@ -134,8 +134,10 @@ def command(file: str, **given: Any) -> int:
             remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
+            from .failures import note_bare_angles
+
             _show_warnings(model)
-            _note_bare_angles(model, given["settings"])
+            note_bare_angles(model, given["settings"])
         if model.compilation.equations.curve is not None:
             from .curve import run_curve
 
@@ -257,24 +259,6 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
             "no C compiler was found, so this ran on Python, which is much slower",
             COMPILER_HELP,
         )
-
-
-def _note_bare_angles(model: Model, settings: dict[str, str]) -> None:
-    """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
-    from ..asking.given_values import elements_of, read_value
-    from .failures import say
-
-    units = model.settable_units()
-    for name, text in settings.items():
-        if "pi" in text or not any(units[n] == "rad" for n in elements_of(name, units)):
-            continue
-        value = read_value(text)
-        if value.unit is None and any(value.numbers):
-            say(
-                "note",
-                f"{name}={text} has no unit, so it is {text} rad",
-                f'degrees are given as {name}="{text} deg"',
-            )
 
 
 def _show_warnings(model: Model) -> None:

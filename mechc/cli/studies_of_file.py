@@ -60,6 +60,14 @@ def command(
             given = ", ".join(f"{name} = {value}" for name, value in one.settings.items())
             click.echo(f"study {one.name} = {one.kind}({given})" + (f"  {one.doc}" if one.doc else ""))
     if only_list:
+        if as_json:
+            told = {
+                one.name: {"study": one.kind, "settings": dict(one.settings), "doc": one.doc}
+                for one in chosen
+            }
+            click.echo(
+                json.dumps({"model": loaded.name, "studies": told}, indent=1, ensure_ascii=False, default=str)
+            )
         return 0
     answers, outcomes = {}, []
     for one in chosen:

@@ -13,6 +13,7 @@ import click
 from .options import PICTURES, Command, ending, input_option, model_argument, model_option, set_option
 
 if TYPE_CHECKING:
+    from ..api import Model
     from ..runtime.settings import Setting
     from ..runtime.studies.study import Answer
     from ..runtime.studies.table import Kind
@@ -30,6 +31,7 @@ METAVARS |= {
     "energy": "ENERGY",
     "free": 'A,B="LOW .. HIGH"',
     "amounts": 'NAME="AMOUNT"',
+    "point": '"X, Y[, Z]"',
 }
 
 
@@ -152,6 +154,8 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     as_json, output, plot = given.pop("as_json"), given.pop("output"), given.pop("plot")
     model = load(file, model=given.pop("model"), set=given.pop("settings"))
     question = asked(kind.question(), given)
+    if not as_json:
+        _note_bare_angles(kind, model, given)
     found = answer(model.for_experiment(question.experiment), question)
     written = json.dumps({"study": kind.name, **found.summary()}, indent=1, ensure_ascii=False)
     if output:
@@ -160,6 +164,18 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
         save(found, Path(plot))
     click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
     return code_of([found.outcome.value])
+
+
+def _note_bare_angles(kind: Kind, model: Model, given: dict[str, Any]) -> None:
+    """Say of bare numbers given for angles in a place that they are radians."""
+    from ..asking.question import assignments
+    from ..runtime.settings import settings_of
+    from .failures import note_bare_angles
+
+    for setting in settings_of(kind.question()):
+        text = given.get(setting.name)
+        if setting.kind == "place" and isinstance(text, str) and "=" in text:
+            note_bare_angles(model, assignments(setting, text))
 
 
 def _write(found: Answer, written: str, path: Path) -> None:

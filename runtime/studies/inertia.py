@@ -45,7 +45,11 @@ class InertiaOf(Study, frozen=True, kw_only=True):
     unused = OF_A_MOTION
     needs = frozenset({"matter"})
     about: Annotated[
-        str, settable("A point by its coordinates in metres, as '0, 0, 0.5'; the origin without it.", "text")
+        str,
+        settable(
+            "A point by its coordinates, as '0, 0, 50 cm'; bare numbers are metres; the origin without it.",
+            "point",
+        ),
     ] = ""
 
     def solve(self, problem: Problem) -> Findings:
