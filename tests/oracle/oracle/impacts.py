@@ -71,14 +71,17 @@ def pushed(meaning: Meaning, state: State, load: Array) -> State:
 
 
 def with_rates(meaning: Meaning, state: State, wanted: Mapping[str, float], extra: Array = None) -> State:
-    """Given velocities; the others change as little as kinetic energy allows, and constraints hold again."""
+    """Given velocities; constraints hold again, which change the others as little as kinetic energy allows."""
     blow = Blow(meaning, state)
     index = [meaning.all_rates.index(x) for x in wanted]
-    rows = np.eye(meaning.size)[index]
-    change = np.array([wanted[x] - state[x] for x in wanted])
+    jump = np.zeros(meaning.size)
+    jump[index] = [wanted[x] - state[x] for x in wanted]
+    rows = np.vstack([np.eye(meaning.size)[index], blow.held])
+    change = np.concatenate([np.zeros(len(index)), -blow.held @ jump])
     if extra is not None:
-        rows, change = np.vstack([rows, extra[0]]), np.concatenate([change, extra[1]])
-    return blow.after(blow.solve(np.zeros(meaning.size), rows, change)[0])
+        rows, change = np.vstack([rows, extra[0]]), np.concatenate([change, extra[1] - extra[0] @ jump])
+    blow.held = np.zeros((0, meaning.size))
+    return blow.after(jump + blow.solve(np.zeros(meaning.size), rows, change)[0])
 
 
 def obeying(meaning: Meaning, state: State) -> State:

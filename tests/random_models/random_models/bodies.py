@@ -145,7 +145,8 @@ def tree(s: Scope) -> None:
             g[0] = s.number(-2, 2)
         s.add("gravity", "gravity ", Slot("gravity", vector(*(s.literal(ACCELERATION, x) for x in g))), ";")
     s.frames.append(WORLD)
-    for _ in range(s.random.choice((1, 1, 2, 2, 3))):
+    count = s.random.randint(6, 9) if s.chance(0.015) else s.random.choice((1, 1, 2, 2, 3))
+    for _ in range(count):
         _hang(s, s.pick([f for f in s.frames if f.type == "frame"]))
 
 
@@ -210,6 +211,15 @@ def _own_body(s: Scope) -> str:
     return name
 
 
+def _axis(s: Scope) -> E:
+    """Return a direction, now and then along a coordinate axis or against it."""
+    n = s.space
+    if s.chance(0.45):
+        along, sign = s.random.randrange(n), s.pick((F(-1), F(-1), F(1)))
+        return vector(*(s.literal(NUMBER, sign if k == along else F(0)) for k in range(n)))
+    return vector(*(s.literal(NUMBER, s.number(-1, 1) or F(1)) for _ in range(n)))
+
+
 def joint(s: Scope, parent: E, frame: str, slender: bool, *, kind: str = "") -> str:
     """Place a frame by a joint with initial values."""
     n = s.space
@@ -235,8 +245,7 @@ def joint(s: Scope, parent: E, frame: str, slender: bool, *, kind: str = "") -> 
             )
             mods.append(mod("axis", "=", "modification.structural", axis))
         elif s.chance(0.6):
-            axis = vector(*(s.literal(NUMBER, s.number(-1, 1) or F(1)) for _ in range(n)))
-            mods.append(mod("axis", "=", "modification.structural", axis))
+            mods.append(mod("axis", "=", "modification.structural", _axis(s)))
     if kind == "Screw":
         mods.append(given(s, "pitch", LENGTH, s.number(0.2, 0.6)))
     if kind in ("Rolling", "RollingOnCircle"):

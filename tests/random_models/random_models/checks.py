@@ -11,10 +11,11 @@ import numpy as np
 
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
-from random_models.definition import along, ignored, skipped, undone
+from random_models.definition import UNTIL, along, ignored, moved, skipped, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
-from random_models.motions import difference, run, unbalanced
+from random_models.motions import difference, errors, run, unbalanced
+from random_models.nesting import NESTED
 from random_models.rescaled import scaled_difference
 from random_models.structure import STRUCTURES
 from random_models.tree import Model
@@ -59,6 +60,8 @@ def examined(
     chosen = MODES[mode]
     try:
         base = compiled(model.text(), chosen.target)
+        if base.switches and chosen.recompiled:
+            base = compiled(model.text(), "c")
     except Refused as refused:
         return Report(refused.codes)
     except Exception as error:
@@ -249,7 +252,7 @@ def structured(model: Model, random: Random) -> Twin | None:
     if first:
         twin = grouped(model, random)
         whole = twin if twin is not None else whole
-    for make in random.sample(STRUCTURES, random.choice((1, 1, 2))):
+    for make in random.sample((*STRUCTURES, *NESTED), random.choice((1, 2, 3))):
         if first and make.__name__ == "by_experiment":
             continue
         twin = make(whole.model, random)
@@ -307,6 +310,16 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     return found
 
 
+def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare a short motion with events with that by definition."""
+    if not base.switches or skipped(model):
+        return None
+    solution = run(model.text(), stop=UNTIL)
+    if str(solution.outcome) != "Outcome.COMPLETED" or max(errors(solution).values(), default=0.0) > 1e-7:
+        return None
+    return [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
+
+
 def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare the exported Python module and C program with the run."""
     return [Disagreement("exports", what, said) for what, said in exported(model.text(), units=False)]
@@ -336,6 +349,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("rescaled", _rescaled),
     ("targets", _targets),
     ("motion", _motion),
+    ("events", _events),
     ("exports", _exports),
 )
 UNITS: tuple[tuple[str, Check], ...] = (("units", _units),)
@@ -348,6 +362,8 @@ class Mode:
     target: Target
     checks: tuple[str, ...]
     share: Callable[[str, int, Compiled], bool] = lambda name, seed, base: True
+    recompiled: bool = False
+    """Whether models that switch are compiled as C although others are not."""
 
     def wants(self, name: str, seed: int, base: Compiled) -> bool:
         """Return whether a model gets a check."""
@@ -365,6 +381,8 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
     match name:
         case "motion":
             return seed % 10 == 0 or (base.switches and seed % 2 == 1)
+        case "events":
+            return seed % 4 == 3
         case "exports":
             return seed % 80 == 47
         case "units":
@@ -374,9 +392,11 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
 
 AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
 MODES = {
-    "mixed": Mode("c", (*AT_STATES, "motion", "exports", "units"), _some),
+    "mixed": Mode("c", (*AT_STATES, "motion", "events", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),
-    "motions": Mode("c", ("motion", "exports")),
+    "quick": Mode("python", AT_STATES, _one, recompiled=True),
+    "events": Mode("python", ("events",)),
+    "motions": Mode("c", ("motion", "events", "exports")),
     "units": Mode("python", ("units",)),
 }
 """``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""

@@ -57,6 +57,8 @@ def outputs(s: Scope) -> None:
         _output(s, call("reaction", q, dim=over(ENERGY, q.dim), level="qva"))
     for name in s.powers[:2]:
         _output(s, call("power", reference(name, "load"), level="qva"))
+    if s.vectors and s.chance(0.5):
+        _output(s, s.pick(s.vectors))
     w = Writer(s, EVERYTHING + "a", questions=True)
     for _ in range(s.random.randint(1, 3)):
         d = s.pick((LENGTH, FORCE, ENERGY, NUMBER, SPEED))

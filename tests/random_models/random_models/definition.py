@@ -137,6 +137,40 @@ def kind_of(name: str) -> str:
     return "energy" if name.startswith("energy.") else "output"
 
 
+UNTIL = 0.4
+"""Seconds of a motion by definition, which is slow."""
+
+
+def moved(base: Compiled, solution: Any) -> list[tuple[str, str]]:
+    """List how the end of a run, of the length ``UNTIL``, differs from the motion by definition from the same start."""
+    events = [float(e.time) for e in solution.events]
+    if any(UNTIL - t < 1e-3 for t in events) or len(events) > 12:
+        return []
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="")
+        first = {n: float(np.ravel(solution[n])[0]) for n in base.states if n in solution}
+        start = {n: first.get(n, float(v)) for n, v in meaning.start().items()}
+        motion = meaning.motion(UNTIL, state=start, tolerance=1e-9, scan=UNTIL / 20)
+        if motion.outcome != "completed":
+            return []
+        end = {n: float(v) for n, v in motion.states[-1].items() if n in solution and n != "time"}
+        here = {n: float(np.ravel(solution[n])[-1]) for n in end}
+        wrong = differences(here, end, relative=1e-5)
+        wrong = [w for w in wrong if not w[0].startswith(("energy.", "creep("))]
+        if wrong:
+            lines = "".join(f"{n}: {x:.9g} run, {y:.9g} by definition\n" for n, x, y in wrong[:6])
+            mine = [(float(e.time), e.kind) for e in solution.events]
+            theirs = [(float(e.time), e.kind) for e in motion.events]
+            return [("events" if mine or theirs else "motion", f"{lines}{mine} run, {theirs} by definition")]
+    except (NotCovered, Undetermined) as reason:
+        SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
+    except Exception as error:
+        if _of_the_oracle(error):
+            raise OracleFails(repr(error)[:200]) from error
+        raise
+    return []
+
+
 def along(base: Compiled, solution: Any, ignored: tuple[str, ...] = ()) -> list[tuple[str, str]]:
     """List how outputs along a run differ from the definition at the same states; rows next to events are left out."""
     try:

@@ -105,7 +105,10 @@ class Writer(Numbers):
     def _kink(self, d: Dim, depth: int) -> E:
         s = self.s
         a = self.scalar(d, depth - 1)
-        name = s.pick(("abs", "min", "max", "clamp", "deadzone"))
+        name = s.pick(("abs", "min", "max", "clamp", "deadzone", "root"))
+        if name == "root":
+            squared = power(a, two(), Fraction(2)) if s.chance(0.5) else multiply(a, a)
+            return call("sqrt", squared, dim=d, value=math.sqrt)
         if name == "abs":
             return call("abs", a, dim=d, value=abs)
         if name == "clamp":

@@ -13,7 +13,7 @@ from random_models.tree import TIME, Model, Seq, Slot, statement
 def skeleton(seed: int) -> Scope:
     """Write the statements of a model without components of its own."""
     random = Random(seed)
-    s = Scope(File(random), space=random.choice((0, 0, 2, 2, 3)))
+    s = Scope(File(random), space=random.choice((0, 0, 2, 2, 3, 3)))
     s.locked = s.chance(0.4)
     if s.space:
         bodies.tree(s)

@@ -54,7 +54,9 @@ def constraint(s: Scope) -> None:
     else:
         look = reference(b.ref, "coordinate", b.dim, level="q")
         x: E = look if b.dim == NUMBER else divide(look, s.value(b.dim))
-        if s.chance(0.5):
+        if s.chance(0.15):
+            right = multiply(s.value(a.dim, s.number(0.2, 0.9)), Writer(s, "q").table(x))
+        elif s.chance(0.5):
             right = multiply(s.value(a.dim, s.number(0.2, 0.9)), call("sin", x, value=math.sin))
         else:
             right = multiply(s.literal(unit, s.number(-0.9, 0.9)), b)

@@ -13,6 +13,7 @@ from random_models.operators import (
     call,
     der,
     multiply,
+    negate,
     subtract,
     vector,
 )
@@ -114,10 +115,24 @@ def potential(s: Scope) -> None:
     if r < 0.45:
         q = generalised(s)
         stretch = q if s.chance(0.5) else subtract(q, s.literal(q.dim))
+        if s.chance(0.35):
+            stretch = one_sided(s, stretch)
         e = half(s, s.value(over(ENERGY, to_power(q.dim, 2))), square(stretch))
     else:
         e = w.scalar(ENERGY, 3)
     s.add("energy", "potential ", Slot("potential", e), ";", data={"what": "potential"})
+
+
+def one_sided(s: Scope, e: E) -> E:
+    """Return a quantity where it is on one side of zero, and zero elsewhere."""
+    zero = node("number", "0", value=lambda: 0)
+    e = e if s.chance(0.5) else negate(e)
+    pair = (zero, e) if s.chance(0.6) else (e, zero)
+    return (
+        call("max", *pair, dim=e.dim, value=max)
+        if s.chance(0.7)
+        else call("min", *pair, dim=e.dim, value=min)
+    )
 
 
 def kinetic(s: Scope) -> None:
@@ -155,6 +170,8 @@ def dissipation(s: Scope) -> None:
     c = s.value(over(times(ENERGY, TIME), to_power(q.dim, 2)), s.number(0.05, 0.4))
     e = half(s, c, square(der(q)))
     r = s.random.random()
+    if s.chance(0.2):
+        e = half(s, c, square(one_sided(s, der(q))))
     if r < 0.4:
         w = writer(s, kinks=False)
         e = multiply(e, add(s.literal(NUMBER, F("1.3")), call("cos", w.number(0), value=math.cos)))
@@ -181,7 +198,7 @@ def point_force(s: Scope) -> None:
         offset = vector(*(s.literal(LENGTH, s.number(-0.5, 0.5)) for _ in range(n)))
         at = node("frame*point", (on, PRODUCT), " * ", (offset, SIGNED), dim=LENGTH, type="point")
         parts += [" at ", Slot("force.at", at)]
-    if s.chance(0.25):
+    if s.chance(0.4):
         other = s.pick(s.frames)
         if other.ref != on.ref:
             parts += [" from ", Slot("force.from", other)]

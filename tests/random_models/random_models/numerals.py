@@ -129,6 +129,8 @@ class Numbers:
             return call(name, x, value=value)
         if r < 0.67 and self.jumps:
             m = s.literal(NUMBER, s.size())
+            if s.chance(0.4):
+                m = multiply(m, node("pi", "pi", value=lambda: math.pi))
             return call("mod", x, m, value=lambda a, b: a - math.floor(a / b) * b)
         if r < 0.72:
             y = self.number(depth)

@@ -184,7 +184,31 @@ def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
             )
     if not actions:
         return
-    s.add("when", "when ", *condition, " then", Seq(tuple(actions)), "end when;")
+    if sets is not None and sets[1] in ("Integer", "Real") and s.chance(0.5):
+        actions.append(_after(s, sets[0]))
+    others: list[str | Slot | Seq] = []
+    if s.chance(0.25):  # another branch whose turn it is at the same instants, or at others
+        there: list[str | Slot] = (
+            condition
+            if s.chance(0.5)
+            else [Slot("when.condition", relation(">", reference("time", "time", TIME, level="t"), s.literal(TIME, F("0.3"))))]
+        )  # fmt: skip
+        others = [" elsewhen ", *there, " then", Seq((_after(s, sets[0] if sets else None),))]
+    s.add("when", "when ", *condition, " then", Seq(tuple(actions)), *others, "end when;")
+
+
+def _after(s: Scope, n: E | None) -> S:
+    """Set a discrete variable of its own, by what another was before the event."""
+    name = s.fresh("k")
+    first = s.literal(NUMBER, s.number(-1, 1))
+    s.add("discrete", f"discrete Real {name} = ", Slot("discrete.value", first), ";", name=name)
+    k = reference(name, "discrete", NUMBER, level="z")
+    s.signals.append(k)
+    value: E = add(k, s.literal(NUMBER, F("0.5")))
+    if n is not None and n.type == "real" and n.dim == NUMBER:
+        before = node("pre", "pre(", n, ")", level="z")
+        value = add(multiply(s.literal(NUMBER, s.number(0.3, 0.9)), before), k)
+    return statement("assign", f"{name} := ", Slot("assign.value", value), ";", name=name)
 
 
 def friction(s: Scope) -> None:
@@ -238,6 +262,21 @@ def friction(s: Scope) -> None:
     s.notes.add("hybrid")
 
 
+def _rubbing(s: Scope, slips: list[E]) -> list[str | Slot]:
+    """Let a contact rub along one velocity, or along two."""
+    low = s.number(0.05, 0.3)
+    parts: list[str | Slot] = [" friction ", Slot("contact.friction", s.value(NUMBER, low))]
+    smooth = s.chance(0.3)
+    if not smooth and s.chance(0.4):
+        parts += [" static ", Slot("contact.static", s.value(NUMBER, 2 * low))]
+    two_ways = len(slips) > 1 and s.chance(0.6)
+    along = vector(*s.random.sample(slips, 2)) if two_ways else s.pick(slips)
+    parts += [" along ", Slot("contact.along", along)]
+    if smooth:
+        parts += [', law = "regularized", v_stick = ', Slot("contact.v_stick", s.literal(SPEED, F("0.05")))]
+    return parts
+
+
 def contact(s: Scope) -> None:
     """Write a contact that is open at the start."""
     free = [q for q in s.coordinates if q not in s.driven]
@@ -272,15 +311,13 @@ def contact(s: Scope) -> None:
     parts: list[str | Slot] = [f"contact {name}: ", Slot("contact.gap", gap)]
     if s.chance(0.7):
         parts += [" restitution ", Slot("contact.restitution", s.value(NUMBER, s.number(0.2, 0.9)))]
-    slips = [o for o in free if o != q and o.dim == LENGTH]
-    if q.dim == LENGTH and s.chance(0.35) and slips:
-        o = s.pick(slips)
-        parts += [
-            " friction ",
-            Slot("contact.friction", s.value(NUMBER, s.number(0.05, 0.3))),
-            " along ",
-            Slot("contact.along", der(o)),
-        ]
+    slips = [
+        der(o) if o.dim == LENGTH else multiply(s.literal(LENGTH, s.number(0.2, 0.6)), der(o))
+        for o in free
+        if o != q and o.dim in (LENGTH, NUMBER)
+    ]
+    if q.dim == LENGTH and s.chance(0.5) and slips:
+        parts += _rubbing(s, slips)
     if s.chance(0.15):
         parts += [', impacts = "simultaneous"'] if not any(p == " friction " for p in parts) else []
     s.add("contact", *parts, ";", name=name)
