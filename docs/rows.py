@@ -60,7 +60,8 @@ OTHERS: Mapping[str, Asked] = {
     ),
     "U60": asked(
         "elastic band under a load",
-        said="posed and not solved in the source; the model is [rubber_band](../examples/curves/rubber_band.mech)",
+        "physics/test_curve_order.py::test_an_elastic_band_under_a_load",
+        curve="rubber_band",
     ),
     "U61": asked(
         "line of fixed length", f"{CURVES}::test_a_hanging_line_of_given_length", curve="clothesline"

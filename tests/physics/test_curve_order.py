@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from pathlib import Path
 
 import mpmath as mp
 import pytest
@@ -95,3 +96,25 @@ def test_values_converge_with_twice_the_degree(degree: int) -> None:
     errors = [abs(search(posed, degree=degree, adapt=False, elements=n).value - exact) for n in (1, 2, 4)]
     orders = [math.log2(a / b) for a, b in itertools.pairwise(errors)]
     assert orders[-1] == pytest.approx(2 * degree, abs=0.8)
+
+
+def test_an_elastic_band_under_a_load() -> None:
+    """The tension T along the band is k (S - S0); T sin(angle) grows by the load, so that two quadratures remain."""
+    load = mp.mpf(3)
+
+    def carried(x: mp.mpf) -> mp.mpf:
+        return load * (x + x**2 / 2)
+
+    def slope(x: mp.mpf, v: mp.mpf, t: mp.mpf) -> mp.mpf:
+        return (v + carried(x)) / mp.sqrt(t**2 - (v + carried(x)) ** 2)
+
+    def off(v: mp.mpf, t: mp.mpf) -> list[mp.mpf]:
+        length = mp.quad(lambda x: mp.sqrt(1 + slope(x, v, t) ** 2), [0, 1])
+        return [mp.quad(lambda x: slope(x, v, t), [0, 1]) - mp.mpf("0.2"), 50 * (length - 1) - t]
+
+    v, t = mp.findroot(off, (-1.5, 4.2))
+    work = carried(mp.mpf(1)) * mp.mpf("0.2") - mp.quad(lambda x: carried(x) * slope(x, v, t), [0, 1])
+    exact = float(t**2 / 100 + work)
+    found = mechc.load(Path(__file__).parents[2] / "examples" / "curves" / "rubber_band.mech").solve()
+    assert abs(found.stationary - exact) <= 30 * found.error <= 1e-9 * exact
+    assert found.outputs["length"] == pytest.approx(float(1 + t / 50), rel=1e-12)
