@@ -13,9 +13,11 @@ from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
 from .runtime.case import find_experiment
+from .runtime.ensembles.run import Other
 from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
+from .runtime.studies.ensemble import EnsembleOf
 from .runtime.studies.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .runtime.studies.sweep import Runs, Sweep
@@ -173,6 +175,8 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``.
     """
     problem, question = _posed(model, asked)
+    if isinstance(question, EnsembleOf):
+        return problem, solve(problem, _with_others(model, asked, problem, question))
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
     found = solve(problem, replace(question, max_steps=FEW_STEPS))
@@ -181,6 +185,18 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     if any(run.statistics.stiff_time is not None for run in found.runs):
         problem, question = _posed(model, asked, method="auto")
     return problem, solve(problem, question)
+
+
+def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question: EnsembleOf) -> EnsembleOf:
+    """Let single members be followed by other builds of the model, as single runs are: with the Jacobian, or compliant."""
+    others = []
+    if problem.constraints and not _foreseen(model):
+        compliant = {*model.compilation.parts, COMPLIANCE}
+        others.append(Other(False, lambda: _posed(model.keeping(compliant), asked)[0]))
+    if asked.given.get("method") or model.method(asked.experiment):
+        return replace(question, others=tuple(others))
+    others.append(Other(True, lambda: _posed(model, asked, method="auto")[0]))
+    return replace(question, others=tuple(others), few_steps=FEW_STEPS)
 
 
 def _shown(run: Run, asked: Asked, swept: Mapping[str, float | bool | str] | None = None) -> Solution:

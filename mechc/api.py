@@ -21,6 +21,7 @@ from .suggest import closest
 if TYPE_CHECKING:
     from .asking.question import Asked
     from .functions import Functions
+    from .runtime.ensembles.result import Ensemble
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
@@ -130,6 +131,20 @@ class Model(CompiledModel):
         """Run an experiment that sweeps parameters: once for each combination of their values."""
         runs: Runs[Solution] = self._answer("sweep", set, {"experiment": experiment, **options})
         return runs
+
+    def ensemble(
+        self, vary: Any = (), keep: Any = None, *, set: Mapping[str, Given] | None = None, **settings: Any
+    ) -> Ensemble:
+        """Run the model many times: over a product of values, random values, or a list of members.
+
+        ``vary``: a text such as ``"l = 0.5 m .. 2 m, 200, theta ~ normal(1 rad, 0.01 rad)"``, a mapping from names to such texts
+        or to values in SI, or a CSV file. ``keep``: what to keep of each, as ``"max(theta), final(energy.total)"``;
+        a formula alone is kept over time. ``settings``: ``samples``, ``seed``, ``sampling``, ``covariance``, ``errors``,
+        ``threads``, and those of a run. Raises UsageMistake and SimulationError for what does not fit the model.
+        """
+        given = {"vary": vary or None, "keep": keep, **settings}
+        found: Ensemble = self._answer("ensemble", set, given)
+        return found
 
     def start(
         self,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
+from ..runtime.problem import Problem
 from ..runtime.settings import Setting
 from .given_values import UsageMistake, read_value
 
@@ -49,3 +50,14 @@ def sides(setting: Setting, text: str) -> tuple[str, str]:
     if not sign or not left.strip() or not right.strip() or any(c in text for c in "<>~") or "=" in right:
         raise UsageMistake(f"'{setting.name}' is a surface such as 'x = 0', not '{text}'")
     return left.strip(), right.strip()
+
+
+def output_of(setting: Setting) -> str:
+    """Return the name of the output that the formula of a setting becomes."""
+    return f"asked_{setting.name}"
+
+
+def settable_units(problem: Problem) -> dict[str, str]:
+    """Return the SI unit of everything that a state consists of and a run can be given."""
+    quantities = (*problem.parameters, *problem.states, *problem.inputs)
+    return {q.name: q.unit for q in quantities if q.kind != "account"}

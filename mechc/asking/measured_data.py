@@ -28,7 +28,7 @@ def measured_motion(what: Any, problem: Problem) -> Measured:
     and SimulationError for names and units that the model has not.
     """
     if isinstance(what, (str, Path)):
-        source, columns = str(Path(what).name), _read(Path(what))
+        source, columns = str(Path(what).name), columns_of(Path(what))
     else:
         heads = [header_of(str(name)) for name in (what.columns if hasattr(what, "columns") else what)]
         arrays = [
@@ -92,7 +92,7 @@ def _factor(source: str, quantity: Quantity, unit: str) -> float:
     return float(given.factor)
 
 
-def _read(path: Path) -> list[Column]:
+def columns_of(path: Path) -> list[Column]:
     """Read a CSV file; empty cells are not-a-number. Raises SimulationError with file and line."""
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:

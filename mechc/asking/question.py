@@ -30,7 +30,8 @@ from ..runtime.settings import (
 )
 from ..runtime.studies.study import Study
 from .common_settings import AROUND, check_around, unknown_setting
-from .formulas import apart, in_momenta, is_value, sides
+from .ensemble_settings import OF_ENSEMBLES
+from .formulas import apart, in_momenta, is_value, output_of, settable_units, sides
 from .given_values import (
     Target,
     UsageMistake,
@@ -41,6 +42,7 @@ from .given_values import (
     tidy,
     unknown_name,
 )
+from .kept import written
 from .measured_data import measured_motion
 from .ranges import free, ranges
 
@@ -75,6 +77,8 @@ def asked(question: type[Study], given: Mapping[str, Any]) -> Asked:
         if name not in known and name not in AROUND:
             raise unknown_setting(question, name, known)
     check_around(given)
+    lists = {s.name for s in settings if s.kind == "kept"}
+    given = {n: ", ".join(w) if n in lists and isinstance(w, (list, tuple)) else w for n, w in given.items()}
     around = {name: given[name] for name in AROUND if given.get(name) is not None}
     return Asked(question, given={n: v for n, v in given.items() if n in known and v is not None}, **around)
 
@@ -244,12 +248,6 @@ def _data(setting: Setting, given: Any, problem: Problem) -> tuple[Measured, ...
     return tuple(measured_motion(what, problem) for what in ([given] if one else given))
 
 
-def settable_units(problem: Problem) -> dict[str, str]:
-    """Return the SI unit of everything that a state consists of and a run can be given."""
-    quantities = (*problem.parameters, *problem.states, *problem.inputs)
-    return {q.name: q.unit for q in quantities if q.kind != "account"}
-
-
 def _rotations(problem: Problem) -> set[str]:
     return {problem.states[i].name.removesuffix("[1]") for i in problem.rotations}
 
@@ -267,17 +265,22 @@ def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = (
         if ";" in given:
             raise UsageMistake(f"'{setting.name}' is one formula, not '{given}'")
         text = given
+        if setting.kind == "kept":
+            for k, item in enumerate(written(setting.name, given), start=1):
+                if item.formula and tidy(item.formula) not in problem_names:
+                    found[f"{output_of(setting)}_{k}"] = item.formula
+            continue
         if setting.kind == "formulas":
             for k, one in enumerate(apart(given), start=1):
                 formula = in_momenta(one.rpartition("=")[2], problem_names, taken)
                 if tidy(formula) not in problem_names or "=" in one:
-                    found[f"{_output_of(setting)}_{k}"] = formula
+                    found[f"{output_of(setting)}_{k}"] = formula
             continue
         if setting.kind == "surface":
             left, right = sides(setting, given)
             text = left if is_value(right) else f"({left}) - ({right})"
         if not (tidy(text) in problem_names or (setting.kind == "interval" and is_value(text))):
-            found[_output_of(setting)] = text
+            found[output_of(setting)] = text
     return found
 
 
@@ -286,15 +289,11 @@ def _several(setting: Setting, given: object, problem: Problem) -> tuple[Formula
     known = {q.name for q in (*problem.states, *problem.outputs)}
     found = []
     for k, one in enumerate(apart(_text(setting, given, problem)), start=1):
-        name = tidy(one) if tidy(one) in known else f"{_output_of(setting)}_{k}"
+        name = tidy(one) if tidy(one) in known else f"{output_of(setting)}_{k}"
         if name not in known:
             raise UsageMistake(f"'{setting.name}' takes numbers, '{one}' is a vector")
         found.append(Formula(name, one))
     return tuple(found)
-
-
-def _output_of(setting: Setting) -> str:
-    return f"asked_{setting.name}"
 
 
 def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
@@ -305,7 +304,7 @@ def _formula(setting: Setting, given: object, problem: Problem) -> Formula:
 def _named(setting: Setting, text: str, problem: Problem) -> str:
     """Return the name of the quantity that a formula is."""
     known = [q.name for q in (*problem.states, *problem.outputs)]
-    name = tidy(text) if tidy(text) in known else _output_of(setting)
+    name = tidy(text) if tidy(text) in known else output_of(setting)
     if name not in known:
         raise UsageMistake(f"'{setting.name}' is one number, '{text}' is a vector")
     return name
@@ -358,6 +357,7 @@ _READ: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "amounts": _amounts,
     "data": _data,
     "point": _point,
+    **OF_ENSEMBLES,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
 

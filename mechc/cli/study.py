@@ -32,6 +32,10 @@ METAVARS |= {
     "free": 'A,B="LOW .. HIGH"',
     "amounts": 'NAME="AMOUNT"',
     "point": '"X, Y[, Z]"',
+    "varying": '"NAME = LOW .. HIGH, COUNT"|"NAME ~ KIND(...)"|FILE.csv',
+    "kept": '"max(A), final(B)"',
+    "share": "all|none|SHARE",
+    "matrix": '"{{A, B}, {B, C}}"',
 }
 
 

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome
 from ..runtime.studies.findings import Cell, Findings, Panel, Table, Value
 from ..runtime.studies.sweep import Runs
@@ -31,6 +32,10 @@ def text(answer: Answer, style: Style = PLAIN) -> str:
             from .report import report, sweep_report
 
             return sweep_report(answer, style) if answer.points[0] else report(answer.solutions[0], style)
+        case Ensemble():
+            from . import ensemble
+
+            return ensemble.report(answer, style)
         case Findings():
             return _findings(answer, style)
     raise AssertionError(f"no text for {type(answer).__name__}")
@@ -106,6 +111,11 @@ def save(answer: Answer, path: Path) -> None:
         from . import plots
 
         plots.save(answer, path)
+        return
+    if isinstance(answer, Ensemble):
+        from . import ensemble
+
+        ensemble.figure(answer).savefig(path)
         return
     if not isinstance(answer, Findings):
         raise AssertionError(f"no picture for {type(answer).__name__}")

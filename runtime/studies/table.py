@@ -43,6 +43,11 @@ STUDIES = {
         Kind("simulate", "How does it move, and how accurate is that?", "simulate:Simulate"),
         Kind("sweep", "How does it move for each of several values?", "sweep:Sweep"),
         Kind(
+            "ensemble",
+            "What do thousands of runs give, over ranges, random values or a list of members?",
+            "ensemble:EnsembleOf",
+        ),
+        Kind(
             "linearize",
             "What linear system is it near a state, between inputs and outputs?",
             "linearize:Linearize",

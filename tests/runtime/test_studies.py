@@ -110,6 +110,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "threshold": ["--over", "x = 0.5 .. 2", "--reaches", "x = -1", "--stop", "4"],
         "gradient": ["--to", "x,der(x)", "--goal", "-(x - 1)^2", "--stop", "3"],
         "curves": ["--over", "k=0 .. 2"],
+        "ensemble": ["--vary", "x = 0.5 .. 2, 3", "--stop", "3"],
     }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
     text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
     file.write_text(ASKED.get(name, text), encoding="utf-8")
@@ -130,6 +131,7 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
         "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
         "curves": {"over": "k = 0 .. 2"},
+        "ensemble": {"vary": "x = 0.5 .. 2, 3", "stop": 3},
     }
     given = settings.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)

@@ -1,0 +1,64 @@
+"""Settings of ensembles as people write them: members, what is kept, shares and matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from typing import Any
+
+from ..runtime.ensembles.kept import Kept
+from ..runtime.problem import Problem
+from ..runtime.settings import Setting
+from .formulas import apart, output_of, settable_units
+from .given_values import UsageMistake
+from .kept import kept
+from .members import Varying, varying
+
+
+def _varying(setting: Setting, given: Any, problem: Problem) -> tuple[Varying, ...]:
+    return varying(setting.name, given, settable_units(problem))
+
+
+def _kept(setting: Setting, given: Any, problem: Problem) -> tuple[Kept, ...]:
+    if not isinstance(given, str):
+        raise UsageMistake(
+            f"'{setting.name}' is a text, not {given!r}", f'as in {setting.name} = "max(theta)"'
+        )
+    names = {q.name for q in (*problem.states, *problem.outputs)}
+    return kept(setting.name, given, names, output_of(setting))
+
+
+def _share(setting: Setting, given: Any, problem: Problem) -> float:
+    """Read ``all``, ``none`` or a number from 0 to 1."""
+    words = {"all": 1.0, "none": 0.0}
+    try:
+        share = words[given.strip()] if isinstance(given, str) and given.strip() in words else float(given)
+    except (TypeError, ValueError):
+        share = -1.0
+    if not 0 <= share <= 1:
+        raise UsageMistake(f"'{setting.name}' is all, none or a share from 0 to 1, not {given!r}")
+    return share
+
+
+def _matrix(setting: Setting, given: Any, problem: Problem) -> tuple[tuple[float, ...], ...]:
+    """Read rows of numbers: ``{{1e-4, 0}, {0, 1e-4}}``, or nested lists."""
+    rows: tuple[tuple[float, ...], ...] = ()
+    if isinstance(given, str):
+        inside = given.strip().removeprefix("{").removesuffix("}")
+        given = [row.strip().strip("{}").split(",") for row in apart(inside)]
+    with suppress(TypeError, ValueError):
+        rows = tuple(tuple(float(number) for number in row) for row in given)
+    if not rows or len({len(row) for row in rows}) != 1:
+        raise UsageMistake(
+            f"'{setting.name}' is a matrix of numbers in SI, not {given!r}", "as in {{4, 1}, {1, 9}}"
+        )
+    return rows
+
+
+OF_ENSEMBLES: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
+    "varying": _varying,
+    "kept": _kept,
+    "share": _share,
+    "matrix": _matrix,
+}
+"""How these kinds of settings (``runtime/settings.py``) are read."""

@@ -1,0 +1,96 @@
+"""What is kept of each member of an ensemble, as people write it: ``max(theta), period = first(theta < 0 rad), energy.total``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+
+from msgspec import Struct
+
+from ..runtime.ensembles.kept import REDUCTIONS, SERIES, Kept
+from .formulas import apart
+from .given_values import UsageMistake, tidy
+
+_CALL = re.compile(r"(\w+)\s*\((.*)\)\s*", re.S)
+_NAMED = re.compile(r"\s*([A-Za-z_]\w*)\s*=(?!=)\s*(.*)", re.S)
+_RELATION = re.compile(r"<=|>=|==|!=|<|>")
+
+
+class Written(Struct, frozen=True):
+    """One thing to keep: its label, how it is reduced, and the formula of which number; of events a kind and a row."""
+
+    label: str
+    kind: str
+    formula: str = ""
+    event: str = ""
+    row: str = ""
+
+
+def written(setting: str, given: str) -> list[Written]:
+    """Take a list of what is kept apart. Raises UsageMistake."""
+    text = given.strip()
+    if text.startswith("{") and text.endswith("}"):
+        text = text[1:-1]
+    found = [_one(setting, item) for item in apart(text)]
+    if not found:
+        raise UsageMistake(f"'{setting}' names nothing", f'as in {setting} = "max(theta), final(x)"')
+    return found
+
+
+def kept(setting: str, given: str, names: Collection[str], output_of: str) -> tuple[Kept, ...]:
+    """Return what is kept with the names of its quantities: those of the model, else the outputs made for formulas."""
+    found = []
+    for k, one in enumerate(written(setting, given), start=1):
+        quantity = "" if one.kind == "events" else tidy(one.formula)
+        if one.kind != "events" and quantity not in names:
+            quantity = f"{output_of}_{k}"
+            if quantity not in names:
+                raise UsageMistake(f"'{setting}' takes numbers, '{one.formula}' is a vector")
+        found.append(Kept(one.label, one.kind, quantity, one.event, one.row))
+    return tuple(found)
+
+
+def _one(setting: str, item: str) -> Written:
+    named = _NAMED.fullmatch(item)
+    label, text = (named[1], named[2].strip()) if named else ("", item)
+    label = label or " ".join(text.split())
+    call = _call(text)
+    if call is None or call[0] not in REDUCTIONS:
+        return Written(label, SERIES, text)
+    word, inside = call
+    parts = apart(inside)
+    if word == "events":
+        if len(parts) > 2:
+            raise UsageMistake(f"'{text}' counts a kind of events of one row: events(impact, floor)")
+        event, row = [*parts, "", ""][:2]
+        return Written(label, word, "", event.strip("\"' "), tidy(row))
+    if word in ("max", "min") and len(parts) > 1:  # of several formulas, at each time
+        return Written(label, SERIES, text)
+    if len(parts) != 1:
+        raise UsageMistake(f"'{word}' is of one formula: '{text}'")
+    return Written(label, word, _difference(text, inside) if word == "first" else inside.strip())
+
+
+def _call(text: str) -> tuple[str, str] | None:
+    """Return name and inside of a text that is one call as a whole."""
+    match = _CALL.fullmatch(text)
+    if match is None:
+        return None
+    depth = 0
+    for letter in match[2]:
+        depth += (letter in "([{") - (letter in ")]}")
+        if depth < 0:
+            return None  # as in max(a) - min(b)
+    return match[1], match[2]
+
+
+def _difference(text: str, condition: str) -> str:
+    """Return a formula that becomes positive where a condition becomes true."""
+    signs = list(_RELATION.finditer(condition))
+    words = re.search(r"\b(and|or|not)\b", condition)
+    if len(signs) != 1 or signs[0][0] in ("==", "!=") or words:
+        raise UsageMistake(f"'{text}' takes one comparison by <, <=, > or >=", "as in first(theta < 0 rad)")
+    left, right = condition[: signs[0].start()].strip(), condition[signs[0].end() :].strip()
+    if not left or not right:
+        raise UsageMistake(f"'{text}' compares nothing", "as in first(theta < 0 rad)")
+    return f"({left}) - ({right})" if signs[0][0][0] == ">" else f"({right}) - ({left})"

@@ -1,0 +1,155 @@
+"""The ensemble room of the kernel from Python: its structs (``kernel/ensemble/ensemble.h``), built as a library of its own."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import sys
+from ctypes import POINTER, Structure, c_double, c_int, c_long, c_size_t, c_void_p
+from enum import IntEnum
+
+import numpy as np
+
+from ..native import kernel as native
+from ..native.build import LINK, build_shared, kernel_flags
+from ..nominal import sizes_of
+from ..problem import Problem
+
+ARRAYS = {"p": 0, "y": 1, "u": 2, "outputs": 3}
+
+
+class Stage(IntEnum):
+    """How far a member came: enum mech_member_stage."""
+
+    WAITS = 0
+    RAN = 1
+    PARAMETER = 2
+    UNSETTLED = 3
+    TIMES = 4
+    START = 5
+    STATE = 6
+    MEMORY = 7
+
+
+class PlaceStruct(Structure):
+    """mech_place"""
+
+    _fields_ = (("array", c_int), ("index", c_int), ("guess", c_int))
+
+
+class KeptStruct(Structure):
+    """mech_kept"""
+
+    _fields_ = tuple((name, c_int) for name in ("kind", "array", "index", "event", "row"))
+
+
+MEMBER = np.dtype(
+    [
+        *((name, np.float64) for name in ("t", "failed_value", "error")),
+        ("steps", np.int64),
+        *((name, np.int32) for name in ("stage", "status", "index", "part", "stiff", "companion")),
+    ],
+    align=True,
+)
+"""mech_member"""
+
+
+class CompanionStruct(Structure):
+    """mech_companion"""
+
+    _fields_ = (
+        *((name, c_double) for name in ("rtol", "dt", "dt_max", "factor", "loose_rtol", "loose_factor")),
+        ("most", c_long),
+    )
+
+
+class QuantityStruct(Structure):
+    """mech_quantity"""
+
+    _fields_ = (
+        *((name, c_int) for name in ("unit", "kind", "pure")),
+        ("nominal", c_double),
+        ("range", c_double),
+        ("group", c_int),
+    )
+
+
+class SizesStruct(Structure):
+    """mech_sizes"""
+
+    _fields_ = (
+        ("states", c_void_p),
+        ("partner", c_void_p),
+        ("units", c_void_p),
+        ("n_energies", c_int),
+        ("energies", c_void_p),
+    )
+
+
+class EnsembleStruct(Structure):
+    """mech_ensemble"""
+
+    _fields_ = (
+        *((name, c_void_p) for name in ("model", "sizes", "options")),
+        ("begin", c_double),
+        ("stop", c_double),
+        ("max_steps", c_long),
+        *((name, c_void_p) for name in ("p", "y", "p_set", "y_given", "experiment")),
+        ("n_numbers", c_int),
+        ("n_settings", c_int),
+        *((name, c_void_p) for name in ("numbers", "settings", "p_low", "p_high", "y_low", "y_high")),
+        ("n_varied", c_int),
+        ("varied", c_void_p),
+        ("n", c_long),
+        ("values", c_void_p),
+        ("estimated", c_void_p),
+        ("companion", CompanionStruct),
+        ("n_kept", c_int),
+        ("n_series", c_int),
+        *(
+            (name, c_void_p)
+            for name in ("kept", "series", "kept_values", "kept_errors", "series_values", "ends", "members")
+        ),
+        ("threads", c_int),
+        ("done", POINTER(c_long)),
+        ("stopped", POINTER(c_int)),
+    )
+
+
+class Sizes:
+    """What nominal values are made of (``mech_sizes``), with the arrays that it points to."""
+
+    def __init__(self, problem: Problem) -> None:
+        sizes = sizes_of(problem)
+        kinds = {"": 0, "account": 1, "rotation": 2}
+        groups = sizes.groups or [0] * len(sizes.units)
+        columns = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
+        states = [QuantityStruct(unit, kinds[kind], pure, *rest) for unit, kind, pure, *rest in columns]
+        self._states = (QuantityStruct * len(states))(*states)
+        self._numbers = [
+            (c_int * len(numbers))(*numbers)
+            for numbers in (sizes.partner, sizes.parameter_units, sizes.energies)
+        ]
+        partner, units, energies = map(ctypes.addressof, self._numbers)
+        self.struct = SizesStruct(
+            ctypes.addressof(self._states), partner, units, len(sizes.energies), energies
+        )
+
+
+@functools.cache
+def load_ensemble(reproducible: bool = False) -> ctypes.CDLL:
+    """Load the kernel with its ensemble room. Raises ``BuildError`` and ``CompilerMissing``."""
+    sources = native.kernel_sources((*native.KERNEL_ROOMS, "ensemble"))
+    link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
+    library = ctypes.CDLL(str(build_shared(sources, kernel_flags(reproducible), name="ensemble", link=link)))
+    library.mech_ensemble_layout.argtypes = (POINTER(c_size_t),)
+    library.mech_ensemble_layout.restype = None
+    library.mech_ensemble_run.argtypes = (POINTER(EnsembleStruct),)
+    library.mech_ensemble_run.restype = c_int
+    structs = (PlaceStruct, KeptStruct, None, CompanionStruct, EnsembleStruct, SizesStruct, QuantityStruct)
+    ours = [MEMBER.itemsize if struct is None else ctypes.sizeof(struct) for struct in structs]
+    found = (c_size_t * len(ours))()
+    library.mech_ensemble_layout(found)
+    if list(found) != ours:
+        raise RuntimeError(f"the structs of the ensemble have the sizes {list(found)}, not {ours}")
+    return library

@@ -1,0 +1,277 @@
+"""An ensemble of one problem made ready for the kernel: what all members share, and where their results go."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from ..case import (
+    NUMBERS,
+    Case,
+    SimulationOptions,
+    find_experiment,
+    find_setting,
+    initial_state,
+    input_values,
+    prepare,
+)
+from ..functions import load_functions
+from ..integrate.methods import choose_method
+from ..integrate.solver import table_structs
+from ..native import kernel as native
+from ..outcome import SimulationError
+from ..problem import Array, Problem, Quantity
+from ..results.accuracy import companion_step, companion_tolerance, looser_companion
+from .kept import REDUCTIONS, SERIES, Kept
+from .members import Members
+from .native import (
+    ARRAYS,
+    MEMBER,
+    CompanionStruct,
+    EnsembleStruct,
+    KeptStruct,
+    PlaceStruct,
+    Sizes,
+    load_ensemble,
+)
+
+FEW_STEPS = 100_000
+"""Steps that a companion may take before it is asked whether it fights with rounding, as in studies/simulate.py."""
+TRIED = 100
+"""Members of which one must be able to begin, so that the times of all are known."""
+
+
+class Batch(Struct, frozen=True, eq=False):
+    """What members gave: ``members`` [n] (``MEMBER``), ``kept`` and ``errors`` [n, kept], ``series`` [n, series, times],
+    ``ends`` [n, ny]."""
+
+    members: Any
+    kept: Array
+    errors: Array
+    series: Array
+    ends: Array
+
+    @staticmethod
+    def empty(n: int, kept: int, series: int, times: int, ny: int) -> Batch:
+        return Batch(
+            np.zeros(n, dtype=MEMBER),
+            np.full((n, kept), np.nan),
+            np.full((n, kept), np.nan),
+            np.full((n, series, times), np.nan),
+            np.full((n, ny), np.nan),
+        )
+
+
+class Posed:
+    """An ensemble of ``problem`` that can be run. Owns all that the kernel reads."""
+
+    def __init__(
+        self,
+        problem: Problem,
+        options: SimulationOptions,
+        members: Members,
+        kept: Sequence[Kept],
+    ) -> None:
+        self.problem, self.options, self.members = problem, options, members
+        if problem.library is None:
+            raise SimulationError(
+                "an ensemble runs in compiled code",
+                help="it needs a C compiler (pip install ziglang brings one), and no target = python",
+            )
+        self.functions = load_functions(problem)
+        self.case = self._case()
+        self.method = choose_method(self.case, options.reproducible)
+        if not self.method.in_kernel:
+            raise SimulationError(
+                f"'{self.method.name}' runs on Python, and an ensemble in compiled code",
+                help="take a method of the kernel: auto, dop853, radau5, ...",
+            )
+        self.scalars = [one for one in kept if one.kind != SERIES]
+        self.series = [one for one in kept if one.kind == SERIES]
+        flowing = any(one.kind in ("max", "min", "mean", "first") for one in self.scalars)
+        self.grid = self.case.grid if self.series or flowing else np.empty(0)
+        if (
+            not self.series and flowing
+        ):  # where errors are looked at: rows cost nothing in runs that look between steps
+            self.grid = self.case.grid[:: max(1, self.case.grid.size // 20)]
+        self._alive: list[Any] = []
+        self._struct = self._filled()
+
+    # ---- what all members share
+
+    def _case(self) -> Case:
+        """Make the first member ready that can be: the times are those of all."""
+        trouble: SimulationError | None = None
+        for k in range(min(TRIED, self.members.count)):
+            row = self.members.values(k, k + 1)[0]
+            values = {**self.options.values, **dict(zip(self.members.names, row.tolist(), strict=True))}
+            try:
+                return prepare(self.problem, self.functions, replace(self.options, values=values))
+            except SimulationError as error:
+                trouble = trouble or error
+        assert trouble is not None
+        raise trouble
+
+    def _places(self, names: Sequence[str]) -> list[PlaceStruct]:
+        settings = [find_setting(self.problem, name) for name in names]
+        return [PlaceStruct(ARRAYS[s.array], s.index, 0) for s in settings]
+
+    def _array(self, values: Any, kind: Any = np.float64) -> int:
+        array = np.ascontiguousarray(values, dtype=kind)
+        self._alive.append(array)
+        return int(array.ctypes.data)
+
+    def _structs(self, structs: Sequence[ctypes.Structure], kind: type[ctypes.Structure]) -> int:
+        array = (kind * max(1, len(structs)))(*structs)
+        self._alive.append(array)
+        return ctypes.addressof(array)
+
+    def _filled(self) -> EnsembleStruct:
+        problem, case = self.problem, self.case
+        varied = self._places(self.members.names)
+        given = {n: v for n, v in self.options.values.items() if n not in self.members.names}
+        fixed = dict(zip(given, self._places(list(given)), strict=True))
+        p, p_set = np.full(case.p.size, np.nan), np.zeros(len(problem.parameters), dtype=np.uint8)
+        y, y_given = np.zeros(problem.ny), np.zeros(problem.ny, dtype=np.uint8)
+        for name, place in fixed.items():
+            if place.array == ARRAYS["p"]:
+                p[place.index], p_set[place.index] = given[name], 1
+            elif place.array == ARRAYS["y"]:
+                y[place.index], y_given[place.index] = given[name], 1
+        numbers, settings, function = self._experiment([*varied, *fixed.values()])
+        sizes = Sizes(problem)
+        options = self._options()
+        self._alive += [sizes, options]
+        bounds = [_bounds(quantities) for quantities in (problem.parameters, problem.states)]
+        return EnsembleStruct(
+            model=ctypes.addressof(self._model()),
+            sizes=ctypes.addressof(sizes.struct),
+            options=ctypes.addressof(options),
+            begin=float(case.grid[0]),
+            stop=case.stop,
+            max_steps=self.options.max_steps or 0,
+            p=self._array(p),
+            y=self._array(y),
+            p_set=self._array(p_set, np.uint8),
+            y_given=self._array(y_given, np.uint8),
+            experiment=function,
+            n_numbers=len(numbers),
+            n_settings=len(settings),
+            numbers=self._array(numbers),
+            settings=self._structs(settings, PlaceStruct),
+            p_low=self._array(bounds[0][0]),
+            p_high=self._array(bounds[0][1]),
+            y_low=self._array(bounds[1][0]),
+            y_high=self._array(bounds[1][1]),
+            n_varied=len(varied),
+            varied=self._structs(varied, PlaceStruct),
+            companion=self._companion(),
+            n_kept=len(self.scalars),
+            n_series=len(self.series),
+            kept=self._structs([self._kept(one) for one in self.scalars], KeptStruct),
+            series=self._structs([PlaceStruct(*self._of(one), 0) for one in self.series], PlaceStruct),
+        )
+
+    def _model(self) -> native.ModelStruct:
+        assert self.functions.struct is not None
+        return self.functions.struct
+
+    def _experiment(self, fixed: Sequence[PlaceStruct]) -> tuple[list[float], list[PlaceStruct], int | None]:
+        """Give the numbers of the experiment that all members must share, its settings, and its function."""
+        experiment = find_experiment(self.problem, self.options.experiment)
+        if experiment is None:
+            return [], [], None
+        case = self.case
+        taken = {(place.array, place.index) for place in fixed}
+        settings = [PlaceStruct(ARRAYS[s.array], s.index, s.guess) for s in experiment.settings]
+        for place in settings:
+            if (place.array, place.index) in taken:
+                place.array = -1
+        z, y = initial_state(self.problem, self.functions, 0.0, case.p, case.tables)
+        u = input_values(self.functions, case.tables, 0.0, case.p, len(self.problem.inputs))
+        values = self.functions.experiments[experiment.function](0.0, y, u, z, case.p)
+        numbers = [
+            math.nan if name in NUMBERS and getattr(self.options, name) is not None else float(value)
+            for name, value in zip(experiment.options, values, strict=False)
+        ]
+        function = getattr(self.functions.library, experiment.function)
+        return numbers, settings, ctypes.cast(function, ctypes.c_void_p).value
+
+    def _options(self) -> native.OptionsStruct:
+        case, begin = self.case, float(self.case.grid[0])
+        tables, data = table_structs(case.tables)
+        stops = {t for table in case.tables.values() for t in table.kinks().tolist()} | {begin}
+        kinks = np.array(sorted(t for t in stops if t > case.begin), dtype=float)
+        self._alive += [tables, data]
+        index = native.load_kernel(self.options.reproducible).mech_method_index(self.method.name.encode())
+        return native.OptionsStruct(
+            method=index,
+            n_tables=len(case.tables),
+            n_stops=kinks.size,
+            n_grid=self.grid.size,
+            t0=case.begin,
+            dt_max=case.max_step if case.max_step > 0 else 1.0,
+            dt=case.step or 0.0,
+            rtol=case.tolerance,
+            tables=ctypes.addressof(tables),
+            stops=self._array(kinks),
+            grid=self._array(self.grid),
+        )
+
+    def _companion(self) -> CompanionStruct:
+        case = self.case
+        dt_max = case.max_step / 2 if case.max_step > 0 else 1.0
+        if self.method.fixed_step:
+            assert case.step is not None
+            step, factor = companion_step(case.step, self.method.order)
+            return CompanionStruct(case.tolerance, step, dt_max, factor, case.tolerance, factor, 0)
+        tolerance, factor = companion_tolerance(case.tolerance)
+        loose, loose_factor = looser_companion(case.tolerance)
+        return CompanionStruct(tolerance, 0.0, dt_max, factor, loose, loose_factor, FEW_STEPS)
+
+    def _of(self, one: Kept) -> tuple[int, int]:
+        for array, quantities in (("outputs", self.problem.outputs), ("y", self.problem.states)):
+            for index, quantity in enumerate(quantities):
+                if quantity.name == one.quantity:
+                    return ARRAYS[array], index
+        raise AssertionError(f"check_kept let '{one.quantity}' pass")
+
+    def _kept(self, one: Kept) -> KeptStruct:
+        kind = REDUCTIONS.index(one.kind)
+        if one.kind != "events":
+            return KeptStruct(kind, *self._of(one), -1, -1)
+        rows = [row.name for row in self.problem.hybrid.rows] if self.problem.hybrid else []
+        event = native.EVENT_KINDS.index(one.event) if one.event else -1
+        return KeptStruct(kind, ARRAYS["y"], 0, event, rows.index(one.row) if one.row else -1)
+
+    # ---- members
+
+    def empty(self, n: int) -> Batch:
+        times = self.grid.size if self.series else 0
+        return Batch.empty(n, len(self.scalars), len(self.series), times, self.problem.ny)
+
+    def run(
+        self, values: Array, estimated: NDArray[np.uint8], into: Batch, threads: int, done: Any, stopped: Any
+    ) -> None:
+        """Run the members of a batch that wait. ``values`` [n, varied]; ``done`` counts them, ``stopped`` ends it soon."""
+        values, estimated = np.ascontiguousarray(values), np.ascontiguousarray(estimated, dtype=np.uint8)
+        struct = EnsembleStruct.from_buffer_copy(self._struct)
+        struct.n, struct.values, struct.estimated = len(values), values.ctypes.data, estimated.ctypes.data
+        struct.kept_values, struct.kept_errors = into.kept.ctypes.data, into.errors.ctypes.data
+        struct.series_values, struct.ends = into.series.ctypes.data, into.ends.ctypes.data
+        struct.members, struct.threads = into.members.ctypes.data, threads
+        struct.done, struct.stopped = ctypes.pointer(done), ctypes.pointer(stopped)
+        if load_ensemble(self.options.reproducible).mech_ensemble_run(ctypes.byref(struct)):
+            raise MemoryError("the kernel could not allocate room for the members of an ensemble")
+
+
+def _bounds(quantities: Sequence[Quantity]) -> tuple[list[float], list[float]]:
+    low = [-math.inf if q.minimum is None else q.minimum for q in quantities]
+    return low, [math.inf if q.maximum is None else q.maximum for q in quantities]

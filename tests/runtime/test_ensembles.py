@@ -1,0 +1,264 @@
+"""Ensembles against closed forms and against single runs, and the same bits however they are cut."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.asking.given_values import UsageMistake
+from mechc.runtime.ensembles import run as ensemble_run
+from mechc.runtime.ensembles.run import estimated
+
+SPRING = """\
+model Spring
+  parameter k = 1 N/m;
+  parameter a = 1 m;
+  coordinate x = a;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*k*x^2;
+  experiment(stop = 10 s, tolerance = 1e-10);
+  experiment wide(a = 3*k*1 m^2/N, stop = 10 s);
+  experiment long(stop = 10 s*k/(1 N/m));
+  experiment scan(k in {1, 4} N/m, stop = 1 s);
+end Spring;
+"""
+
+BALL = """\
+model Ball
+  parameter e = 0.8;
+  input Force push = 0 N;
+  discrete Integer hits = 0;
+  coordinate Length y = 1 m;
+  kinetic 1/2*1 kg*der(y)^2;
+  potential 1 kg*9.81 m/s^2*y;
+  force push on y;
+  contact floor: y restitution e;
+  when y > 1.5 m then
+    terminate("too high");
+  end when;
+  assert y > -1 m, "below";
+  experiment(stop = 2 s);
+end Ball;
+"""
+
+STIFF = """\
+model Stiff
+  dimensionless;
+  parameter mu = 1;
+  state x = 2;
+  state v = 0;
+  equation der(x) = v;
+  equation der(v) = mu*(1 - x^2)*v - x;
+  experiment(stop = 30);
+end Stiff;
+"""
+
+
+@pytest.fixture(scope="module")
+def spring() -> mechc.Model:
+    return mechc.loads(SPRING)
+
+
+@pytest.fixture(scope="module")
+def ball() -> mechc.Model:
+    return mechc.loads(BALL)
+
+
+def test_what_is_kept_is_that_of_the_closed_form(spring: mechc.Model) -> None:
+    keep = (
+        "final(x), max(x), min(der(x)), mean(x^2), zero = first(x < 0 m), first(x > 5 m), max(x - 1 m, x), x"
+    )
+    runs = spring.ensemble({"k": "1 N/m .. 9 N/m, 5", "a": [0.5, 2.0]}, keep, errors="all", every="0.5 s")
+    k, a = runs["k"], runs["a"]
+    assert runs.shape == (5, 2) and runs.dimensions == ("k", "a")
+    w, t = np.sqrt(k), 10.0
+    expected = {
+        "final(x)": a * np.cos(w * t),
+        "max(x)": a,
+        "min(der(x))": -a * w,
+        "mean(x^2)": a**2 * (0.5 + np.sin(2 * w * t) / (4 * w * t)),
+        "zero": np.pi / 2 / w,
+    }
+    for name, values in expected.items():
+        # tolerance 1e-10 a step, some 100 steps, values up to 4; errors grow linearly
+        np.testing.assert_allclose(runs[name], values, atol=3e-8, err_msg=name)
+        assert (np.abs(runs[name] - values) <= 10 * runs.error(name) + 1e-9).all(), name
+    assert np.isnan(runs["first(x > 5 m)"]).all()
+    np.testing.assert_allclose(runs["x"], a[..., None] * np.cos(w[..., None] * runs.times), atol=3e-8)
+    assert runs["max(x - 1 m, x)"].shape == (5, 2, 21)
+    assert runs.unit("zero") == "s" and runs.unit("mean(x^2)") == "m^2"
+
+
+def test_a_member_is_the_run_of_its_values(spring: mechc.Model) -> None:
+    runs = spring.ensemble("k = 1 N/m .. 9 N/m, 7", "x, final(x)", errors="none")
+    assert np.isnan(runs.errors).all()
+    for k, x in zip(runs["k"], runs["x"], strict=True):
+        np.testing.assert_array_equal(spring.simulate(set={"k": k})["x"], x)  # every bit
+
+
+def test_threads_and_batches_change_no_bit(spring: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: dict[str, Any] = {
+        "vary": "k ~ uniform(1, 9 N/m), a ~ normal(1 m, 0.1 m)",
+        "keep": "max(x), mean(x), x",
+    }
+    asked |= {"samples": 300, "every": "2 s", "errors": "0.3"}
+    one = spring.ensemble(**asked, threads=1)
+    monkeypatch.setattr(ensemble_run, "LARGEST", 17)
+    three = spring.ensemble(**asked, threads=3)
+    for name in ("numbers", "number_errors", "rows", "errors", "steps", "outcomes", "ends"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(three, name), err_msg=name)
+    # nor does it matter which members are estimated, nor what else is kept over time
+    none = spring.ensemble(**asked | {"errors": "none"})
+    np.testing.assert_array_equal(none.numbers, one.numbers)
+    part = spring.ensemble({"k": one["k"][5:6]}, asked["keep"], set={"a": one["a"][5]}, every="2 s")
+    np.testing.assert_array_equal(part.numbers[0], one.numbers[5])
+
+
+def test_experiments_hold_for_members(spring: mechc.Model) -> None:
+    wide = spring.ensemble("k = 1 N/m .. 4 N/m, 4", "max(x)", experiment="wide")
+    np.testing.assert_allclose(wide["max(x)"], 3 * wide["k"], rtol=1e-8)
+    scan = spring.ensemble("a = 1 m .. 2 m, 3", "max(x)", experiment="scan")
+    assert scan.dimensions == ("k", "a") and scan.shape == (2, 3)
+    np.testing.assert_array_equal(scan["k"][:, 0], [1.0, 4.0])
+    over = spring.ensemble("k = 1 N/m .. 2 N/m, 3", "max(x)", experiment="scan")
+    assert over.shape == (3,)
+    with pytest.raises(mechc.SimulationError, match="differ from member to member"):
+        spring.ensemble("k = 1 N/m .. 4 N/m, 4", experiment="long")
+    assert spring.ensemble("k = 1 N/m .. 4 N/m, 4", experiment="long", stop="1 s").complete
+
+
+def test_events_inputs_and_ends(ball: mechc.Model) -> None:
+    keep = "n = events(impact, floor), events(when), max(y), min(y), final(y), first(y < 0.5 m)"
+    runs = ball.ensemble({"e": [0.5, 0.9], "push": [0.0, 20.0]}, keep, errors="all")
+    for i, j in np.ndindex(2, 2):
+        single = ball.simulate(set={"e": runs["e"][i, j], "push": runs["push"][i, j]})
+        impacts = sum(event.kind == "impact" for event in single.events)
+        assert runs["n"][i, j] == impacts
+        assert runs.outcome_words[i, j] == single.outcome.value
+        np.testing.assert_allclose(runs["final(y)"][i, j], single["y"][-1], rtol=1e-7, atol=1e-9)
+    assert (runs["n"][:, 0] >= 2).all()
+    np.testing.assert_array_equal(runs.outcome_words[:, 1], "terminated")
+    np.testing.assert_array_equal(runs["events(when)"][:, 1], 1)
+    np.testing.assert_allclose(runs["max(y)"][:, 1], 1.5, rtol=1e-9)
+    np.testing.assert_allclose(runs["max(y)"][:, 0], 1.0, rtol=1e-9)
+    np.testing.assert_allclose(runs["min(y)"][:, 0], 0.0, atol=1e-8)
+    np.testing.assert_allclose(runs["first(y < 0.5 m)"][:, 0], np.sqrt(1 / 9.81), rtol=1e-8)
+
+
+def test_a_member_that_fails_is_a_row_with_its_reason(ball: mechc.Model) -> None:
+    runs = ball.ensemble({"e": [0.5, 1.5, -1.0], "y": [1.0, -0.5]}, "final(y)")
+    assert runs.outcome.value == "completed" and runs.counts() == {"completed": 1, "failed": 5}
+    assert np.isfinite(runs["final(y)"]).sum() == 1
+    assert "restitution" in runs.reason(1, 0) and runs.reason(0, 0) == ""
+    assert sum(runs.why().values()) == 5
+
+
+def test_stiff_members_get_an_implicit_method(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = mechc.loads(STIFF)
+    monkeypatch.setattr("mechc.answering.FEW_STEPS", 300)
+    runs = model.ensemble({"mu": [1.0, 300.0]}, "final(x)", errors="all")
+    assert runs.counts() == {"completed": 2}
+    assert runs.steps[1] < 3000  # without the Jacobian it is some 8000
+    single = model.simulate(set={"mu": 300.0}, tolerance=1e-10, method="radau5")["x"][-1]
+    np.testing.assert_allclose(runs["final(x)"][1], single, atol=1e-6)
+
+
+def test_clouds_have_the_distributions_that_were_asked_for(spring: mechc.Model) -> None:
+    vary = "k ~ lognormal(2 N/m, 0.5); a ~ triangular(1 m, 2 m, 4 m); x ~ normal(1 m); der(x) ~ normal(2 m/s)"
+    covariance = [[0.04, 0.03], [0.03, 0.09]]
+    n = 4096
+    for sampling in ("plain", "latin", "sobol"):
+        runs = spring.ensemble(
+            vary, "final(x)", samples=n, sampling=sampling, covariance=covariance, stop="0 s", errors="none"
+        )
+        log = np.log(runs["k"])
+        five = 5 / np.sqrt(n)  # five standard errors of a mean of unit deviation
+        assert abs(log.mean() - np.log(2)) < 0.5 * five and abs(log.std() - 0.5) < 0.5 * five
+        assert abs(runs["a"].mean() - 7 / 3) < 0.63 * five and runs["a"].min() > 1 and runs["a"].max() < 4
+        found = np.cov(runs["x"], runs["der(x)"])
+        np.testing.assert_allclose(found, covariance, atol=0.09 * np.sqrt(2) * five)
+        assert not runs.remarks
+    again = spring.ensemble(vary, samples=n, sampling="sobol", covariance=covariance, stop="0 s", seed=2)
+    assert (again["k"] != runs["k"]).all()
+    assert "power of two" in spring.ensemble("a ~ uniform(1, 2 m)", samples=10, sampling="sobol").remarks[0]
+
+
+def test_a_twentieth_is_estimated_by_its_number_alone() -> None:
+    flags = estimated(0, 100_000, 0.05)
+    assert abs(flags.mean() - 0.05) < 5 * np.sqrt(0.05 * 0.95 / 1e5)
+    np.testing.assert_array_equal(estimated(40_000, 50_000, 0.05), flags[40_000:50_000])
+    assert estimated(0, 10, 1.0).all() and not estimated(0, 10, 0.0).any()
+
+
+def test_sobol_indices_are_those_of_the_variance(spring: mechc.Model) -> None:
+    # x(0) = a + nothing of k: all variance is that of a; of a k it is split: 4/7 and 3/7 hold for [0, 1] x [0, 1]
+    runs = spring.ensemble(
+        "k ~ uniform(0, 1 N/m), a ~ uniform(0, 1 m)", "final(x), final(k*a)", samples=4000, stop="0 s"
+    )
+    assert runs.sobol("final(x)") == pytest.approx({"k": 0.0, "a": 1.0}, abs=0.03)
+    assert runs.sobol("final(k*a)") == pytest.approx({"k": 3 / 7, "a": 3 / 7}, abs=0.06)
+
+
+def test_members_from_a_file(spring: mechc.Model, tmp_path: Path) -> None:
+    file = tmp_path / "members.csv"
+    file.write_text("k [N/m],a [cm]\n1,50\n4,200\n", encoding="utf-8")
+    runs = spring.ensemble(file, "max(x)")
+    assert runs.shape == (2,) and runs.dimensions == ("sample",)
+    np.testing.assert_allclose(runs["max(x)"], [0.5, 2.0], rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({"vary": "k = 2 N/m"}, "a range, a list or a distribution"),
+        ({"vary": "k = 1 N/m .. 2 N/m"}, "the number of values of 'k' is missing"),
+        ({"vary": "k = 1 N/m .. 2 N/m, 0"}, "a whole number from 1 on"),
+        ({"vary": "k = 1 N/m .. 1 N/m, 3"}, "begins where it ends"),
+        ({"vary": "k = 1 m .. 2 N/m, 3"}, "has the unit"),
+        ({"vary": "q = 1 .. 2, 3"}, "no parameter, initial value or input 'q'"),
+        ({"vary": "k ~ nomal(1, 2 N/m)"}, "did you mean 'normal'"),
+        ({"vary": "k ~ uniform(2, 1 N/m)"}, "from a lower to a higher value"),
+        ({"vary": "k ~ normal(1, -2 N/m)"}, "positive"),
+        ({"vary": "k ~ triangular(1, 2 N/m)"}, "low, mode and high"),
+        ({"vary": "200"}, "takes names"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "keep": "first(x)"}, "one comparison"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "keep": "final(x, k)"}, "of one formula"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "errors": "some"}, "all, none or a share"),
+    ],
+)
+def test_what_is_written_wrongly_is_told(spring: mechc.Model, settings: dict[str, Any], said: str) -> None:
+    with pytest.raises(UsageMistake, match=said):
+        spring.ensemble(**settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({}, "nothing varies"),
+        ({"vary": "k ~ normal(1, 2 N/m)"}, "the number of samples is missing"),
+        ({"vary": "k ~ normal(1 N/m)", "samples": 3}, "no standard deviation"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "samples": 3}, "nothing is drawn"),
+        ({"vary": "k = 1 .. 2 N/m, 3; k ~ uniform(1, 2 N/m)", "samples": 3}, "varies twice"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "set": {"k": 1.0}}, "set to one value as well"),
+        ({"vary": "k = 1 .. 2 N/m, 1e5; a = 1 .. 2 m, 1e4"}, r"1e\+09 members.*GB"),
+        ({"vary": "k = 1 .. 2 N/m, 1e6", "keep": "x"}, "at 500 times"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "keep": "events(impact)"}, "has none"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "keep": "x, x"}, "kept twice"),
+        ({"vary": {"k": []}}, "'k' has no values"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "target": "python"}, "compiled code"),
+        ({"vary": "k = 1 .. 2 N/m, 3", "method": "scipy:LSODA"}, "runs on Python"),
+        ({"vary": "k ~ normal(1 N/m)", "samples": 3, "covariance": "{{1, 2}, {2, 1}}"}, "1 normal"),
+        (
+            {"vary": "k ~ normal(1 N/m), a ~ normal(1 m)", "samples": 3, "covariance": "{{1, 2}, {2, 1}}"},
+            "definite",
+        ),
+        ({"vary": "k ~ uniform(1, 2 N/m)", "samples": 3, "sampling": "grid"}, "no sampling"),
+    ],
+)
+def test_what_does_not_fit_is_told(spring: mechc.Model, settings: dict[str, Any], said: str) -> None:
+    with pytest.raises(mechc.SimulationError, match=f"(?s){said}"):
+        spring.ensemble(**settings)
