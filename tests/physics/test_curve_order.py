@@ -99,7 +99,7 @@ def test_values_converge_with_twice_the_degree(degree: int) -> None:
 
 
 def test_an_elastic_band_under_a_load() -> None:
-    """The tension T along the band is k (S - S0); T sin(angle) grows by the load, so that two quadratures remain."""
+    """U60: the tension T along the band is k (S - S0); T sin(angle) grows by the load, so that two quadratures remain."""
     load = mp.mpf(3)
 
     def carried(x: mp.mpf) -> mp.mpf:
