@@ -27,6 +27,8 @@ CUT = 1e-11
 """Singular values below this share of the largest one are directions in which nothing pushes."""
 UNRESOLVED = 1e-7
 """Of the forces that a displacement of the size of the coordinates makes: what remains counts as none."""
+SMALL = 1e-3
+"""Of the largest row: where there are more equations than unknowns, smaller ones are not made as large as the others."""
 REGULAR = 1e9
 """Equations whose condition is below have no such directions."""
 
@@ -121,6 +123,12 @@ def newton(here: Rest) -> Newton:
     rows = np.vstack([here.slopes, here.phi_slopes])
     wanted = -np.concatenate([here.forces, here.phi])
     sizes = np.linalg.norm(rows, axis=1)
+    n = len(here.forces)
+    if (
+        rows.shape[0] != rows.shape[1]
+    ):  # what is known already must not be outweighed by rounding of small rows
+        for group in (sizes[:n], sizes[n:]):
+            group[:] = np.maximum(group, SMALL * float(group.max(initial=0.0)))
     sizes[sizes == 0] = 1.0
     scaled = rows / sizes[:, None]
     if rows.shape[0] == rows.shape[1]:  # nearly always, and ten times faster
@@ -181,7 +189,14 @@ def certified(
     left = np.concatenate([here.forces, here.phi])
     sizes = sizes_of(site, y, moved)
     scale = np.abs(rows) @ sizes
-    if (np.abs(rows @ solved.step + left) > UNRESOLVED * scale + 1e-300).any():
+    rounding = np.repeat(
+        [
+            64 * EPSILON * float(part.max(initial=0.0))
+            for part in (scale[: len(here.forces)], scale[len(here.forces) :])
+        ],
+        [len(here.forces), len(here.phi)],
+    )
+    if (np.abs(rows @ solved.step + left) > UNRESOLVED * scale + rounding + 1e-300).any():
         return None  # the least squares have a minimum here, the forces no zero
     errors = np.abs(solved.inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * sizes
     everything = np.zeros(site.chart.size)
@@ -247,6 +262,9 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
         else:
             tau *= min(4.0, max(0.25, last / size))
         last = size
+        away = float(np.linalg.eigvals(slopes).real.max(initial=0.0)) if np.isfinite(slopes).all() else 0.0
+        if away > 0:  # downhill from a top: longer steps would be Newton's, which lead back to it
+            tau = min(tau, 0.5 / away)
         step = basis @ np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
         if len(here.phi):
             step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]

@@ -15,7 +15,7 @@ from ..results.solution import Solution
 from ..settings import settings_of
 from .coefficients import digits, fraction, recognised, shown
 from .findings import Curve, Panel
-from .null_space import null_space, sizes_of, support
+from .null_space import CONFIRMED, null_space, sizes_of, support
 from .polynomial import cleared, read
 from .polynomial import shown as shown_sum
 from .relations import Chance, Relation, needed
@@ -218,7 +218,10 @@ class Coefficients:
         except SimulationError:
             return None
         values, rates = values[:, places], rates[:, places]
-        null = null_space(rates, sizes_of(values, rates, sampler.time))
+        sizes = sizes_of(values, rates, sampler.time)
+        if len(places) == 1:  # alone it has nothing to be told from: its rate is rounding or it is not
+            return np.ones(1) if np.abs(rates / sizes).max() < CONFIRMED else None
+        null = null_space(rates, sizes)
         if len(null.vectors) != 1 or null.vectors[0][0] == 0:
             return None
         found: Array = null.vectors[0] / null.vectors[0][0]

@@ -105,7 +105,7 @@ class Hamilton(Study, frozen=True, kw_only=True):
             message="Hamilton's function" if equations[0].right else "no formula of H in the span",
             values=(),
             errors_from="difference from the Legendre transformation at further random states",
-            remarks=tuple(f"{names[i]} is constant" for i in cyclic),
+            remarks=(*(f"{names[i]} is constant" for i in cyclic), *_left_out(problem)),
             tables=tuple(table for table in tables if table.rows),
             panels=(_panel(case, energy),),
             details={
@@ -274,3 +274,22 @@ def _panel(case: Case, energy: int) -> Panel:
         problem.phase[energy].unit,
         (Curve("H", np.array(p), np.array(h)),),
     )
+
+
+def _left_out(problem: Problem) -> tuple[str, ...]:
+    """Say what the equations do not hold of a model that switches: contacts, friction, other laws, events."""
+    hybrid, found = problem.hybrid, []
+    if hybrid is None:
+        return ()
+    for kind in dict.fromkeys(row.kind for row in hybrid.rows):
+        listed = ", ".join(f"'{row.name}'" for row in hybrid.rows if row.kind == kind)
+        word = {
+            "contact": "contacts, which are no part of H",
+            "friction": "dry friction, which H knows nothing of",
+        }.get(kind, "constraints that can let go")
+        found.append(f"these equations are without {listed}: {word}")
+    if hybrid.switches or hybrid.branches:
+        found.append(
+            "these equations hold while what switches stays as it is at the start, and between events"
+        )
+    return tuple(found)

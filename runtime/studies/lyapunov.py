@@ -15,6 +15,7 @@ import numpy as np
 from msgspec.structs import replace
 from scipy.stats import t as student
 
+from ..case import inputs_at
 from ..integrate.interruption import noted_interruptions
 from ..integrate.kernel_failure import kernel_failure
 from ..integrate.solver import Solver
@@ -55,6 +56,10 @@ FALLING = 0.6
 falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k."""
 MOST_SHARE = 16
 """Intervals in a batch, at least."""
+
+
+RESTING = 1e-12
+"""Of the nominal value of a state, by which it changes over the time of a run where it counts as resting."""
 
 
 class Lyapunov(Study, frozen=True, kw_only=True):
@@ -228,6 +233,17 @@ def _in_a_plane(problem: Problem, plan: Plan) -> bool:
     )  # fmt: skip
 
 
+def _at_rest(plan: Plan) -> bool:
+    """Whether nothing changes at the start, but for rounding, so that what is followed is no motion."""
+    case = plan.case
+    if case.problem.hybrid is not None or depends_on_time(plan):
+        return False
+    slope = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
+    moves = [k for k, q in enumerate(case.problem.states) if q.kind != "account"]
+    span = case.stop - case.begin
+    return bool((np.abs(slope[moves]) * span <= RESTING * plan.nominal[moves]).all())
+
+
 def _findings(
     problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
 ) -> Findings:
@@ -243,7 +259,13 @@ def _findings(
     remarks, words = [], ""
     if len(means):
         first, half = means[0], halves[0]
-        growing = "unstable, though not chaotic" if _in_a_plane(problem, plan) else "chaotic"
+        rests = _at_rest(plan)
+        growing = "unstable, though not chaotic" if rests or _in_a_plane(problem, plan) else "chaotic"
+        if rests:
+            remarks.append(
+                "the start is an equilibrium, where nothing moves: its exponents are the real parts of its eigenvalues, "
+                "which 'equilibria' gives to rounding"
+            )
         words = (
             f"{growing}: the largest exponent is {first:.5g}" if first > 2 * half and first > 0
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half

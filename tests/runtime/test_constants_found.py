@@ -1,0 +1,100 @@
+"""What studies say of constants and equations beside the formulas: conditions, what is left out, what rests."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import mechc
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+
+
+def example(name: str) -> mechc.Model:
+    return mechc.load(EXAMPLES / f"{name}.mech")
+
+
+@pytest.mark.parametrize("name", ["pendulum_cartesian", "rod_in_circle", "double_pendulum_cartesian"])
+@pytest.mark.parametrize("study", ["symmetries", "invariants"])
+def test_energy_of_a_constrained_model_holds_for_all_values(name: str, study: str) -> None:
+    """There are no parameters whose values it could need."""
+    found: Any = example(name).study(study).summary()
+    assert len(found[study]) >= 1
+    assert not any("because" in str(one.get("holds", "")) for one in found[study])
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("bouncing_ball", "contacts, which are no part of H"),
+        ("coulomb_block", "dry friction, which H knows nothing of"),
+        ("relay_attitude", "while what switches stays as it is at the start"),
+    ],
+)
+def test_hamiltons_equations_say_what_is_left_out(name: str, said: str) -> None:
+    assert any(said in remark for remark in example(name).hamilton().remarks)
+    assert not example("hamilton_pendulum").hamilton().remarks
+
+
+def test_rest_on_a_saddle_is_not_chaotic() -> None:
+    """Four states at rest: the exponents are the real parts of the eigenvalues, and nothing moves."""
+    text = """\
+model Rest
+  dimensionless;
+  coordinate a = 0;
+  coordinate b = 0;
+  kinetic 1/2*(der(a)^2 + der(b)^2);
+  potential cos(a) + 2*(a - b)^2;
+  experiment(stop = 10);
+end Rest;
+"""
+    found = mechc.loads(text).lyapunov(time=100)
+    assert found.message.startswith("unstable, though not chaotic")
+    assert any("the start is an equilibrium" in remark for remark in found.remarks)
+    # K = [[3, -4], [-4, 4]]
+    rate = math.sqrt(-(3.5 - math.sqrt(0.25 + 16)))
+    assert found.details["exponents"][0] == pytest.approx(rate, abs=1e-4)
+
+
+FOUR_BAR = """\
+import mech.planar.*;
+model FourBar
+  gravity {0, -9.81 m/s^2};
+  Bar crank(m = 1 kg, l = 0.2 m);
+  Bar coupler(m = 2 kg, l = 0.5 m);
+  Bar rocker(m = 1.5 kg, l = 0.4 m);
+  frame pivot = world * trans({0.5 m, 0});
+  Revolute a(world -> crank.a, angle = 60 deg);
+  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
+  Revolute d(pivot -> rocker.a, angle ~ 90 deg);
+  cut Revolute c(coupler.b -> rocker.b);
+end FourBar;
+"""
+
+
+def test_strong_damping_leads_downhill() -> None:
+    """From 60 degrees a four-bar does not settle on the top at 85.8 degrees."""
+    (mode,) = mechc.loads(FOUR_BAR).modes().summary()["modes"]
+    assert mode["damping"] == 0 and mode["frequency"] == pytest.approx(9.948964, abs=1e-6)
+
+
+@pytest.mark.parametrize("form", ["x^2 + y^2 = l^2", "sqrt(x^2 + y^2) = l"])
+@pytest.mark.parametrize(("g", "l"), [(14.0905, 4.98819), (2.77385, 24.5321), (11.3, 0.0123), (9.81, 1.0)])
+def test_a_constrained_pendulum_is_found_at_rest(form: str, g: float, l: float) -> None:
+    """sqrt(g/l), within the stated error, also where the rows that constraints make superfluous are rounding alone."""
+    text = f"""\
+model Hanging
+  dimensionless;
+  coordinate x ~ 0;
+  coordinate y ~ -1;
+  parameter l = {l};
+  kinetic 1/2*(der(x)^2 + der(y)^2);
+  potential {g}*y;
+  constraint {form};
+end Hanging;
+"""
+    (mode,) = mechc.loads(text).modes().summary()["modes"]
+    assert abs(mode["frequency"] - math.sqrt(g / l)) <= mode["error"] + 4e-16 * mode["frequency"]
