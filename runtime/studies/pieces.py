@@ -50,11 +50,17 @@ class Ending(Struct):
 
 
 def pieces(
-    plan: Plan, stop: float, ending: Ending, interrupted: Callable[[], bool], tolerance: float | None = None
+    plan: Plan,
+    stop: float,
+    ending: Ending,
+    interrupted: Callable[[], bool],
+    tolerance: float | None = None,
+    *,
+    looked_at: bool = True,
 ) -> Iterator[Piece]:
     """Yield the motion of a plan up to ``stop``, for models in which nothing switches, by the compiled kernel.
 
-    ``ending`` is filled when the last piece was given. Raises SimulationError where there is no kernel.
+    ``looked_at``: within the steps; else a piece has its first and its last time alone. ``ending`` is filled when the last piece was given. Raises SimulationError where there is no kernel.
     """
     case, kernel = plan.case, native.load_kernel(plan.options.reproducible)
     if not plan.method.in_kernel:
@@ -76,7 +82,7 @@ def pieces(
                 dense = DenseOutput(
                     rows[:, 0].copy(), rows[:, 1].copy(), rows[:, 2:].reshape(-1, solver.n_dense, solver.ny)
                 )
-                yield _looked_at(dense, stop)
+                yield _looked_at(dense, stop) if looked_at else _whole(dense, stop)
             if status.value < 0:
                 ending.failure = kernel_failure(case.problem, status, report, y)
         ending.interrupted = status in (Status.RUNNING, Status.RECORD_FULL) and interrupted()
@@ -96,6 +102,12 @@ def _looked_at(dense: DenseOutput, stop: float) -> Piece:
     t[-1] = min(stop, dense.begin[-1] + dense.length[-1])
     y[-1] = dense(t[-1:])[0]
     return Piece(t, y, dense)
+
+
+def _whole(dense: DenseOutput, stop: float) -> Piece:
+    """Give some polynomials as a piece of two times."""
+    t = np.array([dense.begin[0], min(stop, dense.begin[-1] + dense.length[-1])])
+    return Piece(t, dense(t), dense)
 
 
 def _weights(count: int, s: float) -> Array:

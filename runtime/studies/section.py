@@ -222,7 +222,8 @@ class _Follower:
         return np.concatenate([np.empty(0), *times]), np.vstack([empty, *states]), ending
 
     def _smooth(self, stop: float, ending: Ending, tolerance: float | None) -> Iterator[Piece]:
-        return pieces(self.plan, stop, ending, self.interrupted, tolerance)
+        through = self.study.where is not None
+        return pieces(self.plan, stop, ending, self.interrupted, tolerance, looked_at=through)
 
     def _whole(self, stop: float, ending: Ending, tolerance: float | None) -> Iterator[Piece]:
         """Yield runs of twice the length each, for models that switch and for the methods outside of the kernel."""
