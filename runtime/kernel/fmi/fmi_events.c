@@ -16,6 +16,9 @@
 #include "rows.h"
 #include "schedule.h"
 
+/* Conditions that change at one instant, one after the other. */
+enum { MOST_AT_ONCE = 16 };
+
 /* The share of its size that is added to an indicator. Forces are differences of larger ones. */
 static mech_real margin(const fmu *f, int k)
 {
@@ -109,6 +112,17 @@ static void judge(fmu *f, int passed)
     f->noise[passed] = same && !hit ? mech_min(10 * f->noise[passed], MECH_C(1e7)) : 1;
 }
 
+/* A switch that the motion had passed, w before it went back, and to whose zero it has gone: where a motion reverses, the
+   friction and a condition on its direction change at one instant, and the force that the condition brings tells
+   whether the friction holds. -1: none. */
+static int reached_back(const fmu *f)
+{
+    const mech_event_state *e = f->s->events;
+    for (int k = 0; k < f->m->hybrid->n_switches; k++)
+        if (f->w[k] < -margin(f, k) / 2 && mech_indicator_at_zero(f->s, k, e->w[k])) return k;
+    return -1;
+}
+
 /* The importer has integrated up to the present time, or a little further than to what was announced. */
 static int exchange(fmu *f)
 {
@@ -117,11 +131,19 @@ static int exchange(fmu *f)
     if (fmu_project(f)) return MECH_OFF_CONSTRAINTS;
     hand_over(f, st->next <= st->t + close ? st->next : st->t);
     const int passed = furthest(f);
+    memcpy(f->w, f->s->events->w, (size_t)f->s->events->n * sizeof(mech_real));
     const mech_real late = mech_overshoot_go_back(f->s);
-    const int outcome = mech_instant_happen(f->s, furthest(f), 1);
+    int hit = furthest(f);
+    if (hit < 0) hit = reached_back(f);
+    int outcome = mech_instant_happen(f->s, hit, 1);
     judge(f, passed);
     if (outcome == MECH_RUNNING) mech_overshoot_go_on(f->s, late);
-    if (outcome >= 0) furthest(f);
+    /* what is passed still would give the importer no sign: it is below zero before and after */
+    for (int n = 0; outcome >= 0; n++) {
+        hit = furthest(f);
+        if (outcome != MECH_RUNNING || hit < 0 || hit >= f->m->hybrid->n_switches || n == MOST_AT_ONCE) break;
+        outcome = mech_instant_happen(f->s, hit, 0);
+    }
     return outcome;
 }
 
