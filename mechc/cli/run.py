@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .ensemble import FORMATS, ensemble_options, is_ensemble
 from .options import (
     MOVING,
     PICTURES,
@@ -56,8 +57,8 @@ if TYPE_CHECKING:
     "-o",
     "--output",
     metavar="FILE",
-    callback=ending(RESULTS, "results"),
-    help="Write results as CSV, NPZ or JSON.",
+    callback=ending((*RESULTS, *FORMATS), "results"),
+    help="Write results as CSV, NPZ or JSON; of many runs also as .nc, .zarr, .parquet.",
 )
 @click.option(
     "--sensitivity",
@@ -105,6 +106,7 @@ if TYPE_CHECKING:
     default="auto",
     help="Run as compiled C or on Python; auto takes C where there is a compiler.",
 )
+@ensemble_options
 @keep_all_option
 @verify_option
 @click.option("--quiet", "-q", is_flag=True, help="Print nothing but errors.")
@@ -118,6 +120,7 @@ def command(file: str, **given: Any) -> int:
     \b
     mechc run pendulum.mech --plot
     mechc run pendulum.mech --set l="80 cm" --set theta="10 deg" --stop "20 s" -o motion.csv
+    mechc run pendulum.mech --vary "l = 0.5 m .. 2 m, 200" --keep "max(theta)" -o scan.npz --plot scan.png
     """
     from ..api import load
     from ..asking.given_values import UsageMistake
@@ -144,6 +147,14 @@ def command(file: str, **given: Any) -> int:
             return run_curve(model, file, given, display)
         if given["every_curve"]:
             raise UsageMistake(f"--all looks for further curves, and '{model.name}' is a motion")
+        if is_ensemble(given):
+            from .ensemble import run_ensemble
+
+            return run_ensemble(model, file, given)
+        if given["output"] and Path(given["output"]).suffix in FORMATS:
+            raise UsageMistake(
+                f"'{given['output']}' is for many runs; one is written as {', '.join(RESULTS)}"
+            )
         names = _chosen_outputs(model, given["outputs"])
         _spare_inputs(given["output"], given["inputs"])
         return _run_all(model, file, given, display, names)

@@ -185,9 +185,13 @@ def _note_bare_angles(kind: Kind, model: Model, given: dict[str, Any]) -> None:
 def _write(found: Answer, written: str, path: Path) -> None:
     """Write an answer: as JSON, or the arrays that it holds."""
     from ..asking.given_values import UsageMistake
+    from ..runtime.ensembles.result import Ensemble
 
     if path.suffix == ".json":
         path.write_text(written + "\n", encoding="utf-8")
+        return
+    if path.suffix == ".npz" and isinstance(found, Ensemble):
+        found.save(path)
         return
     arrays = getattr(found, "arrays", None)
     if not arrays:

@@ -140,6 +140,7 @@ def _number(axes: Any, runs: Ensemble, name: str) -> None:
         x, y = (runs.members.axes[k] for k in reversed(long))
         grid = values.reshape([runs.shape[k] for k in long])
         shown = axes.pcolormesh(x.values, y.values, grid, cmap="viridis", shading="nearest", rasterized=True)
+        axes.grid(visible=False)
         axes.figure.colorbar(shown, ax=axes, label=_label(runs, name))
         axes.set_xlabel(_label(runs, x.name))
         axes.set_ylabel(_label(runs, y.name))

@@ -20,7 +20,7 @@ from .result import ENDINGS, Column, Ensemble
 if TYPE_CHECKING:
     import xarray
 
-FORMATS = (".npz", ".csv", ".nc", ".zarr", ".parquet")
+FORMATS = (".npz", ".csv", ".json", ".nc", ".zarr", ".parquet")
 QUESTION = "question"
 REPORT = "report"
 
@@ -57,10 +57,13 @@ def write(runs: Ensemble, path: Path) -> None:
                 np.savez_compressed(partial, allow_pickle=False, **_packed(runs))
             case ".csv":
                 _write_csv(runs, partial)
+            case ".json":
+                text = json.dumps(runs.summary(), indent=1, ensure_ascii=False)
+                partial.write_text(text + "\n", encoding="utf-8")
             case ".nc":
                 dataset(runs).to_netcdf(partial)
             case ".zarr":
-                dataset(runs).to_zarr(partial, mode="w")
+                dataset(runs).to_zarr(partial, mode="w", consolidated=False)
                 if path.exists():
                     shutil.rmtree(path)
             case ".parquet":
@@ -198,8 +201,17 @@ def dataset(runs: Ensemble) -> xarray.Dataset:
             {"units": column.unit, "long_name": column.name},
         )
     data["error of states"] = (dims, runs.errors.reshape(runs.shape), {"units": "1"})
-    data["outcome"] = (dims, runs.outcome_words, {})
-    data["reason"] = (dims, np.array([*runs.texts, ""])[runs.reasons].reshape(runs.shape), {})
+    words = {
+        "flag_values": list(range(len(ENDINGS))),
+        "flag_meanings": " ".join(e.replace(" ", "_") for e in ENDINGS),
+    }
+    data["outcome"] = (dims, runs.outcomes.reshape(runs.shape), words)
+    texts = {f"reason_{k}": text for k, text in enumerate(runs.texts)}
+    data["reason"] = (
+        dims,
+        runs.reasons.reshape(runs.shape),
+        {"long_name": "number of a reason, -1: none", **texts},
+    )
     facts = {"model": runs.model, "method": runs.method, "tolerance": runs.tolerance, "build": runs.build}
     return xarray.Dataset(data, coords, facts)
 

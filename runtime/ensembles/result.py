@@ -163,7 +163,9 @@ class Ensemble(Struct, frozen=True, eq=False):
 
         from .files import columns_of
 
-        return pandas.DataFrame({name: a for name, a in columns_of(self).items() if a.ndim == 1})
+        # the times of series are none of members
+        columns = {n: a for n, a in columns_of(self).items() if a.ndim == 1 and a is not self.times}
+        return pandas.DataFrame(columns)
 
     def quantiles(self, name: str, levels: tuple[float, ...] = QUANTILES) -> Array:
         """Give quantiles [levels] of a kept number, or [levels, times] of a series, over the members that have one."""

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from hashlib import sha256
+from pathlib import Path
 from typing import Annotated, ClassVar
 
 import numpy as np
 
+from ..ensembles.files import PiecesFolder
 from ..ensembles.kept import Kept, check_kept, kept_by_default
 from ..ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, members_of
 from ..ensembles.result import Ensemble
-from ..ensembles.run import Other, Pieces, run_ensemble
+from ..ensembles.run import Other, run_ensemble
 from ..outcome import SimulationError
 from ..problem import Problem
 from ..settings import settable
@@ -24,7 +27,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     """The members of a product of values, a cloud of random values, or a list. The answer is an ``Ensemble``.
 
     Values that the experiment sweeps and ``vary`` does not name are axes as well, the first ones. ``others``: the model built otherwise
-    (``ensembles/run.py``); ``pieces``: where finished batches are kept.
+    (``ensembles/run.py``).
     """
 
     unused: ClassVar[frozenset[str]] = frozenset({"estimate_error"})
@@ -52,25 +55,53 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         float, settable("Members whose error is estimated: all, none or a share; 0.05 without it.", "share")
     ] = TWENTIETH
     threads: Annotated[int | None, settable("Threads; all processors without it.", "count")] = None
+    store: Annotated[
+        str | None, settable("File beside which finished members are kept until all are made.", "text")
+    ] = None
+    resume: Annotated[bool, settable("Go on with the members that an earlier run has kept.", "flag")] = False
     others: tuple[Other, ...] = ()
     few_steps: int | None = None
-    pieces: Pieces | None = None
 
     def solve(self, problem: Problem) -> Ensemble:
         """Run all members. Raises SimulationError for members or things to keep that do not fit the model."""
         kept = self.keep or kept_by_default(problem)
         check_kept(problem, kept)
-        return run_ensemble(
+        members = self.members(problem)
+        if self.resume and not self.store:
+            raise SimulationError(
+                "'resume' goes on with what an earlier run has kept, and no file is named",
+                help="name it by --output, or by store in Python",
+            )
+        pieces = None
+        if self.store:
+            pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
+        found = run_ensemble(
             problem,
             self,
-            self.members(problem),
+            members,
             kept,
             share=self.errors,
             threads=self.threads,
             others=self.others,
             few_steps=self.few_steps,
-            pieces=self.pieces,
+            pieces=pieces,
         )
+        if pieces is not None and found.complete:
+            pieces.remove()
+        return found
+
+    def _fingerprint(self, problem: Problem, members: Members) -> str:
+        """Give what tells this question from others: pieces of one are none of another."""
+        digest = sha256(str(problem.library and problem.library.stem).encode())
+        for axis in members.axes:
+            digest.update(axis.name.encode() + axis.values.tobytes())
+        if members.cloud is not None:
+            digest.update(repr(members.cloud.names).encode() + members.cloud.rows.tobytes())
+        own = {"progress", "threads", "store", "resume", "others", "few_steps", "vary", "inputs"}
+        asked = {name: getattr(self, name) for name in self.__struct_fields__ if name not in own}
+        tables = {name: (t.times.tobytes(), t.values.tobytes()) for name, t in self.inputs.items()}
+        digest.update(repr((sorted(asked.items()), sorted(tables.items()))).encode())
+        return digest.hexdigest()
 
     def members(self, problem: Problem) -> Members:
         """Make the members. Raises SimulationError."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,9 @@ import pytest
 import mechc
 from mechc.asking.given_values import UsageMistake
 from mechc.runtime.ensembles import run as ensemble_run
+from mechc.runtime.ensembles.files import read_ensemble
 from mechc.runtime.ensembles.run import estimated
+from mechc.runtime.results.files import ResultsFileError
 
 SPRING = """\
 model Spring
@@ -262,3 +266,68 @@ def test_what_is_written_wrongly_is_told(spring: mechc.Model, settings: dict[str
 def test_what_does_not_fit_is_told(spring: mechc.Model, settings: dict[str, Any], said: str) -> None:
     with pytest.raises(mechc.SimulationError, match=f"(?s){said}"):
         spring.ensemble(**settings)
+
+
+def test_files_give_the_same_ensemble_back(ball: mechc.Model, tmp_path: Path) -> None:
+    runs = ball.ensemble(
+        {"e": [0.5, 1.5], "y": "~ uniform(1, 2 m)"}, "max(y), y", samples=3, every="0.5 s", errors="all"
+    )
+    runs.save(tmp_path / "runs.npz")
+    again = read_ensemble(tmp_path / "runs.npz")
+    assert again.names == runs.names and again.texts == runs.texts and again.shape == runs.shape
+    for name in (*runs.names, "e", "y"):
+        np.testing.assert_array_equal(again[name], runs[name])
+    assert again.unit("max(y)") == "m" and again.counts() == {"completed": 3, "failed": 3}
+    runs.save(tmp_path / "runs.csv")
+    with (tmp_path / "runs.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6 * runs.times.size
+    column = np.array([float(row["y [m]"] or "nan") for row in rows]).reshape(runs["y"].shape)
+    np.testing.assert_array_equal(column, runs["y"])
+    frame = runs.to_dataframe()
+    assert len(frame) == 6 and list(frame["outcome"]) == list(runs.outcome_words.ravel())
+    with pytest.raises(ResultsFileError, match="not as"):
+        runs.save(tmp_path / "runs.xls")
+    assert {file.name for file in tmp_path.iterdir()} == {"runs.npz", "runs.csv"}
+
+
+@pytest.mark.parametrize("ending", ["nc", "zarr"])
+def test_named_dimensions_go_through_files(spring: mechc.Model, tmp_path: Path, ending: str) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("netCDF4" if ending == "nc" else "zarr")
+    runs = spring.ensemble("k = 1 .. 2 N/m, 3; a = 1 .. 2 m, 2", "max(x), x", every="5 s")
+    runs.save(tmp_path / f"runs.{ending}")
+    options = {"engine": "zarr", "consolidated": False} if ending == "zarr" else {}
+    found = xarray.open_dataset(tmp_path / f"runs.{ending}", **options)
+    assert found["x"].dims == ("k", "a", "time") and found["x"].attrs["units"] == "m"
+    np.testing.assert_array_equal(found["max(x)"].sel(a=2.0).values, runs["max(x)"][:, 1])
+    np.testing.assert_array_equal(found["k"].values, [1.0, 1.5, 2.0])
+    assert found["outcome"].attrs["flag_meanings"].split()[1] == "completed"
+
+
+def test_an_interrupted_ensemble_goes_on(spring: mechc.Model, tmp_path: Path) -> None:
+    file = tmp_path / "runs.npz"
+    asked: dict[str, Any] = {"vary": "k = 1 .. 9 N/m, 1000", "keep": "max(x)", "store": str(file)}
+    whole = spring.ensemble("k = 1 .. 9 N/m, 1000", "max(x)")
+
+    presses: list[float] = []
+
+    def pressed(fraction: float) -> None:
+        if fraction > 0.3 and not presses:
+            presses.append(fraction)
+            signal.raise_signal(signal.SIGINT)
+
+    part = spring.ensemble(**asked, progress=pressed, threads=1)
+    made = part.counts()
+    assert part.outcome.value == "interrupted" and made["not made"] + made["completed"] == 1000
+    pieces = list((tmp_path / "runs.npz.parts").glob("*.npz"))
+    assert pieces and made["completed"] >= 64 * len(pieces)
+    with pytest.raises(ResultsFileError, match="another ensemble"):
+        spring.ensemble(**asked | {"keep": "min(x)"}, resume=True)
+    seen: list[float] = []
+    again = spring.ensemble(**asked, resume=True, progress=seen.append)
+    assert again.complete and seen[0] > 0.06  # goes on behind the pieces
+    np.testing.assert_array_equal(again.numbers, whole.numbers)
+    assert not (tmp_path / "runs.npz.parts").exists()
+    with pytest.raises(mechc.SimulationError, match="no file is named"):
+        spring.ensemble("k = 1 .. 9 N/m, 3", resume=True)

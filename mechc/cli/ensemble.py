@@ -1,0 +1,128 @@
+"""``mechc run --vary``: many runs of a model as one question, with one report, one file and one picture."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from ..api import Model
+    from ..runtime.ensembles.result import Ensemble
+
+SETTINGS = ("vary", "keep", "samples", "seed", "sampling", "covariance", "errors", "threads")
+FORMATS = (".nc", ".zarr", ".parquet")
+"""Endings of files that ensembles have beside those of single runs."""
+OF_ONE_RUN = {
+    "animate": "a moving picture is of one run",
+    "snapshot": "a picture of the motion is of one run",
+    "sensitivity": "derivatives are of one run",
+    "outputs": "'--keep' says what is kept of many runs",
+    "every_curve": "'--all' is about curves",
+    "display": "an ensemble is told in SI",
+}
+
+
+def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of an ensemble; what they mean is read by the study of that name."""
+    options = [
+        click.option(
+            "--vary",
+            metavar="WHAT",
+            help='Many runs: "l = 0.5 m .. 2 m, 200", "theta ~ normal(1 rad, 0.01 rad)", members.csv.',
+        ),
+        click.option(
+            "--keep",
+            metavar='"max(A), B"',
+            help="What to keep of each of many runs: final, max, min, mean, first(A < B), events(); a formula alone over time.",
+        ),
+        click.option("--samples", metavar="N", help="Members that are drawn at random."),
+        click.option("--seed", metavar="N", help="Number from which random values follow; 1 without it."),
+        click.option("--sampling", metavar="NAME", help="plain, latin or sobol."),
+        click.option(
+            "--covariance", metavar='"{{A, B}, {B, C}}"', help="Covariance of normal distributions, in SI."
+        ),
+        click.option(
+            "--errors", metavar="all|none|SHARE", help="Members whose error is estimated; 0.05 without it."
+        ),
+        click.option("--threads", metavar="N", help="Threads of many runs; all processors without it."),
+        click.option(
+            "--resume", is_flag=True, help="Go on with many runs that were interrupted, into the same file."
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def is_ensemble(given: dict[str, Any]) -> bool:
+    return given["resume"] or any(given[name] is not None for name in SETTINGS)
+
+
+def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:
+    """Run all members, print their report, and write what was asked for; the exit code tells whether all were made."""
+    from ..asking.given_values import UsageMistake
+    from ..presentation.progress import Progress
+    from .failures import INTERRUPTED, say
+
+    for name, why in OF_ONE_RUN.items():
+        if given[name]:
+            raise UsageMistake(f"{why}: leave --{name.replace('every_curve', 'all')} out")
+    if given["experiment"] == "all":
+        raise UsageMistake("an ensemble is of one experiment", "name it, --experiment NAME")
+    settings = {name: given[name] for name in SETTINGS if given[name] is not None}
+    if given["no_error_estimate"]:
+        settings["errors"] = "none"
+    if given["output"]:
+        settings |= {"store": given["output"], "resume": given["resume"]}
+    elif given["resume"]:
+        raise UsageMistake("--resume goes on with a file of results", "name it, -o FILE.npz")
+    names = ("stop", "start", "every", "step", "tolerance", "method", "experiment", "inputs", "target")
+    with Progress(model.name, quiet=given["quiet"]) as progress:
+        runs = model.ensemble(
+            **settings,
+            **{name: given[name] for name in names},
+            reproducible=given["reproducible"] or None,
+            progress=progress,
+        )
+    _report(runs, given)
+    if given["output"]:
+        runs.save(given["output"])
+        _wrote(given["output"], given)
+    if given["plot"] is not None:
+        picture = given["plot"] or f"{Path(file).stem}.png"
+        _draw(runs, picture)
+        _wrote(picture, given)
+    if not runs.complete:
+        kept = f"; --resume goes on from {runs.counts().get('not made', 0)} left" if given["output"] else ""
+        say(
+            "warning",
+            f"interrupted: {runs.counts().get('not made', 0)} of {len(runs)} members were not made{kept}",
+        )
+        return INTERRUPTED
+    return 0
+
+
+def _report(runs: Ensemble, given: dict[str, Any]) -> None:
+    from ..presentation.ensemble import report
+    from ..presentation.style import style_for
+
+    if given["as_json"]:
+        click.echo(json.dumps(runs.summary(), indent=1, ensure_ascii=False))
+    elif not given["quiet"]:
+        click.echo(report(runs, style_for(sys.stdout)), color=True)
+
+
+def _draw(runs: Ensemble, picture: str) -> None:
+    from ..presentation.ensemble import figure
+
+    figure(runs).savefig(picture)
+
+
+def _wrote(path: str, given: dict[str, Any]) -> None:
+    if not given["quiet"]:
+        click.echo(f"wrote {path}", err=True)
