@@ -52,7 +52,9 @@ class _Adjoints:
         array, index = asked.goal
         goal = self.own("outputs")[index] if array == "out" else self.y[index]
         entry = (base.outputs if array == "out" else base.states)[index]
-        pulled = self.pulled((*self.own("rhs"), goal), self.seeds, self.y)
+        rates = {k: (n, self.seeds[k]) for k, n in enumerate(self.own("rhs")) if k not in self.unread(goal)}
+        nodes, seeds = zip(*rates.values(), (goal, self.seeds[-1]), strict=True)
+        pulled = self.pulled(nodes, seeds, self.y)
         free = [*(base.parameters[i] for i in asked.parameters), *(base.inputs[i] for i in asked.inputs)]
         rows = [*base.states, *free]
         unit = entry.unit if not asked.integral else _times(entry.unit, base.time.unit)
@@ -95,6 +97,12 @@ class _Adjoints:
                 ),
             ),
         )
+
+    def unread(self, goal: Node) -> frozenset[int]:
+        """Return the accounts of energy, on which nothing depends but what reports them: their seeds stay zero."""
+        accounts = {n: k for k, n in enumerate(self.y) if self.base.states[k].kind == "account"}
+        read = set(self.graph.support(*self.own("rhs"), goal))
+        return frozenset(k for n, k in accounts.items() if n not in read)
 
     def own(self, name: str) -> tuple[Node, ...]:
         found = self.functions.get(name)

@@ -84,6 +84,12 @@ class Solver:
         self._kernel.mech_free(self._handle)
         self._handle = None
 
+    @property
+    def handle(self) -> int:
+        """The address of the solver in the kernel, as long as this object is entered."""
+        assert self._handle is not None
+        return int(self._handle)
+
     def advance(self, stop: float, max_steps: int) -> Status:
         """Take up to ``max_steps`` steps towards ``stop``."""
         return Status(self._kernel.mech_advance(self._handle, stop, max_steps))

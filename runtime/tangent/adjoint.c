@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "dop853_tableau.h"
+#include "solver.h"
 
 #if defined(_WIN32)
 #define EXPORT __declspec(dllexport)
@@ -33,12 +34,36 @@ typedef struct {
     double *integral;     /* the goal along the motion is added                                        */
 } sweep_record;
 
+typedef int advance_function(mech_solver *, double, long);
+typedef void read_function(const mech_solver *, mech_report *, double *);
+
 EXPORT int mech_adjoint_stages(void);
+EXPORT int mech_adjoint_steps(mech_solver *s, advance_function *advance, read_function *read, double stop, size ny,
+                              size room, mech_report *report, double *t, double *y, size *count);
 EXPORT int mech_adjoint_sweep(const sweep_record *s);
 
 int mech_adjoint_stages(void)
 {
     return STAGES;
+}
+
+/* Up to `room` steps of a run one by one: times t and states y [ny] at their ends, so many as `count` says. The functions are
+ * those of the kernel, which is another library. */
+int mech_adjoint_steps(mech_solver *s, advance_function *advance, read_function *read, double stop, size ny, size room,
+                       mech_report *report, double *t, double *y, size *count)
+{
+    int status = MECH_RUNNING;
+    double before;
+    read(s, report, y);
+    before = report->t;
+    *count = 0;
+    while (status == MECH_RUNNING && *count < room) {
+        status = advance(s, stop, 1);
+        read(s, report, y + *count * ny);
+        if (report->t == before) continue;
+        t[(*count)++] = before = report->t;
+    }
+    return status;
 }
 
 /* A rotation is scaled to unit length behind each step: what is along it, is lost. */
@@ -50,6 +75,16 @@ static void across_rotations(const sweep_record *s, const double *y, double *lam
         double along = q[0] * l[0] + q[1] * l[1] + q[2] * l[2] + q[3] * l[3];
         for (int k = 0; k < 4; k++) l[k] -= along * q[k];
     }
+}
+
+/* x += a v, in vectors where the build allows them */
+static void add(size n, double a, const double *restrict v, double *restrict x)
+{
+    if (a == 0) return;
+#if defined(MECH_SIMD)
+#pragma omp simd
+#endif
+    for (size i = 0; i < n; i++) x[i] += a * v[i];
 }
 
 int mech_adjoint_sweep(const sweep_record *s)
@@ -65,33 +100,26 @@ int mech_adjoint_sweep(const sweep_record *s)
         across_rotations(s, y + n, s->lambda);
         for (int j = 0; j < STAGES; j++) {
             double *x = ys + j * n, *u = us + j * nu, at = t + TABLEAU.c[j + 1] * h;
-            for (size i = 0; i < n; i++) {
-                double sum = 0;
-                for (int l = 0; l < j; l++) sum += TABLEAU.a[j + 1][l + 1] * k[l * n + i];
-                x[i] = y[i] + h * sum;
-            }
+            memcpy(x, y, (size_t)n * sizeof(double));
+            for (int l = 0; l < j; l++) add(n, h * TABLEAU.a[j + 1][l + 1], k + l * n, x);
             if (nu) s->inputs(at, x, NULL, z, s->p, u);
             for (size l = 0; l < s->n_tabled; l++)
                 u[s->tabled[l]] = s->from_tables[(m * STAGES + j) * s->n_tabled + l];
-            s->rhs(at, x, u, z, s->p, k + j * n);
+            if (j + 1 < STAGES) s->rhs(at, x, u, z, s->p, k + j * n);
             if (s->rate != 0 && TABLEAU.b[j + 1] != 0) {
                 s->goal(at, x, u, z, s->p, g);
                 *s->integral += h * TABLEAU.b[j + 1] * *g;
             }
         }
-        for (int j = 0; j < STAGES; j++)
-            for (size i = 0; i < n; i++) bar[j * n + i] = h * TABLEAU.b[j + 1] * s->lambda[i];
+        memset(bar, 0, (size_t)(STAGES * n) * sizeof(double));
+        for (int j = 0; j < STAGES; j++) add(n, h * TABLEAU.b[j + 1], s->lambda, bar + j * n);
         for (int j = STAGES - 1; j >= 0; j--) {
             memcpy(seeds, bar + j * n, (size_t)n * sizeof(double));
             seeds[n] = s->rate * h * TABLEAU.b[j + 1];
             s->pull_back(t + TABLEAU.c[j + 1] * h, ys + j * n, us + j * nu, z, s->p, out);
-            for (size i = 0; i < n; i++) s->lambda[i] += out[i];
-            for (size i = 0; i < s->n_free; i++) s->gradient[i] += out[n + i];
-            for (int l = 0; l < j; l++) {
-                const double a = h * TABLEAU.a[j + 1][l + 1];
-                if (a != 0)
-                    for (size i = 0; i < n; i++) bar[l * n + i] += a * out[i];
-            }
+            add(n, 1, out, s->lambda);
+            add(s->n_free, 1, out + n, s->gradient);
+            for (int l = 0; l < j; l++) add(n, h * TABLEAU.a[j + 1][l + 1], out, bar + l * n);
         }
     }
     if (s->n_steps) across_rotations(s, s->y, s->lambda);

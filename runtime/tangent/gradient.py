@@ -30,8 +30,8 @@ from .directions import Direction, chosen, named
 
 METHOD = "dop853"
 SOURCE = Path(__file__).with_name("adjoint.c")
-SLICE = 4096
-"""Steps between two looks at the record."""
+FIRST, MOST_NUMBERS = 256, 4_000_000
+"""Steps of a run before it is looked at; later it is looked at after more, of so many numbers."""
 
 MOST_BYTES = 2e9
 """Of the states at the beginning of all steps."""
@@ -243,19 +243,38 @@ def _place_of(problem: Problem, goal: str) -> tuple[str, int]:
 def _steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, Array]:
     """Run a case; give its steps (beginning, length) [n] and the states [n + 1, ny] at their ends."""
     case = replace(case, grid=np.array([case.stop]), tolerance=tolerance)
-    ny, kept = case.y0.size, list[Array]()
-    with Solver(native.load_kernel(False), case, METHOD, tolerance, tolerance * nominal) as solver:
-        status, size = Status.RUNNING, 0
-        while status in (Status.RUNNING, Status.RECORD_FULL):
-            solver.start_record(SLICE)
-            status = solver.advance(case.stop, SLICE)
-            report, y = solver.report()
-            kept.append(solver.recorded(report.n_record)[:, : 2 + ny].copy())
-            size += kept[-1].nbytes
+    kernel, made, ny = native.load_kernel(False), _library(), case.y0.size
+    times, states = [np.array([case.begin])], [case.y0[None, :]]
+    room, size, count, report = FIRST, 0, ctypes.c_ssize_t(), native.ReportStruct()
+    calls = [ctypes.cast(f, c_void_p) for f in (kernel.mech_advance, kernel.mech_read)]
+    with Solver(kernel, case, METHOD, tolerance, tolerance * nominal) as solver:
+        status = Status.RUNNING
+        while status is Status.RUNNING:
+            t, y = np.empty(room), np.empty((room, ny))
+            ends = (
+                ctypes.byref(report),
+                c_void_p(t.ctypes.data),
+                c_void_p(y.ctypes.data),
+                ctypes.byref(count),
+            )
+            status = Status(
+                made.mech_adjoint_steps(
+                    c_void_p(solver.handle),
+                    *calls,
+                    c_double(case.stop),
+                    c_ssize_t(ny),
+                    c_ssize_t(room),
+                    *ends,
+                )
+            )
+            times.append(t[: count.value])
+            states.append(y[: count.value])
+            size += 8 * count.value * (1 + ny)
+            room = min(2 * room, max(FIRST, MOST_NUMBERS // ny))
             if size > MOST_BYTES:
                 raise SimulationError(
-                    f"the states of {sum(map(len, kept))} steps up to t = {report.t:g} fill {size / 1e9:.2g} GB: the gradient "
-                    "goes back over all of them",
+                    f"the states of all steps up to t = {report.t:g} fill {size / 1e9:.2g} GB: the gradient goes back over all "
+                    "of them",
                     help="a shorter run, or a looser tolerance",
                 )
             if report.stiff_time == report.stiff_time:  # a number
@@ -264,12 +283,12 @@ def _steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, 
                     help="derivatives along a stiff motion: sensitivity=[...] of a run with method = radau5",
                 )
         if status != Status.REACHED:
-            failure: Failure | None = kernel_failure(case.problem, status, report, y)
+            failure: Failure | None = kernel_failure(case.problem, status, report, y[count.value - 1])
             raise SimulationError(
                 f"the run ends before its last time: {failure.message if failure else status.name.lower()}"
             )
-    rows = np.concatenate(kept)
-    return rows[:, 0].copy(), rows[:, 1].copy(), np.vstack([rows[:, 2:], y])
+    t = np.concatenate(times)
+    return t[:-1].copy(), np.diff(t), np.concatenate(states)
 
 
 @cache

@@ -31,6 +31,12 @@ class Hit(Struct):
 def engage(instant: Instant) -> bool:
     """Take the rates of engaged constraints away; tell whether there are any."""
     held = _engaged(instant)
+    settle(instant, held)
+    return bool(held)
+
+
+def settle(instant: Instant, held: Sequence[int]) -> None:
+    """Take the rates of rows away that hold."""
     if held:
         m, dm = instant.measured()
         (b, db), nv = instant.responses(), instant.case.problem.nv
@@ -42,7 +48,6 @@ def engage(instant: Instant) -> bool:
             -dm[held, RATE],
         )
         instant.push(held, *impulses)
-    return bool(held)
 
 
 def hit(instant: Instant, contacts: Sequence[int], rests: Sequence[bool]) -> None:

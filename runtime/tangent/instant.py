@@ -22,6 +22,9 @@ GAP, RATE, DRIFT, SECOND, FORCE, LIMIT, COEFFICIENT, EXTRA = range(8)
 """What is measured of each row (``mech_row_value`` of the kernel)."""
 
 CONTACT, FRICTION, BILATERAL, STEP = range(4)
+REMAINS = 1e-3
+"""Of the slip from which on friction in two directions keeps its direction: what of it remains where it is taken to stick."""
+
 ROUNDING = 1e-11
 """Share of the largest response below which rows depend on each other, as in the kernel."""
 
@@ -145,6 +148,22 @@ class Instant:
             if place >= 0:
                 self.y[place] += amount
                 self.w[place] += changes
+
+    def slide_on(self, sticks: Sequence[int]) -> None:
+        """Let friction in two directions that is about to stick slip in the direction in which it came: where slip vanishes, its
+        own direction is that of errors."""
+        nq, nv = self.case.problem.nq, self.case.problem.nv
+        for i in sticks:
+            rows = [
+                k for k, r in enumerate(self.rows) if r.kind == FRICTION and r.normal == self.rows[i].normal
+            ]
+            signs = np.array([self.z[self.rows[k].sign] for k in rows])
+            if self.rows[i].normal < 0 or len(rows) < 2 or not signs.any():
+                continue
+            (b, _), (m, _) = self.responses(), self.measured()
+            matrix = b[np.ix_(rows, [nv + k for k in rows])].T
+            impulses = np.linalg.pinv(matrix, rcond=ROUNDING) @ (REMAINS * signs - m[rows, RATE])
+            self.y[nq : nq + nv] += impulses @ b[rows][:, :nv]
 
     def solve(
         self, matrix: Array, matrix_changes: Array, target: Array, target_changes: Array

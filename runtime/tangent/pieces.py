@@ -20,6 +20,10 @@ from .augmented import Augmented
 from .instant import Instant
 from .saltation import SAME_TIME, Sizes, check_start, crossed
 
+SHORT = 0.1
+"""Roots of the tolerance: the last part of a piece, where errors of the motion turn the direction of a slip that vanishes. A
+straight line there is off by the square of it."""
+
 APART = 1e5
 """Tolerances by which a piece that is integrated with its derivatives may end beside the run, and of a fixed step: ..."""
 APART_FIXED = 1e-2
@@ -90,7 +94,8 @@ class Pieces:
             inside = kept[(kept >= t if not rows and t == begin else kept > t) & (kept <= until)]
             if last and until > t and (not inside.size or inside[-1] < until):
                 inside = np.append(inside, until)  # where a run stopped early
-            found, w, failure = self._piece(t, state, w, z, dz, sizes, inside, until)
+            to_rest = not last and self._comes_to_rest(record, number)
+            found, w, failure = self._piece(t, state, w, z, dz, sizes, inside, until, to_rest)
             rows += [(s, a, b, z, dz) for s, a, b in found]
             if failure is not None:
                 return self._rows(rows, run, failure, remarks)
@@ -141,13 +146,27 @@ class Pieces:
         return z[first : first + self.reals * augmented.count].reshape(augmented.count, self.reals).T
 
     def _piece(
-        self, t: float, y: Array, w: Array, z: Array, dz: Array, sizes: Array, inside: Array, until: float
+        self,
+        t: float,
+        y: Array,
+        w: Array,
+        z: Array,
+        dz: Array,
+        sizes: Array,
+        inside: Array,
+        until: float,
+        to_rest: bool,
     ) -> tuple[list[tuple[float, Array, Array]], Array, Failure | None]:
-        """Give rows at the times ``inside``, and W at the end; without events."""
+        """Give rows at the times ``inside``, and W at the end; without events. ``to_rest``: it ends where slip in two
+        directions vanishes, and with it the direction of friction: its last part is a straight line."""
         if not until > t:
             return [(float(s), y, w) for s in inside], w, None
         augmented = self.augmented
-        grid = inside if inside.size and inside[-1] == until else np.append(inside, until)
+        last = until
+        until = max(until - SHORT * self.tolerance**0.5 * (until - t), t) if to_rest else until
+        behind = inside[inside > until]
+        grid = inside[inside <= until]
+        grid = grid if grid.size and grid[-1] == until else np.append(grid, until)
         nominal = augmented.joined(self.nominal, np.maximum(sizes, spread(w, self.nominal)))
         more = augmented.discretes(z, dz)
         run = augmented.run(self.method, self.tolerance, nominal, t, augmented.joined(y, w), more, grid)
@@ -155,8 +174,29 @@ class Pieces:
             raise KeyboardInterrupt
         states, tangents = augmented.split(run.y, y.size)
         rows = list(zip(run.t.tolist(), states, tangents, strict=True))
-        self._last = states[-1]
-        return rows[: inside.size], tangents[-1], run.failure
+        rows = rows[: inside.size - behind.size]
+        if not to_rest or run.failure is not None:
+            self._last = states[-1]
+            return rows, tangents[-1], run.failure
+        rates = augmented.functions.rhs(until, run.y[-1], augmented.inputs(until), more, augmented.p)
+        for s in (*behind, last):
+            self._last, w = (
+                a[0] for a in augmented.split((run.y[-1] + (s - until) * rates)[None, :], y.size)
+            )
+            if s in behind:
+                rows.append((float(s), self._last, w))
+        return rows, w, None
+
+    def _comes_to_rest(self, record: EventRecord, number: int) -> bool:
+        """Whether friction in two directions begins to stick at an instant."""
+        hybrid = self.augmented.case.problem.hybrid
+        assert hybrid is not None
+        names = [row.name for row in hybrid.rows if row.kind == "friction"]
+        return any(
+            note.kind == "stick" and names.count(hybrid.rows[note.index].name) > 1
+            for note in record.notes
+            if note.instant == number
+        )
 
     def _meets(self, t: float, until: float, found: Sequence[object], y: Array) -> None:
         """Refuse a piece that does not end where the run did: something was not understood."""

@@ -16,7 +16,7 @@ from ..integrate.events import EventRecord, Note
 from ..outcome import SimulationError, time_text
 from ..problem import Array
 from .augmented import Augmented
-from .impacts import engage, hit, hit_together
+from .impacts import engage, hit, hit_together, settle
 from .instant import BILATERAL, COEFFICIENT, CONTACT, EXTRA, FRICTION, GAP, RATE, Instant
 from .sizes import own_sizes
 
@@ -68,6 +68,7 @@ def crossed(
     notes = [note for note in record.notes if note.instant == number]
     here = Instant(augmented, t, before[:ny], w, before[ny:], dz, np.zeros(augmented.count))
     what = _names(case.problem.hybrid, notes) if case.problem.hybrid else ""
+    here.slide_on([n.index for n in notes if n.kind == "stick"])
     dt = _time_change(here, notes, after[ny:], probe, what)
     rates = here.rates()
     here.w += np.outer(rates, dt)
@@ -183,9 +184,17 @@ def _happened(here: Instant, notes: Sequence[Note], after: Array, nominal: Array
     """Do again what was noted. Which contacts did not rebound is not noted: by their thresholds, else those that rest."""
     ny = here.case.problem.ny
     off: list[tuple[float, int]] = []
-    for by_threshold in (True, False):
+    holds = [i for i, r in enumerate(here.rows) if r.flag >= 0 and after[ny + r.flag] > 0.5]
+    begins = any(n.kind in ("rest", "stick") for n in notes)
+    for by_threshold, settles in (
+        (True, False),
+        (False, False),
+        *([(True, True), (False, True)] if begins else []),
+    ):
         tried = Instant(here.augmented, here.t, here.y, here.w, here.z, here.dz, here.dt)
         _happen(tried, notes, after[ny:], by_threshold)
+        if settles:  # what comes to rest, loses what is left of its rate
+            settle(tried, holds)
         apart = np.abs(tried.y - after[:ny]) / (nominal + np.abs(after[:ny]))
         if apart.max(initial=0.0) <= REPLAYED:
             return tried

@@ -217,3 +217,36 @@ def test_what_both_do_at_once_may_change_together() -> None:
     text, _ = REFUSED["several things happen at once"]
     both, alone = flow_of(text, "g"), flow_of(BALL, "g")
     np.testing.assert_allclose(both.tangents[-1, :2, 0], alone.tangents[-1, 0, 0], atol=1e-9)
+
+
+def test_a_ball_that_slips_in_two_directions_rolls_with_its_closed_derivatives() -> None:
+    """Where slip vanishes, its direction is that of errors: friction keeps that in which it came. Rolling at
+    v = (5 v0 + 2 r w x up)/7, whatever mu, m and g are."""
+    problem = mechc.load(EXAMPLES / "masse_shot.mech").problem()
+    names = ["der(x)", "mu", "m", "r"]
+    for tolerance, bound in ((1e-8, 5e-5), (1e-11, 1e-7)):
+        plan = plan_run(problem, SimulationOptions(tolerance=tolerance, points=2))
+        flow = tangent_flow(plan.case, plan.method, plan.nominal, names, estimate_error=False)
+        assert flow.failure is None
+        rates = [[q.name for q in problem.states].index(n) for n in ("der(x)", "der(y)")]
+        found = flow.tangents[-1][rates]
+        # w = (60, -80, 10)/s: w x up = (w_y, -w_x), of which 2/7 r is left
+        expected = [[5 / 7, 0, 0, 2 / 7 * -80], [0, 0, 0, 2 / 7 * -60]]
+        assert np.abs(found - expected).max() < bound * 23, (tolerance, found)
+
+
+@pytest.mark.slow
+def test_what_comes_to_rest_while_another_hits_loses_what_is_left_of_its_rate() -> None:
+    """A box that rattles down: 99 events, in the last of which one corner comes to rest as another hits. Differences of runs at
+    1e-13 agree with each other to 1e-6."""
+    model = mechc.load(EXAMPLES / "falling_box.mech")
+    problem, stop, step = model.problem(), 0.761901, 1e-7
+    plan = plan_run(problem, SimulationOptions(tolerance=1e-12, points=2, stop=stop))
+    flow = tangent_flow(plan.case, plan.method, plan.nominal, ["e"], estimate_error=False)
+    sides = [
+        model.simulate(stop=stop, tolerance=1e-13, set={"e": 0.3 + s}, estimate_error=False)
+        for s in (step, -step)
+    ]
+    assert len(sides[0].events) == len(sides[1].events) > 90
+    expected = np.array([(sides[0][q.name][-1] - sides[1][q.name][-1]) / (2 * step) for q in problem.states])
+    np.testing.assert_allclose(flow.tangents[-1][:, 0], expected, atol=2e-5)

@@ -166,3 +166,8 @@ def test_derivatives_are_formed_apart_from_the_model() -> None:
     size = len(graph)
     both(problem, "phi", ["m", "l"])
     assert len(graph) == size
+
+
+def test_accounts_of_energy_may_be_goals() -> None:
+    model = mechc.load("examples/double_pendulum.mech")
+    agree(*both(model.problem(), "energy.dissipated", ["lower.l", "elbow.angle"], stop=2.0))
