@@ -54,5 +54,12 @@ def __getattr__(name: str) -> object:
     return value
 
 
+def load_ipython_extension(shell: object) -> None:
+    """Answer ``%load_ext mechc``: cells that begin with ``%%mech`` hold models."""
+    from .notebook.magic import load as load_magics
+
+    load_magics(shell)
+
+
 def __dir__() -> list[str]:
     return sorted(set(globals()) | set(_HOMES))

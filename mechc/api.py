@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from .asking.question import Asked
     from .functions import Functions
     from .runtime.ensembles.result import Ensemble
+    from .notebook.view import View
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
@@ -213,6 +214,30 @@ class Model(CompiledModel):
             "gradient", set, {"goal": goal, "to": to, "integral": integral, **settings}
         )
         return found
+
+    def view(
+        self,
+        *,
+        set: Mapping[str, Given] | None = None,
+        experiment: str | None = None,
+        recorded: bool | None = None,
+        height: int = 640,
+        **options: Unpack[Options],
+    ) -> View:
+        """Return the page on which the model moves, to be shown in a notebook, saved (``.save("m.html")``) or opened.
+
+        It is live, with sliders that integrate again, where zig is installed, unless ``recorded`` says otherwise; ``height``
+        in pixels. Raises what ``simulate`` raises.
+        """
+        from .notebook.view import view
+
+        return view(self, recorded=recorded, set=set, experiment=experiment, height=height, options=options)
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, Any]:
+        """Return tables of quantities and the equations: the name is IPython's."""
+        from .notebook.bundles import model_bundle
+
+        return model_bundle(self)
 
     def __getattr__(self, name: str) -> Any:
         from .runtime.studies.table import STUDIES

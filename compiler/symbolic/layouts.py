@@ -20,6 +20,11 @@ HEAD = (
     "math{font-size:1.15em}.row{margin:1em 0 1em 3em;text-indent:-3em;line-height:2.6}</style>"
 )
 
+STYLE = (
+    "<style>.mechc-equations{overflow-x:auto}.mechc-equations h4{font-weight:normal;margin:1em 0 0}"
+    ".mechc-equations .row{margin:.5em 0 .5em 3em;text-indent:-2em;line-height:2.4}</style>"
+)
+
 _LATEX = str.maketrans(
     {sign: rf"\{sign}" for sign in "#$%&_{}"}
     | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
@@ -131,6 +136,12 @@ def latex_lines(expression: sp.Expr) -> str:
     return rf"\begin{{aligned}}[t] & {rows} \end{{aligned}}"
 
 
+def equations_html(system: MechanicalSystem) -> str:
+    """Return the equations of a system as a part of a page."""
+    sections = "\n".join(_sections(_account(system, latex=True), heading="h4"))
+    return f'<div class="mechc-equations">{STYLE}\n{sections}</div>'
+
+
 def _html(account: Account) -> str:
     parts = [
         "<!DOCTYPE html>",
@@ -140,8 +151,14 @@ def _html(account: Account) -> str:
     ]
     if account.doc:
         parts.append(f"<p>{escape(account.doc)}</p>")
+    parts.extend(_sections(account))
+    return "\n".join([*parts, "</body></html>"])
+
+
+def _sections(account: Account, heading: str = "h2") -> list[str]:
+    parts: list[str] = []
     for section in account.sections():
-        parts.append(f"<h2>{section.title}</h2>")
+        parts.append(f"<{heading}>{section.title}</{heading}>")
         if section.meaning:
             parts.append(f"<p>{_sentence(section.meaning)}</p>")
         for s in section.statements:
@@ -153,4 +170,4 @@ def _html(account: Account) -> str:
         parts.append(f"<p>Cyclic coordinates: {escape(', '.join(account.cyclic) or 'none')}.</p>")
     if events := _not_written(account):
         parts.append(f"<p>{escape(_sentence(events))}</p>")
-    return "\n".join([*parts, "</body></html>"])
+    return parts

@@ -252,15 +252,19 @@ class Facts(Struct, frozen=True):
         }
 
 
-def facts_of(model: Model, values: Mapping[str, Given], experiment: str | None) -> Facts:
+def facts_of(
+    model: Model, values: Mapping[str, Given], experiment: str | None, options: Mapping[str, Any]
+) -> Facts:
     """Run a model that has a scene, and return what its page is told. Raises what ``simulate`` raises."""
-    solution = model.simulate(set=values, experiment=experiment)
+    solution = model.simulate(set=values, experiment=experiment, **options)
     said = solution.statistics.method
     method = "auto" if solution.statistics.switches else said
     if method not in KERNEL_METHODS:
         raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
     ready, asked = model._asked(
-        "simulate", values, {"experiment": experiment, "method": method if method != "dop853" else None}
+        "simulate",
+        values,
+        {**options, "experiment": experiment, "method": method if method != "dop853" else None},
     )
     return Facts(ready, plan(ready, asked), solution, method)
 

@@ -9,7 +9,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,12 +35,14 @@ def page(
     recorded: bool = False,
     set: Mapping[str, Given] | None = None,
     experiment: str | None = None,
+    options: Mapping[str, Any] | None = None,
 ) -> str:
     """Return the text of a page. ``recorded``: with the motion in it in the place of the model, which needs no zig.
+    ``options``: those of the run (``api.Options``).
 
     Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError.
     """
-    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment)
+    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
     if recorded:
         parts = {"rows": _packed(_rows(facts))}
     else:
