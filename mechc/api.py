@@ -21,8 +21,8 @@ from .suggest import closest
 if TYPE_CHECKING:
     from .asking.question import Asked
     from .functions import Functions
-    from .runtime.ensembles.result import Ensemble
     from .notebook.view import View
+    from .runtime.ensembles.result import Ensemble
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
