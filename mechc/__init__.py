@@ -56,9 +56,9 @@ def __getattr__(name: str) -> object:
 
 def load_ipython_extension(shell: object) -> None:
     """Answer ``%load_ext mechc``: cells that begin with ``%%mech`` hold models."""
-    from .notebook.magic import load as load_magics
+    from .presentation.magic import register
 
-    load_magics(shell)
+    register(shell, import_module(_HOMES["loads"]).loads)
 
 
 def __dir__() -> list[str]:

@@ -71,11 +71,7 @@ def answered(model: M, asked: Asked) -> tuple[M, Answer]:
     """Answer a question; return the model that was asked in the end, too: with compliant multipliers if it took those."""
     refuse_sweep(model.swept_structural(asked.experiment))  # others than ``Sweep`` would take the default
     ran, _, found = _solve(model, asked)
-    if not isinstance(found, Run):
-        return ran, found
-    shown = _shown(found, asked)
-    shown.origin = (model, asked)
-    return ran, shown
+    return ran, _shown(found, asked) if isinstance(found, Run) else found
 
 
 def begin(model: CompiledModel, asked: Asked) -> Stepper:

@@ -21,13 +21,13 @@ from .suggest import closest
 if TYPE_CHECKING:
     from .asking.question import Asked
     from .functions import Functions
-    from .notebook.view import View
     from .runtime.ensembles.result import Ensemble
     from .runtime.studies.findings import Findings
     from .runtime.studies.stepwise import Stepper
     from .runtime.studies.study import Answer
     from .runtime.studies.sweep import Runs
     from .solution import Solution
+    from .web.view import View
 
 
 class Options(TypedDict, total=False):
@@ -52,6 +52,10 @@ class Options(TypedDict, total=False):
     reproducible: bool
     target: Target
     progress: Callable[[float], None] | None
+
+
+NOT_SEEN = ("sensitivity", "estimate_error", "progress")
+"""Options of a run that change nothing on its page."""
 
 
 def load(
@@ -102,6 +106,8 @@ class Model(CompiledModel):
         returns the part that it computed, with ``outcome`` and ``message``.
         """
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
+        seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
+        solution.viewer = partial(self.view, set=set, experiment=experiment, **seen)  # type: ignore[arg-type]
         return solution
 
     def solve(
@@ -229,13 +235,13 @@ class Model(CompiledModel):
         It is live, with sliders that integrate again, where zig is installed, unless ``recorded`` says otherwise; ``height``
         in pixels. Raises what ``simulate`` raises.
         """
-        from .notebook.view import view
+        from .web.view import view
 
         return view(self, recorded=recorded, set=set, experiment=experiment, height=height, options=options)
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, Any]:
         """Return tables of quantities and the equations: the name is IPython's."""
-        from .notebook.bundles import model_bundle
+        from .presentation.bundles import model_bundle
 
         return model_bundle(self)
 

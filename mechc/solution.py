@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .asking.given_values import UsageMistake
 from .display import choose
 from .shown import ShownSolution
 
-if TYPE_CHECKING:
-    from .asking.question import Asked
-    from .notebook.view import View
-
 
 class Solution(ShownSolution):
     """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
-    ``origin``: the model with the values that were set, and what it was asked.
+    ``viewer`` makes the page of the model as it was asked; the model sets it.
     """
 
-    origin: tuple[Any, Asked] | None = None
+    viewer: Callable[..., Any] | None = None
 
     def __repr__(self) -> str:
         return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
@@ -35,30 +31,19 @@ class Solution(ShownSolution):
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, Any]:
         """Return report and picture: the name is IPython's."""
-        from .notebook.bundles import solution_bundle
+        from .presentation.bundles import solution_bundle
 
         return solution_bundle(self)
 
-    def view(self, *, recorded: bool | None = None, height: int = 640) -> View:
+    def view(self, *, recorded: bool | None = None, height: int = 640) -> Any:
         """Return the page on which this motion moves, to be shown in a notebook, saved or opened.
 
         It is live (its sliders integrate again) where zig is installed, unless ``recorded`` says otherwise.
         """
-        from .notebook.view import view
-
-        if self.origin is None:
-            raise UsageMistake(
-                "this motion does not know its model", "model.view() shows the page of a model"
-            )
-        model, asked = self.origin
-        options = {k: v for k, v in asked.given.items() if k not in ("experiment", "sensitivity")}
-        return view(
-            model,
-            recorded=recorded,
-            experiment=asked.experiment,
-            height=height,
-            options={**options, "inputs": asked.inputs},
-        )
+        if self.viewer is None:
+            help = "model.view() shows the page of a model"
+            raise UsageMistake("this motion does not know its model", help)
+        return self.viewer(recorded=recorded, height=height)
 
     def shown_in(self, units: str) -> Solution:
         """Return the same solution shown in other units: ``"deg,mm"``."""

@@ -9,21 +9,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from msgspec import Struct
 
-from mechc.answering import plan
+from mechc.answering import answer, plan
 from mechc.asking.given_values import UsageMistake
+from mechc.asking.question import asked
 from mechc.display import factor
 from mechc.presentation.stl import triangles
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Problem, Quantity, Scene
+from mechc.runtime.studies.simulate import Simulate
+from mechc.solution import Solution
 
 from .assembly import methods
 
 if TYPE_CHECKING:
-    from mechc.api import Model
     from mechc.asking.given_values import Given
+    from mechc.asking.question import Asked
+    from mechc.model import CompiledModel
     from mechc.runtime.studies.simulate import Plan
-    from mechc.solution import Solution
 
 ROWS = 1001
 """Output times of a page."""
@@ -38,7 +41,7 @@ LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
 class Facts(Struct, frozen=True):
     """A model with a native run of it, from which a page takes what it does not compute itself."""
 
-    model: Model
+    model: CompiledModel
     plan: Plan
     solution: Solution
     method: str
@@ -253,20 +256,26 @@ class Facts(Struct, frozen=True):
 
 
 def facts_of(
-    model: Model, values: Mapping[str, Given], experiment: str | None, options: Mapping[str, Any]
+    model: CompiledModel, values: Mapping[str, Given], experiment: str | None, options: Mapping[str, Any]
 ) -> Facts:
     """Run a model that has a scene, and return what its page is told. Raises what ``simulate`` raises."""
-    solution = model.simulate(set=values, experiment=experiment, **options)
+    solution = answer(*_posed(model, values, {**options, "experiment": experiment}))
+    assert isinstance(solution, Solution)
     said = solution.statistics.method
     method = "auto" if solution.statistics.switches else said
     if method not in KERNEL_METHODS:
         raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
-    ready, asked = model._asked(
-        "simulate",
-        values,
-        {**options, "experiment": experiment, "method": method if method != "dop853" else None},
-    )
-    return Facts(ready, plan(ready, asked), solution, method)
+    given = {**options, "experiment": experiment, "method": method if method != "dop853" else None}
+    ready, question = _posed(model, values, given)
+    return Facts(ready, plan(ready, question), solution, method)
+
+
+def _posed(
+    model: CompiledModel, values: Mapping[str, Given], given: Mapping[str, Any]
+) -> tuple[CompiledModel, Asked]:
+    """Return the model with the values and the question about its motion."""
+    question = asked(Simulate, given)
+    return model.with_values(values).for_experiment(question.experiment), question
 
 
 def _mesh(path: str) -> dict[str, Any]:
@@ -282,7 +291,7 @@ def _mesh(path: str) -> dict[str, Any]:
     }
 
 
-def _up(model: Model) -> list[float]:
+def _up(model: CompiledModel) -> list[float]:
     """Return the axis against which things fall: z in space, y in the plane, where no field says it."""
     system = model.compilation.system
     size = 3 if system.model.space == 3 else 2

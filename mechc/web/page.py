@@ -19,8 +19,8 @@ from .assembly import webassembly
 from .facts import Facts, facts_of
 
 if TYPE_CHECKING:
-    from mechc.api import Model
     from mechc.asking.given_values import Given
+    from mechc.model import CompiledModel
 
 HERE = Path(__file__).parent
 MARK = "<!-- a page of mechc -->"
@@ -30,7 +30,7 @@ PARTS = {2: ("plane.js",), 3: ("math.js", "meshes.js", "space.js")}
 
 
 def page(
-    model: Model,
+    model: CompiledModel,
     *,
     recorded: bool = False,
     set: Mapping[str, Given] | None = None,

@@ -12,11 +12,11 @@ from mechc.exporting import file_stem, refuse_driving_inputs
 from .page import MARK, page
 
 if TYPE_CHECKING:
-    from mechc.api import Model
+    from mechc.model import CompiledModel
 
 
 def write_page(
-    model: Model, output: str | Path | None, *, recorded: bool = False, experiment: str | None = None
+    model: CompiledModel, output: str | Path | None, *, recorded: bool = False, experiment: str | None = None
 ) -> Path:
     """Write the page of a model and return its path; without ``output`` it is named after the model.
 

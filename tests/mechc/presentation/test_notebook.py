@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 import mechc
-from mechc.notebook.bundles import findings_bundle, parameter_values
+from mechc.presentation.bundles import findings_bundle, parameter_values
 from mechc.runtime.native.build import find_compiler
 
 COMPILED = pytest.mark.skipif(find_compiler() is None, reason="needs a C compiler")

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from ..compiler.graph.evaluate import evaluate
 from ..compiler.symbolic.layouts import equations_html, write_equations
 from ..display import Display, factor
-from ..presentation import answers, plots
-from ..presentation.numbers import number
+from . import answers, plots
+from .numbers import number
 
 if TYPE_CHECKING:
     from ..compiler.equations.model import Entry

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Callable
 from typing import Any
 
 from IPython.core.error import UsageError
 from IPython.core.magic import Magics, cell_magic, magics_class
 
-import mechc
-
 from ..lang.diagnostics import CompileError
-from ..presentation.render import render
-from ..presentation.style import Style
 from ..runtime.studies.findings import Findings
 from .bundles import findings_bundle
+from .render import render
+from .style import Style
 
 
 @magics_class
 class MechMagics(Magics):
-    """The magics of mechc."""
+    """The magics of mechc; ``loads`` compiles a text."""
+
+    def __init__(self, shell: Any, loads: Callable[..., Any]) -> None:
+        super().__init__(shell)
+        self.loads = loads
 
     @cell_magic
     def mech(self, line: str, cell: str) -> Any:
@@ -31,7 +34,7 @@ class MechMagics(Magics):
         if len(words) > 1 or (words and not words[0].isidentifier()):
             raise UsageError("%%mech takes one name at most, that of the variable: '%%mech pendulum'")
         try:
-            model = mechc.loads(cell, name="cell.mech")
+            model = self.loads(cell, name="cell.mech")
         except CompileError as error:
             print(render(error.diagnostics, Style(colour=True)))
             return None
@@ -42,8 +45,8 @@ class MechMagics(Magics):
         return model
 
 
-def load(shell: Any) -> None:
+def register(shell: Any, loads: Callable[..., Any]) -> None:
     """Register the magics, and how answers of studies are shown."""
-    shell.register_magics(MechMagics)
+    shell.register_magics(MechMagics(shell, loads))
     formatter = shell.display_formatter.mimebundle_formatter
     formatter.for_type(Findings, lambda found, **_: findings_bundle(found))

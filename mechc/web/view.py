@@ -8,13 +8,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..web.assembly import has_zig
-from ..web.page import page
-from ..web.write import open_page
+from .assembly import has_zig
+from .page import page
+from .write import open_page
 
 if TYPE_CHECKING:
-    from ..api import Model
     from ..asking.given_values import Given
+    from ..model import CompiledModel
 
 HEIGHT = 640
 """Pixels of the frame."""
@@ -49,7 +49,7 @@ class View:
 
 
 def view(
-    model: Model,
+    model: CompiledModel,
     *,
     recorded: bool | None = None,
     set: Mapping[str, Given] | None = None,
