@@ -6,7 +6,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
-from ..graph.differentiate import is_affine
+from ..graph.differentiate import is_affine, jvp
 from ..graph.signs import never_positive
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame
@@ -198,10 +198,18 @@ def damping(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Node:
 
 
 def damping_power(lowering: Lowering, item: Damping, symbols: Symbols) -> Node:
-    """Return the power of one ``damping`` statement [W], which is never positive."""
+    """Return the power of the forces of one ``damping`` statement [W].
+
+    With the rate that is c s^2; where the coefficient depends on velocities, the Rayleigh function 1/2 c s^2 has a derivative
+    by these too.
+    """
     graph = lowering.graph
     pairs = _coefficients(lowering, item, symbols)
-    return graph.neg(graph.sum(graph.mul(c, graph.mul(rate, rate)) for c, rate in pairs))
+    settled = lowering.questions.settle([c for c, _ in pairs])
+    bent = jvp(graph, settled, {s.node: s.node for q in symbols.coordinates for s in q.v})
+    factors = [graph.add(c, graph.mul(graph.half, more)) for (c, _), more in zip(pairs, bent, strict=True)]
+    squares = [graph.mul(rate, rate) for _, rate in pairs]
+    return graph.neg(graph.dot(factors, squares))
 
 
 def _coefficients(lowering: Lowering, item: Damping, symbols: Symbols) -> Pairs:

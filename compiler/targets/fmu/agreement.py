@@ -4,7 +4,9 @@ The native run has a companion at a tolerance a hundred times tighter; their dif
 covers what such an estimate may miss. The run of another integrator has a companion at a tolerance a hundred times
 looser; their difference is the error of the companion, an upper bound. The sum bounds the difference of the two runs.
 It is over the size of each state (nominal value and largest value), the largest so far in time, and never below
-``SAFETY`` times the tolerances. Where motion is chaotic the bound grows, and it is compared up to ``AGREED``.
+``SAFETY`` times the tolerances. Where motion is chaotic the bound grows, and it is compared up to ``AGREED``: but then a
+native run at the loose tolerance has to go elsewhere, too. Where that stays within ``STEADY`` the motion is not chaotic, and
+two runs of the integrator that disagree are an error.
 """
 
 from __future__ import annotations
@@ -17,6 +19,8 @@ from mechc.runtime.problem import Array
 SAFETY = 10.0
 AGREED = 1e-2
 """Bound beyond which runs are no longer compared: they go ways of their own."""
+STEADY = 1e-5
+"""Change of the native run by the loose tolerance below which its motion magnifies no errors: a thousandth of ``AGREED``."""
 
 
 class Agreement(Struct, frozen=True):
@@ -26,6 +30,8 @@ class Agreement(Struct, frozen=True):
     bound: float
     time: float
     until: float
+    parted: bool = False
+    """The comparison ended because the bound had become too large."""
 
     @property
     def passed(self) -> bool:
@@ -52,7 +58,8 @@ def agreement(times: Array, difference: Array, error: Array, tolerance: float) -
     within = bound <= AGREED
     last = n if within.all() else int(np.argmin(within))
     if not last:
-        return Agreement(0.0, float(bound[0]), float(times[0]), float(times[0]))
+        return Agreement(0.0, float(bound[0]), float(times[0]), float(times[0]), parted=True)
     ratio = np.where(np.isfinite(difference[:last]), difference[:last] / bound[:last], np.inf)
     k = int(np.argmax(ratio))
-    return Agreement(float(difference[k]), float(bound[k]), float(times[k]), float(times[last - 1]))
+    until = float(times[last - 1])
+    return Agreement(float(difference[k]), float(bound[k]), float(times[k]), until, parted=last < n)

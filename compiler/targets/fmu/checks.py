@@ -19,7 +19,7 @@ from mechc.runtime.problem import Array
 from mechc.runtime.results.accuracy import companion_tolerance
 
 from . import driver
-from .agreement import SAFETY, Agreement, agreement, distance
+from .agreement import SAFETY, STEADY, Agreement, agreement, distance
 from .export import Made
 from .rules import check_file
 from .variables import Start
@@ -91,7 +91,26 @@ def _check_motion(path: Path, made: Made) -> Checked:
         me = by_another(path, times, step, reference, size, error, CVODE)
         if not me.passed:
             raise _failed(f"Model Exchange differs from the native run by {me}")
+        if me.parted:
+            _check_chaos(made, times, reference, size, me.until, end)
     return Checked(me, times, reference, error, size)
+
+
+def _check_chaos(made: Made, times: Array, reference: Array, size: Array, until: float, end: float) -> None:
+    """Refuse runs of an integrator that part from each other where the motion itself does not magnify errors."""
+    loose = replace(made.start.case, tolerance=CVODE * APART)
+    if loose.step is not None:
+        return
+    try:
+        _, _, other = native_points(replace(made.start, case=loose), made.method, POINTS, end)
+    except CompileError:  # impacts may not bear it
+        return
+    changed = distance(reference, other, size)[: int(np.sum(times <= until)) + 1]
+    if len(changed) and changed.max() < STEADY:
+        raise _failed(
+            f"at tolerances of {CVODE:g} and {CVODE * APART:g} Model Exchange goes different ways from time {until:g} on, while "
+            f"the looser tolerance changes the native run by {changed.max():.1e} only: the motion is not chaotic"
+        )
 
 
 def _end(start: Start, method: str) -> float:

@@ -132,6 +132,9 @@ def power(meaning: Meaning, point: Point, q: flat.Query) -> Value:
             return load_power(point, load)
     for damping in meaning.flat.dampings:
         if damping.name == q.target:
+            coefficients = np.ravel(np.asarray(point.at(damping.value), object))
+            if any(np.any(point.moved(c, True)) for c in coefficients):
+                raise NotCovered("the power of a damping whose coefficient depends on velocities")
             return point.at(damping.value) * sum(v * v for v in rates(point.at(damping.on))) * -1.0
     for friction in meaning.flat.frictions:
         if friction.name == q.target:
