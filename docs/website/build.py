@@ -53,7 +53,7 @@ def places() -> dict[str, str]:
     found |= {"CONTRIBUTING.md": "contributing.md", "bench/report/README.md": "figures.md"}
     found |= {f"mechc/errors/{page.name}": f"errors/{page.name}" for page in errors()}
     for path in tracked("docs", "bench/report"):
-        if path.suffix in (".md", ".png", ".svg"):
+        if path.suffix in (".md", ".png", ".svg", ".gif"):
             name = path.as_posix()
             found.setdefault(name, name.removeprefix("docs/").replace("bench/report/", "figures/"))
     for path in tracked("examples"):
