@@ -17,6 +17,9 @@ from .findings import Curve, Findings, Panel, Value
 from .simulate import plan_run
 from .study import Study
 
+FEW = 6
+"""Names that are written below a picture."""
+
 
 class FindGradient(Study, frozen=True, kw_only=True):
     """The derivatives of ``goal``, at the end of a smooth motion or as its integral over the time, in all that ``to`` names."""
@@ -85,8 +88,8 @@ def _panel(goal: str, found: Gradient, case: Case) -> Panel:
         abs(float({"p": case.p, "y": case.y0, "u": inputs_at(case, case.begin)}[d.array][d.index])) or 1.0
         for d in found.directions
     ]
+    names = [d.name for d in found.directions]
+    named = ", ".join(names) if len(names) <= FEW else f"{len(names)} names, in their order"
     places = np.arange(1.0, 1.0 + len(sizes))
     curve = Curve("by its own size", places, found.derivatives * np.array(sizes), "points")
-    return Panel(
-        "gradient", ", ".join(d.name for d in found.directions), "", f"change of {goal}", found.unit, (curve,)
-    )
+    return Panel("gradient", named, "", f"change of {goal}", found.unit, (curve,))
