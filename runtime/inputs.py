@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -134,6 +133,8 @@ def read_tables(
     table is that of this input only: the column that has its name, or the only one beside the time whatever its header says.
     Raises ``SimulationError`` with file and line.
     """
+    import csv
+
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]

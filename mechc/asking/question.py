@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..lang.units import UnitError, parse_unit
 from ..runtime.case import Progress
-from ..runtime.fitting.measured import Measured
 from ..runtime.inputs import Table, read_tables
 from ..runtime.outcome import SimulationError
 from ..runtime.problem import Problem
@@ -43,8 +42,10 @@ from .given_values import (
     unknown_name,
 )
 from .kept import written
-from .measured_data import measured_motion
 from .ranges import free, ranges
+
+if TYPE_CHECKING:
+    from ..runtime.fitting.measured import Measured
 
 
 class Asked(Struct, frozen=True):
@@ -244,6 +245,8 @@ def _amounts(setting: Setting, given: Any, problem: Problem) -> dict[str, float]
 
 def _data(setting: Setting, given: Any, problem: Problem) -> tuple[Measured, ...]:
     """Read files, or mappings from names to columns in SI; one or several."""
+    from .measured_data import measured_motion
+
     one = isinstance(given, (str, Path, Mapping)) or hasattr(given, "columns")
     return tuple(measured_motion(what, problem) for what in ([given] if one else given))
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-import tempfile
-import traceback
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -157,6 +155,9 @@ def say(word: str, text: str, help: str = "") -> None:
 
 def report_bug(error: BaseException) -> None:
     """Say that the fault is ours, in which stage, and where the traceback was written."""
+    import tempfile
+    import traceback
+
     trace = "".join(traceback.format_exception(error))
     say("error", f"this is a bug in mechc, in {stage_of(error)}: {type(error).__name__}: {error}")
     if os.environ.get("MECHC_DEBUG"):
@@ -170,6 +171,8 @@ def report_bug(error: BaseException) -> None:
 
 def stage_of(error: BaseException) -> str:
     """Name the stage whose code the exception came through last."""
+    import traceback
+
     root = Path(__file__).resolve().parents[2]
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         path = Path(frame.filename)

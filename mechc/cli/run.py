@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -216,7 +215,8 @@ def _run_all(
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
-            _show_motion(solution, file, addition, given)
+            if given["animate"] or given["snapshot"]:
+                _show_motion(solution, file, addition, given)
         code = code_of(outcomes)
         if not sweep.complete:
             code = INTERRUPTED
@@ -224,6 +224,8 @@ def _run_all(
         if code == INTERRUPTED:
             break
     if given["as_json"]:
+        import json
+
         click.echo(json.dumps(objects[0] if len(objects) == 1 else objects, indent=1, ensure_ascii=False))
     elif not given["quiet"]:
         _say_if_slow(sweep.solutions[-1], given)

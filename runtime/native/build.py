@@ -13,12 +13,10 @@ import importlib.util
 import os
 import platform
 import re
-import shlex
 import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from msgspec import Struct
@@ -50,6 +48,8 @@ class BuildError(Exception):
     """The C compiler failed. ``output`` is what it said; the sources are kept in ``folder``."""
 
     def __init__(self, command: Sequence[str], output: str, folder: Path) -> None:
+        import shlex
+
         super().__init__(
             f"the C compiler failed: {shlex.join(command)}\n{output.rstrip()}\nthe sources are kept in {folder}"
         )
@@ -86,6 +86,8 @@ def find_compiler() -> Compiler | None:
 @functools.cache
 def _find_compiler(chosen: str, path: str) -> Compiler | None:
     if chosen:
+        import shlex
+
         try:
             command_line = (*shlex.split(chosen),)
         except ValueError as error:
@@ -178,6 +180,8 @@ def _compile(
     if len(files) == 1 or "ziglang" in compiler.command:
         _run((*compiler.command, *flags, *extra, *files, *link, *quad), folder)
         return
+
+    from concurrent.futures import ThreadPoolExecutor
 
     def make(file: str) -> None:
         needed = {name: sources[name] for name in _with_headers(file, sources)}

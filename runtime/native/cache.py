@@ -9,9 +9,7 @@ import atexit
 import errno
 import os
 import re
-import shutil
 import stat
-import tempfile
 import time
 import warnings
 from contextlib import suppress
@@ -98,6 +96,9 @@ _passing: Path | None = None
 
 
 def _passing_folder(why: str) -> Path:
+    import shutil
+    import tempfile
+
     global _passing
     _passing = Path(tempfile.mkdtemp(prefix="mechc-cache-")).resolve()
     atexit.register(shutil.rmtree, _passing, ignore_errors=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import tempfile
 import warnings
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -27,7 +26,8 @@ def find_entry(stem: str, suffix: str) -> Path | None:
     """
     folder = cache_folder()
     with locked(folder):
-        listed = sorted(n for n in os.listdir(folder) if n.startswith(f"{stem}-") and n.endswith(suffix))
+        begins = f"{stem}-"
+        listed = sorted([n for n in os.listdir(folder) if n.startswith(begins) and n.endswith(suffix)])
         for file in map(folder.joinpath, listed):
             name = ENTRY.fullmatch(file.name)
             if name is None:
@@ -60,6 +60,8 @@ def keep_entry(file: Path, stem: str, suffix: str) -> Path:
 @contextmanager
 def build_folder(kept_after: type[BaseException] | tuple[()] = ()) -> Iterator[Path]:
     """Give a new folder to build in, which no other process removes; afterwards it is gone, but after that exception."""
+    import tempfile
+
     cache = cache_folder()
     with ExitStack() as stack:
         with locked(cache):

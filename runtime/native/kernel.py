@@ -302,9 +302,13 @@ def kernel_sources(rooms: Sequence[str] = KERNEL_ROOMS) -> dict[str, str]:
     return {file.name: file.read_text(encoding="utf-8") for file in sorted(files, key=lambda file: file.name)}
 
 
-@functools.cache
 def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
     """Load the kernel, compiled on first use. Raises ``BuildError`` and ``CompilerMissing``."""
+    return _loaded(reproducible)  # one place for all ways to say False: what is cached knows them apart
+
+
+@functools.cache
+def _loaded(reproducible: bool) -> ctypes.CDLL:
     library = ctypes.CDLL(str(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel")))
     for name, (result, arguments) in _SIGNATURES.items():
         function = getattr(library, name)

@@ -6,8 +6,6 @@ report of the run. A file appears whole or not at all.
 
 from __future__ import annotations
 
-import csv
-import json
 import math
 import os
 from collections.abc import Mapping
@@ -35,6 +33,8 @@ def write_results(
     partial = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         if path.suffix.lower() == ".npz":
+            import json
+
             with partial.open("xb") as binary:
                 text = np.array(json.dumps(report))
                 np.savez_compressed(binary, allow_pickle=False, **{**headed, REPORT: text})
@@ -90,6 +90,8 @@ def _split(text: str) -> tuple[str, str]:
 
 
 def _write_csv(file: TextIO, headed: Mapping[str, Array]) -> None:
+    import csv
+
     writer = csv.writer(file, lineterminator="\n")
     writer.writerow(headed)
     for row in np.column_stack(list(headed.values())).tolist():
@@ -97,6 +99,8 @@ def _write_csv(file: TextIO, headed: Mapping[str, Array]) -> None:
 
 
 def _read_csv(path: Path) -> tuple[dict[str, Array], None]:
+    import csv
+
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = [row for row in csv.reader(file) if row]
     if not rows:
@@ -106,6 +110,8 @@ def _read_csv(path: Path) -> tuple[dict[str, Array], None]:
 
 
 def _read_npz(path: Path) -> tuple[dict[str, Array], dict[str, Any] | None]:
+    import json
+
     with np.load(path, allow_pickle=False) as file:
         headed = {name: np.asarray(file[name], dtype=np.float64) for name in file.files if name != REPORT}
         report: dict[str, Any] | None = json.loads(str(file[REPORT]))
@@ -113,6 +119,8 @@ def _read_npz(path: Path) -> tuple[dict[str, Array], dict[str, Any] | None]:
 
 
 def _write_json(file: TextIO, headed: Mapping[str, Array], report: Mapping[str, Any] | None) -> None:
+    import json
+
     values = {text: [json_number(value) for value in array.tolist()] for text, array in headed.items()}
     json.dump({REPORT: report, "values": values}, file, allow_nan=False, ensure_ascii=False)
     file.write("\n")
@@ -120,6 +128,8 @@ def _write_json(file: TextIO, headed: Mapping[str, Array], report: Mapping[str, 
 
 def _read_json(path: Path) -> tuple[dict[str, Array], dict[str, Any] | None]:
     with path.open(encoding="utf-8") as file:
+        import json
+
         data = json.load(file)
     numbers = {
         text: np.array([math.nan if value is None else value for value in values], dtype=np.float64)

@@ -26,14 +26,11 @@ from ..results.doubts import Contradiction
 from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
 from ..results.solution import Motion, Solution
 from ..settings import settable
-from ..tangent.flow import Tangents
 from .companion import Estimated, doubts, estimate, trajectory_of
 from .companion import Plan as Plan  # part of what runs are asked through
-from .condition import with_condition
 from .own_size import by_own_size
 from .passed_over import seen_between
 from .quiet import begins_unseen
-from .sensitivity import with_sensitivities
 from .study import Study, solve
 
 MAIN_SHARE = 0.36
@@ -92,12 +89,19 @@ def run(
     of what the motion is differentiated in. ``condition``: look at how errors grow."""
     plan = plan_run(problem, options)
     found = _run(plan, options, as_stated, sensitivity)
-    return with_condition(found, plan) if condition else found
+    if not condition:
+        return found
+    from .condition import with_condition
+
+    return with_condition(found, plan)
 
 
 def _run(plan: Plan, options: SimulationOptions, as_stated: bool, sensitivity: Sequence[str]) -> Solution:
     if not sensitivity:
         return _solve(plan, as_stated)
+    from ..tangent.flow import Tangents
+    from .sensitivity import with_sensitivities
+
     differentiable = Tangents(
         plan.case, plan.method, plan.nominal, sensitivity
     )  # what it cannot is told before the run
