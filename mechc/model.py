@@ -43,6 +43,7 @@ class CompiledModel:
     def __init__(self, code: Code, settings: dict[str, Given]) -> None:
         self._code = code
         self._settings = settings
+        self._given_in_si: dict[str, float] | None = None
 
     def __repr__(self) -> str:
         return f"<mechc model {self.name}>"
@@ -127,7 +128,10 @@ class CompiledModel:
         new = changed._in_si(settings)  # a mistake is told here, not when the run begins
         units = changed.settable_units()
         kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
-        return type(self)(changed._code, kept | settings)
+        model = type(self)(changed._code, kept | settings)
+        if not kept:
+            model._given_in_si = new
+        return model
 
     def for_experiment(self, name: str | None) -> Self:
         """Return this model with the structural parameters that an experiment sets.
@@ -178,7 +182,9 @@ class CompiledModel:
     @property
     def settings(self) -> dict[str, float]:
         """The changed values, in SI."""
-        return self._in_si(self._settings)
+        if self._given_in_si is None:
+            self._given_in_si = self._in_si(self._settings)
+        return dict(self._given_in_si)
 
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
         if not settings:

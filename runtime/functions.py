@@ -11,6 +11,7 @@ from msgspec import Struct, field
 from numpy.typing import NDArray
 
 from .native import kernel as native
+from .once import once
 from .problem import Array, ModelFunction, Problem
 
 
@@ -48,6 +49,7 @@ class Functions(Struct, frozen=True):
     library: ctypes.CDLL | None = None
 
 
+@once
 def load_functions(problem: Problem) -> Functions:
     """Give the functions of ``problem``: those of its library if it has one.
 

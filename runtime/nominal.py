@@ -31,6 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .once import once
 from .problem import PURE, Array, Problem, Quantity
 
 # ---- copied from here
@@ -218,6 +219,7 @@ def _reach(sizes: Sizes, index: int, rates: Array, duration: float) -> float:
 # ---- to here
 
 
+@once
 def sizes_of(problem: Problem) -> Sizes:
     """Return what the rules know of a model."""
     numbers: dict[str, int] = {}

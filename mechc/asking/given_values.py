@@ -200,7 +200,7 @@ def settings_in_si(
 
 def plain(what: Given) -> Scalar | Iterable[float]:
     """Return a number or an array of NumPy as plain numbers, everything else as it is."""
-    if isinstance(what, Numeric):
+    if type(what) not in (str, int, float, bool) and isinstance(what, Numeric):  # a protocol is slow to ask
         converted: Scalar | list[float] = what.tolist()
         return converted
     return what

@@ -63,9 +63,14 @@ class Results(Mapping[str, Array]):
         report: Mapping[str, Any] | None = None,
     ) -> None:
         self.time = time
-        self.report = report
+        self._report = report
         self._values = Values(values)
         self._units = dict(units)
+
+    @property
+    def report(self) -> Mapping[str, Any] | None:
+        """What the run said of itself."""
+        return self._report
 
     def __repr__(self) -> str:
         return f"<results of mechc: {len(self.time)} times, {len(self)} quantities>"

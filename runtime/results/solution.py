@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..problem import Array, Problem, Quantity
 from .accuracy import Accuracy, Drift
 from .condition import Condition, no_condition
 from .doubts import Contradiction
-from .energy_accounts import energy_accounts
+from .energy_accounts import EnergyAccounts, energy_accounts
 from .files import json_number
 from .quantities import Display, Results, Values
 from .sensitivity import Sensitivities, Sensitivity, none_asked
@@ -100,18 +101,36 @@ class Solution(Results):
         self.statistics = motion.statistics
         self.accuracy = motion.accuracy
         self.events = motion.events
-        self.energy = energy_accounts(problem, motion.time, values)
-        self.remarks = (
-            *motion.remarks,
-            *_stillness(listed, motion.time, values),
+        self.interpolation = motion.interpolation
+        self._at = motion.at
+
+    @cached_property
+    def energy(self) -> EnergyAccounts | None:
+        """Where its energy came from and where it went."""
+        return energy_accounts(self.problem, self.time, self._values)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What is to be known of the run: what it said itself, then what its results show."""
+        return (*self.motion.remarks, *self._shown_remarks)
+
+    @cached_property
+    def _shown_remarks(self) -> tuple[str, ...]:
+        listed, values = quantities(self.problem), self._values
+        return (
+            *_stillness(listed, self.time, values),
             *_creeps(listed, values),
-            *_coarse_integrals(listed, values, motion.accuracy),
+            *_coarse_integrals(listed, values, self.accuracy),
             *_negative_inertia(self, values),
             *_feeding(self, values),
         )
-        self.interpolation = motion.interpolation
-        self._at = motion.at
-        self.report = self.summary()
+
+    @property
+    def report(self) -> Mapping[str, Any]:
+        """What the run says of itself (``summary``)."""
+        if self._report is None:
+            self._report = self.summary()
+        return self._report
 
     def __call__(self, time: float | Sequence[float] | Array) -> dict[str, Array]:
         at = self._inside(time)
@@ -130,8 +149,7 @@ class Solution(Results):
     def add_remark(self, remark: str) -> None:
         """Say something further about the run."""
         self.motion = replace(self.motion, remarks=(*self.motion.remarks, remark))
-        self.remarks = (*self.remarks, remark)
-        self.report = self.summary()
+        self._report = None
 
     @property
     def runs(self) -> tuple[Self, ...]:

@@ -62,12 +62,15 @@ def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
 
     Angles and pure numbers have a size of their own, and so has what the model declares.
     """
+    low = (0 < reached) & (reached < FAR * nominal)
+    if not low.any():
+        return []
     partner = dict(zip(range(problem.nq, problem.nq + problem.nv), problem.partner, strict=True))
     groups = problem.groups or (0,) * problem.ny
     found = []
     for i, q in enumerate(problem.states):
         moved = problem.states[partner.get(i, i)]
-        if not 0 < reached[i] < FAR * nominal[i] or _has_size(q) or _has_size(moved):
+        if not low[i] or _has_size(q) or _has_size(moved):
             continue
         alike = [k for k, other in enumerate(problem.states) if other.unit == q.unit]
         felt = max(reached[k] for k in alike if groups[k] == groups[i])

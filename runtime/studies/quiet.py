@@ -12,7 +12,8 @@ import numpy as np
 
 from ..case import Case
 from ..integrate.trajectory import Trajectory
-from ..problem import Array
+from ..once import once
+from ..problem import Array, Problem
 from ..results.evaluate import evaluate_rows
 
 LOOKS = 20_000
@@ -35,17 +36,26 @@ class Unseen(NamedTuple):
     step: float
 
 
+@once
+def _own(problem: Problem) -> Array:
+    """Give the indices of velocities and states, without accounts."""
+    return np.flatnonzero([q.kind not in ("coordinate", "account") for q in problem.states])
+
+
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
     """Return where something acts on what the run left as it was; None where nothing is seen to."""
     problem, span = case.problem, case.stop - case.begin
     if main.t.size < 2 or span <= 0:
         return None
-    free = np.array([q.kind != "account" for q in problem.states])
-    own = np.array([q.kind != "coordinate" for q in problem.states]) & free
-    sizes = np.maximum(np.where(np.isfinite(nominal), nominal, 0.0), np.abs(main.y).max(axis=0))
-    still = np.all(np.abs(np.diff(main.y[:, own], axis=0)) <= STILL * sizes[own], axis=1) & (
-        np.diff(main.t) > 0
-    )
+    own, least = _own(problem), np.where(np.isfinite(nominal), nominal, 0.0)
+    still = main.t[1:] > main.t[:-1]
+    for i in own:
+        column = main.y[:, i]
+        size = np.maximum(least[i], np.abs(column).max())
+        still &= np.abs(column[1:] - column[:-1]) <= STILL * size
+        if not still.any():  # mostly the first one tells
+            return None
+    sizes = np.maximum(least, np.abs(main.y).max(axis=0))
     if problem.rotations:  # a quaternion does not go on in a straight line
         still &= np.all(np.diff(main.y[:, : problem.nq], axis=0) == 0, axis=1)
     if main.happened is not None:  # what an event changes is seen already
@@ -53,6 +63,8 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
         before = np.searchsorted(events, main.t[:-1], side="left")
         still &= before == np.searchsorted(events, main.t[1:], side="right")
     rows = np.flatnonzero(still)
+    if not rows.size:
+        return None
     modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
     here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
     then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)

@@ -1,0 +1,31 @@
+"""What is made of a problem once, however often it runs."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import TypeVar
+
+from .problem import Problem
+
+MOST = 16
+"""Problems whose values are kept, the last ones: each is held as long as that."""
+
+Made = TypeVar("Made")
+
+
+def once(make: Callable[[Problem], Made]) -> Callable[[Problem], Made]:
+    """Let a function of a problem alone give what it gave for this very problem before."""
+    kept: dict[int, tuple[Problem, Made]] = {}
+
+    @functools.wraps(make)
+    def found(problem: Problem) -> Made:
+        known = kept.get(id(problem))
+        if known is None:  # a problem that is kept is alive: no other one has its number
+            known = problem, make(problem)
+            while len(kept) >= MOST:
+                kept.pop(next(iter(kept)), None)
+            kept[id(problem)] = known
+        return known[1]
+
+    return found
