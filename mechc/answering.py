@@ -13,11 +13,9 @@ from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
 from .runtime.case import find_experiment
-from .runtime.ensembles.run import Other
 from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
-from .runtime.studies.ensemble import EnsembleOf
 from .runtime.studies.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .runtime.studies.sweep import Runs, Sweep
@@ -175,7 +173,7 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``.
     """
     problem, question = _posed(model, asked)
-    if isinstance(question, EnsembleOf):
+    if question.of_members:
         return problem, solve(problem, _with_others(model, asked, problem, question))
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
@@ -187,8 +185,10 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     return problem, solve(problem, question)
 
 
-def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question: EnsembleOf) -> EnsembleOf:
+def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question: Study) -> Study:
     """Let single members be followed by other builds of the model, as single runs are: with the Jacobian, or compliant."""
+    from .runtime.ensembles.run import Other
+
     others = []
     if problem.constraints and not _foreseen(model):
         compliant = {*model.compilation.parts, COMPLIANCE}

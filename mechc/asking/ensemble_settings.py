@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..runtime.ensembles.kept import Kept
 from ..runtime.problem import Problem
 from ..runtime.settings import Setting
 from .formulas import apart, output_of, settable_units
 from .given_values import UsageMistake
-from .kept import kept
-from .members import Varying, varying
+
+if TYPE_CHECKING:
+    from ..runtime.ensembles.kept import Kept
+    from .members import Varying
 
 
 def _varying(setting: Setting, given: Any, problem: Problem) -> tuple[Varying, ...]:
+    from .members import varying
+
     return varying(setting.name, given, settable_units(problem))
 
 
@@ -24,6 +27,8 @@ def _kept(setting: Setting, given: Any, problem: Problem) -> tuple[Kept, ...]:
         raise UsageMistake(
             f"'{setting.name}' is a text, not {given!r}", f'as in {setting.name} = "max(theta)"'
         )
+    from .kept import kept
+
     names = {q.name for q in (*problem.states, *problem.outputs)}
     return kept(setting.name, given, names, output_of(setting))
 

@@ -200,7 +200,9 @@ def settings_in_si(
 
 def plain(what: Given) -> Scalar | Iterable[float]:
     """Return a number or an array of NumPy as plain numbers, everything else as it is."""
-    if type(what) not in (str, int, float, bool) and isinstance(what, Numeric):  # a protocol is slow to ask
+    if isinstance(what, (str, int)) or type(what) is float:  # a protocol is slow to ask
+        return what
+    if isinstance(what, Numeric):
         converted: Scalar | list[float] = what.tolist()
         return converted
     return what

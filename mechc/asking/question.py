@@ -41,7 +41,6 @@ from .given_values import (
     tidy,
     unknown_name,
 )
-from .kept import written
 from .ranges import free, ranges
 
 if TYPE_CHECKING:
@@ -269,6 +268,8 @@ def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = (
             raise UsageMistake(f"'{setting.name}' is one formula, not '{given}'")
         text = given
         if setting.kind == "kept":
+            from .kept import written
+
             for k, item in enumerate(written(setting.name, given), start=1):
                 if item.formula and tidy(item.formula) not in problem_names:
                     found[f"{output_of(setting)}_{k}"] = item.formula

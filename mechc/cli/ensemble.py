@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -112,6 +111,8 @@ def _report(runs: Ensemble, given: dict[str, Any]) -> None:
     from ..presentation.style import style_for
 
     if given["as_json"]:
+        import json
+
         click.echo(json.dumps(runs.summary(), indent=1, ensure_ascii=False))
     elif not given["quiet"]:
         click.echo(report(runs, style_for(sys.stdout)), color=True)

@@ -32,6 +32,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
 
     unused: ClassVar[frozenset[str]] = frozenset({"estimate_error"})
     sweeps: ClassVar[bool] = True
+    of_members: ClassVar[bool] = True
 
     vary: Annotated[
         tuple[Varying, ...],

@@ -62,7 +62,7 @@ def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
 
     Angles and pure numbers have a size of their own, and so has what the model declares.
     """
-    low = (0 < reached) & (reached < FAR * nominal)
+    low = (reached > 0) & (reached < FAR * nominal)
     if not low.any():
         return []
     partner = dict(zip(range(problem.nq, problem.nq + problem.nv), problem.partner, strict=True))

@@ -37,9 +37,9 @@ class Unseen(NamedTuple):
 
 
 @once
-def _own(problem: Problem) -> Array:
+def _own(problem: Problem) -> list[int]:
     """Give the indices of velocities and states, without accounts."""
-    return np.flatnonzero([q.kind not in ("coordinate", "account") for q in problem.states])
+    return [i for i, q in enumerate(problem.states) if q.kind not in ("coordinate", "account")]
 
 
 def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:

@@ -36,13 +36,15 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     ``needs`` are the parts of the equations that it works on beyond the right-hand side; they are built when it is
     asked, and never otherwise. ``unused`` are the settings of a run that do nothing to its answer: nobody can give them.
     ``sweeps``: it answers for each of the values that an experiment sweeps; others refuse such an experiment.
-    ``of_curves``: it is asked about a curve, and not about a motion.
+    ``of_curves``: it is asked about a curve, and not about a motion. ``of_members``: it runs many members,
+    which ``others`` may follow.
     """
 
     needs: ClassVar[frozenset[str]] = frozenset()
     unused: ClassVar[frozenset[str]] = frozenset()
     sweeps: ClassVar[bool] = False
     of_curves: ClassVar[bool] = False
+    of_members: ClassVar[bool] = False
 
     def solve(self, problem: Problem) -> Answer:
         """Answer the question. Raises SimulationError where it cannot begin, CompilerMissing, BuildError."""

@@ -19,6 +19,7 @@ UNUSED_BY_A_RUN = (
     "mechc.compiler.mechanics",
     "mechc.lang.parser",
     "mechc.presentation.animation",
+    "mechc.runtime.ensembles",
     "mechc.runtime.fitting",
     "mechc.runtime.studies.condition",
     "mechc.runtime.tangent",

@@ -5,9 +5,10 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 
+from written_problems import pendulum
+
 from mechc.runtime.once import MOST, once
 from mechc.runtime.problem import Problem
-from written_problems import pendulum
 
 
 def _count() -> Callable[[Problem], int]:
