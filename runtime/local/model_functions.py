@@ -80,11 +80,13 @@ class ModelFunctions:
     def in_threads(self, function: Callable[..., Any], threads: int, y: Array, *rest: Any) -> Array:
         """Evaluate one of these functions for many states [n, ny] in several threads side by side."""
         places = [part for part in np.array_split(np.arange(len(y)), threads) if part.size]
-        n = len(y)
+        time = 1 if rest and np.ndim(rest[0]) == 2 else 0  # behind accelerations, which each state has
+        each = [np.ndim(x) == 2 or (np.ndim(x) == 1 and k == time) for k, x in enumerate(rest)]
 
         def part(of: Array) -> Any:
             rows = slice(int(of[0]), int(of[-1]) + 1)
-            return function(y[rows], *(x[rows] if np.ndim(x) and len(x) == n else x for x in rest))
+            given = (x[rows] if own else x for x, own in zip(rest, each, strict=True))
+            return function(y[rows], *given)
 
         with ThreadPoolExecutor(max(threads, 1)) as pool:
             return np.concatenate(list(pool.map(part, places)))

@@ -95,6 +95,9 @@ def test_arrays_of_states_are_their_rows(arm: Functions, random: np.random.Gener
         assert rows.shape == (20, *arm.offer(name).shape)
         assert np.array_equal(rows, np.array(alone)), name
         assert np.array_equal(rows, arm.in_threads(function, 3, y, *more, t, u)), name
+    assert np.array_equal(arm.in_threads(arm.rates, 2, y[:3], 0.0, u[0]), arm.rates(y[:3], 0.0, u[0]))
+    few = arm.in_threads(arm.inverse_dynamics, 2, y[:3], a[:3], t[:3], u[0])
+    assert np.array_equal(few, arm.inverse_dynamics(y[:3], a[:3], t[:3], u[0]))
     assert np.array_equal(arm.accelerations(y, 0.0, u[0])[3], arm.accelerations(y[3], 0.0, u[0]))
 
 
