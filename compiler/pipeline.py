@@ -27,6 +27,7 @@ from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
 from .program.model import Program
+from .program.series import with_series
 from .recursion import deep_recursion
 from .uncollected import uncollected
 from .verification import verified
@@ -82,7 +83,7 @@ def compile_source(
             )
             system = verified(build(flat, reporter, by_value=by_value))
             equations = verified(assemble(system, reporter, parts))
-            program = verified(lower(equations, hoist="constants" not in parts))
+            program = _lowered(equations, parts)
         except RecursionError:
             raise reporter.fail(
                 "E0207",
@@ -118,7 +119,12 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
     wanted = compilation.parts.union(parts)
     if wanted == compilation.parts:
         return compilation.program
-    return verified(lower(equations_with(compilation, parts), hoist="constants" not in wanted))
+    return _lowered(equations_with(compilation, parts), wanted)
+
+
+def _lowered(equations: Equations, parts: Collection[str]) -> Program:
+    program = lower(equations, hoist="constants" not in parts)
+    return verified(with_series(program) if "series" in parts else program)
 
 
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:

@@ -11,6 +11,7 @@ from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 from mechc.runtime.problem import Problem
 
 from .program.model import Program
+from .program.series import without_series
 from .targets import description
 from .targets.balls import enclosure
 from .targets.c import emit_c
@@ -39,6 +40,7 @@ def _made(program: Program, target: Literal["auto", "c", "python"], reproducible
     if target == "python" or (target == "auto" and find_compiler() is None):
         from .targets.python import load_python
 
+        program = without_series(program)
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
     sources = {"model.c": emit_c(program), HEADER: header()}

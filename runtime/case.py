@@ -31,7 +31,7 @@ DEFAULT_TOLERANCE = 1e-8
 LOWEST_TOLERANCE = 1e-14
 DEFAULT_POINTS = 500
 METHODS = (
-    "auto, dop853, radau5; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
+    "auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
     "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF."
 )
 

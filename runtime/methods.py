@@ -37,6 +37,7 @@ KERNEL_METHODS = {
         KernelMethod("rattle", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto4", _MOMENTA, file="lobatto.c"),
         KernelMethod("lobatto6", _MOMENTA, file="lobatto.c"),
+        KernelMethod("taylor", frozenset({"series"})),
     )
 }
 

@@ -327,6 +327,8 @@ class Problem(Struct, frozen=True):
     """A number for each state, the same for those that feel each other; empty where all do."""
     narrow: bool = False
     """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables."""
+    no_series: str = ""
+    """Why its code holds no Taylor series though they were asked for."""
     hybrid: Hybrid | None = None
     """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
     scene: Scene | None = None

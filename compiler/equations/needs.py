@@ -39,7 +39,8 @@ FACTS = {
 
 class Part(Struct, frozen=True):
     """Something that can be built whether it is needed or not: ``words``, the facts that need it, and what is said
-    where it is left out. ``studied``: no run needs it, only questions of another kind."""
+    where it is left out. ``studied``: no run needs it, only questions of another kind, or a method
+    that some models refuse."""
 
     words: str
     needed_by: tuple[str, ...]
@@ -57,6 +58,12 @@ PARTS = {
         "momenta, forces and the mass matrix as functions",
         ("momenta",),
         "no structure-preserving method for constraints is asked for; one that is brings them",
+    ),
+    "series": Part(
+        "Taylor series of the rates",
+        (),
+        "the method 'taylor' is not asked for; it brings them",
+        studied=True,
     ),
     "local_derivatives": Part(
         "derivatives of rates, outputs and constraints at a state",

@@ -31,7 +31,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
     functions = [
-        _function(graph, layout, f, {} if f.name in once else constants) for f in equations.functions
+        lower_function(graph, layout, f, {} if f.name in once else constants) for f in equations.functions
     ]
     return Program(
         name=equations.name,
@@ -132,9 +132,10 @@ class _Statements:
         self.body.append(Store(array, index, self.place[n], guarded))
 
 
-def _function(
+def lower_function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
+    """Return a function in one body; ``constants``: places in p of nodes that are known."""
     stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
     body = _body(graph, layout, stores, constants, in_order=False)
     return ProgramFunction(function.name, function.doc, len(function.outputs), (body,))

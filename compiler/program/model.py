@@ -103,6 +103,15 @@ class ProgramFunction(Struct, frozen=True):
         return sum(type(s) is Operate or type(s) is Lookup for body in self.bodies for s in body)
 
 
+class SeriesPlan(Struct, frozen=True):
+    """Of ``series_start`` and ``series_next`` (series.py): how many slots, and how many numbers are kept for the orders.
+    ``refusal``: why there are no such functions."""
+
+    n_slots: int = 0
+    n_kept: int = 0
+    refusal: str = ""
+
+
 class Program(Struct, frozen=True):
     """``arrays`` describes t, y, u, z, p (without the hoisted constants) and out, the ordinary outputs.
 
@@ -144,6 +153,8 @@ class Program(Struct, frozen=True):
     """Of each state (connected.py); empty where all of them feel each other."""
     narrow: bool = False
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
+    series: SeriesPlan | None = None
+    """None where no method asks for series."""
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

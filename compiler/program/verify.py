@@ -16,6 +16,7 @@ from .model import (
     Store,
     operands_of,
 )
+from .series import NEXT, padded
 from .show import line
 
 READABLE = ("t", "y", "u", "z", "p")
@@ -74,11 +75,19 @@ class _Check:
         elif self.writes_p and array == "p" and index >= len(self.program.arrays["p"]):
             known = ("p", index) in self.stored
         else:
-            known = array in READABLE and 0 <= index < self.program.size(array)
+            known = array in READABLE and 0 <= index < self.size(array)
         if not known:
             self.fail(position, f"reads {array}[{index}], which does not exist or is not written yet")
         if self.writes_p and array not in ("p", "w"):
             self.fail(position, f"reads {array}, but parameters depend on nothing else")
+
+    def size(self, array: str) -> int:
+        """Return how many numbers the function is given in an array."""
+        series = self.program.series
+        if self.function.name == NEXT and series is not None:
+            own = {"z": series.n_kept, "u": padded(series.n_slots) + 2}
+            return own[array] if array in own else self.program.size(array)
+        return self.program.size(array)
 
     def check_store(self, position: int, array: str, index: int, guarded: bool) -> None:
         size = {

@@ -14,6 +14,7 @@ from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
 from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
+from ..program.series import NEXT, START
 from ..uncollected import uncollected
 from ..verification import verified
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
@@ -157,7 +158,7 @@ class _File:
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function, and before it its bodies where it has several."""
         parameters = function is self.program.parameters
-        static = parameters or function.name in STRUCT_FUNCTIONS
+        static = parameters or function.name in STRUCT_FUNCTIONS or function.name in (START, NEXT)
         several = len(function.bodies) > 1
         if several:
             for k, body in enumerate(function.bodies):
@@ -166,7 +167,7 @@ class _File:
         yield f"/* {comment(sentence(function.doc))} */"
         yield from _head("static" if static else "EXPORT", function.name, parameters, workspace=False)
         if not several:
-            named = function.operations <= NAMED_LOADS
+            named = function.operations <= NAMED_LOADS and function.name != NEXT
             yield from self.body(function.bodies[0], parameters, workspace=False, named=named)
             return
         arguments = "p, set, w" if parameters else "t, y, u, z, p, w, out"
@@ -231,6 +232,13 @@ class _File:
         if program.hybrid is not None:
             yield from self.hybrid(program.hybrid)
             fields["hybrid"] = "&hybrid"
+        series = program.series
+        if series is not None and not series.refusal:
+            yield (
+                "static const mech_series series = "
+                f"{{{series.n_slots}, {series.n_kept}, {START}, {NEXT}}};\n"
+            )
+            fields["series"] = "&series"
         facts = start_facts(make_problem(program))
         if facts is not None:
             yield from self.start(facts)

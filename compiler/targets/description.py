@@ -77,6 +77,7 @@ def make_problem(
         ),
         groups=program.groups,
         narrow=program.narrow,
+        no_series=program.series.refusal if program.series is not None else "",
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),
         patterns=program.patterns,

@@ -10,6 +10,7 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
     "local_derivatives": ("local_derivatives",),
     "second_order": ("second_order", "bias"),
     "momenta": ("momentum", "force", "mass"),
+    "series": ("series_start", "series_next"),
     "phase": ("phase", "phase_rate", "phase_gradient"),
     "matter": ("matter",),
     "functions": (

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 @click.option(
     "--method",
     metavar="NAME",
-    help="auto, dop853, radau5; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
+    help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
     "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF.",
 )
 @click.option(

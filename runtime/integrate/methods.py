@@ -18,6 +18,7 @@ from .scipy_methods import METHODS, PREFIX
 NEEDS = {
     Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
     Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
+    Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
     Status.NEEDS_MOMENTA: "needs the momenta and forces of the model, which its code does not hold",
 }
 """What is said where none of the reasons in ``_obstacles`` is met."""
@@ -37,7 +38,7 @@ def choose_method(case: Case, reproducible: bool = False) -> Method:
 
     ``auto`` is the kernel's own for compiled code, scipy's DOP853 otherwise, which also stands for dop853.
     """
-    method = _find(case.functions, case.method, reproducible)
+    method = _find(case.functions, case.method, reproducible, case.problem.no_series)
     if method.fixed_step and case.step is None:
         raise SimulationError(
             f"'{method.name}' takes steps of one size",
@@ -58,12 +59,12 @@ def check_name(wanted: str) -> None:
         raise _unknown(wanted, known, "")
 
 
-def _find(functions: Functions, wanted: str, reproducible: bool) -> Method:
+def _find(functions: Functions, wanted: str, reproducible: bool, no_series: str) -> Method:
     by_scipy = [PREFIX + name for name in METHODS]
     if wanted in by_scipy:
         return Method(wanted, False, False, 0)
     if functions.struct is not None:
-        return _find_in_kernel(functions.struct, wanted, by_scipy, reproducible)
+        return _find_in_kernel(functions.struct, wanted, by_scipy, reproducible, no_series)
     known = ["auto", "dop853", "rk4", *by_scipy]
     match wanted:
         case "auto" | "dop853":
@@ -74,12 +75,19 @@ def _find(functions: Functions, wanted: str, reproducible: bool) -> Method:
             raise _unknown(wanted, known, " for a model that is not compiled")
 
 
-def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool) -> Method:
+def _find_in_kernel(
+    model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool, no_series: str
+) -> Method:
     kernel = native.load_kernel(reproducible)
     index = int(kernel.mech_method_index(wanted.encode()))
     if index < 0:
         raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")
     lacks = Status(kernel.mech_method_lacks(index, ctypes.addressof(model)))
+    if lacks == Status.NEEDS_SERIES and no_series:
+        raise SimulationError(
+            f"'{wanted}' cannot run this model: {no_series}",
+            help="'dop853' and 'radau5' have no such limits",
+        )
     if lacks != Status.RUNNING:
         obstacles = _obstacles(model, lacks)
         if not obstacles:
@@ -94,7 +102,7 @@ def _find_in_kernel(model: native.ModelStruct, wanted: str, others: list[str], r
 
 def _obstacles(model: native.ModelStruct, lacks: Status) -> list[str]:
     """Say what a model has that methods for coordinates with momenta, or for positions alone, cannot take."""
-    if lacks == Status.NEEDS_JACOBIAN:
+    if lacks in (Status.NEEDS_JACOBIAN, Status.NEEDS_SERIES):
         return []
     obstacles = []
     if model.n_rotations:

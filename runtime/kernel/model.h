@@ -38,6 +38,11 @@
  *     what an initial state must fulfil, rows of stage 1 between coordinates and of stage 2 with velocities;
  *     `assembly_jacobian`: out[n_rows][nv], of a row of stage 1 by displacements in the space of velocities, of
  *     stage 2 by v; `others`: out[n_dependent], the initial values y[dependent[k]] that follow from those of others.
+ * 19. `series` is NULL where nobody asks for Taylor series. Each operation that is not linear is one or two slots,
+ *     pairs of series A, B whose sums M_k = A_1 B_(k-1) + ... + A_(k-1) B_1 the kernel forms; the rest of order k is
+ *     linear. `start`: out[ny + n_kept], the rates, then what all orders read. `next`: t = k, y = coefficients of order
+ *     k of the state, u = M_k of the slots, then 1/k and the coefficient of t, z = what was kept; out = coefficients of
+ *     order k of the rates, of all A and of all B. In u and out each of these begins at a multiple of MECH_LANES.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -123,6 +128,13 @@ typedef struct mech_start {
     mech_function *assembly, *assembly_jacobian, *others;
 } mech_start;
 
+#define MECH_LANES 8
+
+typedef struct mech_series {
+    int n_slots, n_kept;
+    mech_function *start, *next;
+} mech_series;
+
 typedef struct mech_model {
     int version;                   /* MECH_MODEL_VERSION of the header it was made with   */
     int nq, nv, nx;                /* sizes of q, v, x; ny = nq + nv + nx                 */
@@ -140,8 +152,9 @@ typedef struct mech_model {
     mech_function *momentum, *force, *mass, *constraints, *constraint_jacobian;
     const mech_hybrid *hybrid;
     const mech_start *start;
+    const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 4
+#define MECH_MODEL_VERSION 5
 
 #endif

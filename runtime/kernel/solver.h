@@ -40,7 +40,8 @@ enum mech_status {
     MECH_OFF_CONSTRAINTS = -5, /* the state could not be projected onto the constraints        */
     MECH_NEEDS_JACOBIAN = -6, /* the method needs what the model does not give: a Jacobian,    */
     MECH_NEEDS_SEPARABLE = -7, /* accelerations that depend on positions and time alone,       */
-    MECH_NEEDS_MOMENTA = -8,  /* or momenta, forces and constraints (model.h, point 16)        */
+    MECH_NEEDS_MOMENTA = -8,  /* momenta, forces and constraints (model.h, point 16),          */
+    MECH_NEEDS_SERIES = -10,  /* or Taylor series (point 19)                                   */
     MECH_JUMPING = -9,        /* constraints of velocities would have to change these at once         */
     MECH_TERMINATED = 3,      /* a branch ended the run                                        */
     MECH_EVENTS_FULL = 4,     /* give new buffers of events, then call again                   */

@@ -31,7 +31,7 @@ KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver"
 AROUND = ("fmi", "reference", "ensemble")
 """Further folders, of which each stands on all of the kernel and none on another."""
 
-MODEL_VERSION = 4
+MODEL_VERSION = 5
 KERNEL_VERSION = 1
 
 EVENT_KINDS = (
@@ -67,6 +67,7 @@ class Status(IntEnum):
     NEEDS_JACOBIAN = -6
     NEEDS_SEPARABLE = -7
     NEEDS_MOMENTA = -8
+    NEEDS_SERIES = -10
     JUMPING = -9
     EVENT_LOOP = -20
     ZENO = -21
@@ -106,6 +107,7 @@ class ModelStruct(Structure):
         *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
         ("hybrid", c_void_p),
         ("start", c_void_p),
+        ("series", c_void_p),
     )
     version: int
     nq: int

@@ -15,7 +15,7 @@ from mechc.runtime.native.kernel import ReportStruct, Status
 from mechc.runtime.problem import Assertion, Branch, Hybrid, SwitchedRow
 
 KERNEL = Path(__file__).resolve().parents[2] / "runtime" / "kernel"
-NEEDS = {Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA}
+NEEDS = {Status.NEEDS_JACOBIAN, Status.NEEDS_SEPARABLE, Status.NEEDS_MOMENTA, Status.NEEDS_SERIES}
 """Told before a run begins, by methods.py."""
 FAILURES = [s for s in Status if s < 0 and s not in NEEDS]
 

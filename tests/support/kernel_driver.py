@@ -66,7 +66,7 @@ class Model(Struct, frozen=True):
     nv: int = 0
     nx: int = 0
     entries: tuple[tuple[int, int], ...] = ()
-    sizes: Mapping[str, int] = field(default_factory=dict)
+    sizes: Mapping[str, int | str] = field(default_factory=dict)
     rotations: tuple[int, ...] = ()
     prelude: str = ""
 

@@ -5,6 +5,19 @@ from __future__ import annotations
 
 from kernel_driver import Model
 
+_SERIES = """
+static void series_start(ARGUMENTS) { out[0] = y[1]; out[1] = -sin(y[0]); out[2] = cos(y[0]); out[3] = sin(y[0]); }
+static void series_next(ARGUMENTS)
+{
+    const mech_real sine = z[0] * y[0] + u[8] * u[0], cosine = -(z[1] * y[0] + u[8] * u[1]);
+    for (int i = 0; i < 24; i++) out[i] = 0;
+    out[0] = y[1], out[1] = -sine;
+    out[8] = t * y[0], out[16] = cosine; /* k sine[k] = sum of j y[0][j] cosine[k-j] */
+    out[9] = t * y[0], out[17] = sine;
+}
+static const mech_series series = {2, 2, series_start, series_next};
+"""
+
 PENDULUM = Model(
     {
         "rhs": "out[0] = y[1]; out[1] = -sin(y[0]);",
@@ -16,7 +29,8 @@ PENDULUM = Model(
     nq=1,
     nv=1,
     entries=((0, 1), (1, 0)),
-    sizes={"separable": 1},
+    sizes={"separable": 1, "series": "&series"},
+    prelude=_SERIES,
 )
 
 PUSHED_PENDULUM = Model(

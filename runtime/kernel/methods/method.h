@@ -23,6 +23,8 @@ typedef struct mech_method {
     void (*begin)(mech_solver *s, int fresh);
     /* Its extra numbers were copied from other memory: pointers to them. NULL: it keeps none. */
     void (*attach)(mech_solver *s);
+    /* The longest step from the present state that this suggests. NULL: only attempts tell. */
+    mech_real (*longest)(mech_solver *s);
     int gives_derivative;  /* an attempt fills dy_new, too                                   */
     int keeps_constraints; /* the new state needs no projection                              */
 
@@ -45,7 +47,7 @@ typedef struct mech_method {
 
 extern const mech_method mech_rk4, mech_dop853, mech_radau5;
 extern const mech_method mech_gauss2, mech_gauss4, mech_gauss6, mech_gauss8, mech_verlet, mech_auto;
-extern const mech_method mech_rattle, mech_lobatto4, mech_lobatto6;
+extern const mech_method mech_rattle, mech_lobatto4, mech_lobatto6, mech_taylor;
 
 extern const mech_method *const mech_methods[];
 extern const int mech_n_methods;

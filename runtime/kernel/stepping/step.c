@@ -63,7 +63,8 @@ int mech_step_start(mech_solver *s)
     run->origin = run->report.t;
     run->n_fixed = 0;
     if (s->method->adaptive) {
-        run->report.dt = s->o.dt > 0 ? mech_min(s->o.dt, s->o.dt_max) : first_step(s);
+        const mech_real first = s->o.dt > 0 ? s->o.dt : s->method->longest ? s->o.dt_max : first_step(s);
+        run->report.dt = mech_min(first, s->o.dt_max);
     } else {
         run->report.dt = s->o.dt;
     }
@@ -279,6 +280,7 @@ int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *ta
     mech_run *run = s->run;
     mech_report *r = &run->report;
     const int adaptive = s->method->adaptive;
+    if (s->method->longest) r->dt = mech_min(r->dt, s->method->longest(s));
     for (;;) {
         const mech_real shortest = 10 * MECH_EPSILON * mech_abs(r->t) + MECH_C(1e-24) * s->o.dt_max;
         const trial step = next_trial(s, limit);

@@ -1,0 +1,210 @@
+"""Taylor series of the rates from their program, for the method ``taylor``.
+
+Each operation that is not linear is one or two *slots*, pairs (A, B) of series of which the kernel forms
+    M_k = A_1 B_(k-1) + ... + A_(k-1) B_1;
+given these sums, the coefficients of order k are linear in each other. So two functions serve every order:
+
+``series_start``: like ``rhs``, and behind the rates the numbers that every order reads.
+``series_next``: t = k, y = coefficients of order k of the state, u = the sums of the slots, then 1/k and that of t,
+z = the numbers kept; gives the coefficients of order k of the rates, of all A and of all B. Each of these three begins
+at a multiple of ``LANES``.
+
+A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods, Exp.
+Math. 14, 2005; rules for functions: A. Griewank, A. Walther, Evaluating Derivatives, ch. 13.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from msgspec.structs import replace
+
+from ..equations.model import Function, Slot
+from ..graph import Node
+from ..graph import operations as ops
+from ..graph.operations import OPERATIONS
+from .lower import lower_function
+from .model import Program, ProgramFunction, SeriesPlan
+from .slots import HALF, Form, NoSeries
+
+LANES: Final = 8
+"""Numbers that the kernel adds at once."""
+
+START: Final = "series_start"
+NEXT: Final = "series_next"
+
+
+def with_series(program: Program) -> Program:
+    """Return the program with the two functions, or with the reason why there are none."""
+    rhs = program.function("rhs")
+    if rhs is None:
+        return program
+    if program.arrays["u"]:
+        return replace(program, series=SeriesPlan(refusal="it has inputs, of which nothing gives Taylor series"))
+    form = Form()
+    try:
+        rates = form.read(rhs)
+        series = _Series(form, rates)
+    except NoSeries as reason:
+        return replace(program, series=SeriesPlan(refusal=str(reason)))
+    return replace(program, functions=(*program.functions, *series.functions()), series=series.plan())
+
+
+def without_series(program: Program) -> Program:
+    """Return the program without the two functions, which only the kernel calls."""
+    functions = tuple(f for f in program.functions if f.name not in (START, NEXT))
+    return replace(program, functions=functions, series=None)
+
+
+def padded(count: int) -> int:
+    """Return the next multiple of LANES."""
+    return -(-count // LANES) * LANES
+
+
+class _Series:
+    """The coefficients of order k of every node, as formulas in those of the state and the sums of the slots."""
+
+    def __init__(self, form: Form, rates: Sequence[Node]) -> None:
+        self.form = form
+        self.graph = graph = form.graph
+        self.rates = rates
+        self.order, self.over, self.time = (graph.symbol(name) for name in ("k", "1/k", "time"))
+        self.parameters = {n for (array, _), n in form.symbols.items() if array == "p"}
+        self.kept: dict[Node, Node] = {}
+        self.slots: list[tuple[Node, Node, bool]] = []
+        self.sums: list[Node] = []
+        self.states: dict[int, Node] = {}
+        self.coefficients: dict[Node, Node] = {}
+        for (array, index), n in [*form.symbols.items()]:
+            if array == "y":
+                self.states[index] = self.coefficients[n] = graph.symbol(f"y[{index}]_k")
+            elif array == "t":
+                self.coefficients[n] = self.time
+        for n in rates:
+            self.find(n)
+        for a, b, _ in self.slots:  # grows: slots need further series, as that of a sine the cosine
+            self.find(a)
+            self.find(b)
+
+    def find(self, n: Node) -> None:
+        """Find the coefficients of a node and of all below it."""
+        for m in self.graph.reach([n], self.coefficients) if n not in self.coefficients else ():
+            if m not in self.coefficients:
+                still = self.form.constant(m)
+                self.coefficients[m] = self.graph.zero if still else self.rule(m)
+
+    def keep(self, n: Node) -> Node:
+        """Return a number of order 0 as the orders read it."""
+        if self.graph.is_constant(n) or n in self.parameters:
+            return n
+        if n not in self.kept:
+            self.kept[n] = self.graph.symbol(f"kept[{len(self.kept)}]")
+        return self.kept[n]
+
+    def slot(self, a: Node, b: Node, rising: bool = False) -> Node:
+        """Return the sum of a new slot, of the series of two nodes; ``rising``: of the first one times the order."""
+        self.slots.append((a, b, rising))
+        self.sums.append(self.graph.symbol(f"sum[{len(self.sums)}]"))
+        return self.sums[-1]
+
+    def rule(self, n: Node) -> Node:
+        """Return the coefficient of an operation whose arguments have theirs."""
+        graph, form, keep = self.graph, self.form, self.keep
+        code, args = graph.op(n), graph.args(n)
+        c = [self.coefficients[a] for a in args]
+        match code:
+            case ops.ADD:
+                return graph.add(*c)
+            case ops.SUB:
+                return graph.sub(*c)
+            case ops.NEG:
+                return graph.neg(*c)
+            case ops.SELECT:
+                return graph.select(keep(args[0]), c[1], c[2])
+            case ops.MUL if form.constant(args[0]):
+                return graph.mul(keep(args[0]), c[1])
+            case ops.MUL if form.constant(args[1]):
+                return graph.mul(keep(args[1]), c[0])
+            case ops.MUL if args[0] == args[1]:
+                return graph.add(graph.mul(keep(graph.mul(graph.two, args[0])), c[0]), self.slot(*args))
+            case ops.MUL:
+                cross = graph.add(graph.mul(keep(args[1]), c[0]), self.slot(*args))
+                return graph.add(graph.mul(keep(args[0]), c[1]), cross)
+            case ops.DIV:  # q d = n; the denominator, which is late, is one operation from the result
+                rest = graph.sub(c[0], self.slot(n, args[1]))
+                inverse = keep(n if args[0] == graph.one else graph.div(graph.one, args[1]))
+                slope = keep(graph.neg(graph.div(n, args[1])))
+                return graph.add(graph.mul(slope, c[1]), graph.mul(inverse, rest))
+            case ops.SQRT:  # s s = x
+                return graph.mul(keep(graph.div(graph.constant(HALF), n)), graph.sub(c[0], self.slot(n, n)))
+            case ops.POW if form.constant(args[1]):
+                return self.power(n, *args)
+            case ops.POW:  # w' = w (e log x)'; its own partial derivatives would be powers without end
+                inner = graph.mul(args[1], graph.log(args[0]))
+                self.find(inner)
+                rising = graph.mul(self.over, self.slot(inner, n, rising=True))
+                return graph.add(graph.mul(keep(n), self.coefficients[inner]), rising)
+            case _:
+                return self.chain(n, args)
+
+    def power(self, n: Node, x: Node, exponent: Node) -> Node:
+        """x w' = e w x'"""
+        graph, keep = self.graph, self.keep
+        rising = graph.mul(self.over, self.slot(x, n, rising=True))
+        rest = graph.sub(graph.mul(keep(graph.add(exponent, graph.one)), rising), self.slot(x, n))
+        slope = keep(graph.mul(exponent, graph.div(n, x)))
+        inverse = keep(graph.div(graph.one, x))
+        return graph.add(graph.mul(slope, self.coefficients[x]), graph.mul(inverse, rest))
+
+    def chain(self, n: Node, args: tuple[Node, ...]) -> Node:
+        """F' = the sum of partial derivatives times the rates of the arguments."""
+        graph = self.graph
+        row = OPERATIONS[graph.op(n)]
+        if not row.partials:
+            raise NoSeries(f"its rates hold '{row.name}', which has no Taylor series")
+        total = graph.zero
+        for partial, a in zip(row.partials, args, strict=True):
+            if self.form.constant(a):
+                continue
+            slope = partial(graph, args, n)
+            falls = graph.op(slope) == ops.NEG
+            slope = graph.args(slope)[0] if falls else slope
+            rising = graph.mul(self.over, self.slot(a, slope, rising=True))
+            term = graph.add(graph.mul(self.keep(slope), self.coefficients[a]), rising)
+            total = graph.sub(total, term) if falls else graph.add(total, term)
+        return total
+
+    # ------------------------------------------------------------ what it gives
+
+    def functions(self) -> tuple[ProgramFunction, ProgramFunction]:
+        """Return ``series_start`` and ``series_next``."""
+        graph, zero = self.graph, self.graph.zero
+        place = {n: Slot(array, index) for (array, index), n in self.form.symbols.items()}
+        start = Function(
+            START, "rates, then what all orders of their series read", (*self.rates, *self.kept)
+        )
+        a, b = list[Node](), list[Node]()
+        for first, second, rising in self.slots:
+            c = self.coefficients[first]
+            a.append(graph.mul(self.order, c) if rising else c)
+            b.append(self.coefficients[second])
+        rows = ([self.coefficients[n] for n in self.rates], a, b)
+        following = Function(
+            NEXT,
+            "coefficients of order t of the rates, and of both sides of the slots",
+            tuple(n for row in rows for n in (*row, *[zero] * (padded(len(row)) - len(row)))),
+        )
+        layout = {n: slot for n, slot in place.items() if slot.array == "p"}
+        layout |= {n: Slot("y", index) for index, n in self.states.items()}
+        layout |= {n: Slot("z", index) for index, n in enumerate(self.kept.values())}
+        layout |= {n: Slot("u", index) for index, n in enumerate(self.sums)}
+        behind = padded(len(self.sums))
+        layout |= {self.order: Slot("t", 0), self.over: Slot("u", behind), self.time: Slot("u", behind + 1)}
+        return (
+            lower_function(graph, place, start, {}),
+            lower_function(graph, layout, following, {}),
+        )
+
+    def plan(self) -> SeriesPlan:
+        return SeriesPlan(len(self.slots), len(self.kept))

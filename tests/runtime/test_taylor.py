@@ -1,0 +1,136 @@
+"""Taylor's method: its series against mpmath, its orders, its motions against 30-digit references, what it refuses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import mpmath
+import numpy as np
+import pytest
+from gallery import at, load, references
+from kernel_driver import run
+from kernel_models import PENDULUM
+
+import mechc
+from mechc.runtime.outcome import SimulationError
+
+X = mpmath.tanh
+"""The solution of x' = 1 - x^2 from 0."""
+
+RATES: dict[str, Callable[[mpmath.mpf], mpmath.mpf]] = {
+    "sin(3*x)*cos(2*x)": lambda x: mpmath.sin(3 * x) * mpmath.cos(2 * x),
+    "tan(x)": mpmath.tan,
+    "asin(x/2) + acos(x/3)": lambda x: mpmath.asin(x / 2) + mpmath.acos(x / 3),
+    "atan(2*x)": lambda x: mpmath.atan(2 * x),
+    "atan2(x + 1, 2 - x^2)": lambda x: mpmath.atan2(x + 1, 2 - x**2),
+    "sinh(x) - 2*cosh(x)": lambda x: mpmath.sinh(x) - 2 * mpmath.cosh(x),
+    "tanh(2*x)": lambda x: mpmath.tanh(2 * x),
+    "exp(-x)/(1 + x^2)": lambda x: mpmath.exp(-x) / (1 + x**2),
+    "log(2 + x)": lambda x: mpmath.log(2 + x),
+    "sqrt(1 + x)": lambda x: mpmath.sqrt(1 + x),
+    "(1 + x^2)^(-3/2)": lambda x: (1 + x**2) ** mpmath.mpf("-1.5"),
+    "x/((1 + x)*sqrt(1 + x))": lambda x: x / ((1 + x) * mpmath.sqrt(1 + x)),
+    "(2 + x)^0.7": lambda x: (2 + x) ** mpmath.mpf("0.7"),
+    "(2 + x)^(1 + x)": lambda x: (2 + x) ** (1 + x),
+    "(1 + x)^k": lambda x: (1 + x) ** mpmath.mpf("1.3"),
+    "k^x": lambda x: mpmath.mpf("1.3") ** x,
+    "-2*x^3/k + (if k > 1 then x else 1/x)": lambda x: -2 * x**3 / mpmath.mpf("1.3") + x,
+    "5": lambda x: mpmath.mpf(5),
+}
+
+
+def test_series_of_every_function() -> None:
+    """Integrals along the motion, to rounding; explicit time beside the state."""
+    states = "".join(f"state s{i} = 0; equation der(s{i}) = ({rate})/1 s;" for i, rate in enumerate(RATES))
+    text = f"""
+        parameter k = 1.3; state x = 0; equation der(x) = (1 - x^2)/1 s; {states}
+        state last = 0; equation der(last) = sin(time/1 s)*x*time^2/1 s^3;
+    """
+    solution = mechc.loads(text).simulate(stop=1, method="taylor", tolerance=1e-14, estimate_error=False)
+    mpmath.mp.dps = 25
+    for i, (rate, function) in enumerate(RATES.items()):
+        exact = mpmath.quad(lambda t, f=function: f(X(t)), [0, 0.5, 1])
+        assert abs(solution[f"s{i}"][-1] - float(exact)) < 2e-14 * (1 + abs(exact)), rate
+    exact = mpmath.quad(lambda t: mpmath.sin(t) * X(t) * t**2, [0, 0.5, 1])
+    assert abs(solution["last"][-1] - float(exact)) < 1e-14
+
+
+@pytest.mark.parametrize(("tolerance", "order"), [(1e-6, 12), (1e-9, 17)])
+def test_order_follows_the_tolerance(tolerance: float, order: int) -> None:
+    """0.8 ln(1/tolerance), upwards; errors over halved steps, against gauss8 in quadruple precision."""
+    exact = run(PENDULUM, "gauss8", (1.0, 0.0), 1.6, step=1 / 256, quad=True)
+    errors = [
+        run(PENDULUM, "taylor", (1.0, 0.0), 1.6, max_step=dt, tolerance=tolerance, quad=True).error(
+            exact.y, exact.low
+        )
+        for dt in (0.2, 0.1)
+    ]
+    assert abs(np.log2(errors[0] / errors[1]) - order) < 0.5, errors
+
+
+POINTS = {
+    "th1": "th1", "th2": "th2", "w1": "der(th1)", "w2": "der(th2)", "x2": "tip[1]", "y2": "tip[2]",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-8, 1e-9, 1e-10, 1e-12, 1e-14])
+def test_start_from_the_horizontal_at_every_tolerance(tolerance: float) -> None:
+    """Half of the coefficients of the start vanish: two in a row would give steps without a bound."""
+    solution = load("double_pendulum_points").simulate(
+        stop=10, method="taylor", tolerance=tolerance, estimate_error=False
+    )
+    for point in references("double_pendulum_point_masses"):
+        if point["t"] > 10:
+            continue
+        expected = np.array([point["values"][k] for k in POINTS])
+        got = at(solution, point["t"], list(POINTS.values()))
+        bound = (30 * tolerance + 1e-14) * point["growth"]
+        assert np.max(np.abs(got - expected) / (1 + np.abs(expected))) < bound, point["t"]
+
+
+MASS = "coordinate x = 1 m; coordinate v = 0 m; kinetic 1/2*1 kg*(der(x)^2 + der(v)^2); "
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (MASS + "force -1 N/m*abs(x) on x;", "'abs', which has no Taylor series where its pieces meet"),
+        (MASS + "force -1 N*max(x/1 m, 0) on x;", "'maximum', which has no Taylor series"),
+        (MASS + "input Force f = 0 N; force f on x;", "it has inputs"),
+        (MASS + "force 1 N*table(x/1 m, {0, 1, 2}, {0, 2, 1}) on x;", "look-up table"),
+    ],
+)
+def test_what_has_no_series_is_refused_in_words(text: str, reason: str) -> None:
+    with pytest.raises(SimulationError, match=f"^'taylor' cannot run this model: .*{reason}"):
+        mechc.loads(text).simulate(stop=1, method="taylor")
+
+
+def test_constraints_and_quaternions() -> None:
+    """A pendulum in Cartesian coordinates from 90 degrees by its elliptic function; a free symmetric top by Euler."""
+    rod = mechc.loads(
+        "coordinate x = 1 m; coordinate y = 0 m; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+        "potential 1 kg*9 m/s^2*y; constraint rod: x^2 + y^2 = 1 m^2;"
+    ).simulate(stop=3, method="taylor", tolerance=1e-12, estimate_error=False)
+    k = mpmath.sin(mpmath.pi / 4)
+    sn = mpmath.ellipfun("sn", mpmath.ellipk(k**2) - 3 * mpmath.mpf(3), m=k**2)
+    theta = 2 * mpmath.asin(k * sn)
+    assert abs(rod["x"][-1] - float(mpmath.sin(theta))) < 1e-11
+    assert abs(rod["y"][-1] + float(mpmath.cos(theta))) < 1e-11
+    top = mechc.loads(
+        "coordinate Rotation R; initial der(R) = {1, 0, 3} rad/s; inertia diag({2, 2, 3} kg.m^2) on world * R;"
+    ).simulate(stop=7, method="taylor", tolerance=1e-12, estimate_error=False)
+    assert abs(top["der(R)[1]"][-1] - np.cos(1.5 * 7)) < 1e-11
+    assert abs(top["der(R)[2]"][-1] - np.sin(1.5 * 7)) < 1e-11
+
+
+def test_events() -> None:
+    """Impacts of a ball that falls 5 m under 10 m/s^2 with restitution 1/2, at 1, 2 and 2.5 s; a switch of a force."""
+    ball = mechc.loads(
+        "coordinate y = 5 m; kinetic 1/2*1 kg*der(y)^2; potential 1 kg*10 m/s^2*y; contact floor: y restitution 0.5;"
+    ).simulate(stop=2.25, method="taylor", tolerance=1e-10, estimate_error=False)
+    assert np.allclose([event.time for event in ball.events], [1, 2], atol=1e-13)
+    assert abs(ball["y"][-1] - (2.5 * 0.25 - 5 * 0.25**2)) < 1e-12
+    stiffer = mechc.loads(
+        "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force (if x > 0 m then -1 N/m else -4 N/m)*x on x;"
+    ).simulate(stop=3, method="taylor", tolerance=1e-12, estimate_error=False)
+    assert abs(stiffer["x"][-1] + 0.5 * np.sin(2 * (3 - np.pi / 2))) < 1e-11
