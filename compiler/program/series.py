@@ -41,7 +41,9 @@ def with_series(program: Program) -> Program:
     if rhs is None:
         return program
     if program.arrays["u"]:
-        return replace(program, series=SeriesPlan(refusal="it has inputs, of which nothing gives Taylor series"))
+        return replace(
+            program, series=SeriesPlan(refusal="it has inputs, of which nothing gives Taylor series")
+        )
     form = Form()
     try:
         rates = form.read(rhs)
@@ -127,9 +129,11 @@ class _Series:
             case ops.MUL if form.constant(args[1]):
                 return graph.mul(keep(args[1]), c[0])
             case ops.MUL if args[0] == args[1]:
-                return graph.add(graph.mul(keep(graph.mul(graph.two, args[0])), c[0]), self.slot(*args))
+                return graph.add(
+                    graph.mul(keep(graph.mul(graph.two, args[0])), c[0]), self.slot(args[0], args[1])
+                )
             case ops.MUL:
-                cross = graph.add(graph.mul(keep(args[1]), c[0]), self.slot(*args))
+                cross = graph.add(graph.mul(keep(args[1]), c[0]), self.slot(args[0], args[1]))
                 return graph.add(graph.mul(keep(args[0]), c[1]), cross)
             case ops.DIV:  # q d = n; the denominator, which is late, is one operation from the result
                 rest = graph.sub(c[0], self.slot(n, args[1]))
@@ -181,9 +185,7 @@ class _Series:
         """Return ``series_start`` and ``series_next``."""
         graph, zero = self.graph, self.graph.zero
         place = {n: Slot(array, index) for (array, index), n in self.form.symbols.items()}
-        start = Function(
-            START, "rates, then what all orders of their series read", (*self.rates, *self.kept)
-        )
+        start = Function(START, "rates, then what all orders of their series read", (*self.rates, *self.kept))
         a, b = list[Node](), list[Node]()
         for first, second, rising in self.slots:
             c = self.coefficients[first]

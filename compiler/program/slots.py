@@ -60,7 +60,9 @@ class Form:
                 case Operate(code, operands):
                     value = self.operation(code, [values[k] for k in operands])
                 case Lookup():
-                    raise NoSeries("its rates hold a look-up table, which is made of pieces without a common Taylor series")
+                    raise NoSeries(
+                        "its rates hold a look-up table, which is made of pieces without a common Taylor series"
+                    )
                 case Store(_, index, operand):
                     results[index] = values[operand]
             values.append(value)
@@ -69,8 +71,10 @@ class Form:
     def operation(self, code: int, args: Sequence[Node]) -> Node:
         """Return an operation in the form that suits series. Raises NoSeries."""
         graph = self.graph
-        if code in (ADD, SUB, NEG):
-            return {ADD: graph.add, SUB: graph.sub, NEG: graph.neg}[code](*args)
+        if code == ADD:
+            return graph.add(*args)
+        if code == SUB:
+            return graph.sub(*args)
         if code == MUL:
             return self.mul(*args)
         if code == DIV:
@@ -81,7 +85,9 @@ class Form:
             return self.power(args[0], graph.value(args[1]))
         constant = all(self.constant(a) for a in args)
         if not constant and code == SELECT and not self.constant(args[0]):
-            raise NoSeries("its rates hold a choice that depends on the motion, which has no Taylor series where it changes")
+            raise NoSeries(
+                "its rates hold a choice that depends on the motion, which has no Taylor series where it changes"
+            )
         if not constant and code in PIECEWISE:
             raise NoSeries(
                 f"its rates hold '{ops.OPERATIONS[code].name}', which has no Taylor series where its pieces meet"

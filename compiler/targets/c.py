@@ -235,8 +235,7 @@ class _File:
         series = program.series
         if series is not None and not series.refusal:
             yield (
-                "static const mech_series series = "
-                f"{{{series.n_slots}, {series.n_kept}, {START}, {NEXT}}};\n"
+                f"static const mech_series series = {{{series.n_slots}, {series.n_kept}, {START}, {NEXT}}};\n"
             )
             fields["series"] = "&series"
         facts = start_facts(make_problem(program))

@@ -193,9 +193,7 @@ def test_order_of_the_dense_output(method: str, power: int, quad: bool) -> None:
         inside = step * np.array([0.25, 0.5, 0.75])
         exact = run(PENDULUM, "gauss8", (1.0, 0.3), step, step=step / 32, grid=inside, quad=True)
         tolerance = 1e-3 if method == "taylor" else 1e-8  # of which its order follows
-        one = run(
-            PENDULUM, method, (1.0, 0.3), step, step=step, grid=inside, tolerance=tolerance, quad=quad
-        )
+        one = run(PENDULUM, method, (1.0, 0.3), step, step=step, grid=inside, tolerance=tolerance, quad=quad)
         errors.append(np.abs((one.rows - exact.rows) + (one.rows_low - exact.rows_low)).max())
     assert np.abs(np.diff(np.log2(errors)) + power).max() < 0.15, errors
 
