@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from types import TracebackType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..case import Case
 from ..inputs import Table
 from ..native import kernel as native
 from ..native.kernel import Status
 from ..problem import Array
+from .events import NOTED
 
 FIRST_EVENTS = 256
 
@@ -52,7 +54,7 @@ class Solver:
             "grid_y": np.empty((case.grid.size, self.ny)),
         }
         self.nz = case.z.size
-        self._events: ctypes.Array[native.EventStruct] | None = None
+        self._events = np.empty(0, dtype=NOTED)
         self._instants = np.empty(0)
         if struct.hybrid:
             self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
@@ -131,21 +133,20 @@ class Solver:
 
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = (native.EventStruct * (4 * capacity + 256))()
+        self._events = np.empty(4 * capacity + 256, dtype=NOTED)
         self._instants = np.empty((capacity, 1 + 2 * (self.ny + self.nz)))
         self._kernel.mech_set_events(
             self._handle,
-            ctypes.addressof(self._events),
+            self._events.ctypes.data,
             len(self._events),
             self._instants.ctypes.data,
             capacity,
         )
 
-    def happened(self) -> tuple[list[native.EventStruct], Array]:
+    def happened(self) -> tuple[NDArray[np.void], Array]:
         """Give the events and instants since ``start_events``."""
-        assert self._events is not None
         report, _ = self.report()
-        return list(self._events[: report.n_events]), self._instants[: report.n_instants].copy()
+        return self._events[: report.n_events].copy(), self._instants[: report.n_instants].copy()
 
     def discretes(self) -> Array:
         z = np.empty(self.nz)

@@ -65,7 +65,7 @@ class Motion(Struct, frozen=True, eq=False):
     failure: Failure | None
     statistics: Statistics
     accuracy: Accuracy
-    events: tuple[Event, ...] = ()
+    events: Sequence[Event] = ()
     remarks: tuple[str, ...] = ()
     as_stated: bool = False
     pictured: Columns | None = None

@@ -59,7 +59,7 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None
     if problem.rotations:  # a quaternion does not go on in a straight line
         still &= np.all(np.diff(main.y[:, : problem.nq], axis=0) == 0, axis=1)
     if main.happened is not None:  # what an event changes is seen already
-        events = np.array([event.time for event in main.happened.events])
+        events = main.happened.events.noted["t"]
         before = np.searchsorted(events, main.t[:-1], side="left")
         still &= before == np.searchsorted(events, main.t[1:], side="right")
     rows = np.flatnonzero(still)

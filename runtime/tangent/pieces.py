@@ -194,8 +194,7 @@ class Pieces:
         names = [row.name for row in hybrid.rows if row.kind == "friction"]
         return any(
             note.kind == "stick" and names.count(hybrid.rows[note.index].name) > 1
-            for note in record.notes
-            if note.instant == number
+            for note in record.events.notes(number)
         )
 
     def _meets(self, t: float, until: float, found: Sequence[object], y: Array) -> None:

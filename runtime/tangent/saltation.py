@@ -65,7 +65,7 @@ def crossed(
     case, ny, nominal = augmented.case, augmented.case.problem.ny, sizes.nominal
     t = float(record.times[number])
     before, after = record.before[number], record.after[number]
-    notes = [note for note in record.notes if note.instant == number]
+    notes = record.events.notes(number)
     here = Instant(augmented, t, before[:ny], w, before[ny:], dz, np.zeros(augmented.count))
     what = _names(case.problem.hybrid, notes) if case.problem.hybrid else ""
     here.slide_on([n.index for n in notes if n.kind == "stick"])
