@@ -49,7 +49,7 @@ fuzz: $(VENV)/installed-dev
 	MECHC_EDITS=$(EDITS) $(BIN)/python -m pytest -q -n $(JOBS) -m slow tests/mechc/test_random_edits.py
 
 fuzz-models: $(VENV)/installed-dev
-	PYTHONPATH=tests/random_models:tests/oracle $(BIN)/python -m random_models.campaign $(MODELS) $(JOBS)
+	PYTHONPATH=tests/random_models:tests/oracle $(BIN)/python -m random_models.campaign $(MODELS) $(JOBS) $(MODE)
 
 check: $(VENV)/installed-dev
 	@$(MAKE) --no-print-directory --keep-going check-format check-lint check-types check-floors

@@ -4,44 +4,24 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 from random_models.checks import MODES, Disagreement, Report, examined, still
 from random_models.definition import LOOKED, SKIPPED
 from random_models.generator import generate
+from random_models.limits import TooLong, limited
 from random_models.shrink import shrunk
 
 FOLDER = Path(__file__).resolve().parents[3] / "build" / "random_models"
 _CHUNK = 100
 _SECONDS = {"units": 400}
 """Processor time that one model may take, with all its checks; 60 without a line here."""
-
-
-class TooLong(BaseException):
-    """A model takes longer than it may; no ``Exception``, so that no check keeps it."""
-
-
-@contextmanager
-def _limited(seconds: float) -> Iterator[None]:
-    def end(*_: Any) -> None:
-        raise TooLong
-
-    before = signal.signal(signal.SIGVTALRM, end)
-    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
-        signal.signal(signal.SIGVTALRM, before)
 
 
 def results(first: int, last: int, mode: str = "mixed") -> dict[str, Any]:
@@ -56,7 +36,7 @@ def results(first: int, last: int, mode: str = "mixed") -> dict[str, Any]:
         model = generate(seed)
         print(seed, file=sys.stderr, flush=True)
         try:
-            with _limited(_SECONDS.get(mode, 60)):
+            with limited(_SECONDS.get(mode, 60)):
                 report = examined(model, seed, mode=mode)
         except TooLong:
             report = Report(disagreements=(Disagreement("time", "too long", ""),))

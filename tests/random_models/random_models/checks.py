@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from random import Random
-from typing import Literal
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from random_models.components import grouped
 from random_models.definition import UNTIL, along, ignored, moved, skipped, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
+from random_models.modes import MODES, Target
 from random_models.motions import difference, errors, run, unbalanced
 from random_models.nesting import NESTED
 from random_models.rescaled import scaled_difference
@@ -41,7 +41,7 @@ class Report:
 
 
 def crash(error: BaseException) -> Disagreement:
-    """Describe an error that mechc did not put into words."""
+    """Describe an error without words."""
     where = error.__traceback__
     while where is not None and where.tb_next is not None:
         where = where.tb_next
@@ -85,7 +85,6 @@ def examined(
     return Report((), tuple(done), tuple(wrong))
 
 
-Target = Literal["c", "python"]
 Check = Callable[[Model, Compiled, int], list[Disagreement] | None]
 
 
@@ -355,49 +354,4 @@ CHECKS: tuple[tuple[str, Check], ...] = (
 UNITS: tuple[tuple[str, Check], ...] = (("units", _units),)
 
 
-@dataclass(frozen=True)
-class Mode:
-    """Which checks a model gets, on which target its functions are evaluated; ``share``: whether a seed gets a check."""
-
-    target: Target
-    checks: tuple[str, ...]
-    share: Callable[[str, int, Compiled], bool] = lambda name, seed, base: True
-    recompiled: bool = False
-    """Whether models that switch are compiled as C although others are not."""
-
-    def wants(self, name: str, seed: int, base: Compiled) -> bool:
-        """Return whether a model gets a check."""
-        return name in self.checks and self.share(name, seed, base)
-
-
-_IN_TURN = ("structured", "composed", "targets", "rescaled")
-
-
-def _one(name: str, seed: int, base: Compiled) -> bool:
-    return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
-
-
-def _some(name: str, seed: int, base: Compiled) -> bool:
-    match name:
-        case "motion":
-            return seed % 10 == 0 or (base.switches and seed % 2 == 1)
-        case "events":
-            return seed % 4 == 3
-        case "exports":
-            return seed % 80 == 47
-        case "units":
-            return seed % 80 == 7
-    return _one(name, seed, base)
-
-
-AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
-MODES = {
-    "mixed": Mode("c", (*AT_STATES, "motion", "events", "exports", "units"), _some),
-    "states": Mode("c", AT_STATES, _one),
-    "quick": Mode("python", AT_STATES, _one, recompiled=True),
-    "events": Mode("python", ("events",)),
-    "motions": Mode("c", ("motion", "events", "exports")),
-    "units": Mode("python", ("units",)),
-}
-"""``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
 __all__ = ["CHECKS", "MODES", "Disagreement", "Report", "Values", "compare_twin", "examined", "still"]

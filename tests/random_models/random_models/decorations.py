@@ -94,7 +94,7 @@ EVERYWHERE: tuple[tuple[float, Decoration], ...] = (
 )  # fmt: skip
 
 
-ON_BODIES: tuple[tuple[float, Decoration], ...] = ((3, point_force), (2, torque), (4, element_of_library))
+ON_BODIES: tuple[tuple[float, Decoration], ...] = ((4, point_force), (2, torque), (4, element_of_library))
 
 
 HOLDING: tuple[tuple[float, Decoration], ...] = ((2, constraint), (1.5, coupling), (1.5, loop), (1, drive))

@@ -48,6 +48,7 @@ def _said(what: str, native: Any, other: dict[str, Any] | str) -> list[tuple[str
         return [(what, other)] if other else []
     times = other["time"]
     events = [float(e.time) for e in native.events]
+    events += [float(t) for t, u in zip(native.time[:-1], native.time[1:], strict=True) if u - t < 1e-9]
     mine = columns(native)
     estimate = max((v for v in errors(native).values() if np.isfinite(v)), default=0.0)
     if estimate > 1e-6:

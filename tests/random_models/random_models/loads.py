@@ -198,8 +198,9 @@ def point_force(s: Scope) -> None:
         offset = vector(*(s.literal(LENGTH, s.number(-0.5, 0.5)) for _ in range(n)))
         at = node("frame*point", (on, PRODUCT), " * ", (offset, SIGNED), dim=LENGTH, type="point")
         parts += [" at ", Slot("force.at", at)]
-    if s.chance(0.4):
-        other = s.pick(s.frames)
+    if s.chance(0.5):
+        apart = [f for f in s.frames if f.ref != "world" and f.ref.split(".")[0] != on.ref.split(".")[0]]
+        other = s.pick(apart) if apart and s.chance(0.7) else s.pick(s.frames)
         if other.ref != on.ref:
             parts += [" from ", Slot("force.from", other)]
     if s.chance(0.35):

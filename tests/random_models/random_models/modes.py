@@ -1,0 +1,58 @@
+"""Which checks a model gets in a run of the campaign, and on which target its functions are evaluated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+from random_models.compiled import Compiled
+
+Target = Literal["c", "python"]
+
+
+@dataclass(frozen=True)
+class Mode:
+    """Which checks a model gets, on which target its functions are evaluated; ``share``: whether a seed gets a check."""
+
+    target: Target
+    checks: tuple[str, ...]
+    share: Callable[[str, int, Compiled], bool] = lambda name, seed, base: True
+    recompiled: bool = False
+    """Whether models that switch are compiled as C although others are not."""
+
+    def wants(self, name: str, seed: int, base: Compiled) -> bool:
+        """Return whether a model gets a check."""
+        return name in self.checks and self.share(name, seed, base)
+
+
+_IN_TURN = ("structured", "composed", "targets", "rescaled")
+
+
+def _one(name: str, seed: int, base: Compiled) -> bool:
+    return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
+
+
+def _some(name: str, seed: int, base: Compiled) -> bool:
+    match name:
+        case "motion":
+            return seed % 10 == 0 or (base.switches and seed % 2 == 1)
+        case "events":
+            return seed % 4 == 3
+        case "exports":
+            return seed % 80 == 47
+        case "units":
+            return seed % 80 == 7
+    return _one(name, seed, base)
+
+
+AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
+MODES = {
+    "mixed": Mode("c", (*AT_STATES, "motion", "events", "exports", "units"), _some),
+    "states": Mode("c", AT_STATES, _one),
+    "quick": Mode("python", AT_STATES, _one, recompiled=True),
+    "events": Mode("python", ("events",)),
+    "motions": Mode("c", ("motion", "events", "exports")),
+    "units": Mode("python", ("units",)),
+}
+"""``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
