@@ -1,0 +1,59 @@
+"""The machinery around random models: states at which they are compared, limits, planted faults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from oracle import Meaning
+from random_models.compiled import compiled
+from random_models.definition import LOOKED, undone
+from random_models.limits import TooLong, limited
+from random_models.planted import faults
+from random_models.states import looks
+
+BOX = """coordinate Length y = 0.5 m;
+coordinate Length x = 0 m;
+initial der(x) = 0.3 m/s;
+kinetic 1/2*2 kg*(der(x)^2 + der(y)^2);
+potential 2 kg*9.81 m/s^2*y;
+force 3 N on x;
+contact floor: y - 0.1*x friction 0.2 along der(x);
+output push = multiplier(floor);
+experiment(stop = 1 s);
+"""
+
+
+def test_a_contact_is_looked_at_where_it_touches() -> None:
+    meaning = Meaning(compiled(BOX).model.compilation.flat, experiment="")
+    there = dict(looks(meaning, np.random.default_rng(1), 2))
+    assert set(there) == {"start", "random", "at rest", "on a contact"}
+    state = there["on a contact"]
+    assert abs(state["y"] - 0.1 * state["x"]) < 1e-12
+    assert state["der(x)"] == state["der(y)"] == 0
+    assert meaning.modes(state)["floor"] != "open"
+
+
+def test_what_a_run_decides_is_asked_of_the_kernel() -> None:
+    LOOKED.clear()
+    assert undone(compiled(BOX, "c"), 1) == []
+    assert LOOKED["on a contact"] == LOOKED["at rest"] == 1
+
+
+def test_another_law_is_seen_on_a_contact() -> None:
+    other = compiled(BOX.replace("friction 0.2", "friction 0.01"), "c")
+    other.model = compiled(BOX).model
+    assert undone(other, 1)
+
+
+def test_limits_stand_inside_of_each_other() -> None:
+    with pytest.raises(TooLong), limited(0.2):
+        with pytest.raises(TooLong), limited(0.05):
+            while True:
+                pass
+        while True:
+            pass
+
+
+def test_faults_are_read() -> None:
+    text = "# Faults\n\n## 3. units\n\nwords\n\n```diff\n--- a/x\n+++ b/x\n```\n\n## 4. no patch\n"
+    assert faults(text) == {3: ("units", "--- a/x\n+++ b/x\n")}
