@@ -68,3 +68,37 @@ def test_derivatives_agree_with_differences(path: Path) -> None:
         error = np.abs(flow.tangents[:, :, 0] - expected).max()
         bound = 1e-8 * np.abs(expected).max() + uncertain + 1e-12 * plan.nominal.max()
         assert error <= bound, (name, error, uncertain)
+
+
+NOT_SMOOTH_AT_EVENTS = {
+    "drag_reynolds": "begins at rest, where its drag has no derivative: told as a failure",
+    "falling_box": "rattles: impacts a few millionths of a second apart, whose order changes: refused",
+    "touching_balls": "begins with balls that touch: which hits first changes",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_derivatives_across_events_agree_with_differences(path: Path) -> None:
+    """1e-6 of the largest derivative of a state at the end, beyond what the differences are uncertain by. A run that its model
+    ends is looked at shortly before: differences of last states would be those at other times."""
+    model = mechc.load(path)
+    problem = model.problem()
+    if problem.hybrid is None or path.stem in NOT_SMOOTH_AT_EVENTS or problem.ny > 30:
+        pytest.skip(NOT_SMOOTH_AT_EVENTS.get(path.stem, "nothing switches, or it is large"))
+    options = SimulationOptions(tolerance=1e-12, points=3, method="dop853")
+    try:
+        stop = min(plan_run(problem, options).case.stop, 3.0)
+    except SimulationError:
+        pytest.skip("its experiment gives a step, or sweeps")
+    motion = model.simulate(stop=stop, tolerance=1e-10, method="dop853", estimate_error=False)
+    if motion.time[-1] < stop:
+        stop = 0.97 * float(motion.time[-1])
+    options = SimulationOptions(tolerance=1e-12, points=3, method="dop853", stop=stop)
+    plan = plan_run(problem, options)
+    for name in [q.name for q in problem.parameters[:2]]:
+        flow = tangent_flow(plan.case, plan.method, plan.nominal, [name], estimate_error=False)
+        assert flow.failure is None
+        expected, uncertain = with_uncertainty(problem, options, name, 1e-4, 3)
+        error = np.abs(flow.tangents[-1, :, 0] - expected[-1]).max()
+        assert error <= 1e-6 * np.abs(expected[-1]).max() + uncertain + 1e-9, (name, error, uncertain)
