@@ -36,12 +36,21 @@ PASSED_BY = (
 """What a run step by step says: it cannot begin anew, as its caller has seen its past."""
 
 
+def with_experiment(model: CompiledModel, asked: Asked) -> Asked:
+    """Return a question about an ensemble with what the experiment says of it, behind what the caller says."""
+    said = model.ensemble_settings(asked.experiment) if asked.question.of_members else {}
+    if "vary" in asked.given:  # other random values, or none: how many is said with them
+        said = {name: text for name, text in said.items() if name in ("keep", "errors")}
+    return replace(asked, given={**said, **asked.given})
+
+
 def answer(model: CompiledModel, asked: Asked) -> Answer:
     """Answer a question about a model, as people meet it: runs in the units that they are shown in.
 
     Structural parameters that the experiment sweeps are swept outermost: each of their values compiles the model again.
     Raises what ``Study.solve`` raises.
     """
+    asked = with_experiment(model, asked)
     if not issubclass(asked.question, Sweep):
         return answered(model, asked)[1]
     points: list[Mapping[str, float | bool | str]] = []

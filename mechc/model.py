@@ -158,6 +158,19 @@ class CompiledModel:
         plan = self._experiment(experiment)
         return {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
 
+    def ensemble_settings(self, experiment: str | None) -> dict[str, str]:
+        """Return what an experiment says of many runs: random values, what is kept, and how many, as texts."""
+        from .compiler.flat.model import Literal as LiteralValue
+        from .runtime.problem import OF_ENSEMBLES
+
+        plan = self._experiment(experiment)
+        options = plan.options if plan else {}
+        return {
+            name: str(said.value)
+            for name in OF_ENSEMBLES
+            if isinstance(said := options.get(name), LiteralValue)
+        }
+
     def _experiment(self, name: str | None) -> Experiment | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
         experiments = self.compilation.flat.experiments

@@ -20,7 +20,7 @@ from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
 from .outcome import SimulationError
-from .problem import Array, Experiment, Problem, Quantity, Setting
+from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
 from .settings import settable
 from .start.initial import Assembled, assemble
 
@@ -320,7 +320,8 @@ def _settle(
     p = parameters()
     if experiment is None:
         return p, chosen, {}, {}
-    unknown = [name for name in (*experiment.options, *experiment.words) if name not in (*NUMBERS, *WORDS)]
+    known = (*NUMBERS, *WORDS, *OF_ENSEMBLES)
+    unknown = [name for name in (*experiment.options, *experiment.words) if name not in known]
     if unknown:
         raise SimulationError(
             f"experiment '{experiment.name}' has the option '{unknown[0]}', which no run knows"

@@ -65,6 +65,10 @@ class Setting(Struct, frozen=True):
     guess: bool = False
 
 
+OF_ENSEMBLES = ("vary", "keep", "samples", "seed", "sampling", "errors")
+"""Words of experiments that are many runs: one run knows nothing of them."""
+
+
 class Experiment(Struct, frozen=True):
     """``function`` gives, from (t, y, u, z, p), first the values of ``options``, then those of ``settings``."""
 

@@ -287,6 +287,8 @@ def _experiments(experiments: Sequence[ExperimentPlan]) -> Iterator[str]:
     yield "EXPERIMENTS = {"
     unnamed = "" if any(e.name == "default" for e in experiments) else "default"
     for e in experiments:
+        if "vary" in e.words:  # many runs with random values, which a module alone does not make
+            continue
         yield f"    {string(e.name or unnamed)}: {{"
         yield f'        "function": {e.function},'
         yield f'        "options": {json.dumps(e.options)},'

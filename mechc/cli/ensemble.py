@@ -58,8 +58,11 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def is_ensemble(given: dict[str, Any]) -> bool:
-    return given["resume"] or any(given[name] is not None for name in SETTINGS)
+def is_ensemble(given: dict[str, Any], model: Model) -> bool:
+    """Whether many runs are asked for: by an option, or by the experiment."""
+    if given["resume"] or any(given[name] is not None for name in SETTINGS):
+        return True
+    return given["experiment"] != "all" and bool(model.ensemble_settings(given["experiment"]))
 
 
 def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:

@@ -146,7 +146,7 @@ def command(file: str, **given: Any) -> int:
             return run_curve(model, file, given, display)
         if given["every_curve"]:
             raise UsageMistake(f"--all looks for further curves, and '{model.name}' is a motion")
-        if is_ensemble(given):
+        if is_ensemble(given, model):
             from .ensemble import run_ensemble
 
             return run_ensemble(model, file, given)
@@ -174,11 +174,17 @@ def _run_all(
     model: Model, file: str, given: dict[str, Any], display: Display | None, names: list[str]
 ) -> int:
     """Run the experiments that were asked for; the exit code is that of the worst."""
+    from ..asking.given_values import UsageMistake
     from .failures import INTERRUPTED, code_of, say
 
     experiments: list[str | None] = [given["experiment"]]
     if given["experiment"] == "all":
         experiments = [*model.experiments] or [None]
+        if random := [name for name in model.experiments if model.ensemble_settings(name)]:
+            raise UsageMistake(
+                f"{', '.join(map(repr, random))} {'are' if len(random) > 1 else 'is'} many runs each",
+                f"ask for one at a time: --experiment {random[0]}",
+            )
     objects: list[dict[str, object]] = []
     outcomes: list[str] = []
     code = 0

@@ -55,7 +55,19 @@ def solve(problem: Problem, study: Study) -> Answer:
     """Answer a question about a problem. Raises what ``Study.solve`` raises, and SimulationError where it cannot sweep."""
     if not study.sweeps:
         refuse_sweep(swept_axes(problem, study))
+    refuse_random(problem, study)
     return study.solve(problem)
+
+
+def refuse_random(problem: Problem, study: Study) -> None:
+    """Raise SimulationError if the experiment draws values at random and the question is about no ensemble."""
+    experiment = find_experiment(problem, study.experiment)
+    drawn = experiment.words.get("vary", "") if experiment else ""
+    if drawn and not study.of_members:
+        raise SimulationError(
+            f"the experiment draws at random: {drawn}: it is many runs, and this question is about one",
+            help="'mechc run' runs them all, and so does the study 'ensemble'",
+        )
 
 
 def swept_axes(problem: Problem, options: SimulationOptions) -> dict[str, tuple[float, ...]]:

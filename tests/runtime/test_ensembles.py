@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import signal
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +19,8 @@ from mechc.runtime.ensembles.files import read_ensemble
 from mechc.runtime.ensembles.run import estimated
 from mechc.runtime.results.files import ResultsFileError
 
+ROOT = Path(__file__).parents[2]
+
 SPRING = """\
 model Spring
   parameter k = 1 N/m;
@@ -28,6 +32,9 @@ model Spring
   experiment wide(a = 3*k*1 m^2/N, stop = 10 s);
   experiment long(stop = 10 s*k/(1 N/m));
   experiment scan(k in {1, 4} N/m, stop = 1 s);
+  experiment cloud(k ~ uniform(1 N/m, 4 N/m), a ~ lognormal(20 cm, 0.1), stop = 1 s, samples = 40, seed = 5,
+    sampling = "latin", keep = {max(x), first(x < 0 m)}, errors = "all");
+  experiment kept(k in {1, 4} N/m, stop = 1 s, keep = {min(x)});
 end Spring;
 """
 
@@ -331,3 +338,92 @@ def test_an_interrupted_ensemble_goes_on(spring: mechc.Model, tmp_path: Path) ->
     assert not (tmp_path / "runs.npz.parts").exists()
     with pytest.raises(mechc.SimulationError, match="no file is named"):
         spring.ensemble("k = 1 .. 9 N/m, 3", resume=True)
+
+
+def test_experiments_say_what_is_drawn_and_kept(spring: mechc.Model) -> None:
+    said = spring.ensemble(experiment="cloud")
+    assert said.names == ("max(x)", "first(x < 0 m)") and len(said) == 40
+    asked = spring.ensemble(
+        "k ~ uniform(1, 4 N/m), a ~ lognormal(20 cm, 0.1)",
+        "max(x), first(x < 0 m)",
+        samples=40,
+        seed=5,
+        sampling="latin",
+        errors="all",
+        stop="1 s",
+        tolerance=1e-8,
+    )
+    np.testing.assert_array_equal(said.numbers, asked.numbers)
+    np.testing.assert_array_equal(said.number_errors, asked.number_errors)
+    np.testing.assert_allclose(said["max(x)"], said["a"], rtol=1e-9)
+    other = spring.ensemble("a = 1 m .. 2 m, 3", experiment="cloud")
+    assert other.shape == (3,) and other.names == said.names
+    kept = spring.ensemble(experiment="kept")
+    np.testing.assert_allclose(kept["min(x)"], [np.cos(1.0), np.cos(2.0)], atol=1e-8)
+    for question in (spring.simulate, spring.sweep, spring.virial):
+        with pytest.raises(mechc.SimulationError, match="draws at random: k ~ uniform"):
+            question(experiment="cloud")
+
+
+def test_exported_modules_leave_random_experiments_out(spring: mechc.Model, tmp_path: Path) -> None:
+    (file,) = spring.compile("python", tmp_path / "spring.py")
+    text = file.read_text(encoding="utf-8")
+    assert '"kept": {' in text and '"cloud"' not in text
+
+
+def test_both_tables_of_distributions_agree() -> None:
+    from mechc.compiler.flat.statements.ensembles import DISTRIBUTIONS
+    from mechc.runtime.ensembles.members import NUMBERS
+
+    assert {name: len(words) for name, words in DISTRIBUTIONS.items()} == {
+        n: most for n, (_, most) in NUMBERS.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("drawn", "code"),
+    [
+        ("k ~ normal(1 N/m)", "E0809"),
+        ("k ~ uniform(1 N/m, 2 m)", "E0303"),
+        ("k ~ uniform(1 N/m, k)", "E0"),
+        ("samples in {1, 2}", "E0804"),
+        ("q ~ uniform(1, 2)", "E0801"),
+    ],
+)
+def test_wrong_distributions_are_told_where_they_stand(drawn: str, code: str) -> None:
+    text = SPRING.replace("k in {1, 4} N/m, stop = 1 s);", f"{drawn}, stop = 1 s);", 1)
+    with pytest.raises(mechc.CompileError, match=code):
+        mechc.loads(text)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "henon_heiles", "kepler", "coulomb_pendulum", "vertically_driven_pendulum"]
+)
+def test_errors_hold_for_99_of_100_members(name: str) -> None:
+    """Of 2000 members spread by a tenth; the reference is the same kernel at 1e-12, whose own estimate is far below."""
+    model = mechc.load(ROOT / "examples" / f"{name}.mech")
+    start, names = model.simulate(estimate_error=False), [q.name for q in model.coordinates]
+    spread = {q: 0.1 * abs(float(start[q][0])) + 0.01 for q in names[:2]}
+    vary = {q: f"~ uniform({start[q][0] - d}, {start[q][0] + d})" for q, d in spread.items()}
+    keep = ", ".join([*(f"final({q})" for q in names), f"max({names[0]})", f"mean({names[0]}^2)"])
+    runs = model.ensemble(vary, keep, samples=2000, errors="all")
+    exact = model.ensemble(vary, keep, samples=2000, errors="none", tolerance=1e-12)
+    assert runs.counts() == {"completed": 2000}
+    for one in runs.names:
+        off = np.abs(runs[one] - exact[one])
+        assert np.mean(off <= 10 * runs.error(one) + 1e-13 * np.abs(exact[one])) >= 0.99, one
+
+
+@pytest.mark.slow
+def test_a_million_members_take_less_than_300_megabytes() -> None:
+    pytest.importorskip("resource")
+    script = f"""
+import resource, mechc
+model = mechc.loads({SPRING!r})
+runs = model.ensemble("k ~ uniform(1, 4 N/m), a ~ normal(1 m, 1 cm)", "max(x), final(x), mean(x)", samples=10**6, stop="1 s")
+assert runs.counts() == {{"completed": 10**6}}
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert int(done.stdout) * (1 if sys.platform == "darwin" else 1024) < 300e6

@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from msgspec import Struct, field
+from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Label
@@ -22,6 +23,7 @@ from ..names.instance import ROLE_WORDS, ComponentMember, Instance, VariableMemb
 from ..names.scope import Constant, Poisoned, Scope
 from ..values.evaluate import constant, elements, not_structural, values_of
 from ..values.known_late import setting_changes
+from . import ensembles
 from .variables import changing
 
 TIMES = ("stop", "start", "every", "step")
@@ -41,6 +43,7 @@ class _Parts(Struct):
     sweeps: list[model.Sweep] = field(default_factory=list)
     structural: dict[str, Constant] = field(default_factory=dict)
     seen: dict[tuple[str, bool], Span] = field(default_factory=dict)
+    spreads: list[str] = field(default_factory=list)
 
 
 def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
@@ -91,10 +94,13 @@ def _setting(scope: Scope, node: ast.Modification, parts: _Parts) -> None:
         raise scope.fail("E0801", "an experiment sets values", node.span, help="write 'name = value'")
     _check_once(scope, node, parts)
     name = reference.parts[0].name
+    assert scope.instance is not None
+    if name in ensembles.SETTINGS and member_of(scope.instance, name) is None:
+        parts.options[name] = ensembles.setting(scope, name, node)
+        return
     if name in OPTIONS and len(reference.parts) == 1 and not rate:
         _option(scope, name, node, parts)
         return
-    assert scope.instance is not None
     if member_of(scope.instance, name) is None:
         raise _unknown(scope, name, reference.span)
     member = _structural_member(scope, reference)
@@ -104,6 +110,11 @@ def _setting(scope: Scope, node: ast.Modification, parts: _Parts) -> None:
     left = scope.elaborate(node.target)
     if node.kind == "in":
         _sweep(scope, node, left, parts)
+        return
+    if ensembles.is_spread(node):
+        _target(scope, replace(node, kind="="), left)
+        parts.spreads.append(ensembles.spread(scope, node, left))
+        parts.options[ensembles.VARY] = ensembles.text_of(node, "; ".join(parts.spreads))
         return
     value = scope.elaborate(node.value)
     if (
