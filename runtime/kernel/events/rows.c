@@ -2,6 +2,9 @@
 
 #include <string.h>
 
+/* Ratio of what an impulse moves rows by, from which on they are compared each with its own. */
+static const mech_real FAR_APART = MECH_C(1e6);
+
 void mech_rows_read(mech_solver *s)
 {
     const mech_model *m = s->model;
@@ -71,6 +74,22 @@ int mech_row_moves_itself(const mech_solver *s, int i)
     return mech_abs(mech_row_response(s, i, i)) > MECH_C(1e-11) * s->events->mobility[i];
 }
 
+/* Powers of two by which rows that move far less than others are multiplied, so that a mass of 1e6 kg is no rounding beside one
+   of 1e-6 kg. Where all of them are within a factor of a million they are one: nothing changes, not even the last bit. */
+static void find_scales(const mech_solver *s, int n, const int *set, mech_real *scale)
+{
+    const mech_real *mobility = s->events->mobility;
+    mech_real largest = 0, smallest = (mech_real)INFINITY;
+    for (int i = 0; i < n; i++) {
+        scale[i] = 1;
+        largest = mech_max(largest, mobility[set[i]]);
+        if (mobility[set[i]] > 0) smallest = mech_min(smallest, mobility[set[i]]);
+    }
+    if (!(largest > FAR_APART * smallest) || !mech_finite(largest)) return;
+    for (int i = 0; i < n; i++)
+        for (mech_real ratio = mobility[set[i]] > 0 ? largest / mobility[set[i]] : 1; ratio > 4; ratio /= 4) scale[i] *= 2;
+}
+
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
 {
     /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
@@ -78,15 +97,16 @@ int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *targ
     const int width = n + 1;
     int rank = 0;
     int column[MECH_MOST_ROWS], used[MECH_MOST_ROWS];
-    mech_real largest = 0;
+    mech_real largest = 0, scale[MECH_MOST_ROWS];
+    find_scales(s, n, set, scale);
     for (int i = 0; i < n; i++) {
         column[i] = i;
         used[i] = i;
         for (int j = 0; j < n; j++) {
-            a[i * width + j] = mech_row_response(s, set[i], set[j]);
+            a[i * width + j] = scale[i] * scale[j] * mech_row_response(s, set[i], set[j]);
             largest = mech_max(largest, mech_abs(a[i * width + j]));
         }
-        a[i * width + n] = target[i];
+        a[i * width + n] = scale[i] * target[i];
     }
     for (; rank < n; rank++) {
         int p = rank, q = rank;
@@ -114,6 +134,7 @@ int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *targ
         for (int j = k + 1; j < rank; j++) sum -= a[used[k] * width + column[j]] * x[column[j]];
         x[column[k]] = sum / a[used[k] * width + column[k]];
     }
+    for (int i = 0; i < n; i++) x[i] *= scale[i];
     return rank;
 }
 
