@@ -218,6 +218,60 @@ def test_a_ball_on_a_vibrating_table() -> None:
     assert sum(complex(*m) for m in found["multipliers"]) == pytest.approx(trace, abs=1e-6)
 
 
+OSCILLATOR = """\
+model Impacting "oscillator that is driven against a stop"
+  dimensionless;
+  parameter e = 0.8;
+  parameter w = 2.5;
+  parameter late = 0;
+  coordinate x = 0.1;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  force cos(w*(time + late)) on x;
+  contact x restitution e;
+  experiment(stop = 3);
+end Impacting;
+"""
+
+
+@pytest.mark.parametrize(("e", "w"), [(0.8, 2.5), (0.6, 2.2)])
+def test_an_impact_oscillator(e: float, w: float) -> None:
+    """x'' + x = cos(w t) above a stop at 0, one impact in each period, all in closed form: between impacts
+    x = C cos(t - s) + S sin(t - s) + P cos(w t), and the multipliers are those of the map (s, v) -> (s', v') of impacts."""
+    force, turn = 1 / (1 - w * w), 2 * math.pi / w
+    c, s = math.cos(turn), math.sin(turn)
+    swing = -(1 - c) / s  # S over P cos(w s), so that it comes back to the stop after a period
+    lean = (swing * (1 + e * c) + e * s) / (
+        1 + e
+    )  # P w sin(w s) over P cos(w s), so that it leaves as before
+    begin = math.atan2(lean / w, 1.0) / w
+    a = force * math.cos(w * begin)
+    v = (swing - lean) * a
+    assert v > 0
+    big, small = swing * a, -a  # S, C
+    ds = force * w * w * math.cos(w * begin)
+    dc = force * w * math.sin(w * begin)
+    landing = -small * s + big * c - dc
+    place = np.array([dc * c + ds * s + small * s - big * c, s])  # d x(t)/d(s, v) at the time of the impact
+    rate = np.array([-dc * s + ds * c + small * c + big * s, c])
+    later = -place / landing
+    leaving = -e * (rate + math.cos(w * begin) * later)
+    trace, det = later[0] + leaving[1], later[0] * leaving[1] - later[1] * leaving[0]
+    assert det == pytest.approx(e * e, rel=1e-12)
+    half = 0.4 * turn  # begin between two impacts
+    x = small * math.cos(half) + big * math.sin(half) + force * math.cos(w * (begin + half))
+    rate_there = -small * math.sin(half) + big * math.cos(half) - force * w * math.sin(w * (begin + half))
+    found = (
+        mechc.loads(OSCILLATOR)
+        .orbit(period=turn, set={"e": e, "w": w, "late": begin + half, "x": x, "der(x)": rate_there})
+        .summary()
+    )
+    assert found["start"]["x"] == pytest.approx(x, abs=1e-9)
+    multipliers = [complex(*m) for m in found["multipliers"]]
+    assert sum(multipliers) == pytest.approx(trace, abs=1e-8)
+    assert np.prod(multipliers) == pytest.approx(e * e, abs=1e-8)
+
+
 CHAIN = """\
 model Chain
   parameter m = 2 kg;
