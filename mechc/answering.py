@@ -115,7 +115,9 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
         asked.target,
         method=method or str(said),
         reproducible=bool(asked.given.get("reproducible", False)),
-        parts=asked.question.needs,
+        parts=asked.question.needs.union(
+            *(p for n, p in asked.question.asked_needs.items() if asked.given.get(n))
+        ),
     )
     return problem, study(asked, problem, model.settings)
 

@@ -35,7 +35,7 @@ class Options(TypedDict, total=False):
 
     ``sensitivity`` names parameters, initial values and inputs in which the motion is differentiated
     (``Solution.sensitivity``); with ``condition`` the run tells how small changes of its start grow
-    (``Solution.condition``). ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
+    (``Solution.condition``); with ``constants`` constants of the motion are found and checked like the energy. ``every`` is the spacing of the output, ``step`` that of a fixed-step method; ``inputs`` CSV files by the
     name of the input; ``progress`` is called with the fraction done.
     """
 
@@ -49,6 +49,7 @@ class Options(TypedDict, total=False):
     estimate_error: bool
     sensitivity: str | Collection[str] | None
     condition: bool
+    constants: bool
     reproducible: bool
     target: Target
     progress: Callable[[float], None] | None

@@ -66,7 +66,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     )
     case = prepare(problem, load_functions(problem), options)
     if problem.library is not None:
-        from .runtime.studies.simulate import simulate  # with scipy
+        from .runtime.studies.motion import simulate  # with scipy
 
         failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
     elif problem.hybrid is None:

@@ -8,7 +8,7 @@ from .outcome import Outcome, SimulationError
 from .problem import Problem
 from .results.quantities import Results
 from .results.solution import Solution
-from .studies.simulate import Simulate, simulate
+from .studies.motion import Simulate, simulate
 from .studies.study import Answer, Study, solve
 from .studies.sweep import Runs, Sweep
 

@@ -26,6 +26,7 @@ OF_MOTIONS = {
     "no_error_estimate": "--no-error-estimate",
     "sensitivity": "--sensitivity",
     "condition": "--condition",
+    "constants": "--constants",
     "animate": "--animate",
     "snapshot": "--snapshot",
 }

@@ -69,6 +69,11 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Tell how small changes of the start grow, and until when figures are to be believed.",
 )
+@click.option(
+    "--constants",
+    is_flag=True,
+    help="Find constants of the motion, and check them along the run like the energy.",
+)
 @click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
 @click.option(
     "--plot",
@@ -254,6 +259,7 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
             estimate_error=not given["no_error_estimate"],
             sensitivity=given["sensitivity"],
             condition=given["condition"],
+            constants=given["constants"],
             reproducible=given["reproducible"],
             target=given["target"],
             progress=progress,

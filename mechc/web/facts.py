@@ -17,7 +17,7 @@ from mechc.presentation.stl import triangles
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Problem, Quantity, Scene
-from mechc.runtime.studies.simulate import Simulate
+from mechc.runtime.studies.motion import Simulate
 from mechc.solution import Solution
 
 from .assembly import methods

@@ -62,7 +62,7 @@ def stop_of(problem_experiment: object, options: SimulationOptions) -> bool:
 
 def tracked(case: Case, options: SimulationOptions) -> Track | None:
     """Run a case and look at all quantities along it; None where nothing says when to stop."""
-    problem, functions = case.problem, case.functions
+    problem = case.problem
     if not stop_of(find_experiment(problem, options.experiment), options):
         return None
     fields = {s.name: getattr(options, s.name) for s in settings_of(SimulationOptions)}
@@ -77,6 +77,12 @@ def tracked(case: Case, options: SimulationOptions) -> Track | None:
     solution = run(problem, asked, as_stated=is_as_stated(problem, options))
     if solution.outcome not in ENDED and len(solution.time) < 3:
         return None
+    return along(case, solution)
+
+
+def along(case: Case, solution: Solution) -> Track:
+    """Look at all quantities along a run of a case."""
+    problem, functions = case.problem, case.functions
     begin, end = float(solution.time[0]), float(solution.time[-1])
     times = np.linspace(begin, end, POINTS) if end > begin else np.array([begin])
     breaks = sorted({float(event.time) for event in solution.events if begin < event.time < end})

@@ -15,6 +15,7 @@ from typing import Annotated
 import numpy as np
 from msgspec import Struct
 
+from ..case import Case
 from ..outcome import Outcome
 from ..problem import Array, Problem
 from ..results.files import json_number
@@ -82,19 +83,35 @@ class Invariants(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Find the constants in the span. Raises SimulationError where the model has no velocities."""
         case = case_of(problem, self)
-        terms = Terms(case, self.degree)
-        sampler = Sampler(case)
-        sample = sampler.states(2 * len(terms.listed) + 40, wide=True)
-        values, rates = terms.values(sample)
-        kept = independent_columns(values)
-        terms.keep(kept)
-        values, rates = values[:, kept], rates[:, kept]
-        check = Sampler(case, seed=9).states(60, wide=True)
-        search = _Search(terms, values, rates, sampler.time, terms.values(check)[1])
-        known = search.by_degrees(self.degree, terms.gradients(Sampler(case, seed=21).states(4)))
+        search, known = _searched(case, self.degree)
         track = tracked(case, self)
-        found = _told(terms, known, track, values)
-        return _findings(problem, found, search, track, terms)
+        found = _told(search.terms, known, track, search.values)
+        return _findings(problem, found, search, track, search.terms)
+
+
+def constants_of(case: Case, degree: int, track: Track) -> tuple[list[Integral], list[str]]:
+    """Return the constants of a model with their drifts along a run of it, and what is to be said of them."""
+    if case.problem.nv == 0:
+        return [], []
+    search, known = _searched(case, degree)
+    found = _told(search.terms, known, track, search.values)
+    narrow = (
+        [] if search.null.clear else ["what counts as a constant cannot be told for sure: the gap is narrow"]
+    )
+    return found, [*about(case.problem), *narrow]
+
+
+def _searched(case: Case, degree: int) -> tuple[_Search, list[tuple[Array, int, bool]]]:
+    terms = Terms(case, degree)
+    sampler = Sampler(case)
+    sample = sampler.states(2 * len(terms.listed) + 40, wide=True)
+    values, rates = terms.values(sample)
+    kept = independent_columns(values)
+    terms.keep(kept)
+    values, rates = values[:, kept], rates[:, kept]
+    check = Sampler(case, seed=9).states(60, wide=True)
+    search = _Search(terms, values, rates, sampler.time, terms.values(check)[1])
+    return search, search.by_degrees(degree, terms.gradients(Sampler(case, seed=21).states(4)))
 
 
 # ---------------------------------------------------------------- search

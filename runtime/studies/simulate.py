@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Annotated, Any
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from msgspec.structs import replace
@@ -31,7 +32,7 @@ from .companion import Plan as Plan  # part of what runs are asked through
 from .own_size import by_own_size
 from .passed_over import seen_between
 from .quiet import begins_unseen
-from .study import Study, solve
+from .study import Study
 
 MAIN_SHARE = 0.36
 """Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
@@ -55,26 +56,13 @@ class Run(Study, frozen=True, kw_only=True):
             "Tell how small changes of the start grow, and until when figures are to be believed.", "flag"
         ),
     ] = False
-
-
-class Simulate(Run, frozen=True, kw_only=True):
-    """The motion from the start to the stop. The answer is a ``Solution``."""
-
-    def solve(self, problem: Problem) -> Solution:
-        """Run a problem. A run that fails or is interrupted keeps what was computed, and says so in its outcome.
-
-        Raises ``SimulationError`` if it cannot begin; ``CompilerMissing`` and ``BuildError`` if the kernel is
-        needed and cannot be built.
-        """
-        as_stated = is_as_stated(problem, self)
-        return run(problem, self, as_stated=as_stated, sensitivity=self.sensitivity, condition=self.condition)
-
-
-def simulate(problem: Problem, options: SimulationOptions | None = None) -> Solution:
-    """Run a problem: ``Simulate`` with these options."""
-    found = solve(problem, Simulate(**as_keywords(options or SimulationOptions())))
-    assert isinstance(found, Solution)
-    return found
+    constants: Annotated[
+        bool,
+        settable("Find constants of the motion, and check them along the run like the energy.", "flag"),
+    ] = False
+    asked_needs: ClassVar[Mapping[str, frozenset[str]]] = MappingProxyType(
+        {"constants": frozenset({"phase"})}
+    )
 
 
 def run(

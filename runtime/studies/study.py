@@ -43,6 +43,8 @@ class Study(SimulationOptions, frozen=True, kw_only=True):
     needs: ClassVar[frozenset[str]] = frozenset()
     unused: ClassVar[frozenset[str]] = frozenset()
     sweeps: ClassVar[bool] = False
+    asked_needs: ClassVar[Mapping[str, frozenset[str]]] = {}
+    """Parts that it works on beside ``needs`` where these settings are given."""
     of_curves: ClassVar[bool] = False
     of_members: ClassVar[bool] = False
 

@@ -67,6 +67,10 @@ class Sweep(Run, frozen=True, kw_only=True):
                     sensitivity=self.sensitivity,
                     condition=self.condition,
                 )
+                if self.constants:
+                    from .constants import with_constants  # with scipy
+
+                    solution = with_constants(solution, problem, one)
             except KeyboardInterrupt:  # between two runs, or pressed again during one
                 if not solutions:
                     raise

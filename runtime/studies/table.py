@@ -40,7 +40,7 @@ def kind_of(question: type[Study]) -> Kind:
 STUDIES = {
     kind.name: kind
     for kind in (
-        Kind("simulate", "How does it move, and how accurate is that?", "simulate:Simulate"),
+        Kind("simulate", "How does it move, and how accurate is that?", "motion:Simulate"),
         Kind("sweep", "How does it move for each of several values?", "sweep:Sweep"),
         Kind(
             "ensemble",

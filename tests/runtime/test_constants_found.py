@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import mechc
@@ -98,3 +99,29 @@ end Hanging;
 """
     (mode,) = mechc.loads(text).modes().summary()["modes"]
     assert abs(mode["frequency"] - math.sqrt(g / l)) <= mode["error"] + 4e-16 * mode["frequency"]
+
+
+def test_runs_check_constants_that_are_found() -> None:
+    """The Runge-Lenz vector of a Kepler orbit drifts as its run is exact; without asking nothing of it is there."""
+    model = example("kepler")
+    drifts = []
+    for tolerance in (1e-6, 1e-11):
+        solution = model.simulate(constants=True, stop=20, tolerance=tolerance, estimate_error=False)
+        found = {drift.name: drift for drift in solution.accuracy.conserved}
+        (name,) = (name for name in found if name.startswith("x/sqrt(x^2 + y^2)"))
+        y, vx, vy, x = (solution[n] for n in ("y", "der(x)", "der(y)", "x"))
+        values = x / np.hypot(x, y) + y * vx * vy - x * vy**2
+        absolute = found[name].absolute
+        assert 0.5 * np.abs(values - values[0]).max() <= absolute <= 2 * np.abs(values - values[0]).max()
+        assert len(found) == 3
+        drifts.append(absolute)
+    assert drifts[0] > 100 * drifts[1]
+    assert model.simulate(stop=20).accuracy.conserved == ()
+
+
+def test_a_run_without_constants_says_so() -> None:
+    solution = mechc.loads(
+        "model Slow\n dimensionless;\n coordinate x = 1;\n kinetic 1/2*der(x)^2;\n potential x^2;\n damping der(x)^2 + 1 on x;\n"
+        " experiment(stop = 3);\nend Slow;"
+    ).simulate(constants=True)
+    assert any("no constants of the motion were found" in remark for remark in solution.motion.remarks)

@@ -19,7 +19,7 @@ from mechc.runtime.results import accuracy
 from mechc.runtime.results.accuracy import ConstraintDrift
 from mechc.runtime.studies import companion
 from mechc.runtime.studies import simulate as simulating
-from mechc.runtime.studies.simulate import simulate
+from mechc.runtime.studies.motion import simulate
 
 DAMPED = """\
 model Damped

@@ -17,7 +17,7 @@ from mechc.runtime.problem import Array
 from mechc.runtime.results.files import ResultsFileError, read_results
 from mechc.runtime.results.quantities import Results
 from mechc.runtime.results.solution import Solution
-from mechc.runtime.studies.simulate import simulate
+from mechc.runtime.studies.motion import simulate
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker
 from mechc.runtime.results.accuracy import ErrorEstimate
-from mechc.runtime.studies.simulate import Simulate
+from mechc.runtime.studies.motion import Simulate
 
 PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
 SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)
