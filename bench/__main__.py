@@ -30,6 +30,7 @@ PAGES = (
     "doubts",
     "fits",
     "leaving_out",
+    "ensembles",
 )
 
 

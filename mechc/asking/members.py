@@ -25,7 +25,7 @@ Varying = Axis | Spread | Listed
 
 def varying(setting: str, given: Any, units: Mapping[str, str]) -> tuple[Varying, ...]:
     """Read what differs between members. ``given``: a text, the path of a CSV file, or a mapping from names to texts, to
-    numbers in SI or to lists of these. ``units``: SI units of what may vary. Raises UsageMistake and SimulationError."""
+    numbers in SI or to lists of these; of several names, ``("a", "b")``, to rows [n, names] that belong together. ``units``: SI units of what may vary. Raises UsageMistake and SimulationError."""
     if isinstance(given, Path) or (isinstance(given, str) and given.strip().lower().endswith(".csv")):
         return (_of_file(Path(given), units),)
     if isinstance(given, str):
@@ -37,6 +37,9 @@ def varying(setting: str, given: Any, units: Mapping[str, str]) -> tuple[Varying
         )
     found: list[Varying] = []
     for name, what in given.items():
+        if isinstance(name, tuple):
+            found.append(_side_by_side([_known(tidy(one), units) for one in name], what, units))
+            continue
         key = _known(tidy(name), units)
         if isinstance(what, str):
             text = what.strip()
@@ -157,6 +160,16 @@ def _spread(setting: str, name: str, kind: str, inside: str, unit: str) -> Sprea
 
 def _numbers(name: str, given: list[Any], unit: str) -> Any:
     return np.array([settings_in_si({name: one}, {name: unit})[name] for one in given], dtype=np.float64)
+
+
+def _side_by_side(names: Sequence[str], given: Any, units: Mapping[str, str]) -> Listed:
+    """Return members as they are listed: rows [n, names] in SI."""
+    rows = np.asarray(given, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != len(names) or not np.isfinite(rows).all():
+        raise UsageMistake(
+            f"the members of {', '.join(names)} are rows of {len(names)} finite numbers, not an array {rows.shape}"
+        )
+    return Listed(tuple(names), tuple(units[name] for name in names), rows)
 
 
 def _of_file(path: Path, units: Mapping[str, str]) -> Listed:

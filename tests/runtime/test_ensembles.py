@@ -220,6 +220,11 @@ def test_members_from_a_file(spring: mechc.Model, tmp_path: Path) -> None:
     runs = spring.ensemble(file, "max(x)")
     assert runs.shape == (2,) and runs.dimensions == ("sample",)
     np.testing.assert_allclose(runs["max(x)"], [0.5, 2.0], rtol=1e-8)
+    rows = np.array([[1.0, 0.5], [4.0, 2.0]])
+    listed = spring.ensemble({("k", "a"): rows}, "max(x)")
+    np.testing.assert_array_equal(listed["max(x)"], runs["max(x)"])
+    with pytest.raises(UsageMistake, match="rows of 2 finite numbers"):
+        spring.ensemble({("k", "a"): rows[0]}, "max(x)")
 
 
 @pytest.mark.parametrize(
