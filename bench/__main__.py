@@ -20,6 +20,7 @@ PAGES = (
     "gradient",
     "kernel",
     "stiff",
+    "taylor",
     "long_runs",
     "events",
     "fmu",

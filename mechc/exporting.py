@@ -71,6 +71,11 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             defaults = defaults_of(model.problem("python"), model.settings)
             parts = model.compilation.parts
             program = program_with(model.compilation, parts_for(defaults.method))
+            if program.series is not None and program.series.refusal:
+                raise UsageMistake(
+                    f"'{defaults.method}' cannot run this model: {program.series.refusal}",
+                    "'dop853' and 'radau5' have no such limits",
+                )
             files = c_files(program, defaults, parts)
             return _write({folder / file: text for file, text in files.items()})
         case _:

@@ -128,7 +128,7 @@ def fmu_packages(model: CompiledModel, options: FmuOptions) -> list[Made]:
     # what the run has shown the model to need, its solver has as well
     start = start_with(method)
     equations = equations_for(model, method)
-    program = write_program(equations, start)
+    program = write_program(equations, start, method)
     files = documents(model, options.experiment, run)
     return [
         Made(

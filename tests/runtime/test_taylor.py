@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Callable
+from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -12,6 +14,7 @@ from kernel_driver import run
 from kernel_models import PENDULUM
 
 import mechc
+from mechc.asking.given_values import UsageMistake
 from mechc.runtime.outcome import SimulationError
 
 X = mpmath.tanh
@@ -134,3 +137,25 @@ def test_events() -> None:
         "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force (if x > 0 m then -1 N/m else -4 N/m)*x on x;"
     ).simulate(stop=3, method="taylor", tolerance=1e-12, estimate_error=False)
     assert abs(stiffer["x"][-1] + 0.5 * np.sin(2 * (3 - np.pi / 2))) < 1e-11
+
+
+STIFFENED = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*x^2 + 1/4*{}*x^4;"
+EXPERIMENT = 'experiment(stop = 2 s, tolerance = 1e-12, method = "taylor");'
+
+
+def test_c_program(tmp_path: Path) -> None:
+    """Duffing's oscillator x'' = -x - x^3 from 1 by its elliptic function, from a program that stands alone."""
+    model = mechc.loads(STIFFENED.format("1 N/m^3") + EXPERIMENT)
+    model.compile("c", tmp_path / "duffing")
+    binary = tmp_path / "run"
+    files = [str(file) for file in (tmp_path / "duffing").glob("*.c")]
+    subprocess.run(["cc", "-O1", *files, "-o", str(binary), "-lm"], check=True)
+    last = subprocess.run([str(binary)], capture_output=True, text=True, check=True).stdout.split()[-1]
+    exact = mpmath.ellipfun("cn", mpmath.sqrt(2) * 2, m=mpmath.mpf(1) / 4)
+    assert abs(float(last.split(",")[1]) - float(exact)) < 1e-11
+
+
+def test_c_program_of_what_has_no_series_is_refused(tmp_path: Path) -> None:
+    model = mechc.loads(MASS + "force -1 N/m*abs(x) on x;" + EXPERIMENT)
+    with pytest.raises(UsageMistake, match=r"^'taylor' cannot run this model: .*'abs'"):
+        model.compile("c", tmp_path / "refused")

@@ -13,12 +13,14 @@ from msgspec.structs import replace
 from mechc.runtime.case import SimulationOptions, find_experiment, input_values, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.nominal_run import nominal_of
+from mechc.runtime.methods import parts_for
 from mechc.runtime.problem import Problem
 
 from ...equations.model import Equations
 from ...equations.sensitivities import with_sensitivities
 from ...program.lower import lower
 from ...program.model import Program
+from ...program.series import with_series
 from ...verification import verified
 from ..c import emit_c
 from . import arrays, model_description2, model_description3, terminals
@@ -81,10 +83,11 @@ class Written(Struct, frozen=True):
     table: Table
 
 
-def write_program(equations: Equations, start: Start) -> Written:
-    """Extend the equations by derivatives and write them as C."""
+def write_program(equations: Equations, start: Start, method: str = "auto") -> Written:
+    """Extend the equations by derivatives and write them as C, with what the method takes from the program."""
     extended = verified(with_sensitivities(equations, settable_parameters(equations, start.given_parameters)))
-    program = verified(lower(extended))
+    program = lower(extended)
+    program = verified(with_series(program) if "series" in parts_for(method) else program)
     return Written(program, emit_c(program), variable_table(extended, start))
 
 
@@ -108,7 +111,7 @@ def make_package(
     Raises CompileError, BuildError, CompilerMissing.
     """
     identifier = checked_identifier(equations.name)
-    written = written or write_program(equations, start)
+    written = written or write_program(equations, start, method)
     program, table = written.program, written.table
     groups = arrays.grouped(table) if with_arrays else arrays.scalars(table)
     sizes = arrays.sizes(groups, table) if with_arrays else []

@@ -1,0 +1,203 @@
+"""Taylor's method beside dop853 and heyoka: processor time at equal true error.
+
+heyoka is a package of its own (``pip install heyoka``); without it mechc stands alone. It gets the same rewritten formulas.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+import mechc
+from mechc.compiler.graph import operations as ops
+from mechc.compiler.pipeline import program_with
+from mechc.compiler.problem import HEADER, header
+from mechc.compiler.program.slots import Form
+from mechc.compiler.targets.c import emit_c
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate.solver import Solver
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.build import build_shared
+from mechc.runtime.problem import Array
+from mechc.runtime.reference.high_precision import best_precision, reference, reference_flags
+
+from .machine import table, write
+from .systems import BENT_BARS
+
+ERRORS = (1e-9, 1e-11, 1e-13)
+TOLERANCES = tuple(10.0**-k for k in range(7, 15))
+OURS = ("dop853", "taylor")
+COMPACT = 100
+"""Operations from which on heyoka's usual mode compiles for many seconds."""
+
+SYSTEMS: Mapping[str, tuple[str, float, Mapping[str, float]]] = {
+    "double pendulum, (1, 0.5) rad": ("double_pendulum_points", 10.0, {"th1": 1.0, "th2": 0.5}),
+    "double pendulum, horizontal": ("double_pendulum_points", 10.0, {}),
+    "Kepler e = 0.6, 10 orbits": ("kepler", 20 * np.pi, {"e": 0.6}),
+    "Kepler e = 0.9, 10 orbits": ("kepler", 20 * np.pi, {"e": 0.9}),
+    "pleiades": ("pleiades", 3.0, {}),
+    "heavy top": ("heavy_top_rotation", 10.0, {}),
+    "chain of 7": ("", 10.0, {}),
+}
+"""Example, duration, values; the chain is that of systems.py."""
+
+
+class Measured:
+    """A system with its reference at the end, and what it takes to reach an error."""
+
+    def __init__(self, name: str) -> None:
+        example, stop, values = SYSTEMS[name]
+        model = (
+            mechc.load(f"examples/{example}.mech")
+            if example
+            else mechc.loads(BENT_BARS.replace("Integer n = 10", "Integer n = 7"))
+        )
+        program = program_with(model.compilation, {"series"})
+        problem = model.problem("c", method="taylor")
+        options = SimulationOptions(points=2, stop=stop, values=values, max_step=stop)
+        self.case: Case = prepare(problem, load_functions(problem), options)
+        self.program = program
+        self.kernel = native.load_kernel()
+        flags = reference_flags(precision := best_precision())
+        library = build_shared({"model.c": emit_c(model.compilation.program), HEADER: header()}, flags)
+        times, ones = np.array([stop]), np.ones(self.case.y0.size)
+        self.exact = reference(
+            library, self.case, ones, times, precision=precision, method="dop853", seconds=60.0
+        )
+
+    def error(self, y: Array) -> float:
+        return float(np.max(self.exact.error(y[None, :])))
+
+    def ours(self, method: str, tolerance: float) -> Array:
+        atol = tolerance * np.ones(self.case.y0.size)
+        with Solver(self.kernel, self.case, method, tolerance, atol) as solver:
+            solver.advance(self.case.stop, 10**9)
+            return solver.report()[1]
+
+    def heyoka(self, tolerance: float) -> Callable[[], Array]:
+        """Return a run of heyoka from the formulas that series are made from."""
+        import heyoka as hy
+
+        form = Form()
+        rhs = self.program.function("rhs")
+        assert rhs is not None
+        rates, graph = form.read(rhs), form.graph
+        made: dict[int, Any] = {}
+        states = [hy.make_vars(f"y{i}") for i in range(self.case.y0.size)]
+        places = {n: key for key, n in form.symbols.items()}
+        for n in graph.reach(rates):
+            x = [made[a] for a in graph.args(n)]
+            match graph.op(n):
+                case ops.CONST:
+                    made[n] = hy.expression(float(graph.value(n)))
+                case ops.SYMBOL:
+                    array, index = places[n]
+                    made[n] = {"t": hy.time}.get(array) or (states if array == "y" else hy.par)[index]
+                case ops.ADD:
+                    made[n] = x[0] + x[1]
+                case ops.SUB:
+                    made[n] = x[0] - x[1]
+                case ops.MUL:
+                    made[n] = x[0] * x[1]
+                case ops.DIV:
+                    made[n] = x[0] / x[1]
+                case ops.NEG:
+                    made[n] = -x[0]
+                case ops.POW:
+                    made[n] = x[0] ** float(graph.value(graph.args(n)[1]))
+                case code:
+                    made[n] = getattr(hy, ops.OPERATIONS[code].name)(x[0])
+        integrator = hy.taylor_adaptive(
+            list(zip(states, [made[n] for n in rates], strict=True)),
+            self.case.y0.copy(),
+            tol=tolerance,
+            compact_mode=rhs.operations > COMPACT,
+        )
+        used = len(integrator.pars)
+        integrator.pars[:] = self.case.p[:used]
+
+        def run() -> Array:
+            integrator.time = 0.0
+            integrator.state[:] = self.case.y0
+            outcome = integrator.propagate_until(self.case.stop, max_steps=10**5)[0]
+            end = np.array(integrator.state)
+            return end if outcome == hy.taylor_outcome.time_limit else np.full_like(end, np.nan)
+
+        return run
+
+
+def milliseconds(runs: Sequence[Callable[[], Array]], rounds: int) -> list[float]:
+    """Median processor times, in turns."""
+    taken = np.zeros((rounds, len(runs)))
+    for row in taken:
+        for k, run in enumerate(runs):
+            begun = time.process_time()
+            run()
+            row[k] = time.process_time() - begun
+    return [float(x) for x in 1e3 * np.median(taken, axis=0)]
+
+
+def at_error(curve: Sequence[tuple[float, float]], error: float) -> float:
+    """Return the time at an error on the lower envelope of (error, time); NaN where it does not reach it."""
+    best = [(e, t) for e, t in curve if e == e and not any(f <= e and s < t for f, s in curve)]
+    reached = [t for e, t in best if e <= error]
+    worse = [(e, t) for e, t in best if e > error]
+    if not reached:
+        return np.nan
+    below = min((t, -e) for e, t in best if e <= error)
+    if not worse:
+        return below[0]
+    above = max((t, e) for e, t in worse)
+    share = np.log(above[1] / error) / np.log(above[1] / -below[1])
+    return float(np.exp(np.log(above[0]) + share * np.log(below[0] / above[0])))
+
+
+def measure(name: str, rounds: int) -> list[list[str]]:
+    system = Measured(name)
+    peers = ("heyoka",) if importlib.util.find_spec("heyoka") else ()
+    curves: dict[str, list[tuple[float, float]]] = {method: [] for method in (*OURS, *peers)}
+    for tolerance in TOLERANCES:
+        runs: dict[str, Callable[[], Array]] = {
+            m: lambda m=m, tol=tolerance: system.ours(m, tol)  # type: ignore[misc]
+            for m in OURS
+        }
+        failing = name.endswith("horizontal") and tolerance > 1e-10  # heyoka does not come back there
+        if peers and not failing:
+            runs["heyoka"] = system.heyoka(tolerance / 10)
+        errors = [system.error(run()) for run in runs.values()]
+        for method, error, taken in zip(runs, errors, milliseconds([*runs.values()], rounds), strict=True):
+            curves[method].append((error, taken))
+    rows = []
+    for error in ERRORS:
+        times = {method: at_error(curve, error) for method, curve in curves.items()}
+        ratios = [f"{times[m] / times['taylor']:.2f}" for m in ("dop853", *peers)]
+        rows.append([name, f"{error:.0e}", *(f"{t:.3f}" for t in times.values()), *ratios])
+    least = {method: min(e for e, _ in curve) for method, curve in curves.items()}
+    rows.append([name, "least error", *(f"{e:.1e}" for e in least.values()), *["" for _ in ("", *peers)]])
+    return rows
+
+
+def main(quick: bool = False) -> None:
+    rows = []
+    for name in SYSTEMS:
+        rows += measure(name, 5 if quick else 25)
+        print("\n".join(" | ".join(row) for row in rows[-len(ERRORS) - 1 :]), flush=True)
+    head = ["system", "true error", "dop853 [ms]", "taylor [ms]"]
+    head += ["heyoka [ms]"] if len(rows[0]) > 5 else []
+    head += ["dop853 / taylor", "heyoka / taylor"][: len(rows[0]) - len(head)]
+    words = (
+        "Processor time of a whole run at equal true error of the state at its end (relative to 1 + |value|), interpolated on "
+        "each method's own curve over tolerances from 1e-7 to 1e-14 (a tenth of that for heyoka), medians of runs in turns; "
+        "nan: not reached. Without output between. heyoka gets the same rewritten formulas, in compact mode beyond "
+        f"{COMPACT} operations; from the horizontal start it does not come back at tolerances above 1e-10, which are left out."
+    )
+    write("taylor", "Taylor series", [words, table(head, rows)])
+
+
+if __name__ == "__main__":
+    main()
