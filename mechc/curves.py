@@ -8,6 +8,12 @@ from .model import CompiledModel
 from .runtime.studies.stationary import Curves, Stationary
 
 
+def check_motion(model: CompiledModel, what: str) -> None:
+    """Raise UsageMistake where a curve is asked for ``what`` only a motion has."""
+    if model.compilation.equations.curve is not None:
+        raise UsageMistake(f"'{model.name}' is a curve, which has no {what}", "'mechc run' finds it")
+
+
 def curves_of(model: CompiledModel, experiment: str | None, tolerance: float | None, every: bool) -> Curves:
     """Find the curves of a model. Raises UsageMistake for a model that moves, SimulationError."""
     if model.compilation.equations.curve is None:

@@ -21,8 +21,10 @@ def command(
     """Assemble MODEL.mech: find the positions nearest to the guesses (~) that fulfil all constraints and keep what
     is given (=), then the velocities; print them in SI."""
     from ..api import load
+    from ..curves import check_motion
     from ..presentation.initial import initial_text
     from ..presentation.style import style_for
 
     loaded = load(file, model=model, set=settings)
+    check_motion(loaded, "initial state")
     click.echo(initial_text(loaded, experiment, explain=explain, style=style_for(sys.stdout)))

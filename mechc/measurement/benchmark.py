@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
+from ..curves import check_motion
 from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
 from ..runtime.functions import load_functions
 from ..runtime.integrate.kernel_run import run_kernel
@@ -118,6 +119,7 @@ def benchmark(
 
     Raises ReferenceFailed, SimulationError, CompilerMissing, BuildError.
     """
+    check_motion(model, "run time of a motion")
     for name in methods:
         check_name(name)
     problem = model.problem("c", method="radau5")

@@ -122,14 +122,21 @@ class CurveSolution:
     def _tabulated(self) -> dict[str, Array]:
         return self._values(self._s)
 
+    def _along(self, s: Array) -> Array:
+        """Return coordinates, their derivatives by s, and densities of multipliers: (height, places)."""
+        curve, answer = self._posed.curve, self._answer
+        y = evaluate(answer.discrete, answer.solved, s, curve.depth)
+        if curve.points:  # no curve with such conditions has its variables exchanged
+            length = self.interval[1] - self.interval[0]
+            y[curve.coordinates * (curve.depth + 1) :] = densities(answer.discrete, answer.solved, s) / length
+        return y
+
     def _values(self, s: Array) -> dict[str, Array]:
         posed, answer = self._posed, self._answer
         curve, n = posed.curve, posed.curve.coordinates
-        y = evaluate(answer.discrete, answer.solved, s, curve.depth)
+        y = self._along(s)
         length: Any = y[2 * n - 1] if curve.exchanged else self.interval[1] - self.interval[0]
         height = n * (curve.depth + 1)
-        if curve.points:
-            y[height:] = densities(answer.discrete, answer.solved, s) / length
         names = self.coordinates
         table = {name: y[k] for k, name in enumerate(names)}
         if curve.depth >= 1:
@@ -141,6 +148,14 @@ class CurveSolution:
             table |= {self.problem.outputs[k].name: found[k] for k in varying}
         table |= {f"multiplier({row.name})": y[height + k] for k, row in enumerate(curve.points)}
         return table
+
+    def failed_assertions(self) -> list[tuple[int, float]]:
+        """Return assertions of the model that do not hold, by index, each with the first place where it does not."""
+        if not self.problem.assertions:
+            return []
+        y = self._along(self._s)
+        holds = self._answer.discrete.call("assertions", self._s, y, self._z) > 0.5
+        return [(k, float(self.places[np.argmin(row)])) for k, row in enumerate(holds) if not row.all()]
 
     # ------------------------------------------------------------ numbers of the whole
 

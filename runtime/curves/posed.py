@@ -80,10 +80,11 @@ class Posed(Struct, frozen=True, eq=False):
         for share, row in zip(shares, rows, strict=True):
             if not -1e-12 <= share <= 1 + 1e-12:
                 a, b = self.range(self.ends)
+                unit = f" {self.problem.time.unit}" if self.problem.time.unit else ""
                 raise SimulationError(
                     f"'{row.name}' asks for a place outside of the range",
                     row.origin,
-                    help=f"the range goes from {a:.6g} to {b:.6g}",
+                    help=f"the range goes from {a:.6g} to {b:.6g}{unit}",
                 )
         return [float(s) for s in shares]
 
@@ -149,6 +150,7 @@ def pose(
         unit = f" {problem.time.unit}" if problem.time.unit else ""
         raise SimulationError(
             f"the range of '{problem.time.name}' goes from {a:.6g}{unit} to {b:.6g}{unit}: it must ascend",
+            problem.time.origin,
             help="exchange its ends, or give other values"
             if not curve.unknown
             else "give another guess of its end",
@@ -191,7 +193,14 @@ def _settle(
         for index, value in chosen.items():
             p[index], given[index] = value, 1
         if problem.parameters_function is not None:
-            problem.parameters_function(p, given)
+            try:
+                problem.parameters_function(p, given)
+            except ZeroDivisionError:
+                raise SimulationError(
+                    f"the range of '{problem.time.name}' is empty, or a formula of parameters divides by zero",
+                    problem.time.origin,
+                    help="give other values",
+                ) from None
         z = np.zeros(len(problem.discretes))
         nothing = (np.zeros(()), np.zeros(height), _NONE)
         ends = functions["guess_of_ends"](*nothing, z, p).copy()

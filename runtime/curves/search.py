@@ -228,9 +228,18 @@ def _active(discrete: Discrete) -> int:
 
 
 def reported_z(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Array:
-    """Return z with the further numbers, which decide nothing."""
+    """Return z with the further numbers, which decide nothing, but may read each other."""
     z = discrete._z(unknowns)
-    curve = posed.curve
+    for _ in discrete.curve.further:
+        before = z.copy()
+        _read_further(discrete, unknowns, z)
+        if np.array_equal(z, before, equal_nan=True):
+            break
+    return z
+
+
+def _read_further(discrete: Discrete, unknowns: Unknowns, z: Array) -> None:
+    curve = discrete.curve
     start = len(z) - len(curve.further)
     integrals = [k for k, row in enumerate(curve.further) if row.kind == "integral"]
     if integrals:
@@ -246,4 +255,3 @@ def reported_z(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Array:
         y[: values.size, 0] = values.ravel()
         s = discrete.number_s[deciding + k : deciding + k + 1]
         z[start + len(integrals) + k] = discrete.call("further_values", s, y, z)[k, 0]
-    return z

@@ -77,7 +77,23 @@ class Stationary(Struct, frozen=True, kw_only=True):
                 said = jumping(posed, (float(ends[0]), float(ends[1])), one.value)
                 one.remarks += [said] if said else []
         seconds = time.perf_counter() - begun
-        return tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
+        found = tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
+        for one in found:
+            _check_assertions(one)
+        return found
+
+
+def _check_assertions(found: CurveSolution) -> None:
+    """Raise SimulationError where an assertion of the model does not hold along a curve."""
+    problem = found.problem
+    for index, place in found.failed_assertions():
+        assertion = problem.assertions[index]
+        unit = f" {problem.time.unit}" if problem.time.unit else ""
+        raise SimulationError(
+            f"assertion failed at {problem.time.name} = {place:.6g}{unit}: {assertion.message}",
+            assertion.origin,
+            help="the curve was found, and this is said of it in the model",
+        )
 
 
 def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answer]:

@@ -9,10 +9,21 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Kind
 from ...graph import Graph, Node
 from ...graph.differentiate import gradient, jacobian
+from ...graph.evaluate import evaluate
 from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import EXCHANGED, CurvePlan, CurveRow, Entry, Equations, Function, ParameterRule, Slot
+from ..model import (
+    EXCHANGED,
+    AssertionText,
+    CurvePlan,
+    CurveRow,
+    Entry,
+    Equations,
+    Function,
+    ParameterRule,
+    Slot,
+)
 from ..reported.entries import unit_of
 from .conditions import Conditions, conditions_of
 from .experiments import curve_experiments
@@ -29,6 +40,7 @@ def assemble_curve(
     """Return the functions of a model of a curve; report what no curve can fulfil."""
     graph = system.graph
     exchanged = EXCHANGED in parts
+    _check_range(system, curve, reporter)
     forms = forms_of(system, curve, exchanged=exchanged)
     found = conditions_of(system, curve, forms, reporter, exchanged=exchanged)
     reporter.stop_on_errors()
@@ -77,6 +89,8 @@ def assemble_curve(
         system.symbols.time,
         _fixed(system),
     )
+    told, _ = kinks(graph, [w.node for w in found.further], system.symbols.time, _fixed(system))
+    bend_at += [n for n in told if n not in bend_at]
     if bend_at and curve.unknown:
         reporter.error(
             "E0563",
@@ -101,7 +115,10 @@ def assemble_curve(
     whole_gradients, whole_gradient = _first(graph, wholes, numbers)
     whole_curvatures, whole_curvature = _second(graph, whole_density, numbers)
     guesses, guessed = _guesses(system, forms)
-    depth = _depth(graph, forms, [*bent, *at, *also, *also_at, *output_nodes, *in_s], order)
+    asserted = forms.over_s(
+        [answered(system, curve, forms, found, a.condition, reporter) for a in system.assertions]
+    )
+    depth = _depth(graph, forms, [*bent, *at, *also, *also_at, *output_nodes, *in_s, *asserted], order)
 
     functions = [
         Function("range", "the ends of the range", (curve.lower, curve.upper)),
@@ -125,6 +142,7 @@ def assemble_curve(
         Function("whole_curvature", "second derivatives of what is stationary and multiplier * residual", whole_curvatures),
         Function("outputs", "everything reported beside the curve", tuple(output_nodes)),
         Function("first_integrals", "what is the same along the curve", tuple(in_s)),
+        Function("assertions", "1 where an assertion holds, else 0", tuple(asserted)),
     ]  # fmt: skip
     layout, states, z = _layout(
         system, curve, forms, found, [*numbers, *lam, *mu, *weights, *further_numbers], depth
@@ -169,7 +187,7 @@ def assemble_curve(
         nq=n,
         nv=n * depth,
         nx=len(found.densities),
-        time=Entry(system.model.independent, "time", _independent_unit(system)),
+        time=Entry(system.model.independent, "time", _independent_unit(system), span=curve.origin.span),
         states=states,
         parameters=_parameters(system),
         parameter_rules=_parameter_rules(system),
@@ -181,9 +199,28 @@ def assemble_curve(
         functions=(*functions, *plan_functions),
         experiments=plans,
         needs=frozenset(),
+        assertions=tuple(AssertionText(a.message, a.origin.span) for a in system.assertions),
         choices=(),
         curve=plan,
     )
+
+
+def _check_range(system: MechanicalSystem, curve: Curve, reporter: Reporter) -> None:
+    """Report a range whose ends are numbers that do not ascend."""
+    graph = system.graph
+    ends = (curve.lower, curve.upper)
+    if graph.support(*ends):
+        return
+    low, high = evaluate(graph, ends, {})
+    if low < high:
+        return
+    reporter.error(
+        "E0551",
+        f"the range of '{system.model.independent}' " + ("is empty" if low == high else "descends"),
+        curve.origin.shown,
+        help="write its lower end first: 'independent x from 0 m to 1 m;'",
+    )
+    reporter.stop_on_errors()
 
 
 def _over_range(forms: Forms, nodes: Sequence[Node]) -> list[Node]:

@@ -46,6 +46,10 @@ _ELSEWHERE = {
 _LARGEST = 20_000
 """Most operations of a call after it is written out."""
 
+_OF_MOTIONS = ("sample", "initial")
+"""Functions that tell an instant of a motion."""
+_OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"
+
 _ALL_RULES = {**RULES, **KINEMATIC_RULES}
 
 
@@ -66,6 +70,15 @@ def call(scope: Scope, node: ast.Call) -> Expression:
         return _running_integral(scope, node)
     if builtin.category is Category.QUERY or name == "integral":
         return QUERY_RULES[name](Call(scope, node, name, []))
+    interval = scope.flattening.interval
+    if interval is not None and name in _OF_MOTIONS:
+        raise scope.fail(
+            "E0552",
+            f"'{name}()' is an instant, and a curve has none",
+            node.span,
+            labels=(Label(interval.span, "this makes it a model of a curve"),),
+            help="a choice by place is written 'if x < a then .. else ..'",
+        )
     arguments = [scope.elaborate(a) for a in node.arguments]
     return _ALL_RULES[name](Call(scope, node, name, arguments))
 
@@ -83,7 +96,7 @@ def _check_count(scope: Scope, node: ast.Call, builtin: Builtin) -> None:
             "E0309",
             f"'{builtin.name}' takes {builtin.arity}, not {count}",
             node.span,
-            help=builtin.doc,
+            help=_OVER_THE_RANGE if builtin.name == "integral" and scope.flattening.interval else builtin.doc,
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 
 from msgspec import Struct, field
@@ -155,8 +156,13 @@ def _unknown(scope: Scope, name: str, span: Span) -> Poisoned:
         if meant
         else f"did you mean '{near}'?"
         if near
-        else f"the settings are {', '.join(OPTIONS)}",
+        else f"the settings are {', '.join(_settings(scope))}",
     )
+
+
+def _settings(scope: Scope) -> Sequence[str]:
+    """Return the options of an experiment: a curve has no run."""
+    return [*OPTIONS] if scope.flattening.interval is None else ["tolerance", "display"]
 
 
 def _check_fixed(scope: Scope, node: ast.Modification, value: Expression) -> None:
@@ -171,7 +177,7 @@ def _check_fixed(scope: Scope, node: ast.Modification, value: Expression) -> Non
 
 
 def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> None:
-    if scope.flattening.interval is not None and name not in ("tolerance", "display"):
+    if name not in _settings(scope):
         raise scope.fail(
             "E0562",
             f"'{name}' belongs to a run in time",

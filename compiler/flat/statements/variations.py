@@ -18,6 +18,8 @@ from .relations import sides
 
 _RANGE = "a curve has a range: 'independent x from a to b;'"
 
+_LOSES = "leave it out, or find the motion from its start: a model without a range"
+
 _REFUSED: dict[type[ast.Statement], tuple[str, str]] = {
     ast.When: (
         "'when' is an event, and nothing happens along a curve",
@@ -36,7 +38,10 @@ _REFUSED: dict[type[ast.Statement], tuple[str, str]] = {
         "an input is told from outside in time, and a curve is found as a whole",
         "write it as a formula, or as 'table(x, {..}, {..})'",
     ),
-    ast.Equation: ("a first-order state begins at one end, and a curve is found as a whole", ""),
+    ast.Equation: (
+        "a first-order equation begins at one end, and a curve is found as a whole",
+        "constrain the slope: 'constraint c: der(z) = e;'",
+    ),
     ast.Drive: (
         "a drive prescribes a motion in time",
         "write what is given as a constraint: 'constraint c: z = f(x);'",
@@ -45,8 +50,8 @@ _REFUSED: dict[type[ast.Statement], tuple[str, str]] = {
         "a force has no part in what is stationary",
         "write its potential: 'potential -F*x;', or put it into the integrand",
     ),
-    ast.Damping: ("damping does not follow from anything stationary", ""),
-    ast.Friction: ("friction does not follow from anything stationary", ""),
+    ast.Damping: ("damping does not follow from anything stationary", _LOSES),
+    ast.Friction: ("friction does not follow from anything stationary", _LOSES),
     ast.Exact: ("a closed solution is compared with a motion", "write it as an output"),
 }
 
@@ -135,7 +140,7 @@ def _type_of_functional(scope: Scope) -> Type:
 def refuse(scope: Scope, statement: ast.Statement) -> None:
     """Report a statement that only a motion can have."""
     if isinstance(statement, ast.Energy) and statement.kind == "dissipation":
-        found: tuple[str, str] | None = ("dissipation does not follow from anything stationary", "")
+        found: tuple[str, str] | None = ("dissipation does not follow from anything stationary", _LOSES)
     else:
         found = _REFUSED.get(type(statement))
     if found is None:
