@@ -25,6 +25,7 @@ PAGES = (
     "events",
     "fmu",
     "startup",
+    "around",
     "work_precision",
     "examples",
     "calibration",

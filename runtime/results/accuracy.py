@@ -14,6 +14,9 @@ from .doubts import Contradiction
 
 COMPANION_RATIO = 100.0
 LOWEST_COMPANION = 1e-14
+AT_ONCE = 65_536
+"""Rows that are looked at together."""
+
 EPSILON = float(np.finfo(float).eps)
 
 
@@ -96,14 +99,19 @@ def compare(
 ) -> ErrorEstimate:
     """Estimate errors from two runs on one grid, [n, ny] each; never below the growth of rounding errors."""
     floor = EPSILON * np.sqrt(max(steps, 1))
-    error = np.maximum(factor * np.abs(y - companion) / (nominal + np.abs(companion)), floor)
+
+    def error(rows: slice) -> Array:
+        size = nominal + np.abs(companion[rows])
+        return np.asarray(np.maximum(factor * np.abs(y[rows] - companion[rows]) / size, floor))
+
     names = [quantity.name for quantity in problem.states]
-    largest = error.max(axis=0)
+    largest = np.max([error(rows).max(axis=0) for rows in _slices(len(y))], axis=0)
+    last = error(slice(-1, None))[0]
     return ErrorEstimate(
         largest=float(largest.max()),
-        at_end=float(error[-1].max()),
+        at_end=float(last.max()),
         by_state=dict(zip(names, largest.tolist(), strict=True)),
-        by_state_at_end=dict(zip(names, error[-1].tolist(), strict=True)),
+        by_state_at_end=dict(zip(names, last.tolist(), strict=True)),
         tolerance=tolerance,
         nominal=dict(zip(names, nominal.tolist(), strict=True)),
     )
@@ -136,7 +144,7 @@ def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
         balance -= outputs[:, supplied]
     energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
     energies += [i for i in problem.energy_balance if i >= 0]
-    return _drift(problem, total, balance, _largest(outputs[:, energies]))
+    return _drift(problem, total, balance, max(_largest(outputs[:, i]) for i in energies))
 
 
 def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
@@ -151,11 +159,21 @@ def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
 
 def _drift(problem: Problem, index: int, values: Array, size: float) -> Drift:
     quantity = problem.outputs[index]
-    defined = values[np.isfinite(values)]
-    absolute = _largest(defined - defined[0]) if defined.size else float("nan")
+    defined = np.isfinite(values)
+    absolute = _largest(values, float(values[np.argmax(defined)])) if defined.any() else float("nan")
     return Drift(quantity.name, quantity.unit, absolute, absolute / size if size > 0 else None)
 
 
-def _largest(values: Array) -> float:
-    """Largest size among the numbers: at the surface of a contact, within rounding, an energy may be undefined."""
-    return float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+def _largest(values: Array, about: float = 0.0) -> float:
+    """Largest distance [n] from ``about`` among the numbers: at the surface of a contact, within rounding, an energy may be
+    undefined."""
+    found = 0.0
+    for rows in _slices(len(values)):
+        apart = np.abs(values[rows] - about)
+        found = max(found, float(apart[np.isfinite(apart)].max(initial=0.0)))
+    return found
+
+
+def _slices(count: int) -> list[slice]:
+    """Take rows apart, so that what is computed of many points on the way needs no memory of their number."""
+    return [slice(begin, begin + AT_ONCE) for begin in range(0, count, AT_ONCE)]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
-from typing import Literal
+from typing import Literal, overload
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ..case import Case, inputs_at
 from ..integrate.solver import table_structs
@@ -77,10 +78,34 @@ def input_rows(case: Case, t: Array) -> Array:
     return rows
 
 
-def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
-    """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
+class Blocks:
+    """Columns [n, m] that stand side by side in several arrays, so that none is copied: ``blocks[:, i]``, ``blocks[rows]``."""
+
+    def __init__(self, *blocks: Array) -> None:
+        self.blocks = blocks
+        self._places = [(block, i) for block in blocks for i in range(block.shape[1])]
+
+    @overload
+    def __getitem__(self, key: tuple[slice, int]) -> Array: ...
+    @overload
+    def __getitem__(self, key: NDArray[np.bool_]) -> Array: ...
+    def __getitem__(self, key: tuple[slice, int] | NDArray[np.bool_]) -> Array:
+        if not isinstance(key, tuple):
+            return np.hstack([block[key] for block in self.blocks])
+        rows, column = key
+        block, i = self._places[column]
+        return block[rows, i]
+
+
+def solution_blocks(case: Case, t: Array, y: Array, z: Array | None = None) -> Blocks:
+    """States, outputs, inputs and discrete variables at t [n] and y [n, ny]."""
     outputs = evaluate_rows(case, "outputs", t, y, z)
     inputs = input_rows(case, t)
     own = sum(quantity.kind != "mode" for quantity in case.problem.discretes)
-    discretes = np.tile(case.z, (t.size, 1)) if z is None else z
-    return np.hstack([y, outputs, inputs, discretes[:, :own]])
+    discretes = np.tile(case.z[:own], (t.size, 1)) if z is None else z[:, :own]
+    return Blocks(y, outputs, inputs, discretes)
+
+
+def solution_columns(case: Case, t: Array, y: Array, z: Array | None = None) -> Array:
+    """States, outputs, inputs and discrete variables at t [n] and y [n, ny], one column each."""
+    return np.hstack(solution_blocks(case, t, y, z).blocks)

@@ -18,6 +18,7 @@ from .accuracy import Accuracy, Drift
 from .condition import Condition, no_condition
 from .doubts import Contradiction
 from .energy_accounts import EnergyAccounts, energy_accounts
+from .evaluate import Blocks
 from .files import json_number
 from .quantities import Display, Results, Values
 from .sensitivity import Sensitivities, Sensitivity, none_asked
@@ -55,7 +56,7 @@ class Motion(Struct, frozen=True, eq=False):
 
     problem: Problem
     time: Array
-    columns: Array
+    columns: Array | Blocks
     at: Columns
     interpolation: str
     experiment: str

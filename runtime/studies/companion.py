@@ -115,8 +115,9 @@ def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, 
     """Give both runs at the output times that both have, and at their ends: a model may end one of them just before an
     output time and the other just behind it."""
     shared = min(main.t.size, companion.t.size) - 1
-    ours, theirs = (np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
-    t, their_t = (np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
+    same = main.t.size == companion.t.size == shared + 1
+    ours, theirs = (run.y if same else np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
+    t, their_t = (run.t if same else np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
     ny = case.problem.ny
     our_z, their_z = (
         None if run.happened is None else run.happened.discretes(times, ny)

@@ -53,8 +53,8 @@ def by_own_size(
 
 def _reached(run: Trajectory) -> Array:
     """Give the largest size of each state."""
-    sizes: Array = np.abs(np.where(np.isfinite(run.y), run.y, 0.0)).max(axis=0)
-    return sizes
+    columns = (run.y[:, i] for i in range(run.y.shape[1]))  # one by one: of many points no copy is made
+    return np.array([np.abs(np.where(np.isfinite(column), column, 0.0)).max() for column in columns])
 
 
 def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:

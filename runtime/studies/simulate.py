@@ -24,7 +24,7 @@ from ..results.accuracy import (
 from ..results.constraint_drift import constraint_drifts
 from ..results.diagnosis import undefined_energy, with_cause
 from ..results.doubts import Contradiction
-from ..results.evaluate import evaluate_rows, scene_rows, solution_columns
+from ..results.evaluate import evaluate_rows, scene_rows, solution_blocks, solution_columns
 from ..results.solution import Motion, Solution
 from ..settings import settable
 from .companion import Estimated, doubts, estimate, trajectory_of
@@ -178,8 +178,8 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
     modes: Array | None = None
     if happened is not None:
         times, states, modes = happened.merged(main.t, main.y, problem.ny)
-    columns = solution_columns(case, times, states, modes)
-    outputs = columns[:, problem.ny : problem.ny + len(problem.outputs)]
+    columns = solution_blocks(case, times, states, modes)
+    outputs = columns.blocks[1]
     failure = main.failure
     if outcome is Outcome.COMPLETED:
         failure = undefined_energy(problem, times, states, outputs)

@@ -1,0 +1,111 @@
+"""What a run costs beside its motion: calls in a loop, bounces, output points; processor time and memory, beside the kernel's own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from statistics import median
+
+import mechc
+
+from .machine import table, write
+from .startup import INSTALLED
+
+DOUBLE_PENDULUM = Path(__file__).parents[1] / "examples" / "double_pendulum.mech"
+
+BALL = """model Ball
+  parameter m = 1 kg;
+  parameter g = 9.81 m/s^2;
+  coordinate Length y = 1 m;
+  kinetic 1/2*m*der(y)^2;
+  potential m*g*y;
+  contact floor: y restitution 1;
+  experiment(stop = 1 s);
+end Ball;
+"""
+
+PEAK = """
+import resource, sys
+import mechc
+model = mechc.loads(sys.argv[1])
+model.simulate(stop=1, estimate_error=False)
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+solution = model.simulate(estimate_error=False, **eval(sys.argv[2]))
+after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(1024 * (after - before), len(solution.time), len(solution.events), 1 + len(solution.quantities))
+"""
+
+
+def middle(call: Callable[[], object], count: int) -> float:
+    """Median processor time of a call."""
+    taken = []
+    for _ in range(count):
+        begun = time.process_time()
+        call()
+        taken.append(time.process_time() - begun)
+    return median(taken)
+
+
+def peak(model: str, **options: float) -> tuple[int, int, int, int]:
+    """Bytes that a run adds to the peak of a process; its output times, events and columns."""
+    done = subprocess.run(
+        [sys.executable, "-c", PEAK, model, repr(options)],
+        check=True,
+        capture_output=True,
+        text=True,
+        env=INSTALLED,
+    )
+    added, times, events, columns = map(int, done.stdout.split())
+    return added, times, events, columns
+
+
+def main(quick: bool = False) -> None:
+    count = 30 if quick else 300
+    text = DOUBLE_PENDULUM.read_text(encoding="utf-8")
+    pendulum = mechc.loads(text)
+    name = pendulum.parameters[0].name
+    rows = []
+    for estimate in (False, True):
+
+        def run(estimate: bool = estimate) -> mechc.Solution:
+            return pendulum.simulate(set={name: 1.1}, estimate_error=estimate)
+
+        for _ in range(count):
+            run()
+        kernel = 1e3 * median(run().statistics.run_time for _ in range(count))
+        whole = 1e3 * middle(run, count)
+        if estimate:
+            other = pendulum.simulate(set={name: 1.1}, tolerance=1e-10, estimate_error=False)
+            kernel += 1e3 * other.statistics.run_time
+        label = f"`simulate(set=...)` {'with' if estimate else 'without'} estimate"
+        rows.append([label, f"{whole:.2f} ms", f"{kernel:.2f} ms", f"{whole - kernel:.2f} ms", "0.1 ms"])
+    ball = mechc.loads(BALL)
+    ball.simulate(stop=100, estimate_error=False)
+    stop = 20_000.0
+    begun = time.process_time()
+    bounced = ball.simulate(stop=stop, estimate_error=False)
+    each = 1e6 * (time.process_time() - begun) / len(bounced.events)
+    own = 1e6 * bounced.statistics.run_time / len(bounced.events)
+    rows.append(["a bounce", f"{each:.1f} us", f"{own:.1f} us", f"{each - own:.1f} us", "3 us in all"])
+    head = ["", "processor time", "of it the kernel", "beside it", "goal"]
+    added, _, events, _ = peak(BALL, stop=stop)
+    memory = [["a bounce", f"{added / events:.0f}", "-", "-", "300"]]
+    points = 1_000_000 if quick else 10_000_000
+    added, times, _, columns = peak(text, stop=10.0, every=10.0 / points)
+    per = added / times
+    memory.append(
+        ["an output point", f"{per:.0f}", f"{8 * columns}", f"{per / (8 * columns):.2f}", "1.25 times"]
+    )
+    words = (
+        f"Medians of {count} calls. The double pendulum over 10 s; a ball that bounces without loss, for {stop:g} s. The kernel's time "
+        "is what a run says of itself, by the clock: on a busy machine it is too long, and what is beside it too short."
+    )
+    bytes_ = ["", "bytes at the peak", "of its numbers alone", "ratio", "goal"]
+    write("around", "Around the motion", [words, table(head, rows), table(bytes_, memory)])
+
+
+if __name__ == "__main__":
+    main()
