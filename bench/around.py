@@ -91,7 +91,7 @@ def main(quick: bool = False) -> None:
     own = 1e6 * bounced.statistics.run_time / len(bounced.events)
     rows.append(["a bounce", f"{each:.1f} us", f"{own:.1f} us", f"{each - own:.1f} us", "3 us in all"])
     head = ["", "processor time", "of it the kernel", "beside it", "goal"]
-    added, _, events, _ = peak(BALL, stop=stop)
+    added, _, events, _ = peak(BALL, stop=10 * stop)
     memory = [["a bounce", f"{added / events:.0f}", "-", "-", "300"]]
     points = 1_000_000 if quick else 10_000_000
     added, times, _, columns = peak(text, stop=10.0, every=10.0 / points)
