@@ -14,6 +14,7 @@ from written_problems import compiled_kepler, compiled_pendulum, kepler, kepler_
 import mechc
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array
+from mechc.runtime.results.evaluate import Blocks
 from mechc.runtime.results.files import ResultsFileError, read_results
 from mechc.runtime.results.quantities import Results
 from mechc.runtime.results.solution import Solution
@@ -239,3 +240,20 @@ def test_summary_writes_null_for_what_is_not_a_number() -> None:
     assert summary["final"]["kinetic"] is None
     assert summary["final"]["potential"] is None
     json.dumps(summary, allow_nan=False)
+
+
+def test_states_and_outputs_stand_where_they_were_computed(solution: Solution) -> None:
+    blocks = solution.motion.columns
+    assert isinstance(blocks, Blocks)
+    names = list(solution.quantities)
+    assert all(np.array_equal(blocks[:, i], solution[name]) for i, name in enumerate(names))
+    assert np.shares_memory(solution["theta"], blocks.blocks[0])
+    late = solution.time > 1
+    assert np.array_equal(blocks[late], np.column_stack([solution[name][late] for name in names]))
+
+
+def test_remarks_and_reports_follow_what_is_added() -> None:
+    solution = simulate(compiled_pendulum(), SimulationOptions(stop=1, points=5))
+    assert "seen" not in solution.report["remarks"]
+    solution.add_remark("seen")
+    assert solution.remarks[0] == "seen" and solution.report["remarks"][0] == "seen"
