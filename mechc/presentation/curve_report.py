@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ..runtime.curves.found import CurveSolution
     from ..runtime.studies.stationary import Curves
 
+ROUNDING = 1e-15
 WORDS = {
     "minimum": "a minimum: no direction leads down",
     "maximum": "a maximum: every direction leads down",
@@ -117,12 +118,22 @@ def _along(s: CurveSolution, display: Display) -> list[str]:
         unit, by = _shown(s.unit(name), quantity.display if quantity else "", display)
         v = s[name] * by
         label = name + (f" [{unit}]" if with_unit(unit) else "")
-        table.append([label, *(number(float(x)) for x in (v[0], v[-1], v.min(), v.max()))])
+        table.append(
+            [
+                label,
+                *(number(_rounded(float(x), float(abs(v).max()))) for x in (v[0], v[-1], v.min(), v.max())),
+            ]
+        )
     widths = [max(width(row[i]) for row in table) for i in range(5)]
     return [
         "",
         *("  " + "  ".join(pad(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table),
     ]
+
+
+def _rounded(value: float, size: float) -> float:
+    """Return zero for what is rounding beside the largest value."""
+    return 0.0 if abs(value) < ROUNDING * size else value
 
 
 def _sweep(found: Curves, display: Display, style: Style) -> str:

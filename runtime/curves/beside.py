@@ -128,12 +128,13 @@ def jumping(posed: Posed, ends: tuple[float, float], limit: float) -> str:
     told = float(
         posed.functions["wholes"](np.zeros(1), np.zeros((height, 1)), np.zeros(0), numbers, posed.p)[0, 0]
     )
-    if not np.isfinite(told) or told >= limit - 1e-9 * abs(limit):
+    if not np.isfinite(told) or (np.isfinite(limit) and told >= limit - 1e-9 * abs(limit)):
         return ""
     name, over = posed.problem.states[0].name, posed.problem.time
     a, b = posed.range(posed.ends)
     unit = f" {curve.unit}" if curve.unit else ""
+    lower = "lower value" if np.isfinite(limit) else "value"
     return (
-        f"curves that come near to one that jumps have the lower value {told:.9g}{unit}: {name} from {ends[0]:.6g} to {level:.6g} "
+        f"curves that come near to one that jumps have the {lower} {told:.9g}{unit}: {name} from {ends[0]:.6g} to {level:.6g} "
         f"at {over.name} = {a:.6g}, resting there, and to {ends[1]:.6g} at {over.name} = {b:.6g}"
     )

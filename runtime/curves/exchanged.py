@@ -29,7 +29,7 @@ def exchange_told(posed: Posed, swapped: Posed, answer: Answer, why: str) -> str
     x, rate = rates(answer, s)
     mean = abs(float(x[-1] - x[0]))
     places = [mean * round(float(x[k]) / mean, 9) + 0.0 for k in (0, -1) if abs(rate[k]) < STEEP * mean]
-    said = f"'{name}' and {_listed(names)} were taken as functions of a parameter, as no curve over '{name}' was found well ({why})"
+    said = f"'{name}' and {_listed(names)} were taken as functions of a parameter, for over '{name}' {why}"
     if places:
         said += f"; the slope is infinite at {name} = {' and '.join(f'{p:.6g}' for p in places)}{' ' + unit if unit else ''}"
     if turns_back(answer):

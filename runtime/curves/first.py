@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 
@@ -29,6 +30,14 @@ from .starts import (
 from .unknowns import Unknowns
 
 
+class Tried(Struct, frozen=True):
+    """One way in which a curve was looked for, on so many elements, and how it ended."""
+
+    elements: int
+    way: str
+    outcome: str
+
+
 class Begun(Struct, eq=False):
     """A curve on the mesh on which it was found; ``guessed``: the size of the value's terms with the guess."""
 
@@ -39,7 +48,7 @@ class Begun(Struct, eq=False):
 
 def first_from(
     posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], deflated: Sequence[tuple[Discrete, Unknowns]],
-    tried: list[str], remarks: list[str], *, once: bool,
+    tried: list[Tried], remarks: list[str], *, once: bool,
 ) -> tuple[Begun | None, int]:  # fmt: skip
     """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
     steps = 0
@@ -48,13 +57,12 @@ def first_from(
         discrete, first, off = _start(posed, source, count, max(coarse, 2 * posed.curve.order + 2), weights)
         without_repeats(discrete, first)
         if why := undefined(discrete, first):
-            tried.append(f"{count} elements: {why}")
+            tried.append(Tried(count, "", why))
             continue
         guessed = value_of(discrete, first)[1]
         known = [transferred(before, unknowns, discrete) for before, unknowns in deflated]
         if obstacles.has_bounds(discrete):
             obstacles.begin(discrete, first)
-        results: dict[str, list[str]] = {}
         for words, way in _ways(discrete, first, known, once=once):
             solved = bounded(discrete, way())
             steps += solved.steps
@@ -62,14 +70,33 @@ def first_from(
                 if off and not deflated:
                     remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
                 return Begun(discrete, solved.unknowns, guessed), steps
-            outcome = f"{solved.why}, {solved.steps} step{'' if solved.steps == 1 else 's'}"
-            results.setdefault(outcome, []).append(words)
-        tried += [
-            f"{count} elements of degree {discrete.mesh.degree}: {outcome}"
-            + (f", {', '.join(ways)}" if len(results) > 1 else " in every way")
-            for outcome, ways in results.items()
-        ]
+            tried.append(Tried(count, words, solved.why))
     return None, steps
+
+
+ENDINGS = {
+    "singular": "nothing determines the step",
+    "no shorter step": "no step leads nearer",
+    "too many steps": "the steps do not come to an end",
+    "not finite": "the integrand is not defined there",
+}
+
+
+def said_of(tried: Sequence[Tried]) -> list[str]:
+    """Say what was tried, in two lines: on which elements in which ways, and how often it ended how."""
+    found = [t for t in tried if t.way and t.outcome != "nothing to bring in"]
+    said = [t.outcome for t in tried if not t.way][:1] if len(tried) > len(found) else []
+    if found:
+        elements = dict.fromkeys(t.elements for t in found)
+        said.append(
+            f"tried on {', '.join(map(str, elements))} elements: {'; '.join(dict.fromkeys(t.way for t in found))}"
+        )
+        endings = Counter(ENDINGS.get(t.outcome, f"it ended with {t.outcome}") for t in found)
+        said.append(
+            "how that ended: "
+            + "; ".join(f"{words}, {n} times" if n > 1 else words for words, n in endings.most_common())
+        )
+    return said
 
 
 def _start(

@@ -174,9 +174,23 @@ def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
     plain.whole[lam0:] = 0.0
     plain.border[:, n:] = 0.0
     plain.inside[:, b:] = 0.0
-    blocks = discrete.blocks(plain)
-    if not is_finite(blocks):
+    step = stiffly(discrete, plain, start)
+    if step is None:
         return start
+    plain.whole[lam0:] = step.whole[lam0:]
+    plain.border[:, n:] = step.border[:, n:]
+    plain.inside[:, b:] = step.inside[:, b:]
+    return plain
+
+
+def stiffly(discrete: Discrete, at: Unknowns, start: Unknowns | None = None) -> Unknowns | None:
+    """Return the step down from a curve, and multipliers, that a stiffness in place of the matrix gives; None if there is none."""
+    layout = discrete.layout
+    lam0 = layout.unknown + layout.numbers
+    start = start or at
+    blocks = discrete.blocks(at)
+    if not is_finite(blocks):
+        return None
     coordinates = np.unique(layout.place)
     stiff = discrete.stiffness(discrete.sizes(start))[:, coordinates[:, None], coordinates[None, :]]
     blocks.local[:, coordinates[:, None], coordinates[None, :]] = stiff
@@ -188,13 +202,8 @@ def with_multipliers(discrete: Discrete, start: Unknowns) -> Unknowns:
     try:
         step = Factors(discrete, blocks).step(blocks)
     except (np.linalg.LinAlgError, RuntimeError):
-        return start
-    if not (np.isfinite(step.whole).all() and np.isfinite(step.inside).all()):
-        return start
-    plain.whole[lam0:] = step.whole[lam0:]
-    plain.border[:, n:] = step.border[:, n:]
-    plain.inside[:, b:] = step.inside[:, b:]
-    return plain
+        return None
+    return step if np.isfinite(step.whole).all() and np.isfinite(step.inside).all() else None
 
 
 class Solved(Struct, eq=False):

@@ -12,7 +12,7 @@ from ..problem import Array
 from . import obstacles
 from .bent import bent, spans
 from .discrete import Discrete
-from .first import Begun, bounded, first_from, value_of
+from .first import Begun, Tried, bounded, first_from, said_of, value_of
 from .mesh import Mesh
 from .newton import Factors, Solved, newton
 from .posed import Posed
@@ -25,6 +25,7 @@ FINER = 2
 ELEMENTS = 6
 MOST_CYCLES = 40
 MOST_ELEMENTS = 1500
+TOO_MANY = f"{MOST_ELEMENTS} elements do not reach the tolerance"
 ROUNDING = 2e-15
 """Relative to the sum of the sizes of all terms: what sums of some hundred terms lose."""
 
@@ -67,8 +68,9 @@ def search(
     elements: int = ELEMENTS,
 ) -> Answer:  # fmt: skip
     """Find a stationary curve from the guess, or from ``start``. Raises Failed."""
-    tried: list[str] = []
+    tried: list[Tried] = []
     remarks: list[str] = []
+    before = ""
     source = start or posed.guess
     alone = once or bool(deflated)
     meshes = [(elements, degree), (elements, 6), (3 * elements, 6), (2, 6)][
@@ -84,12 +86,13 @@ def search(
         except Failed as lost:
             if posed.curve.exchangeable:  # a slope may be infinite, which other starts do not change
                 raise
-            tried.insert(0, lost.why)
+            before = lost.why
     if not alone:
         found, more = _from_bent(posed, source, meshes[:1], remarks)
         if found is not None:
             return _adapted(posed, found, degree, steps + more, remarks)
-    raise Failed(tried[0], tried)
+    undefined = next((t.outcome for t in tried if not t.way), "")
+    raise Failed(before or undefined or "Newton's method leads to none", said_of(tried))
 
 
 def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[str]) -> Answer:
@@ -106,7 +109,7 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
         if not marked.any():
             break
         if discrete.mesh.count + marked.sum() > MOST_ELEMENTS:
-            remarks.append(f"{MOST_ELEMENTS} elements do not reach the tolerance")
+            remarks.append(TOO_MANY)
             break
         discrete, solved, more = _again(posed, discrete, solved.unknowns, discrete.mesh.refined(marked))
         steps += more
@@ -170,7 +173,8 @@ def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> 
     solved = bounded(other, newton(other, first))
     if not solved.converged:
         raise Failed(
-            f"the curve of {discrete.mesh.count} elements was lost on {mesh.count}: {solved.why}", ()
+            "no elements are small enough for it",
+            (f"it was lost between {discrete.mesh.count} and {mesh.count} elements",),
         )
     return other, solved, solved.steps
 

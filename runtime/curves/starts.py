@@ -66,7 +66,22 @@ def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
     layout, curve = discrete.layout, discrete.curve
     if not layout.positions:
         return
-    n = layout.n
+    for upper in (False, True):
+        element, node = (-1, -1) if upper else (0, 0)
+        ends, rows, _ = ends_given(discrete, unknowns, upper)
+        for m, k in enumerate(layout.positions):
+            if curve.points[k].bound:
+                continue
+            rank = np.linalg.matrix_rank(ends, tol=1e-9 * (np.abs(ends).max() + 1e-300)) if len(ends) else 0
+            more = np.vstack([ends, rows[k : k + 1] / (np.abs(rows[k]).max() + 1e-300)])
+            if np.linalg.matrix_rank(more, tol=1e-9 * np.abs(more).max()) == rank:
+                discrete.active_nodes[element, node, m] = False
+
+
+def ends_given(discrete: Discrete, unknowns: Unknowns, upper: bool) -> tuple[Array, Array, Array]:
+    """Return, by coordinates at one end: derivatives of all conditions on numbers, those of conditions at every place, and
+    the residuals of these there."""
+    layout, curve, n = discrete.layout, discrete.curve, discrete.layout.n
     zero, y = np.zeros(1), np.zeros((discrete._height(), 1))
     z = discrete._z(unknowns)
     by_numbers = np.zeros((len(curve.wholes) + 1, layout.unknown + layout.numbers))
@@ -75,29 +90,19 @@ def without_repeats(discrete: Discrete, unknowns: Unknowns) -> None:
     ):
         by_numbers[row, c] = g
     integrals = sum(row.kind == "integral" for row in curve.numbers)
-    for upper in (False, True):
-        element, node = (-1, -1) if upper else (0, 0)
-        s = np.array([1.0 if upper else 0.0])
-        at = discrete.rows(unknowns, discrete.nodes)[:, element, node][:, None]
-        values = np.zeros((layout.numbers, n))
-        found = discrete.call("place_gradients", s, at, z)[:, 0]
-        for (row, c), g in zip(curve.place_gradient, found, strict=True):
-            if c < n and curve.numbers[integrals + row].kind == ("upper" if upper else "lower"):
-                values[integrals + row, c] = g
-        ends = by_numbers[1:, layout.unknown :] @ values
-        rows = np.zeros((len(curve.points), n))
-        for (k, c), g in zip(
-            curve.point_gradient, discrete.call("point_gradients", s, at, z)[:, 0], strict=True
-        ):
-            if c < n:
-                rows[k, c] = g
-        for m, k in enumerate(layout.positions):
-            if curve.points[k].bound:
-                continue
-            rank = np.linalg.matrix_rank(ends, tol=1e-9 * (np.abs(ends).max() + 1e-300)) if len(ends) else 0
-            more = np.vstack([ends, rows[k : k + 1] / (np.abs(rows[k]).max() + 1e-300)])
-            if np.linalg.matrix_rank(more, tol=1e-9 * np.abs(more).max()) == rank:
-                discrete.active_nodes[element, node, m] = False
+    element, node = (-1, -1) if upper else (0, 0)
+    s = np.array([1.0 if upper else 0.0])
+    at = discrete.rows(unknowns, discrete.nodes)[:, element, node][:, None]
+    values = np.zeros((layout.numbers, n))
+    found = discrete.call("place_gradients", s, at, z)[:, 0]
+    for (row, c), g in zip(curve.place_gradient, found, strict=True):
+        if c < n and curve.numbers[integrals + row].kind == ("upper" if upper else "lower"):
+            values[integrals + row, c] = g
+    rows = np.zeros((len(curve.points), n))
+    for (k, c), g in zip(curve.point_gradient, discrete.call("point_gradients", s, at, z)[:, 0], strict=True):
+        if c < n:
+            rows[k, c] = g
+    return by_numbers[1:, layout.unknown :] @ values, rows, discrete.call("points", s, at, z)[:, 0]
 
 
 def transferred(discrete: Discrete, unknowns: Unknowns, other: Discrete) -> Unknowns:

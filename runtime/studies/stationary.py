@@ -12,6 +12,7 @@ from msgspec import Struct
 
 from ..case import find_experiment
 from ..curves.beside import jumping, plain
+from ..curves.diagnosis import contradiction, ends_of, obstructions
 from ..curves.exchanged import exchange_told
 from ..curves.found import CurveSolution
 from ..curves.further import further
@@ -61,12 +62,19 @@ class Stationary(Struct, frozen=True, kw_only=True):
 
     def _found(self, posed: Posed, other: Callable[[], Posed | None]) -> tuple[CurveSolution, ...]:
         begun = time.perf_counter()
+        if said := contradiction(posed):
+            raise SimulationError(
+                f"'{posed.problem.name}' has no curve: {said}",
+                posed.problem.time.origin,
+                help="give other ends, or leave one of the conditions out",
+            )
         try:
             posed, first = _first(posed, other)
         except Failed as failed:
             raise SimulationError(
                 f"no stationary curve of '{posed.problem.name}' was found: {failed.why}",
-                notes=failed.tried,
+                posed.problem.time.origin,
+                notes=(*_reasons(posed), *failed.tried),
                 help=f"give a guess that is nearer: 'coordinate {posed.problem.states[0].name} ~ f({posed.problem.time.name});', "
                 "in an experiment too; or ask whether there is a smooth curve at all",
             ) from None
@@ -81,6 +89,12 @@ class Stationary(Struct, frozen=True, kw_only=True):
         for one in found:
             _check_assertions(one)
         return found
+
+
+def _reasons(posed: Posed) -> list[str]:
+    """Return what is known of why there is no curve, with one that jumps where that has a value."""
+    jumps = plain(posed) and not posed.curve.action
+    return list(obstructions(posed, jumping(posed, ends_of(posed), np.inf) if jumps else ""))
 
 
 def _check_assertions(found: CurveSolution) -> None:
@@ -104,7 +118,7 @@ def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answ
         answer = search(posed)
         if answer.reached:
             return posed, answer
-        why = answer.remarks[-1]
+        why = "no elements are small enough for the curve"
     except Failed as failed:
         failure, why = failed, failed.why
     swapped = other() if posed.curve.exchangeable else None
@@ -113,7 +127,7 @@ def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answ
             found = search(swapped)
         except Failed as failed:
             found = None
-            more = f"over a parameter, with '{posed.problem.time.name}' as a coordinate: {failed.why}"
+            more = f"with '{posed.problem.time.name}' as a coordinate over a parameter, too: {failed.why}"
             failure = failure and Failed(failure.why, (*failure.tried, more))
         if found is not None and (answer is None or found.value_error < answer.value_error):
             found.remarks.append(exchange_told(posed, swapped, found, why))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 import mechc
@@ -113,3 +115,36 @@ def test_commands_of_motions_refuse_curves(command: str, tmp_path) -> None:  # t
     assert ran.exit_code
     assert isinstance(ran.exception, (UsageError, mechc.UsageMistake, SystemExit))
     assert "is a curve" in ran.output + str(ran.exception)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        pytest.param(line(integrand="z"), "what is stationary has no lower bound", marks=pytest.mark.slow),
+        pytest.param(
+            line(integrand="z*der(z)"), "the same for every curve between these ends", marks=pytest.mark.slow
+        ),
+        (line(ends=ENDS + " final z = 2 m;"), "'final z' repeats or contradicts"),
+        pytest.param(
+            line("constraint c: integral(sqrt(1 + der(z)^2)) = 1 m;"),
+            "no curve was found that meets 'c'",
+            marks=pytest.mark.slow,
+        ),
+        (line("constraint c: z >= 2 m;"), "'c' does not hold where the ends are given: at x = 0 m"),
+        (line("constraint c: z = 0.5 m;"), "'c' does not hold where the ends are given: at x = 0 m"),
+        (line(integrand="sqrt((1 + der(z)^2)/(z - 0.5 m))"), "with the guess the integrand is not defined"),
+    ],
+)
+def test_why_there_is_no_curve(text: str, said: str) -> None:
+    with pytest.raises(mechc.SimulationError) as caught:
+        mechc.loads(text).solve()
+    assert said in "; ".join((caught.value.message, *caught.value.notes))
+
+
+@pytest.mark.slow
+def test_rings_too_far_apart_leave_two_discs() -> None:
+    """Goldschmidt: no film is left beyond b = 0.6627, and two discs have 2 pi."""
+    film = Path(__file__).parents[2] / "examples" / "curves" / "soap_film.mech"
+    with pytest.raises(mechc.SimulationError) as caught:
+        mechc.load(film).solve(set={"b": 0.8})
+    assert "one that jumps have the value 6.28318531" in caught.value.notes[0]
