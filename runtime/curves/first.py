@@ -20,6 +20,7 @@ from .starts import (
     Source,
     beginning,
     evaluate,
+    far_off,
     gauge,
     steep_ends,
     transferred,
@@ -60,6 +61,7 @@ def first_from(
             tried.append(Tried(count, "", why))
             continue
         guessed = value_of(discrete, first)[1]
+        far = far_off(discrete, first)
         known = [transferred(before, unknowns, discrete) for before, unknowns in deflated]
         if obstacles.has_bounds(discrete):
             obstacles.begin(discrete, first)
@@ -69,6 +71,8 @@ def first_from(
             if solved.converged:
                 if off and not deflated:
                     remarks.append(f"the guess does not meet {' and '.join(off)}: it was bent to do so")
+                if far and not deflated:
+                    remarks.append(f"the guess is far from {' and '.join(far)}, which the curve meets")
                 return Begun(discrete, solved.unknowns, guessed), steps
             tried.append(Tried(count, words, solved.why))
     return None, steps

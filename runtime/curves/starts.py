@@ -15,6 +15,8 @@ from .newton import projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
 
+FAR = 0.1
+"""Of the size of its terms by which a guess misses a condition, so that it is told."""
 MISSED = 1e-6
 """Of the size of the curve by which a guess misses an end, beyond rounding and polynomials."""
 Source = Callable[[Array], Array]
@@ -46,6 +48,33 @@ def _missed(discrete: Discrete, unknowns: Unknowns) -> list[str]:
         for row, residual in zip(rows, residuals, strict=True)
         if row.kind in ("initial", "final") and abs(residual) > MISSED * size
     ]
+
+
+def far_off(discrete: Discrete, unknowns: Unknowns) -> list[str]:
+    """Return the conditions on the whole and at every place that a curve misses by far, as they are shown."""
+    layout, curve = discrete.layout, discrete.curve
+    y, z = np.zeros((discrete._height(), 1)), discrete._z(unknowns)
+    numbers = unknowns.whole[layout.unknown : layout.unknown + layout.numbers]
+    size = float(np.max(np.abs(numbers), initial=1e-300))
+    residuals = discrete.call("wholes", np.zeros(1), y, z)[1:, 0]
+    off = [
+        row.name
+        for row, residual in zip(curve.wholes, residuals, strict=True)
+        if row.kind == "whole" and abs(residual) > FAR * size
+    ]
+    if curve.points:
+        along = discrete.rows(unknowns, discrete.inner)
+        values = discrete.call("points", discrete.inner.s, along, z)
+        slopes = np.zeros(len(curve.points))
+        for (k, _), g in zip(
+            curve.point_gradient, discrete.call("point_gradients", discrete.inner.s, along, z), strict=True
+        ):
+            slopes[k] = max(slopes[k], float(np.max(np.abs(g))))
+        reach = np.maximum(slopes, 1e-300) * float(np.max(discrete.sizes(unknowns)))
+        for k, row in enumerate(curve.points):
+            worst = -float(np.min(values[k])) if row.bound else float(np.max(np.abs(values[k])))
+            off += [row.name] if row.kind == "position" and worst > FAR * reach[k] else []
+    return [f"'{name}'" for name in off]
 
 
 def with_numbers(discrete: Discrete, made: Unknowns) -> Unknowns:
@@ -152,8 +181,22 @@ def densities(discrete: Discrete, unknowns: Unknowns, s: Array) -> Array:
     ):
         for m, k in enumerate(which):
             table = block[:, where[:, m]]
+            if which is layout.positions and not curve.points[k].bound:
+                _continue_to_ends(nodes, table, discrete.active_nodes[:, :, m])
             found[k] = _interpolated(nodes, table, element, xi)
     return found
+
+
+def _continue_to_ends(nodes: Array, table: Array, active: NDArray[np.bool_]) -> None:
+    """Give ends at which a condition rests the value that the polynomial through the other nodes has there."""
+    for element, node in ((0, 0), (-1, -1)):
+        if active[element, node]:
+            continue
+        others = np.delete(np.arange(len(nodes)), node)
+        apart = nodes[others][:, None] - nodes[others][None, :] + np.eye(len(others))
+        ahead = nodes[node] - nodes[others]
+        shares = np.prod(ahead) / ahead / np.prod(apart, axis=1)
+        table[element, node] = float(shares @ table[element, others])
 
 
 def _interpolated(nodes: Array, table: Array, element: NDArray[np.int64], xi: Array) -> Array:

@@ -57,7 +57,8 @@ class Stationary(Struct, frozen=True, kw_only=True):
                 return pose(exchanged(), given, experiment, self.tolerance)
 
             points.append(point)
-            solutions.append(self._found(posed, other))
+            with np.errstate(all="ignore"):  # what is not finite is looked at, and told
+                solutions.append(self._found(posed, other))
         return Curves(tuple(points), tuple(solutions))
 
     def _found(self, posed: Posed, other: Callable[[], Posed | None]) -> tuple[CurveSolution, ...]:

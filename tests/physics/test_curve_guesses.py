@@ -57,7 +57,10 @@ def test_a_guess_that_decides_nothing_is_bent_both_ways(guess: str, length: floa
 
 def test_an_end_that_a_guess_misses_is_told() -> None:
     found = solve(CHAIN.format(guess="-0.1*x", end="0 m"))
-    assert found.remarks == ["the guess does not meet 'final z': it was bent to do so"]
+    assert found.remarks == [
+        "the guess does not meet 'final z': it was bent to do so",
+        "the guess is far from 'length', which the curve meets",
+    ]
     assert solve(CHAIN.format(guess="-x*(2 m - x)/1 m", end="0 m")).remarks == []
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mechc
@@ -148,3 +149,23 @@ def test_rings_too_far_apart_leave_two_discs() -> None:
     with pytest.raises(mechc.SimulationError) as caught:
         mechc.load(film).solve(set={"b": 0.8})
     assert "one that jumps have the value 6.28318531" in caught.value.notes[0]
+
+
+def test_the_density_of_a_surface_goes_on_to_the_ends() -> None:
+    """Along a great circle d/ds (r'/|r'|) = -|r'| r, so that the density of dot(r, r) = 1 is -|r'|/2, at the ends, too."""
+    found = mechc.load(Path(__file__).parents[2] / "examples" / "curves" / "sphere.mech").solve()
+    speed = np.sqrt(sum(found[f"der(r[{k}])"] ** 2 for k in (1, 2, 3)))
+    assert found["multiplier(surface)"] == pytest.approx(-speed / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("slope", "told"), [(1.9, []), (0.1, ["the guess is far from 'c', which the curve meets"])]
+)
+def test_a_guess_that_is_far_from_a_condition_is_told(slope: float, told: list[str]) -> None:
+    text = line(
+        "constraint c: integral(sqrt(1 + der(z)^2)) = 1.5 m;",
+        "z*sqrt(1 + der(z)^2)",
+        "initial z = 0 m; final z = 0 m;",
+        f"-{slope}*x*(1 - x/1 m)",
+    )
+    assert mechc.loads(text).solve().remarks == told
