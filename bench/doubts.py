@@ -13,7 +13,7 @@ from msgspec import Struct
 import mechc
 from mechc.runtime.outcome import ENDED, Outcome
 from mechc.runtime.results.contradictions import FACTOR, compared
-from mechc.runtime.studies import companion
+from mechc.runtime.studies.runs import companion
 
 from .machine import table, write
 from .references import FAILURES, examples

@@ -11,7 +11,7 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.kernel import Status
-from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.studies.runs.simulate import plan_run
 
 from .machine import table, write
 

@@ -16,13 +16,13 @@ from .runtime.case import find_experiment
 from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
-from .runtime.studies.simulate import Plan, plan_run
+from .runtime.studies.kinds.sweep import Runs, Sweep
+from .runtime.studies.runs.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
-from .runtime.studies.sweep import Runs, Sweep
 from .solution import Solution
 
 if TYPE_CHECKING:
-    from .runtime.studies.stepwise import Stepper
+    from .runtime.studies.runs.stepwise import Stepper
 
 M = TypeVar("M", bound=CompiledModel)
 
@@ -83,7 +83,7 @@ def answered(model: M, asked: Asked) -> tuple[M, Answer]:
 
 def begin(model: CompiledModel, asked: Asked) -> Stepper:
     """Begin a run that the caller takes on, piece by piece."""
-    from .runtime.studies.stepwise import Stepper
+    from .runtime.studies.runs.stepwise import Stepper
 
     problem, question = _posed(model, asked)
     advice = "" if _foreseen(model) else PASSED_BY

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from .functions import Functions
     from .runtime.ensembles.result import Ensemble
     from .runtime.studies.findings import Findings
-    from .runtime.studies.stepwise import Stepper
+    from .runtime.studies.kinds.sweep import Runs
+    from .runtime.studies.runs.stepwise import Stepper
     from .runtime.studies.study import Answer
-    from .runtime.studies.sweep import Runs
     from .solution import Solution
     from .web.view import View
 
@@ -186,7 +186,7 @@ class Model(CompiledModel):
     def fit(
         self, data: Any, vary: Any, *, set: Mapping[str, Given] | None = None, **settings: Any
     ) -> Findings:
-        """Find the values with which the model moves as it was measured (``runtime/studies/fit.py``).
+        """Find the values with which the model moves as it was measured (``runtime/studies/kinds/fit.py``).
 
         ``data``: one or several measured motions: CSV files, mappings from names to arrays [n] in SI with ``time`` among
         them, or tables of pandas. ``vary``: names of parameters and initial values, or a mapping from names to bounds

@@ -5,7 +5,7 @@ from __future__ import annotations
 from .asking.given_values import UsageMistake
 from .compiler.equations.model import EXCHANGED
 from .model import CompiledModel
-from .runtime.studies.stationary import Curves, Stationary
+from .runtime.studies.kinds.stationary import Curves, Stationary
 
 
 def check_motion(model: CompiledModel, what: str) -> None:

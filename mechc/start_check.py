@@ -41,7 +41,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     """Prepare a run and take it to its first instant. Raises SimulationError."""
     from .runtime.case import SimulationOptions, find_experiment, prepare
     from .runtime.functions import load_functions
-    from .runtime.integrate.methods import choose_method
+    from .runtime.integrate.choose_method import choose_method
     from .runtime.outcome import AT_SINGULAR_POSITIONS, SimulationError
     from .runtime.results.diagnosis import failure_at_start
 
@@ -66,7 +66,7 @@ def _begin(model: CompiledModel, name: str | None) -> None:
     )
     case = prepare(problem, load_functions(problem), options)
     if problem.library is not None:
-        from .runtime.studies.motion import simulate  # with scipy
+        from .runtime.studies.kinds.motion import simulate  # with scipy
 
         failure = simulate(problem, replace(options, start=case.begin, stop=case.begin)).failure
     elif problem.hybrid is None:

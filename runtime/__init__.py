@@ -8,9 +8,9 @@ from .outcome import Outcome, SimulationError
 from .problem import Problem
 from .results.quantities import Results
 from .results.solution import Solution
-from .studies.motion import Simulate, simulate
+from .studies.kinds.motion import Simulate, simulate
+from .studies.kinds.sweep import Runs, Sweep
 from .studies.study import Answer, Study, solve
-from .studies.sweep import Runs, Sweep
 
 __all__ = [
     "Answer",

@@ -22,7 +22,7 @@ from mechc.runtime.native.build import BuildError
 from mechc.runtime.native.kernel import load_kernel
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
-from mechc.runtime.studies.motion import Simulate
+from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.solution import Solution
 from mechc.watchdog import Crashed, Hung, Watchdog
 

@@ -14,7 +14,7 @@ from ..asking.given_values import UsageMistake
 if TYPE_CHECKING:
     from ..api import Model
     from ..display import Display
-    from ..runtime.studies.stationary import Curves
+    from ..runtime.studies.kinds.stationary import Curves
 
 OF_MOTIONS = {
     "stop": "--stop",

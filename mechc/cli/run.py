@@ -27,7 +27,7 @@ from .options import (
 if TYPE_CHECKING:
     from ..api import Model
     from ..display import Display
-    from ..runtime.studies.sweep import Runs
+    from ..runtime.studies.kinds.sweep import Runs
     from ..solution import Solution
 
 

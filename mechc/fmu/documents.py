@@ -58,7 +58,7 @@ def native_run(
     from ..answering import answered
     from ..asking.question import asked
     from ..runtime.native.build import find_compiler
-    from ..runtime.studies.motion import Simulate
+    from ..runtime.studies.kinds.motion import Simulate
     from ..solution import Solution
 
     question = asked(

@@ -13,8 +13,8 @@ from msgspec.structs import replace
 from ..curves import check_motion
 from ..runtime.case import Case, SimulationOptions, find_experiment, prepare
 from ..runtime.functions import load_functions
+from ..runtime.integrate.choose_method import check_name
 from ..runtime.integrate.kernel_run import run_kernel
-from ..runtime.integrate.methods import check_name
 from ..runtime.integrate.nominal_run import nominal_of
 from ..runtime.integrate.scipy_compiled import METHODS
 from ..runtime.integrate.scipy_methods import PREFIX

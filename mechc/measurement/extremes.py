@@ -13,7 +13,7 @@ from ..presentation.numbers import number
 
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
-    from ..runtime.studies.simulate import Plan
+    from ..runtime.studies.runs.simulate import Plan
 
 QUICK_PARAMETERS = 8
 """Parameters that a quick run scales; the others are named as left out."""

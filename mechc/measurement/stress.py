@@ -23,7 +23,7 @@ from ..asking.question import Asked, asked
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
-from ..runtime.studies.motion import Simulate
+from ..runtime.studies.kinds.motion import Simulate
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes

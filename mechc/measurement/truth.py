@@ -18,7 +18,7 @@ from ..runtime.reference.high_precision import (
     reference,
     reference_flags,
 )
-from ..runtime.studies.simulate import Plan
+from ..runtime.studies.runs.simulate import Plan
 
 if TYPE_CHECKING:
     from pathlib import Path

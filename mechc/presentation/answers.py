@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome
 from ..runtime.studies.findings import Cell, Findings, Panel, Table, Value
-from ..runtime.studies.sweep import Runs
+from ..runtime.studies.kinds.sweep import Runs
 from ..shown import ShownSolution
 from .numbers import number, with_unit
 from .style import PLAIN, Style, pad, width

@@ -11,7 +11,7 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..compiler.equations.model import Equations
     from ..runtime.curves.found import CurveSolution
-    from ..runtime.studies.stationary import Curves
+    from ..runtime.studies.kinds.stationary import Curves
 
 ROUNDING = 1e-15
 WORDS = {

@@ -15,7 +15,7 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..runtime.problem import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
-    from ..runtime.studies.sweep import Runs
+    from ..runtime.studies.kinds.sweep import Runs
     from ..shown import ShownSolution
 
 MOST_STATES = 12

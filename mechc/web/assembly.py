@@ -13,7 +13,8 @@ from mechc.compiler.targets.description import make_problem
 from mechc.compiler.targets.kernel_files import needed_kernel
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.methods import with_components
-from mechc.runtime.native.build import Compiler, build_shared
+from mechc.runtime.native.build import build_shared
+from mechc.runtime.native.compiler import Compiler
 from mechc.runtime.nominal import sizes_of
 
 FLAGS = (

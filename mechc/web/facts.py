@@ -17,7 +17,7 @@ from mechc.presentation.stl import triangles
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
 from mechc.runtime.problem import Array, Problem, Quantity, Scene
-from mechc.runtime.studies.motion import Simulate
+from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.solution import Solution
 
 from .assembly import methods
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from mechc.asking.given_values import Given
     from mechc.asking.question import Asked
     from mechc.model import CompiledModel
-    from mechc.runtime.studies.simulate import Plan
+    from mechc.runtime.studies.runs.simulate import Plan
 
 ROWS = 1001
 """Output times of a page."""

@@ -23,7 +23,7 @@ from ..case import (
     prepare,
 )
 from ..functions import load_functions
-from ..integrate.methods import choose_method
+from ..integrate.choose_method import choose_method
 from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..outcome import SimulationError

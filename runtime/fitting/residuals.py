@@ -13,7 +13,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case, SimulationOptions, prepare
-from ..integrate.methods import Method
+from ..integrate.choose_method import Method
 from ..outcome import SimulationError
 from ..problem import Array, Problem
 from ..tangent.flow import Tangents

@@ -8,10 +8,8 @@ processes may build the same entry at once.
 from __future__ import annotations
 
 import functools
-import hashlib
 import importlib.util
 import os
-import platform
 import re
 import shutil
 import subprocess
@@ -19,12 +17,11 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from msgspec import Struct
-
 from .cache import prune_cache
+from .cache_key import cache_key
+from .compiler import NATIVE, Compiler
 from .kept_files import build_folder, find_entry, keep_entry
 
-NATIVE = "-march=native"
 _COMMON = ("-std=c11", "-fno-math-errno", "-fno-trapping-math", "-fPIC", "-fvisibility=hidden")
 _FAST = (NATIVE, "-ffp-contract=fast")
 # without -frounding-math, gcc rounds functions of constants in its own way, not as the C library does
@@ -35,13 +32,6 @@ _INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
 
 LIBRARY_SUFFIX = {"win32": ".dll", "darwin": ".dylib"}.get(sys.platform, ".so")
 LINK = ("-shared",) if sys.platform == "win32" else ("-shared", "-lm")
-
-
-class Compiler(Struct, frozen=True):
-    """A C compiler that answers: its command line and what it says of its version."""
-
-    command: tuple[str, ...]
-    version: str
 
 
 class BuildError(Exception):
@@ -131,7 +121,7 @@ def build_shared(
     compiler = compiler or find_compiler()
     if compiler is None:
         raise CompilerMissing("no C compiler was found")
-    digest = _digest(sources, (*flags, file, *link), key, compiler)
+    digest = cache_key(sources, (*flags, file, *link), key, compiler)
     stem = f"{name}-{digest}"
     suffix = Path(file).suffix
     library = find_entry(stem, suffix)
@@ -143,30 +133,6 @@ def build_shared(
             library = keep_entry(folder / file, stem, suffix)
         prune_cache()
     return library
-
-
-def _digest(sources: Mapping[str, str], flags: Sequence[str], key: str, compiler: Compiler) -> str:
-    digest = hashlib.sha256()
-    parts = [key, *compiler.command, compiler.version, platform.machine(), sys.platform, *flags]
-    if NATIVE in flags:
-        parts.append(_processor())
-    for file in sorted(sources):
-        parts += [file, sources[file]]
-    for part in parts:
-        text = part.encode()
-        digest.update(b"%d:" % len(text) + text)
-    return digest.hexdigest()[:32]
-
-
-@functools.cache
-def _processor() -> str:
-    """What tells this processor from others, as far as generated instructions go."""
-    try:
-        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError:
-        return platform.processor()
-    wanted = ("model name", "flags", "Features", "CPU implementer", "CPU part", "isa")
-    return "\n".join(dict.fromkeys(line for line in lines if line.startswith(wanted)))
 
 
 def _compile(
@@ -185,7 +151,7 @@ def _compile(
 
     def make(file: str) -> None:
         needed = {name: sources[name] for name in _with_headers(file, sources)}
-        stem = f"object-{_digest(needed, flags, file, compiler)}"
+        stem = f"object-{cache_key(needed, flags, file, compiler)}"
         kept = find_entry(stem, ".o")
         if kept is None:
             _run((*compiler.command, *flags, *extra, "-c", file, "-o", f"{file}.o"), folder)

@@ -1,4 +1,5 @@
-"""The user's cache folder of compiled code: where it is, how big it may grow, how it is emptied.
+"""The user's cache folder of compiled code: where it is, how big it may grow, how it is emptied (the key of an
+entry: ``cache_key.py``).
 
 The folder that is chosen may hold anything: entries lie in a subfolder of it, and only what bears the name of an entry is ever removed.
 """

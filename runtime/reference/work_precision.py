@@ -15,8 +15,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case
+from ..integrate.choose_method import Method, choose_method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.methods import Method, choose_method
 from ..integrate.scipy_compiled import run_peer
 from ..integrate.scipy_methods import PREFIX
 from ..integrate.solver_options import SolverOptions

@@ -32,7 +32,7 @@ class Kind(Struct, frozen=True):
 
 def kind_of(question: type[Study]) -> Kind:
     """Give the kind that a question is of."""
-    home = f"{question.__module__.rpartition('.')[2]}:{question.__name__}"
+    home = f"{question.__module__.removeprefix(f'{__package__}.')}:{question.__name__}"
     (kind,) = (one for one in STUDIES.values() if one.home == home)
     return kind
 
@@ -40,113 +40,127 @@ def kind_of(question: type[Study]) -> Kind:
 STUDIES = {
     kind.name: kind
     for kind in (
-        Kind("simulate", "How does it move, and how accurate is that?", "motion:Simulate"),
-        Kind("sweep", "How does it move for each of several values?", "sweep:Sweep"),
+        Kind("simulate", "How does it move, and how accurate is that?", "kinds.motion:Simulate"),
+        Kind("sweep", "How does it move for each of several values?", "kinds.sweep:Sweep"),
         Kind(
             "ensemble",
             "What do thousands of runs give, over ranges, random values or a list of members?",
-            "ensemble:EnsembleOf",
+            "kinds.ensemble:EnsembleOf",
         ),
         Kind(
             "linearize",
             "What linear system is it near a state, between inputs and outputs?",
-            "linearize:Linearize",
+            "kinds.linearize:Linearize",
         ),
-        Kind("along", "What linear systems follow each other along the run?", "along:LinearizeAlong"),
+        Kind("along", "What linear systems follow each other along the run?", "kinds.along:LinearizeAlong"),
         Kind(
             "equilibria",
             "Where does it rest, stable or not, and how does that change over a parameter?",
-            "equilibria:FindEquilibria",
+            "kinds.equilibria:FindEquilibria",
         ),
         Kind(
             "curves",
             "Which curves make something stationary, over a parameter, and where do they end?",
-            "curves:FollowCurves",
+            "kinds.curves:FollowCurves",
         ),
         Kind(
             "steady",
             "Which motions are steady, with all but cyclic coordinates at rest, and are they stable?",
-            "steady:Steady",
+            "kinds.steady:Steady",
         ),
-        Kind("modes", "What are the frequencies, dampings and shapes of small motions?", "modes:FindModes"),
+        Kind(
+            "modes",
+            "What are the frequencies, dampings and shapes of small motions?",
+            "kinds.modes:FindModes",
+        ),
         Kind(
             "fit",
             "Which parameters and starts move the model as it was measured, and what cannot the data tell?",
-            "fit:Fit",
+            "kinds.fit:Fit",
         ),
         Kind(
             "virial",
             "What are the averages over a long motion, of energies and of named quantities?",
-            "virial:Virial",
+            "kinds.virial:Virial",
         ),
-        Kind("orbit", "Which periodic motion is near the start, and is it stable?", "orbit:Orbit"),
+        Kind("orbit", "Which periodic motion is near the start, and is it stable?", "kinds.orbit:Orbit"),
         Kind(
             "floquet",
             "How do small changes of a periodic motion grow over a period? Is it stable?",
-            "floquet:Floquet",
+            "kinds.floquet:Floquet",
         ),
         Kind(
-            "scattering", "By what angle is it deflected, over the impact parameter?", "scattering:Scattering"
+            "scattering",
+            "By what angle is it deflected, over the impact parameter?",
+            "kinds.scattering:Scattering",
         ),
         Kind(
             "gradient",
             "How does a goal of a smooth motion change with many parameters at once?",
-            "gradient:FindGradient",
+            "kinds.gradient:FindGradient",
         ),
-        Kind("optimum", "By which values is a goal of the motion greatest, or least?", "optimum:Optimum"),
+        Kind(
+            "optimum", "By which values is a goal of the motion greatest, or least?", "kinds.optimum:Optimum"
+        ),
         Kind(
             "hysteresis",
             "How does a motion follow a parameter that goes slowly up and down: where does it jump?",
-            "hysteresis:Hysteresis",
+            "kinds.hysteresis:Hysteresis",
         ),
-        Kind("threshold", "From which value on does something happen?", "threshold:Threshold"),
-        Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "lyapunov:Lyapunov"),
-        Kind("volume", "Does the flow keep volumes of states, or how fast do they shrink?", "volume:Volume"),
-        Kind("period", "How long does one swing last, over the energy?", "period:Period"),
+        Kind("threshold", "From which value on does something happen?", "kinds.threshold:Threshold"),
+        Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "kinds.lyapunov:Lyapunov"),
+        Kind(
+            "volume",
+            "Does the flow keep volumes of states, or how fast do they shrink?",
+            "kinds.volume:Volume",
+        ),
+        Kind("period", "How long does one swing last, over the energy?", "kinds.period:Period"),
         Kind(
             "section",
             "Where does it go through a surface, or stand once in every period?",
-            "section:Section",
+            "kinds.section:Section",
         ),
         Kind(
             "symmetries",
             "Which transformations leave it as it is, and what do they keep constant?",
-            "symmetries:Symmetries",
+            "kinds.symmetries:Symmetries",
         ),
         Kind(
             "invariants",
             "Which polynomials in velocities or momenta are constant along every motion?",
-            "invariants:Invariants",
+            "kinds.invariants:Invariants",
         ),
         Kind(
             "brackets",
             "What are the Poisson brackets of quantities, and is a transformation canonical?",
-            "brackets:Brackets",
+            "kinds.brackets:Brackets",
         ),
-        Kind("hamilton", "What are Hamilton's function and Hamilton's equations?", "hamilton:Hamilton"),
+        Kind("hamilton", "What are Hamilton's function and Hamilton's equations?", "kinds.hamilton:Hamilton"),
         Kind(
             "field",
             "Is a force field conservative, and what are its curl, circulation and potential?",
-            "field:Field",
+            "kinds.field:Field",
         ),
         Kind(
             "inertia",
             "What are mass, centre, inertia tensor and principal axes of bodies and of all together?",
-            "inertia:InertiaOf",
+            "kinds.inertia:InertiaOf",
         ),
         Kind(
             "kinematics",
             "How does a point move, in which components, and what is a rotation's axis and angle?",
-            "kinematics:Kinematics",
+            "kinds.kinematics:Kinematics",
         ),
         Kind(
-            "action", "What is the action of the path, and the action variable of a swing?", "action:Action"
+            "action",
+            "What is the action of the path, and the action variable of a swing?",
+            "kinds.action:Action",
         ),
-        Kind("energy", "Where can a motion of a given energy go?", "energy:Energy"),
+        Kind("energy", "Where can a motion of a given energy go?", "kinds.energy:Energy"),
         Kind(
             "portrait",
             "What do the paths of a motion in a plane look like: points of rest, separatrices?",
-            "portrait:Portrait",
+            "kinds.portrait:Portrait",
         ),
     )
 }

@@ -8,8 +8,8 @@ from msgspec.structs import replace
 
 from ..case import Case, input_values
 from ..functions import Functions, load_functions, named_function
+from ..integrate.choose_method import Method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.methods import Method
 from ..integrate.scipy_methods import run_scipy
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory

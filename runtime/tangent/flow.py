@@ -14,7 +14,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case
-from ..integrate.methods import Method
+from ..integrate.choose_method import Method
 from ..integrate.scipy_methods import PREFIX
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, SimulationError

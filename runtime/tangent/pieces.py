@@ -9,9 +9,9 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case
+from ..integrate.choose_method import Method
 from ..integrate.events import EventRecord
 from ..integrate.kernel_run import run_kernel
-from ..integrate.methods import Method
 from ..integrate.solver_options import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import Failure, SimulationError, time_text

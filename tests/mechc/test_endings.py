@@ -89,7 +89,7 @@ def test_an_early_end_shows_no_traceback(number: signal.Signals, seconds: float,
 @pytest.mark.parametrize("before", [1, 2])
 def test_an_interrupted_sweep_keeps_the_runs_it_has(before: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Ctrl-C between two runs."""
-    from mechc.runtime.studies import simulate
+    from mechc.runtime.studies.runs import simulate
 
     begun: list[int] = []
     plan = simulate.plan_run
@@ -110,7 +110,7 @@ def test_the_first_run_of_a_sweep_has_nothing_to_keep(monkeypatch: pytest.Monkey
     def interrupted(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("mechc.runtime.studies.simulate.plan_run", interrupted)
+    monkeypatch.setattr("mechc.runtime.studies.runs.simulate.plan_run", interrupted)
     with pytest.raises(KeyboardInterrupt):
         mechc.loads(SWEPT).sweep()
 
@@ -136,7 +136,7 @@ def test_a_sweep_over_structures_keeps_the_runs_it_has(monkeypatch: pytest.Monke
 def test_the_command_writes_the_runs_of_an_interrupted_sweep(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from mechc.runtime.studies import simulate
+    from mechc.runtime.studies.runs import simulate
 
     begun: list[int] = []
     plan = simulate.plan_run

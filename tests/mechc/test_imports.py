@@ -21,7 +21,7 @@ UNUSED_BY_A_RUN = (
     "mechc.presentation.animation",
     "mechc.runtime.ensembles",
     "mechc.runtime.fitting",
-    "mechc.runtime.studies.condition",
+    "mechc.runtime.studies.runs.condition",
     "mechc.runtime.tangent",
     "traceback",
 )

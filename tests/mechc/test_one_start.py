@@ -21,7 +21,7 @@ from mechc.runtime.integrate.nominal_run import nominal_of, takes_pilot
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.problem import Array
 from mechc.runtime.start import initial
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CIRCLE = (

@@ -159,7 +159,7 @@ def test_square_at_corner() -> None:
 )
 def test_what_moments_are_like(moments: tuple[float, ...], word: str) -> None:
     """U124: the triangle inequality of moments, symmetric tops; T11: spherical ones."""
-    from mechc.runtime.studies.inertia import Body, judged
+    from mechc.runtime.studies.kinds.inertia import Body, judged
 
     told = judged(Body("b", 1.0, np.zeros(3), np.diag(np.array(moments, dtype=float))))
     assert (word in " ".join(told)) if word else told == []

@@ -11,7 +11,7 @@ from derivatives import differences
 import mechc
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.studies.runs.simulate import plan_run
 from mechc.runtime.tangent.flow import TangentFlow, tangent_flow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -25,8 +25,8 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.nominal import nominal_values, sizes_of
 from mechc.runtime.problem import Array, Problem, Quantity
 from mechc.runtime.results.accuracy import companion_tolerance
-from mechc.runtime.studies import companion
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
+from mechc.runtime.studies.runs import companion
 
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7, 1e-9, 1e-11, 2e-13])

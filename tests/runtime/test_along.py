@@ -11,7 +11,7 @@ from scipy.interpolate import make_interp_spline
 
 import mechc
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.along import Along
+from mechc.runtime.studies.kinds.along import Along
 
 SWING = """
 parameter l = 1.3 m;

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from mechc.runtime.native import build
+from mechc.runtime.native import build, cache_key
 from mechc.runtime.native.build import BuildError, CompilerMissing, build_shared, find_compiler, model_flags
 from mechc.runtime.native.cache import (
     SUBFOLDER,
@@ -21,6 +21,7 @@ from mechc.runtime.native.cache import (
     clear_cache,
     prune_cache,
 )
+from mechc.runtime.native.compiler import Compiler
 
 SOURCE = {"a.c": '#include "a.h"\n__attribute__((visibility("default"))) int f(void) { return VALUE; }\n'}
 
@@ -61,9 +62,9 @@ def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
         build_shared(sources(1), model_flags(reproducible=True)),
         build_shared(sources(1), (*model_flags(), "-DX"), key="other"),
         build_shared(sources(1), model_flags(), key="other"),
-        build_shared(sources(1), model_flags(), compiler=build.Compiler(compiler.command, "another version")),
+        build_shared(sources(1), model_flags(), compiler=Compiler(compiler.command, "another version")),
     ]
-    monkeypatch.setattr(build, "_processor", lambda: "another processor")
+    monkeypatch.setattr(cache_key, "_processor", lambda: "another processor")
     others.append(build_shared(sources(1), model_flags()))
     assert len({first, *others}) == 7
     assert build_shared(sources(1), model_flags(reproducible=True)) in others, "not tied to the processor"

@@ -10,7 +10,7 @@ from written_problems import problem
 
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 RADIUS, RATE = 1.001, 0.2
 

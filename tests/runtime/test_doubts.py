@@ -17,9 +17,9 @@ from mechc.runtime.outcome import Outcome, worst
 from mechc.runtime.problem import Problem
 from mechc.runtime.results import accuracy
 from mechc.runtime.results.accuracy import ConstraintDrift
-from mechc.runtime.studies import companion
-from mechc.runtime.studies import simulate as simulating
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
+from mechc.runtime.studies.runs import companion
+from mechc.runtime.studies.runs import simulate as simulating
 
 DAMPED = """\
 model Damped

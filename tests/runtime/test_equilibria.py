@@ -13,7 +13,7 @@ import pytest
 import mechc
 from mechc.cli.main import run as run_command
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.equilibria import FoundEquilibria
+from mechc.runtime.studies.kinds.equilibria import FoundEquilibria
 
 ROOT = Path(__file__).resolve().parents[2]
 HOOP = ROOT / "examples" / "rotating_hoop.mech"

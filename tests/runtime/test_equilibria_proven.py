@@ -12,7 +12,7 @@ import sympy as sp
 
 import mechc
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.equilibria import FoundEquilibria
+from mechc.runtime.studies.kinds.equilibria import FoundEquilibria
 
 pytest.importorskip("flint")
 ROOT = Path(__file__).resolve().parents[2]

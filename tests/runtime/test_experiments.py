@@ -12,8 +12,8 @@ from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Experiment, ModelFunction, Problem, Setting
-from mechc.runtime.studies.motion import simulate
-from mechc.runtime.studies.sweep import Sweep
+from mechc.runtime.studies.kinds.motion import simulate
+from mechc.runtime.studies.kinds.sweep import Sweep
 
 L, G = Setting("p", 0), Setting("p", 1)
 THETA = Setting("y", 0)

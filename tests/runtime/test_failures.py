@@ -25,7 +25,7 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.problem import Array, Assertion, ModelFunction, Problem
 from mechc.runtime.results.solution import Solution
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 
 def python_scalar(rhs: Callable[[float, float], float], assertion: ModelFunction | None = None) -> Problem:

@@ -12,7 +12,7 @@ import mechc
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Problem
-from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.studies.runs.simulate import plan_run
 from mechc.runtime.tangent.flow import tangent_flow
 from mechc.runtime.tangent.gradient import Gradient, Gradients
 

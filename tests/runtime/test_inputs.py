@@ -14,7 +14,7 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.inputs import make_table, read_tables
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Problem
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 Make = Callable[[], Problem]
 BOTH = pytest.mark.parametrize("make", [compiled_driven, driven], ids=["kernel", "scipy"])

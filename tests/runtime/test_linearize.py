@@ -26,7 +26,7 @@ from mechc.runtime.local.site import edges, site_of
 from mechc.runtime.local.zeros import poles, zeros
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.settings import Place
-from mechc.runtime.studies.linearize import Linearization, Linearize
+from mechc.runtime.studies.kinds.linearize import Linearization, Linearize
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("*.mech"))

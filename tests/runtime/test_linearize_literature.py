@@ -12,7 +12,7 @@ from msgspec import Struct
 from sympy.physics.mechanics import LagrangesMethod, ReferenceFrame, dynamicsymbols
 
 import mechc
-from mechc.runtime.studies.linearize import Linearization
+from mechc.runtime.studies.kinds.linearize import Linearization
 
 G = 9.81
 

@@ -10,7 +10,7 @@ import pytest
 
 import mechc
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.studies.lyapunov import estimated
+from mechc.runtime.studies.kinds.lyapunov import estimated
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -27,7 +27,7 @@ from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.integrate.trajectory import DenseOutput
 from mechc.runtime.native.kernel import Status, load_kernel
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 
 def run_fixed(problem: Problem, method: str, step: float, stop: float) -> tuple[Array, DenseOutput]:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 import mechc
 from mechc.cli.main import run as run_command
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.studies.linearize import Linearization
-from mechc.runtime.studies.modes import FoundModes
+from mechc.runtime.studies.kinds.linearize import Linearization
+from mechc.runtime.studies.kinds.modes import FoundModes
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "tests" / "physics" / "data" / "normal_modes_set.json"
@@ -150,7 +150,7 @@ def values(model: mechc.Model) -> dict[str, float]:
     from mechc.runtime.case import SimulationOptions
     from mechc.runtime.local.site import site_of
     from mechc.runtime.settings import Place
-    from mechc.runtime.studies.modes import FindModes
+    from mechc.runtime.studies.kinds.modes import FindModes
 
     site = site_of(model.problem(parts=FindModes.needs), SimulationOptions(), Place())
     return {q.name: float(v) for q, v in zip(model.parameters, site.p, strict=False)}

@@ -15,7 +15,7 @@ from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.studies import own_size
+from mechc.runtime.studies.runs import own_size
 
 SMALL = "coordinate Length x = {};initial der(x) = {};kinetic 1/2*1 kg*der(x)^2;potential 1/2*40 N/m*x^2;"
 LARGE = (
@@ -51,7 +51,7 @@ def test_steps_of_one_size_are_measured_and_not_repeated(monkeypatch: pytest.Mon
         made.append(options)
         return run_kernel(case, options)
 
-    monkeypatch.setattr("mechc.runtime.studies.companion.run_kernel", noted)
+    monkeypatch.setattr("mechc.runtime.studies.runs.companion.run_kernel", noted)
     run = mechc.loads(SMALL.format("0 m", "1e-8 m/s") + LARGE).simulate(method="rk4", step=0.01)
     assert len(made) == 2  # the run and its companion
     error = run.accuracy.error

@@ -18,7 +18,7 @@ from mechc.runtime.results.evaluate import Blocks
 from mechc.runtime.results.files import ResultsFileError, read_results
 from mechc.runtime.results.quantities import Results
 from mechc.runtime.results.solution import Solution
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import mechc
 from mechc.cli.main import run as run_command
 from mechc.runtime.outcome import Outcome
-from mechc.runtime.studies.crossings import chandrupatla, crossings
+from mechc.runtime.studies.flow.crossings import chandrupatla, crossings
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

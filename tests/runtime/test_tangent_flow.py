@@ -13,7 +13,7 @@ import mechc
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.studies.simulate import Plan, plan_run
+from mechc.runtime.studies.runs.simulate import Plan, plan_run
 from mechc.runtime.tangent.flow import TangentFlow, Tangents, tangent_flow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -12,7 +12,7 @@ from scipy.integrate import quad
 import mechc
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array
-from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.studies.runs.simulate import plan_run
 from mechc.runtime.tangent.flow import TangentFlow, tangent_flow
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -9,7 +9,7 @@ from mechc.runtime.case import SimulationOptions
 from mechc.runtime.integrate.kernel_run import run_kernel
 from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.problem import Array, Problem
-from mechc.runtime.studies.simulate import plan_run
+from mechc.runtime.studies.runs.simulate import plan_run
 
 
 def differences(

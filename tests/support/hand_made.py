@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.problem import Array, Assertion, Experiment, Origin, Problem, Quantity, Setting
-from mechc.runtime.studies.motion import simulate
+from mechc.runtime.studies.kinds.motion import simulate
 from mechc.solution import Solution
 
 LINE = "  coordinate theta = 60 deg;"

@@ -11,7 +11,7 @@ from mechc.lang.diagnostics import Label, Reporter
 
 from ...flat.model import Query, Role
 from ...graph import Graph, Node
-from ...graph.differentiate import jvp, vjp
+from ...graph.differentiate import jvp
 from ...graph.elimination.eliminate import ZeroPivot
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
@@ -23,13 +23,14 @@ from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies
 from ..rows.modes import check_count, friction_loss, with_modes
 from ..rows.prescribed import check_held, check_prescribed
-from ..rows.residual import constraint_rates, energy_efforts, residual, seeds_of
+from ..rows.residual import constraint_rates, residual
 from ..rows.signs import Side
 from .accelerations import accelerations, massless
 from .energies import Energies, energies
 from .energies import still as resting
 from .feeding import warn_of_feeding
 from .force_laws import solve_laws
+from .joint_reactions import joint_reactions
 from .queries import Replies, answers, force_answers
 from .unknown_forces import report_circle, unknown_forces
 
@@ -313,7 +314,7 @@ def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequenc
     for constraint, symbols in zip(system.constraints, multipliers, strict=True):
         named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
     drives = {name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)}
-    return Replies(named, frozenset(), drives, _joint_reactions(system, multipliers))
+    return Replies(named, frozenset(), drives, joint_reactions(system, multipliers))
 
 
 def _outer_power(
@@ -338,30 +339,3 @@ def _outer_power(
         for i in drive.v:
             power = graph.add(power, graph.mul(raw[i], driven[system.v[i].node]))
     return power
-
-
-def _joint_reactions(
-    system: MechanicalSystem, multipliers: Sequence[Sequence[Node]]
-) -> dict[str, tuple[tuple[Node, ...], tuple[Node, ...]]]:
-    """Return (force, moment) on the ``to`` side of each joint that was asked for, in world components.
-
-    The residual along the virtual rates of a tree joint is the force that moves what it carries. For a closure, where
-    the joint alone is displaced, it is minus the force of its own multipliers and of what acts on its coordinates.
-    """
-    graph, kinematics = system.graph, system.kinematics
-    closing = {joint.name for joint in system.topology.closures}
-    result = {}
-    seeds = seeds_of(system, multipliers) if system.virtual else []
-    for name, moved in system.virtual.items():
-        rates = (*moved.force_rates, *moved.moment_rates)
-        shares = energy_efforts(system, moved)
-        efforts = [graph.add(e, share) for e, share in zip(vjp(graph, seeds, rates), shares, strict=True)]
-        if name in closing:
-            efforts = [graph.neg(e) for e in efforts]
-        size = kinematics.size
-        force = kinematics.to_world(moved.frame, tuple(efforts[:size]))
-        moment = tuple(efforts[size:])
-        if size == 3:
-            moment = kinematics.to_world(moved.frame, moment)
-        result[name] = (tuple(force), tuple(moment))
-    return result

@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from msgspec import Struct
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.native.build import LIBRARY_SUFFIX, Compiler, build_shared, kernel_flags
+from mechc.runtime.native.build import LIBRARY_SUFFIX, build_shared, kernel_flags
+from mechc.runtime.native.compiler import Compiler
 from mechc.suggest import closest
 
 HOST = "host"

@@ -1,5 +1,5 @@
 /* The method of choice: explicit as long as that is not stiff, then implicit where the model has a Jacobian,
- * and back when that has been calm for long. The changes are made by advance.c.
+ * and back when that has been calm for long. The changes are made by stepping/step.c.
  *
  * L. Petzold, Automatic selection of methods for solving stiff and nonstiff systems of ordinary differential
  * equations, SIAM J. Sci. Stat. Comput. 4, 1983.

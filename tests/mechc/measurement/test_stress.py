@@ -15,7 +15,7 @@ from mechc.cli.main import run
 from mechc.measurement.extremes import Extreme, extremes
 from mechc.measurement.stress import Subject, adaptive_methods, worker
 from mechc.runtime.results.accuracy import ErrorEstimate
-from mechc.runtime.studies.motion import Simulate
+from mechc.runtime.studies.kinds.motion import Simulate
 
 PENDULUM = Path(__file__).parents[3] / "examples" / "pendulum.mech"
 SUBJECT = Subject(str(PENDULUM), None, {}, None, 0.5)
@@ -53,7 +53,7 @@ def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None
     assert massless.kind == "refused" and "inertia" in massless.reason
     long = judge(Extreme("length", "very long", {}, {"stop": 1e9}))
     assert long.kind in ("long", "refused")
-    companion = import_module("mechc.runtime.studies.companion")
+    companion = import_module("mechc.runtime.studies.runs.companion")
     make = companion.compare
 
     def understated(*given: object) -> object:

@@ -1,0 +1,1 @@
+"""Long motions piece by piece, and how small changes of their start arrive."""

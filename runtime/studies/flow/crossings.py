@@ -1,0 +1,57 @@
+"""Where a function changes its sign between neighbouring times: many roots at once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ...problem import Array
+
+ITERATIONS = 60
+"""As many as bisection alone would take to rounding."""
+
+
+def crossings(t: Array, g: Array, value: Callable[[Array], Array], direction: str) -> Array:
+    """Give the times [m] at which ``value`` goes through zero between the times ``t`` [n], where it is ``g`` [n].
+
+    ``direction``: up, down, both. A value of exactly zero belongs to the positive side.
+    """
+    negative = g < 0
+    up, down = negative[:-1] & ~negative[1:], ~negative[:-1] & negative[1:]
+    chosen = {"up": up, "down": down, "both": up | down}[direction]
+    (k,) = np.nonzero(chosen & (t[1:] > t[:-1]) & np.isfinite(g[:-1]) & np.isfinite(g[1:]))
+    return chandrupatla(value, t[k], t[k + 1], g[k], g[k + 1])
+
+
+def chandrupatla(value: Callable[[Array], Array], a: Array, b: Array, fa: Array, fb: Array) -> Array:
+    """Give a root of ``value`` [n] between each ``a`` and ``b``, where its signs differ, to rounding.
+
+    Inverse quadratic interpolation where it is safe, else bisection (Chandrupatla 1997).
+    """
+    b, fb, a, fa = a.copy(), fa.copy(), b.copy(), fb.copy()  # b: the last point, a: beyond the root
+    c, fc = a.copy(), fa.copy()
+    share = np.full(a.shape, 0.5)
+    for _ in range(ITERATIONS if a.size else 0):
+        x = a + share * (b - a)
+        f = value(x)
+        same = np.sign(f) == np.sign(fa)
+        c, fc = np.where(same, a, b), np.where(same, fa, fb)
+        b, fb = np.where(same, b, a), np.where(same, fb, fa)
+        a, fa = x, f
+        best = np.where(np.abs(fa) < np.abs(fb), a, b)
+        tolerance = 4 * np.finfo(float).eps * np.maximum(np.abs(best), np.abs(b - a))
+        width = np.abs(b - a)
+        done = (width <= 2 * tolerance) | (fa == 0) | (fb == 0)
+        if done.all():
+            break
+        with np.errstate(all="ignore"):
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            smooth = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+            inner = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+            least = np.where(width > 0, tolerance / np.where(width > 0, width, 1.0), 0.5)
+        share = np.where(smooth & np.isfinite(inner), inner, 0.5)
+        share = np.clip(share, np.minimum(least, 0.5), np.maximum(1 - least, 0.5))
+        share = np.where(done, 0.0, share)
+    roots: Array = np.where(np.abs(fa) <= np.abs(fb), a, b)
+    return roots

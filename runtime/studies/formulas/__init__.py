@@ -1,0 +1,1 @@
+"""Formulas that are found from numbers: constants of the motion, and their names."""

@@ -1,0 +1,161 @@
+"""Which combinations of quantities are constant: null spaces of their rates, told from rounding, in few terms."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from numpy.typing import NDArray
+from scipy.linalg import qr
+
+from ...problem import Array
+
+DEPENDENT = 1e-8
+"""Share of a column that is not made of those before it, below which it is made of them."""
+
+CLEAR = 1e3
+"""A gap between singular values is at least so wide; where there is none, nothing is told to be constant."""
+
+SMALLEST = 1e-8
+"""Relative to the largest: no larger singular value counts as zero."""
+
+FAINT = 1e-6
+"""Rates smaller than so much of the sizes of their columns are not made larger: they may be rounding alone."""
+
+CONFIRMED = 1e-8
+"""Largest rate of a combination at states that it was not found from, relative to the sum of the sizes of its terms."""
+
+NEGLIGIBLE = 1e-8
+"""Share of the largest coefficient that is rounding."""
+
+TRIALS = 80
+"""Bases of a null space that are tried for combinations of few terms."""
+
+
+class Null(Struct, frozen=True, eq=False):
+    """``vectors`` [k, n]: combinations of the columns that vanish. ``largest_zero`` and ``next``: singular values
+    relative to the largest, on both sides of the gap (0 and 1 where a side is empty)."""
+
+    vectors: Array
+    largest_zero: float
+    next: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether there is a gap between what counts as zero and what does not."""
+        return self.next > CLEAR * max(self.largest_zero, 1e-16)
+
+
+def independent_columns(values: Array) -> list[int]:
+    """Return the columns [n, k] that are no combinations of a constant and of columns before them."""
+    scale = np.abs(values).max(axis=0)
+    filled = np.flatnonzero(scale > 0)
+    columns = np.hstack([np.ones((len(values), 1)), values[:, filled] / scale[filled]])
+    columns /= np.linalg.norm(columns, axis=0)
+    corner = np.abs(np.diag(np.linalg.qr(columns, mode="r")))
+    return [int(k) for k, size in zip(filled, corner[1:], strict=True) if size > DEPENDENT]
+
+
+def null_space(rates: Array, sizes: Array) -> Null:
+    """Return the combinations of the columns of ``rates`` [n, k] that vanish; ``sizes`` [k] of the columns."""
+    if rates.shape[1] == 0:
+        return Null(np.empty((0, 0)), 0.0, 1.0)
+    scaled = rates / sizes
+    norms = np.linalg.norm(scaled, axis=1)
+    scaled = scaled / np.maximum(norms, FAINT)[:, None]
+    rows = len(scaled)
+    if len(scaled) > scaled.shape[1]:
+        scaled = np.asarray(np.linalg.qr(scaled, mode="r"))
+    _, found, right = np.linalg.svd(scaled)
+    values = np.zeros(rates.shape[1])
+    values[: len(found)] = found / max(found[0], FAINT * np.sqrt(rows))
+    count = _zeros(values)
+    kept = len(values) - count
+    return Null(
+        right[kept:] / sizes,
+        float(values[kept]) if count else 0.0,
+        float(values[kept - 1]) if kept else 1.0,
+    )
+
+
+def _zeros(values: Array) -> int:
+    """Return how many singular values, largest first, count as zero: those below the widest gap under the limit."""
+    floor = np.maximum(values, 1e-16)
+    edges = [k for k in range(1, len(values)) if values[k] < SMALLEST]
+    if len(values) and values[0] <= 0:
+        return len(values)
+    if not edges:
+        return 0
+    widest = max(edges, key=lambda k: floor[k - 1] / floor[k])
+    return len(values) - widest if floor[widest - 1] / floor[widest] >= CLEAR else 0
+
+
+def confirmed(vector: Array, rates: Array, sizes: Array) -> float:
+    """Return the largest rate of a combination relative to the sum of the sizes of its terms; zero is perfect."""
+    terms = rates * vector
+    size = np.abs(terms).sum(axis=1) + np.abs(vector * sizes).sum()
+    worst = np.abs(terms.sum(axis=1)) / np.where(size > 0, size, 1.0)
+    return float(worst.max(initial=0.0))
+
+
+def sparse_basis(
+    vectors: Array, costs: Array, sizes: Array, seed: int = 5, known: Array | None = None
+) -> Array:
+    """Return a basis [k, n] of the same space with few terms; what ``known`` [m, n] spans already is left out.
+
+    Of many reduced echelon forms, with pivots chosen at random, the cheapest independent rows are taken: no basis
+    made of these rows is cheaper, as independent sets are a matroid. ``costs`` [n] of a term; ``sizes``: see above.
+    """
+    count, n = vectors.shape
+    if count == 0:
+        return vectors
+    scaled = vectors * sizes
+    random = np.random.default_rng(seed)
+    rows: list[Array] = []
+    for trial in range(TRIALS if count > 1 else 1):
+        weights = np.exp(random.uniform(-6, 6, n)) if trial else 1.0 / costs
+        _, _, pivots = qr(scaled * weights, mode="economic", pivoting=True)
+        square = scaled[:, pivots[:count]]
+        if np.linalg.cond(square) > 1e7:
+            continue
+        rows += list(np.linalg.solve(square, scaled))
+    cleaned = []
+    for row in rows:
+        row = row / np.abs(row).max()
+        cleaned.append(np.where(np.abs(row) < NEGLIGIBLE, 0.0, row))
+    prices = [float(costs[row != 0].sum()) for row in cleaned]
+    order = sorted(range(len(cleaned)), key=lambda k: (prices[k], tuple(np.flatnonzero(cleaned[k]))))
+    before = [] if known is None else list(_orthonormal(known * sizes))
+    chosen: list[Array] = []
+    count -= len(before)
+    seen: set[tuple[int, ...]] = set()
+    for k in order:
+        support = tuple(int(j) for j in np.flatnonzero(cleaned[k]))
+        if support in seen:
+            continue
+        seen.add(support)
+        if len(chosen) >= count:
+            break
+        tried = np.array([*before, *chosen, cleaned[k]])
+        if np.linalg.svd(tried / np.linalg.norm(tried, axis=1)[:, None], compute_uv=False)[-1] > 1e-6:
+            chosen.append(cleaned[k])
+    return np.array(chosen).reshape(-1, n) / sizes
+
+
+def _orthonormal(rows: Array) -> Array:
+    """Return an orthonormal basis of the space that rows span."""
+    rows = rows / np.linalg.norm(rows, axis=1)[:, None]
+    _, found, right = np.linalg.svd(rows, full_matrices=False)
+    result: Array = right[found > 1e-7]
+    return result
+
+
+def sizes_of(values: Array, rates: Array, time: float) -> Array:
+    """Return a size for each column [n, k]: of its rate, and of its change over ``time``, whichever is larger."""
+    change = values - values.mean(axis=0)
+    found: Array = np.sqrt((rates**2).mean(axis=0)) + np.sqrt((change**2).mean(axis=0)) / time
+    return np.where(found > 0, found, 1.0)
+
+
+def support(vector: Array) -> NDArray[np.intp]:
+    """Return where a combination has terms."""
+    return np.flatnonzero(vector)

@@ -1,0 +1,1 @@
+"""What may be asked about a model: one file for each kind of study, with what it alone needs."""

@@ -1,0 +1,51 @@
+"""A run with the constants of its motion that are found, checked beside the energy."""
+
+from __future__ import annotations
+
+from msgspec.structs import replace
+
+from ...case import SimulationOptions
+from ...outcome import ENDED
+from ...problem import Problem
+from ...results.accuracy import Drift
+from ...results.solution import Solution
+from ..formulas.combination import along
+from ..runs.simulate import plan_run
+from .invariants import constants_of
+
+DEGREE = 2
+"""In velocities or momenta, of the constants that are looked for."""
+LONG = 70
+"""Characters of a formula in the report."""
+
+
+def with_constants(solution: Solution, problem: Problem, options: SimulationOptions) -> Solution:
+    """Find the constants of the motion and add their drifts along the run, relative to the sizes of their terms.
+
+    The model has the part ``phase``. Raises SimulationError where it has no velocities.
+    """
+    if solution.outcome not in ENDED:
+        solution.add_remark("constants of the motion were not looked for, as the run did not reach its end")
+        return solution
+    case = plan_run(problem, options).case
+    found, doubts = constants_of(case, DEGREE, along(case, solution))
+    drifts = [
+        Drift(_short(one.formula), "", one.drift.largest * one.drift.size, one.drift.largest)
+        for one in found
+        if one.drift is not None and one.independent
+    ]
+    accuracy = solution.accuracy
+    remarks = [*solution.motion.remarks]
+    remarks += [f"constant: {one.formula}" for one in found if one.independent and len(one.formula) > LONG]
+    remarks += [
+        f"in it {name} = {text}" for one in found if one.independent for name, text in one.where.items()
+    ]
+    remarks += doubts
+    if not drifts:
+        remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")
+    checked = replace(accuracy, conserved=(*accuracy.conserved, *drifts))
+    return type(solution)(replace(solution.motion, accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))
+
+
+def _short(formula: str) -> str:
+    return formula if len(formula) <= LONG else formula[: LONG - 1].rstrip() + "…"

@@ -1,0 +1,294 @@
+"""Where a motion of a given energy can go: the region in which the energy at rest is not above it (Hill's region)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from ...case import Case, inputs_at
+from ...local.chart import chart_of
+from ...local.site import Site, moving_inputs, switched
+from ...local.standing import GAP, contacts, row_values
+from ...outcome import Outcome, SimulationError
+from ...problem import Array, Problem
+from ...results.files import json_number
+from ...settings import Range, settable
+from ..findings import Curve, Findings, Panel, Table, Value
+from ..formulas.sampling import Sampler
+from ..study import OF_A_MOTION, Study
+from .symmetries import case_of
+
+GRID = 241
+"""Points of each axis of the region."""
+
+CURVES = 5
+"""Zero-velocity curves beside that of the energy asked for."""
+
+
+class Energy(Study, frozen=True, kw_only=True):
+    """The region of one or two coordinates in which the energy at rest is at most ``energy`` (without it, that of the start),
+    its border, and the zero-velocity curves of neighbouring energies."""
+
+    unused = OF_A_MOTION
+    needs = frozenset({"phase"})
+    energy: Annotated[float | None, settable("The energy; without it, that of the start.", "energy")] = None
+    over: Annotated[tuple[Range, ...], settable("Bounds of the coordinates of the picture.", "ranges")] = ()
+
+    def solve(self, problem: Problem) -> Findings:
+        """Find the region. Raises SimulationError for constraints, rotations, and without coordinates to look at."""
+        case = case_of(problem, self)
+        if problem.constraints or problem.rotations or problem.nq != problem.nv:
+            raise SimulationError(
+                f"the coordinates of '{problem.name}' are not free",
+                help="the region is drawn over one or two independent coordinates",
+            )
+        rest = _Rest(case)
+        at_start = rest.energy(case.y0)
+        level = at_start if self.energy is None else self.energy
+        axes = _axes(case, self.over)
+        unit = rest.unit
+        if len(axes) == 1:
+            return self._line(problem, rest, axes[0], level, unit)
+        return self._plane(problem, rest, axes, level, unit)
+
+    def _line(self, problem: Problem, rest: _Rest, axis: Range, level: float, unit: str) -> Findings:
+        k = rest.names.index(axis.name)
+        places = np.linspace(axis.low, axis.high, 8 * GRID)
+        values = rest.line(k, places)
+        turning, open_at = [], rest.gaps(k, places)
+        for a, b, f, g in zip(places, places[1:], values - level, values[1:] - level, strict=False):
+            if f == 0 or (np.isfinite(f * g) and f * g < 0):
+                root = (
+                    a
+                    if f == 0
+                    else brentq(
+                        lambda x: float(rest.line(k, np.array([x]))[0]) - level, a, b, xtol=1e-14, rtol=1e-14
+                    )
+                )
+                turning.append(float(root))
+        walls = [
+            float(brentq(lambda x: float(rest.gaps(k, np.array([x]))[0]), a, b, xtol=1e-14, rtol=1e-14))
+            for a, b, f, g in zip(places, places[1:], open_at, open_at[1:], strict=False)
+            if (f < 0) != (g < 0)
+        ]
+        turning = [x for x in turning if rest.gaps(k, np.array([x]))[0] >= 0]
+
+        def inside(x: float) -> bool:
+            at = np.array([x])
+            return bool(rest.line(k, at)[0] <= level and rest.gaps(k, at)[0] >= 0)
+
+        edges = [float(places[0]), *sorted([*turning, *walls]), float(places[-1])]
+        intervals = [(a, b) for a, b in pairwise(edges) if b > a and inside(0.5 * (a + b))]
+        return Findings(
+            study="energy",
+            model=problem.name,
+            outcome=Outcome.COMPLETED,
+            message=f"{len(intervals)} interval{'' if len(intervals) == 1 else 's'} with energy below {level:.6g} {unit}".rstrip(),
+            values=(Value("energy", unit, level, 0.0),),
+            errors_from="borders are located to rounding",
+            remarks=rest.remarks(),
+            tables=(
+                Table(
+                    "where it can be",
+                    (("from", axis.unit), ("to", axis.unit)),
+                    tuple((a, b) for a, b in intervals),
+                ),
+            ),
+            panels=(
+                Panel(
+                    "energy at rest",
+                    axis.name,
+                    axis.unit,
+                    "energy",
+                    unit,
+                    (
+                        Curve("energy at rest", places, values),
+                        Curve("energy", places[[0, -1]], np.array([level, level]), style="dashed"),
+                    ),
+                ),
+            ),
+            details={
+                "energy": json_number(level),
+                "turning_points": turning,
+                "region": [[a, b] for a, b in intervals],
+                "area": None,
+            },
+        )
+
+    def _plane(
+        self, problem: Problem, rest: _Rest, axes: Sequence[Range], level: float, unit: str
+    ) -> Findings:
+        i, j = (rest.names.index(axis.name) for axis in axes)
+        x, y = (np.linspace(axis.low, axis.high, GRID) for axis in axes)
+        values = np.array([rest.line(i, x, {j: float(b)}) for b in y])
+        values[np.array([rest.gaps(i, x, {j: float(b)}) for b in y]) < 0] = np.nan  # beyond a contact
+        inside = values <= level
+        cell = (x[1] - x[0]) * (y[1] - y[0])
+        area, coarse = float(inside.sum() * cell), float(inside[::2, ::2].sum() * 4 * cell)
+        parts = _parts(inside)
+        touches = bool(inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any())
+        finite = values[np.isfinite(values)]
+        low, high = np.quantile(finite, [0.05, 0.7])
+        curves = [Curve(f"{level:.4g}", *border(x, y, values, level), style="points", colour=0)]
+        for n, other in enumerate(np.linspace(low, high, CURVES), start=1):
+            curves.append(
+                Curve(f"{other:.4g}", *border(x, y, values, float(other)), style="points", colour=n)
+            )
+        remarks = ["the region reaches the edge of the picture"] if touches else ["the region is bounded"]
+        remarks += rest.remarks()
+        return Findings(
+            study="energy",
+            model=problem.name,
+            outcome=Outcome.COMPLETED,
+            message=f"{parts} part{'' if parts == 1 else 's'} with energy below {level:.6g} {unit}".rstrip(),
+            values=(
+                Value("energy", unit, level, 0.0),
+                Value("area", "", area, abs(area - coarse)),
+            ),
+            errors_from="area: every second point of the grid",
+            remarks=tuple(remarks),
+            panels=(
+                Panel(
+                    "zero-velocity curves",
+                    axes[0].name,
+                    axes[0].unit,
+                    axes[1].name,
+                    axes[1].unit,
+                    tuple(curve for curve in curves if len(curve.x)),
+                    equal=axes[0].unit == axes[1].unit,
+                ),
+            ),
+            details={
+                "energy": json_number(level),
+                "parts": parts,
+                "bounded": not touches,
+                "border": [[float(a), float(b)] for a, b in zip(*border(x, y, values, level), strict=True)],
+            },
+        )
+
+
+class _Rest:
+    """The energy function at rest, over the coordinates."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        problem = case.problem
+        self.names = [state.name for state in problem.states[: problem.nq]]
+        self.place = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
+        self.unit = problem.phase[self.place].unit
+        self.u = inputs_at(case, case.begin)
+        site = Site(case, chart_of(problem), case.begin, self.u, case.z, case.y0, case.p)
+        self.site = switched(site, case.y0)
+        if problem.hybrid is not None and case.functions.struct is None:
+            raise SimulationError(
+                f"'{problem.name}' switches, and what holds at a state is found by the compiled kernel",
+                help="this needs a C compiler: mechc doctor",
+            )
+
+    def energy(self, y: Array) -> float:
+        case = self.case
+        assert case.functions.phase is not None, "the part phase"
+        z = switched(self.site, y).z
+        return float(case.functions.phase(case.begin, y, self.u, z, case.p)[self.place])
+
+    def remarks(self) -> tuple[str, ...]:
+        """Say what keeps the region from being where the motion can go."""
+        problem = self.case.problem
+        found = list(moving_inputs(self.site))
+        rows = problem.hybrid.rows if problem.hybrid is not None else ()
+        walls = [rows[k].name for k in contacts(self.site)]
+        if walls:
+            found.append(f"the region ends at the contacts: {', '.join(walls)}")
+        others = [row.name for k, row in enumerate(rows) if row.kind == "contact" and row.name not in walls]
+        if others:
+            found.append(f"contacts that do not act at the start are not regarded: {', '.join(others)}")
+        _, dissipated, supplied = problem.energy_balance or (-1, -1, -1)
+        if dissipated >= 0:
+            why = " by friction" if any(row.kind == "friction" for row in rows) else ""
+            found.append(
+                f"energy is dissipated{why}: the motion stays in a region that shrinks within this one"
+            )
+        if supplied >= 0:
+            found.append("energy is supplied: the motion may leave this region")
+        return tuple(found)
+
+    def gaps(self, k: int, places: Array, others: dict[int, float] | None = None) -> Array:
+        """Return the smallest gap of all contacts along a coordinate, infinite where there are none."""
+        found, acting = np.full(len(places), np.inf), list(contacts(self.site))
+        for n, y in enumerate(self._states(k, places, others)) if acting else ():
+            found[n] = row_values(switched(self.site, y), y)[acting, GAP].min()
+        return found
+
+    def line(self, k: int, places: Array, others: dict[int, float] | None = None) -> Array:
+        """Return the energy at rest along a coordinate, the others as at the start or as given."""
+        return np.array([self.energy(y) for y in self._states(k, places, others)])
+
+    def _states(self, k: int, places: Array, others: dict[int, float] | None) -> Iterator[Array]:
+        problem = self.case.problem
+        y = self.case.y0.copy()
+        y[problem.nq : problem.nq + problem.nv] = 0.0
+        for j, value in (others or {}).items():
+            y[j] = value
+        for place in places:
+            y[k] = place
+            yield y
+
+
+def _axes(case: Case, over: Sequence[Range]) -> list[Range]:
+    """Return the one or two coordinates that are looked at, with bounds."""
+    problem = case.problem
+    names = [state.name for state in problem.states[: problem.nq]]
+    strange = [r.name for r in over if r.name not in names]
+    if strange:
+        raise SimulationError(
+            f"'{strange[0]}' is no coordinate", help=f"the coordinates are {', '.join(names)}"
+        )
+    if len(over) > 2:
+        raise SimulationError("a region is looked at over one coordinate or two", help="name two with --over")
+    if over:
+        return list(over)
+    width = Sampler(case).width
+    found = []
+    for k in range(min(2, problem.nq)):
+        state = problem.states[k]
+        reach = np.pi if state.unit == "rad" else 3 * float(width[k])
+        low = (
+            state.minimum
+            if state.minimum is not None
+            else (-reach if state.unit == "rad" else float(case.y0[k]) - reach)
+        )
+        high = (
+            state.maximum
+            if state.maximum is not None
+            else (reach if state.unit == "rad" else float(case.y0[k]) + reach)
+        )
+        found.append(Range(state.name, state.unit, low, high))
+    return found
+
+
+def border(x: Array, y: Array, values: Array, level: float) -> tuple[Array, Array]:
+    """Return the points where the lines of a grid [len(y), len(x)] cross a level, by linear interpolation."""
+    found: list[tuple[float, float]] = []
+    f = values - level
+    for i in range(len(y)):
+        for j in map(int, np.flatnonzero(np.isfinite(f[i, :-1] * f[i, 1:]) & (f[i, :-1] * f[i, 1:] < 0))):
+            s = f[i, j] / (f[i, j] - f[i, j + 1])
+            found.append((float(x[j] + s * (x[j + 1] - x[j])), float(y[i])))
+    for j in range(len(x)):
+        for i in map(int, np.flatnonzero(np.isfinite(f[:-1, j] * f[1:, j]) & (f[:-1, j] * f[1:, j] < 0))):
+            s = f[i, j] / (f[i, j] - f[i + 1, j])
+            found.append((float(x[j]), float(y[i] + s * (y[i + 1] - y[i]))))
+    both = np.array(found).reshape(-1, 2)
+    return both[:, 0], both[:, 1]
+
+
+def _parts(inside: NDArray[np.bool_]) -> int:
+    """Return how many connected parts a region of a grid has."""
+    from scipy.ndimage import label
+
+    return int(label(inside)[1])

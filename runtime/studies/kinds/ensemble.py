@@ -1,0 +1,141 @@
+"""Many runs of one model, which differ in parameters, initial values and inputs, asked as one question."""
+
+from __future__ import annotations
+
+from hashlib import sha256
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+
+from ...ensembles.files import PiecesFolder
+from ...ensembles.kept import Kept, check_kept, kept_by_default
+from ...ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, members_of
+from ...ensembles.result import Ensemble
+from ...ensembles.run import Other, run_ensemble
+from ...outcome import SimulationError
+from ...problem import Problem
+from ...settings import settable
+from ..study import Study, swept_axes
+
+TWENTIETH = 0.05
+Varying = Axis | Spread | Listed
+"""What differs between members."""
+
+
+class EnsembleOf(Study, frozen=True, kw_only=True):
+    """The members of a product of values, a cloud of random values, or a list. The answer is an ``Ensemble``.
+
+    Values that the experiment sweeps and ``vary`` does not name are axes as well, the first ones. ``others``: the model built otherwise
+    (``ensembles/run.py``).
+    """
+
+    unused: ClassVar[frozenset[str]] = frozenset({"estimate_error"})
+    sweeps: ClassVar[bool] = True
+    of_members: ClassVar[bool] = True
+
+    vary: Annotated[
+        tuple[Varying, ...],
+        settable("What differs: ranges, values, distributions, or a CSV file of members.", "varying"),
+    ] = ()
+    samples: Annotated[int | None, settable("Members that are drawn at random.", "count")] = None
+    seed: Annotated[int, settable("Number from which random values follow; 1 without it.", "count")] = 1
+    sampling: Annotated[str, settable("plain, latin (hypercube) or sobol.", "text")] = "plain"
+    covariance: Annotated[
+        tuple[tuple[float, ...], ...],
+        settable("Covariance, in SI, of the normal distributions that have a mean alone.", "matrix"),
+    ] = ()
+    keep: Annotated[
+        tuple[Kept, ...],
+        settable(
+            "What to keep: final, max, min, mean of a formula, first(condition), events(kind); a formula alone over time.",
+            "kept",
+        ),
+    ] = ()
+    errors: Annotated[
+        float, settable("Members whose error is estimated: all, none or a share; 0.05 without it.", "share")
+    ] = TWENTIETH
+    threads: Annotated[int | None, settable("Threads; all processors without it.", "count")] = None
+    store: Annotated[
+        str | None, settable("File beside which finished members are kept until all are made.", "text")
+    ] = None
+    resume: Annotated[bool, settable("Go on with the members that an earlier run has kept.", "flag")] = False
+    others: tuple[Other, ...] = ()
+    few_steps: int | None = None
+
+    def solve(self, problem: Problem) -> Ensemble:
+        """Run all members. Raises SimulationError for members or things to keep that do not fit the model."""
+        kept = self.keep or kept_by_default(problem)
+        check_kept(problem, kept)
+        members = self.members(problem)
+        if self.resume and not self.store:
+            raise SimulationError(
+                "'resume' goes on with what an earlier run has kept, and no file is named",
+                help="name it by --output, or by store in Python",
+            )
+        pieces = None
+        if self.store:
+            pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
+        found = run_ensemble(
+            problem,
+            self,
+            members,
+            kept,
+            share=self.errors,
+            threads=self.threads,
+            others=self.others,
+            few_steps=self.few_steps,
+            pieces=pieces,
+        )
+        if pieces is not None and found.complete:
+            pieces.remove()
+        return found
+
+    def _fingerprint(self, problem: Problem, members: Members) -> str:
+        """Give what tells this question from others: pieces of one are none of another."""
+        digest = sha256(str(problem.library and problem.library.stem).encode())
+        for axis in members.axes:
+            digest.update(axis.name.encode() + axis.values.tobytes())
+        if members.cloud is not None:
+            digest.update(repr(members.cloud.names).encode() + members.cloud.rows.tobytes())
+        own = {"progress", "threads", "store", "resume", "others", "few_steps", "vary", "inputs"}
+        asked = {name: getattr(self, name) for name in self.__struct_fields__ if name not in own}
+        tables = {name: (t.times.tobytes(), t.values.tobytes()) for name, t in self.inputs.items()}
+        digest.update(repr((sorted(asked.items()), sorted(tables.items()))).encode())
+        return digest.hexdigest()
+
+    def members(self, problem: Problem) -> Members:
+        """Make the members. Raises SimulationError."""
+        if self.sampling not in SAMPLINGS:
+            raise SimulationError(
+                f"there is no sampling '{self.sampling}'", help=f"there are {', '.join(SAMPLINGS)}"
+            )
+        named = {
+            name for one in self.vary for name in (one.names if isinstance(one, Listed) else (one.name,))
+        }
+        units = {q.name: q.unit for q in (*problem.parameters, *problem.states, *problem.inputs)}
+        swept = [
+            Axis(name, units[name], np.array(values))
+            for name, values in swept_axes(problem, self).items()
+            if name not in named
+        ]
+        given = list(self.vary)
+        twice = [n for one in given for n in (one.names if isinstance(one, Listed) else (one.name,))]
+        for name in twice:
+            if twice.count(name) > 1:
+                raise SimulationError(f"'{name}' varies twice")
+            if name in self.values:
+                raise SimulationError(f"'{name}' varies, and is set to one value as well")
+        listed = [one for one in given if isinstance(one, Listed)]
+        if len(listed) > 1:
+            raise SimulationError("members are listed twice: take one list")
+        covariance = np.array(self.covariance) if self.covariance else None
+        return members_of(
+            [*swept, *(one for one in given if isinstance(one, Axis))],
+            [one for one in given if isinstance(one, Spread)],
+            listed[0] if listed else None,
+            self.samples,
+            self.seed,
+            self.sampling,
+            covariance,
+        )

@@ -1,0 +1,393 @@
+"""Where a model rests, and over a parameter: branches with folds, forks and Hopf points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from msgspec.structs import replace
+
+from ...case import find_experiment, input_values
+from ...local.branches import Branch, Special, Tracer, cut, near
+from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
+from ...local.search import Box, Search, box_of
+from ...local.site import PART, Site, edges, moving_inputs, site_of, switched
+from ...local.stability import Stability, stability
+from ...local.standing import check_side, contacts, penetrated, standing, stilled, touched_by
+from ...local.vibration import SECOND_ORDER
+from ...outcome import Outcome, SimulationError
+from ...problem import Array, Problem
+from ...settings import Place, Range, settable
+from ..findings import Cell, Curve, Findings, Panel, Table
+from ..study import OF_A_MOTION, Study
+from .bifurcation import diagram
+
+GUESSES = 64
+SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
+"""Shares of the range of a parameter at which all equilibria are looked for."""
+MOST_GUESSES = 32
+"""At each of these."""
+TOGETHER = 1e-5
+"""Special points closer than this, in shares of the range and sizes of the coordinates, are one."""
+LOOSE = 0.03
+"""The same where one of them could not be located."""
+MOST_BRANCHES = 60
+COMPLETE = {None: "", True: ", the list is complete", False: ", whether these are all is not proven"}
+RESTING = (
+    "equilibria that rest on closed contacts are not looked for, but on those that are closed at the start"
+)
+WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
+
+
+class FoundEquilibria(Findings, frozen=True, eq=False, kw_only=True):
+    """``equilibria`` and ``special`` points as the JSON object has them: plain data in SI."""
+
+    equilibria: tuple[dict[str, Any], ...]
+    special: tuple[dict[str, Any], ...] = ()
+
+
+class FindEquilibria(Study, frozen=True, kw_only=True):
+    """All equilibria within ``min`` and ``max`` of the coordinates, angles over a turn; over a parameter their branches."""
+
+    unused = OF_A_MOTION
+    needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection"})
+
+    over: Annotated[
+        tuple[Range, ...], settable("A parameter and its range, over which they are followed.", "ranges")
+    ] = ()
+    prove: Annotated[
+        bool, settable("Prove by interval arithmetic that there are no others within the bounds.", "flag")
+    ] = False
+    guesses: Annotated[
+        int, settable("From how many guesses they are looked for; 64 without it.", "count")
+    ] = GUESSES
+
+    def solve(self, problem: Problem) -> FoundEquilibria:
+        """Find them. Raises SimulationError for models that never rest."""
+        begun = site_of(problem, self, Place())
+        site = stilled(begun, begun.y)
+        check_autonomous(site, site.derivatives(at_rest(site, site.y)), site.y)
+        remarks = list(moving_inputs(site))
+        box = box_of(site)
+        if box.idle:
+            no = "no force" if touched_by(site, site.y, box.idle) else "nothing"
+            remarks.append(f"{no} depends on {', '.join(box.idle)}: told for the value of the start")
+        if contacts(site):
+            remarks.append(RESTING)
+        if self.over:
+            if self.prove:
+                raise SimulationError(
+                    "a proof is about one value of the parameters", help="leave 'over' or 'prove' out"
+                )
+            return _over(self, site, box, remarks)
+        if self.prove:
+            from ...local.proof import proven
+
+            proof = proven(site, box)
+            remarks.append(proof.message)
+            return _listed(site, box, list(proof.equilibria), remarks, proof.complete)
+        found = Search(site, box).run(self.guesses)
+        return _listed(site, box, found, remarks, None)
+
+
+def _values(site: Site, y: Array) -> dict[str, float]:
+    problem = site.problem
+    return {
+        q.name: float(v) for q, v in zip(problem.states, y, strict=True) if q.kind not in ("account", "rate")
+    }
+
+
+def _record(
+    site: Site, y: Array, told: Stability, parameter: dict[str, float], errors: dict[str, float | None]
+) -> dict[str, Any]:
+    return {
+        "values": _values(site, y),
+        "parameter": parameter,
+        "stable": told.stable,
+        "eigenvalues": [[float(v.real), float(v.imag)] for v in told.eigenvalues],
+        "errors": errors,
+    }
+
+
+def _errors(site: Site, box: Box, one: Equilibrium) -> dict[str, float | None]:
+    """Return the bound of the error of each displacement; None along directions in which nothing pushes."""
+    chart = site.chart
+    loose = np.abs(one.free).max(axis=1, initial=0.0) > 1e-6
+    return {
+        name: None if loose[j] and j in box.moved else float(one.errors[j])
+        for j, name in enumerate(chart.names)
+        if j < chart.nd or j >= chart.nd + site.problem.nv
+    }
+
+
+def _listed(
+    site: Site, box: Box, found: list[Equilibrium], remarks: list[str], complete: bool | None
+) -> FoundEquilibria:
+    records, rows = [], []
+    names = list(_values(site, site.y))
+    beyond = 0
+    for one in found:
+        stands = standing(switched(site, one.y), one)
+        beyond += bool(stands.beyond)
+        if not stands.rests:
+            continue
+        held = edges(stands.site, one.y).sharp
+        told = stability(stands.site, one.y, box.idle, one.errors)
+        if held:
+            told = replace(told, stable=None)
+            remarks.append(f"{', '.join(held)}: what happens on the other side is not looked at")
+        record = _record(site, one.y, told, {}, _errors(site, box, one))
+        records.append(record)
+        worst: list[float | None] = list(record["errors"].values())
+        rows.append(
+            _row(record, names, None if any(e is None for e in worst) else max([0.0, *filter(None, worst)]))
+        )
+        if one.free[box.moved].size and np.abs(one.free[box.moved]).max() > 0:
+            remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
+    units = {q.name: q.unit for q in site.problem.states}
+    head = (*((name, units[name]) for name in names), ("error", ""), ("", ""), ("eigenvalues", _per(site)))
+    count = len(records)
+    if beyond:
+        remarks.append(f"left out: {beyond} beyond contacts, where the equations alone would rest")
+    away = " away from contacts" if contacts(site) else ""
+    message = f"{count} equilibri{'um' if count == 1 else 'a'}{away}" + COMPLETE[complete]
+    return FoundEquilibria(
+        study="equilibria",
+        model=site.problem.name,
+        outcome=Outcome.COMPLETED,
+        message=message,
+        values=(),
+        errors_from="residual and rounding times the condition of the equations",
+        remarks=tuple(dict.fromkeys(remarks)),
+        tables=(Table("", head, tuple(rows)),) if rows else (),
+        panels=(_spectrum(records, site),),
+        details={
+            "equilibria": records,
+            "special": [],
+            **({} if complete is None else {"complete": complete}),
+            "bounds": _bounds(site, box),
+            "accuracy": {
+                "errors": [record["errors"] for record in records],
+                "errors_from": "residual and rounding times the condition of the equations",
+            },
+        },
+        equilibria=tuple(records),
+    )
+
+
+def _per(site: Site) -> str:
+    return f"1/{site.problem.time.unit}" if site.problem.time.unit else ""
+
+
+def _row(record: dict[str, Any], names: list[str], error: float | None) -> tuple[Cell, ...]:
+    values = [complex(*pair) for pair in record["eigenvalues"]]
+    shown = [z for z in values if z.imag >= 0][:3]
+    listed = ", ".join(_short(z) for z in shown) + (
+        ", ..." if len([z for z in values if z.imag >= 0]) > 3 else ""
+    )
+    return (
+        *(_shown(record["values"][name], error) for name in names),
+        error,
+        WORDS[record["stable"]],
+        listed,
+    )
+
+
+def _shown(value: float, error: float | None) -> float:
+    return 0.0 if error is not None and abs(value) <= error else value
+
+
+def _short(z: complex) -> str:
+    if abs(z.imag) <= 1e-12 * abs(z):
+        return f"{z.real:.5g}"
+    return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
+
+
+def _bounds(site: Site, box: Box) -> dict[str, list[float]]:
+    return {
+        site.chart.names[int(j)]: [float(low), float(high)]
+        for j, low, high in zip(box.moved, box.low, box.high, strict=True)
+    }
+
+
+def _spectrum(records: list[dict[str, Any]], site: Site) -> Panel:
+    curves = []
+    for k, record in enumerate(records):
+        values = np.array([complex(*pair) for pair in record["eigenvalues"]], dtype=complex)
+        name = ", ".join(f"{n} = {v:.4g}" for n, v in list(record["values"].items())[:2])
+        curves.append(
+            Curve(name, values.real.astype(float), values.imag.astype(float), style="points", colour=k)
+        )
+    return Panel("eigenvalues", "real part", _per(site), "imaginary part", _per(site), tuple(curves))
+
+
+# ---------------------------------------------------------------- over a parameter
+
+
+def moved_parameter(study: Study, site: Site, over: Range) -> Callable[[float], Site]:
+    """Return the model as a function of a parameter or a constant input, by its share of the range."""
+    problem, functions = site.problem, site.case.functions
+    names = [q.name for q in problem.parameters]
+    inputs = [q.name for q in problem.inputs]
+    known: dict[float, Site] = {}
+    if over.name in inputs:
+        index = inputs.index(over.name)
+
+        def by_input(share: float) -> Site:
+            u = site.u.copy()
+            u[index] = over.low + share * (over.high - over.low)
+            return replace(site, u=u)
+
+        return by_input
+    if over.name not in names:
+        raise SimulationError(
+            f"'{over.name}' is no parameter of '{problem.name}': equilibria do not depend on where a motion starts",
+            help="follow them over a parameter or a constant input",
+        )
+    index = names.index(over.name)
+    experiment = find_experiment(problem, study.experiment)
+    given = np.zeros(len(names), dtype=np.uint8)
+    for name in study.values:
+        if name in names:
+            given[names.index(name)] = 1
+    for setting in experiment.settings if experiment else ():
+        if setting.array == "p":
+            given[setting.index] = 1
+    given[index] = 1
+
+    def by_parameter(share: float) -> Site:
+        if share not in known:
+            if len(known) > 4096:
+                known.clear()
+            p = site.p.copy()
+            p[index] = over.low + share * (over.high - over.low)
+            functions.parameters(p, given)
+            u = input_values(functions, site.case.tables, site.t, p, len(inputs))
+            known[share] = replace(site, p=p, u=u)
+        return known[share]
+
+    return by_parameter
+
+
+def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> FoundEquilibria:
+    if len(study.over) != 1:
+        raise SimulationError(
+            "equilibria are followed over one parameter", help='over = "NAME = LOW .. HIGH"'
+        )
+    over = study.over[0]
+    at = moved_parameter(study, site, over)
+    span = np.maximum(box.high - box.low, 1e-12)
+    tracer = Tracer(
+        replace(site, y=at_rest(site, site.y)), box, at, np.where(box.periodic, 2 * np.pi, span) / 2
+    )
+    branches: list[Branch] = []
+    pending: list[Array] = []
+    for share in SEEDS:
+        here = replace(at(share), y=tracer.start)
+        for one in Search(here, box).run(min(MOST_GUESSES, 4 + 8 * len(box.moved))):
+            if one.free.size:
+                raise SimulationError(
+                    "equilibria of this model are not isolated, so that they have no branches over a parameter",
+                    help="fix what nothing pushes on, or look at single values: mechc study equilibria without 'over'",
+                )
+            check_side(here, one.y, over.name)
+            if not penetrated(here, one.y):
+                pending.append(tracer.coordinates(one.y, share))
+    specials: list[Special] = []
+    while pending and len(branches) < MOST_BRANCHES:
+        seed = pending.pop(0)
+        if near(branches, seed, tracer, 2e-3):
+            continue
+        branch = tracer.trace(seed)
+        branches.append(branch)
+        for special in branch.specials:
+            specials.append(special)
+            if special.kind == "fork":
+                pending += tracer.beside(special)
+    if pending:
+        remarks.append(f"there are more than {MOST_BRANCHES} branches: not all were followed")
+    for point in (point for branch in branches for point in branch.points):
+        check_side(at(float(point.x[-1])), tracer.state(point.x), over.name)
+    branches, specials, left = cut(branches, specials, tracer)
+    if left:
+        remarks.append(f"branches end at contacts: {left} of their points lie beyond and are left out")
+    return _followed(site, box, over, tracer, branches, _distinct(specials, tracer), remarks)
+
+
+def _distinct(specials: list[Special], tracer: Tracer) -> list[Special]:
+    """Return special points once each; a fold of one branch that is a fork of another is a fork."""
+    found: list[Special] = []
+    for special in sorted(specials, key=lambda s: ("fork", "hopf", "fold").index(s.kind)):
+        if not any(_same(special, other, tracer) for other in found):
+            found.append(special)
+    return sorted(found, key=lambda s: (round(float(s.x[-1]), 12), s.kind))
+
+
+def _same(a: Special, b: Special, tracer: Tracer) -> bool:
+    turn = 2 * np.pi / tracer.scales
+    d = a.x - b.x
+    d[:-1] = np.where(tracer.box.periodic, (d[:-1] + turn / 2) % turn - turn / 2, d[:-1])
+    # a branch that turns back at a fork of another seems to fold there, and the fold cannot be located
+    within = TOGETHER if a.exact and b.exact else LOOSE
+    return float(np.linalg.norm(d)) < within
+
+
+def _followed(
+    site: Site,
+    box: Box,
+    over: Range,
+    tracer: Tracer,
+    branches: list[Branch],
+    specials: list[Special],
+    remarks: list[str],
+) -> FoundEquilibria:
+    def value(share: float) -> float:
+        return over.low + share * (over.high - over.low)
+
+    records: list[dict[str, Any]] = []
+    for number, branch in enumerate(branches):
+        for point in branch.points:
+            y = tracer.state(point.x)
+            record = _record(site, y, point.stable, {over.name: value(float(point.x[-1]))}, {})
+            del record["errors"]
+            records.append({**record, "branch": number + 1})
+    points: list[dict[str, Any]] = [
+        {
+            "kind": special.kind,
+            "parameter": {over.name: value(float(special.x[-1]))},
+            "values": _values(site, tracer.state(special.x)),
+            "located": special.exact,
+        }
+        for special in specials
+    ]
+    names = list(_values(site, site.y))
+    units = {q.name: q.unit for q in site.problem.states}
+    head = (("", ""), (over.name, over.unit), *((name, units[name]) for name in names))
+    rows = tuple(
+        (p["kind"], p["parameter"][over.name], *(p["values"][name] for name in names)) for p in points
+    )
+    listed = "; ".join(f"{p['kind']} at {over.name} = {p['parameter'][over.name]:.9g}" for p in points)
+    return FoundEquilibria(
+        study="equilibria",
+        model=site.problem.name,
+        outcome=Outcome.COMPLETED,
+        message=f"{len(branches)} branch{'' if len(branches) == 1 else 'es'}"
+        + (f"; {listed}" if listed else ""),
+        values=(),
+        errors_from="special points are roots on the branches, to rounding of what tells them",
+        remarks=tuple(dict.fromkeys(remarks)),
+        tables=(Table("", head, rows),) if rows else (),
+        panels=diagram(site, box, over, tracer, branches, specials),
+        details={
+            "equilibria": records,
+            "special": points,
+            "bounds": _bounds(site, box),
+            "accuracy": {
+                "errors": {},
+                "errors_from": "residuals of all points are rounding; special points are roots",
+            },
+        },
+        equilibria=tuple(records),
+        special=tuple(points),
+    )

@@ -1,0 +1,284 @@
+"""Slow sweeps: a parameter goes up and down in steps, and the motion goes on from where it was: jumps, two branches."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ...case import find_setting, inputs_at
+from ...integrate.interruption import noted_interruptions
+from ...outcome import ENDED, Outcome, SimulationError
+from ...problem import Array, Problem
+from ...results.solution import Solution
+from ...settings import Formula, Range, settable
+from ...start.initial import assemble
+from ..findings import Curve, Findings, Panel, Table
+from ..flow.pieces import column_at
+from ..runs.simulate import plan_run, run_from
+from ..study import Study
+
+COUNT = 41
+SEEN = 0.25
+"""Part of each hold, at its end, that is looked at."""
+SAMPLES = 4000
+JUMP = 6.0
+"""Times the median change between neighbouring values, from which on a change is a jump."""
+NOTICED = 0.05
+"""Of the range of what is told, which a jump exceeds."""
+APART = 0.02
+"""Of the same range: branches that differ by more are two."""
+
+
+class Hysteresis(Study, frozen=True, kw_only=True):
+    """The values of ``over`` upwards and then downwards, each held for ``hold``; every one begins with the state in which the
+    one before ended, and at the time at which the model begins."""
+
+    unused = frozenset({"start", "stop", "every", "estimate_error"})
+    needs = frozenset({"jacobian"})  # what is held for long may be stiff
+
+    over: Annotated[
+        tuple[Range, ...], settable(f"What goes up and down; {COUNT} values without a count.", "ranges")
+    ] = ()
+    hold: Annotated[
+        float | Formula | None,
+        settable(
+            'How long each value is held, a multiple of the period of a drive: "60*2*pi/w".', "interval"
+        ),
+    ] = None
+    of: Annotated[
+        Formula | None, settable("What is looked at; the first coordinate without it.", "formula")
+    ] = None
+
+    def solve(self, problem: Problem) -> Findings:
+        """Go up and down. Raises SimulationError."""
+        if len(self.over) != 1 or self.hold is None:
+            raise SimulationError(
+                "a slow sweep needs what goes up and down, and how long each value is held",
+                help='say --over "w = 0.5 .. 1.5" --hold "60*2*pi/w"',
+            )
+        over = self.over[0]
+        if find_setting(problem, over.name).array == "y":
+            raise SimulationError(
+                f"'{over.name}' is part of the state, which is carried over",
+                help="sweep a parameter or a constant input",
+            )
+        seen = self.of or Formula(problem.states[0].name, problem.states[0].name)
+        values = np.linspace(over.low, over.high, over.count or COUNT)
+        with noted_interruptions() as interrupted:
+            sweep = _Sweep(problem, self, over, seen, interrupted)
+            up = sweep.branch(values, (0.0, 0.5))
+            down = sweep.branch(values[::-1], (0.5, 1.0)) if sweep.goes_on else []
+        return _findings(problem, sweep, up, down)
+
+
+class Held(Struct, frozen=True):
+    """One value that was held, and what was seen at the end of it; ``unsettled``: by how much its spread still changed."""
+
+    value: float
+    lowest: float
+    highest: float
+    mean: float
+    rms: float
+    unsettled: float
+
+
+class _Sweep:
+    """The motion that is carried from value to value."""
+
+    def __init__(
+        self, problem: Problem, study: Hysteresis, over: Range, seen: Formula, interrupted: Callable[[], bool]
+    ) -> None:
+        self.problem, self.study, self.over, self.seen = problem, study, over, seen
+        self.interrupted = interrupted
+        self.y: Array | None = None
+        self.z: Array | None = None
+        self.outcome, self.message, self.goes_on = Outcome.COMPLETED, "", True
+        self.last: Solution | None = None
+
+    def branch(self, values: Array, part: tuple[float, float]) -> list[Held]:
+        found: list[Held] = []
+        for k, value in enumerate(values):
+            if self.interrupted():
+                self.outcome, self.goes_on = Outcome.INTERRUPTED, False
+                self.message = f"interrupted at {self.over.name} = {value:g}"
+                return found
+            solution = self._held(float(value))
+            if solution.outcome not in ENDED or solution.outcome is Outcome.TERMINATED:
+                self.outcome, self.goes_on = solution.outcome, False
+                self.message = f"ended at {self.over.name} = {value:.6g}: {solution.message}"
+                return found
+            found.append(self._seen(float(value), solution))
+            if self.study.progress is not None:
+                self.study.progress(part[0] + (part[1] - part[0]) * (k + 1) / len(values))
+        return found
+
+    def _held(self, value: float) -> Solution:
+        study = self.study
+        options = replace(
+            study, values={**study.values, self.over.name: value}, start=0.0, stop=0.0, every=None,
+            estimate_error=False, progress=None, max_steps=None,
+        )  # fmt: skip
+        case = plan_run(self.problem, options).case
+        y = case.y0 if self.y is None else self._carried(case.p)
+        hold = study.hold
+        if isinstance(hold, Formula):
+            hold = float(column_at(case, hold.name)(np.array([case.begin]), y[None, :])[0])
+        assert hold is not None
+        if not (math.isfinite(hold) and hold > 0):
+            raise SimulationError(f"the time for which a value is held is positive, it is {hold:g}")
+        plan = plan_run(self.problem, replace(options, stop=case.begin + hold))
+        z = plan.case.z if self.z is None else self.z
+        solution = run_from(plan, y, z)
+        self.last = solution
+        final = solution.final()
+        self.y = np.array([final[q.name] for q in self.problem.states])
+        for k, quantity in enumerate(self.problem.states):
+            if quantity.kind == "account":
+                self.y[k] = 0.0
+        self.z = plan.case.z.copy()
+        for k, quantity in enumerate(self.problem.discretes):
+            if quantity.kind == "discrete":  # what holds, sticks and switches follows from the state
+                self.z[k] = float(solution[quantity.name][-1])
+        return solution
+
+    def _carried(self, p: Array) -> Array:
+        """Return the state of the motion so far, on the constraints as they are now."""
+        problem, before = self.problem, self.y
+        assert before is not None
+        if not problem.assembly or self.last is None:
+            return before
+        case = plan_run(problem, replace(self.study, start=0.0, stop=0.0, every=None)).case
+        free = np.zeros(len(before), dtype=bool)
+        return assemble(
+            problem, case.functions, case.begin, before, free, inputs_at(case, case.begin), case.z, p,
+            reproducible=self.study.reproducible,
+        ).y  # fmt: skip
+
+    def _seen(self, value: float, solution: Solution) -> Held:
+        end = float(solution.time[-1])
+        t = np.linspace(end - SEEN * (end - float(solution.time[0])), end, SAMPLES)
+        x = solution(t)[self.seen.name]
+        early, late = x[: SAMPLES // 2], x[SAMPLES // 2 :]
+        change = max(
+            abs(np.ptp(early) - np.ptp(late)) / 2,
+            abs(early.max() - late.max()),
+            abs(early.min() - late.min()),
+        )
+        return Held(value, float(x.min()), float(x.max()), float(x.mean()), float(x.std()), float(change))
+
+
+def _findings(problem: Problem, sweep: _Sweep, up: list[Held], down: list[Held]) -> Findings:
+    over, seen = sweep.over, sweep.seen
+    unit = _unit(problem, seen.name)
+    both = [*up, *down]
+    quantity = _told(both)
+    span = float(np.ptp([getattr(one, quantity) for one in both])) if both else 0.0
+    jumps = [*_jumps(up, "up", quantity, span), *_jumps(down, "down", quantity, span)]
+    apart = _apart(up, down, quantity, span)
+    remarks = []
+    restless = [one for one in both if one.unsettled > 1e-3 * max(span, 1e-300)]
+    if restless and span > 0:
+        remarks.append(
+            f"at {len(restless)} of {len(both)} values the motion had not settled to a thousandth of the range: hold them "
+            "longer, or it does not repeat itself"
+        )
+    message = sweep.message or (
+        f"two branches between {over.name} = {apart[0]:.6g} and {apart[1]:.6g}"
+        if apart
+        else "one branch, up and down"
+    )
+    rows = tuple(
+        (jump["direction"], jump["between"][0], jump["between"][1], jump["from"], jump["to"])
+        for jump in jumps
+    )
+    head = (("jump", ""), ("between", over.unit), ("and", over.unit), ("from", unit), ("to", unit))
+    word = {"rms": "rms about the mean", "mean": "mean"}[quantity]
+    curves = tuple(
+        Curve(
+            name,
+            np.array([one.value for one in branch]),
+            np.array([getattr(one, quantity) for one in branch]),
+            style,
+            k,
+        )
+        for k, (name, branch, style) in enumerate((("up", up, "line"), ("down", down, "dashed")))
+        if branch
+    )
+    errors = {
+        name: max((one.unsettled for one in branch), default=None)
+        for name, branch in (("up", up), ("down", down))
+    }
+    return Findings(
+        study="hysteresis",
+        model=problem.name,
+        outcome=sweep.outcome,
+        message=message,
+        values=(),
+        errors_from="what still changes between the halves of what is seen of each value",
+        remarks=tuple(remarks),
+        tables=(Table(f"jumps of {seen.text} ({word})", head, rows),) if rows else (),
+        panels=(Panel(f"{seen.text}, {word}", over.name, over.unit, seen.text, unit, curves, tall=True),),
+        details={
+            "up": [_record(over, one) for one in up],
+            "down": [_record(over, one) for one in down],
+            "told": quantity,
+            "jumps": jumps,
+            "hysteresis": list(apart) if apart else None,
+            "accuracy": {
+                "errors": errors,
+                "errors_from": "what still changes between the halves of what is seen",
+            },
+        },
+        runs=(sweep.last,) if sweep.last is not None else (),
+    )
+
+
+def _record(over: Range, one: Held) -> dict[str, Any]:
+    return {
+        "parameter": {over.name: one.value}, "lowest": one.lowest, "highest": one.highest, "mean": one.mean,
+        "rms": one.rms, "unsettled": one.unsettled,
+    }  # fmt: skip
+
+
+def _unit(problem: Problem, name: str) -> str:
+    return next(q.unit for q in (*problem.states, *problem.outputs) if q.name == name)
+
+
+def _told(both: list[Held]) -> str:
+    """Say what tells the branches apart: the spread of a motion, or the place where it comes to rest."""
+    moving = max((one.rms for one in both), default=0.0)
+    places = np.array([one.mean for one in both])
+    return "rms" if len(places) and moving > 1e-3 * max(float(np.ptp(places)), 1e-300) else "mean"
+
+
+def _jumps(branch: list[Held], direction: str, quantity: str, span: float) -> list[dict[str, Any]]:
+    x = np.array([getattr(one, quantity) for one in branch])
+    if len(x) < 3 or span == 0:
+        return []
+    steps = np.abs(np.diff(x))
+    limit = max(JUMP * float(np.median(steps)), NOTICED * span)
+    return [
+        {
+            "direction": direction,
+            "between": [branch[k].value, branch[k + 1].value],
+            "from": float(x[k]),
+            "to": float(x[k + 1]),
+        }
+        for k in np.flatnonzero(steps > limit)
+    ]
+
+
+def _apart(up: list[Held], down: list[Held], quantity: str, span: float) -> tuple[float, float] | None:
+    """Return the range of values at which the branches differ."""
+    back = {one.value: getattr(one, quantity) for one in down}
+    differing = [
+        one.value
+        for one in up
+        if one.value in back and abs(getattr(one, quantity) - back[one.value]) > APART * max(span, 1e-300)
+    ]
+    return (min(differing), max(differing)) if differing else None

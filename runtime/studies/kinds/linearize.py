@@ -1,0 +1,295 @@
+"""The motion near a state as a linear system: A, B, C, D in independent coordinates, poles, zeros, Bode, step response.
+
+x' = A x + B u, y = C x + D u for small displacements x of independent coordinates, their velocities and states; from the
+exact derivatives of the equations. Coordinates that constraints tie to these are eliminated by the derivative of the
+constraints.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from msgspec import field
+
+from ...local.equilibrium import resting
+from ...local.independent import independent
+from ...local.site import PART, Site, moving_inputs, refuse_edges, site_of
+from ...local.standing import arrived
+from ...local.zeros import Complex, poles, zeros
+from ...outcome import Outcome, SimulationError
+from ...problem import Array, Problem, Quantity
+from ...settings import EQUILIBRIUM, Place, settable
+from ..findings import Cell, Findings, Table
+from ..study import OF_A_MOTION, Study
+from .response import pictures, sampled
+
+ERRORS = "rounding of the entries, which are exact derivatives, times the condition of each pole"
+
+
+class Linearization(Findings, frozen=True, eq=False, kw_only=True):
+    """``A`` [n][n], ``B`` [n][m], ``C`` [k][n], ``D`` [k][m] in SI with the names of states, inputs, outputs, which are
+    displacements from ``at``; ``poles``, and ``zeros``, None where inputs and outputs are different in number.
+    ``period``: of a sampled system x[k+1] = A x[k] + B u[k], else None.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    D: Array
+    states: tuple[Quantity, ...]
+    inputs: tuple[Quantity, ...]
+    outputs: tuple[Quantity, ...]
+    at: dict[str, float]
+    poles: Complex
+    zeros: Complex | None
+    period: float | None = None
+
+    def control(self) -> Any:
+        """Return the system as python-control knows it. Raises SimulationError where that is not installed."""
+        try:
+            import control  # type: ignore[import-not-found, import-untyped, unused-ignore]
+        except ImportError:
+            raise SimulationError(
+                "python-control is not installed", help="pip install control; .signal() gives that of SciPy"
+            ) from None
+        names = {
+            "states": [q.name for q in self.states],
+            "inputs": [q.name for q in self.inputs],
+            "outputs": [q.name for q in self.outputs],
+        }
+        return control.ss(self.A, self.B, self.C, self.D, self.period or 0, name=self.model, **names)
+
+    def signal(self) -> Any:
+        """Return the system as ``scipy.signal`` knows it."""
+        from scipy.signal import StateSpace
+
+        matrices = (self.A, self.B, self.C, self.D)
+        return StateSpace(*matrices) if self.period is None else StateSpace(*matrices, dt=self.period)
+
+
+class Linearize(Study, frozen=True, kw_only=True):
+    """Linearise the motion at a state, between inputs and outputs: all inputs, and the outputs of the model (coordinates
+    where it has none) unless they are named."""
+
+    unused = OF_A_MOTION
+    needs: ClassVar[frozenset[str]] = frozenset({PART, "projection"})
+
+    at: Annotated[
+        Place, settable("Where: the start, the equilibrium reached from it, or other values.", "place")
+    ] = field(default_factory=Place)
+    driven: Annotated[tuple[str, ...], settable("Inputs that act on it.", "names", option="inputs")] = ()
+    outputs: Annotated[tuple[str, ...], settable("Quantities that are observed.", "names")] = ()
+    sample: Annotated[
+        float | None, settable("Period of a sampled system whose inputs are held in between.", "time")
+    ] = None
+
+    def solve(self, problem: Problem) -> Linearization:
+        """Linearise. Raises SimulationError at states where derivatives do not exist."""
+        site = site_of(problem, self, self.at)
+        remarks = list(moving_inputs(site))
+        y = site.y
+        if self.at.word == EQUILIBRIUM:
+            site, rest = arrived(site, y)
+            y = rest.y
+        remarks += refuse_edges(site, y, "linearisation")
+        if self.at.word != EQUILIBRIUM and resting(site, y) is None:
+            remarks.append(
+                "this state is no equilibrium: the system tells how nearby motions part from this one"
+            )
+        return _linearized(self, site, y, remarks)
+
+
+def _linearized(study: Linearize, site: Site, y: Array, remarks: list[str]) -> Linearization:
+    problem, chart = site.problem, site.chart
+    inputs = chosen_inputs(problem, study.driven)
+    outputs = chosen_outputs(problem, study.outputs)
+    found = site.derivatives(y)
+    free = independent(chart, found)
+    if np.abs(found.constraints_by_inputs[:, inputs]).max(initial=0.0) > 0:
+        raise SimulationError(
+            "an input moves a constraint, so that the state jumps with it",
+            help="let a first-order state follow the input, and constrain by that state",
+        )
+    a = (found.rates @ free.tangent)[free.chosen]
+    b = found.rates_by_inputs[free.chosen][:, inputs]
+    rows, direct = observed(site, y, outputs, found)
+    c, d = rows @ free.tangent, direct[:, inputs]
+    if found.moves_by_itself:
+        remarks.append(f"the system depends on time: it is that of t = {site.t:g}")
+    values, errors = poles(a)
+    nulls = zeros(a, b, c, d)
+    if study.sample is not None:
+        a, b, values, errors, nulls = _sampled(a, b, c, d, study.sample)
+    bounds = [None if error is None else max(1.0, free.condition) * error for error in errors]
+    states = tuple(Quantity(chart.names[j], "state", chart.units[j]) for j in (int(k) for k in free.chosen))
+    if not states:
+        remarks.append("nothing is free to move here: the system has no states")
+    if nulls is None:
+        remarks.append("zeros are those of systems with as many outputs as inputs")
+    told = tuple(q for q, _ in outputs)
+    driven = tuple(problem.inputs[k] for k in inputs)
+    return Linearization(
+        study="linearize",
+        model=problem.name,
+        outcome=Outcome.COMPLETED,
+        message=f"states {len(states)}, inputs {len(driven)}, outputs {len(told)}"
+        + ("" if study.sample is None else f", sampled every {study.sample:g} {problem.time.unit}".rstrip()),
+        values=(),
+        errors_from=ERRORS,
+        remarks=tuple(remarks),
+        tables=_tables(
+            states, driven, told, (a, b, c, d), values, bounds, nulls, problem.time.unit, study.sample
+        ),
+        panels=pictures(driven, told, a, b, c, d, study.sample, problem.time),
+        details=_details(site, y, states, driven, told, (a, b, c, d), values, bounds, nulls, study.sample),
+        arrays={"A": a, "B": b, "C": c, "D": d},
+        A=a,
+        B=b,
+        C=c,
+        D=d,
+        states=states,
+        inputs=driven,
+        outputs=told,
+        at=_at(problem, y),
+        poles=values,
+        zeros=nulls,
+        period=study.sample,
+    )
+
+
+def chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
+    known = [q.name for q in problem.inputs]
+    for name in names:
+        if name not in known:
+            raise SimulationError(
+                f"'{name}' is no input of '{problem.name}'", help=f"its inputs: {', '.join(known) or 'none'}"
+            )
+    return [known.index(name) for name in names] if names else list(range(len(known)))
+
+
+def chosen_outputs(problem: Problem, names: tuple[str, ...]) -> list[tuple[Quantity, tuple[str, int]]]:
+    """Return what is observed, each with its place: an output, a number of the state, or an input."""
+    everything = [
+        *((q, ("out", k)) for k, q in enumerate(problem.outputs)),
+        *((q, ("y", k)) for k, q in enumerate(problem.states) if q.kind != "account"),
+        *((q, ("u", k)) for k, q in enumerate(problem.inputs)),
+    ]
+    by_name = {q.name: (q, place) for q, place in everything}
+    if names:
+        return [by_name[name] for name in names]
+    return [one for one in everything if one[0].kind == "output"] or [
+        one for one in everything if one[0].kind == "coordinate"
+    ]
+
+
+def observed(
+    site: Site, y: Array, chosen: list[tuple[Quantity, tuple[str, int]]], found: Any
+) -> tuple[Array, Array]:
+    """Return the derivatives of what is observed by displacements and by inputs."""
+    problem, chart = site.problem, site.chart
+    entries = chart.of_entries(y)
+    rows, direct = np.zeros((len(chosen), chart.size)), np.zeros((len(chosen), len(problem.inputs)))
+    for row, (quantity, (array, k)) in enumerate(chosen):
+        match array:
+            case "out":
+                rows[row], direct[row] = found.outputs[k], found.outputs_by_inputs[k]
+                for column in np.flatnonzero(~np.isfinite(rows[row])):
+                    raise site.undefined(f"'{quantity.name}'", int(column))
+                if found.outputs_by_accounts[k].any():
+                    raise SimulationError(
+                        f"the output '{quantity.name}' counts energy from the start on: it is no function of the state",
+                        help="observe something else with outputs = ...",
+                    )
+            case "y":
+                rows[row] = entries[k]
+            case _:
+                direct[row, k] = 1.0
+    return rows, direct
+
+
+def _sampled(
+    a: Array, b: Array, c: Array, d: Array, period: float
+) -> tuple[Array, Array, Complex, list[float | None], Complex | None]:
+    """Return A and B from one sample to the next, for inputs that are held, with poles and zeros of that."""
+    if not period > 0:
+        raise SimulationError(f"the period of sampling is positive, it is {period:g}")
+    a, b = sampled(a, b, period)
+    return a, b, *poles(a), zeros(a, b, c, d)
+
+
+def _at(problem: Problem, y: Array) -> dict[str, float]:
+    return {q.name: float(v) for q, v in zip(problem.states, y, strict=True) if q.kind != "account"}
+
+
+def _pairs(values: Complex) -> list[list[float]]:
+    return [[float(v.real), float(v.imag)] for v in values]
+
+
+def _details(
+    site: Site,
+    y: Array,
+    states: tuple[Quantity, ...],
+    inputs: tuple[Quantity, ...],
+    outputs: tuple[Quantity, ...],
+    system: tuple[Array, Array, Array, Array],
+    values: Complex,
+    bounds: list[float | None],
+    nulls: Complex | None,
+    period: float | None,
+) -> dict[str, Any]:
+    a, b, c, d = system
+    return {
+        "A": a.tolist(),
+        "B": b.tolist(),
+        "C": c.tolist(),
+        "D": d.tolist(),
+        "states": [q.name for q in states],
+        "inputs": [q.name for q in inputs],
+        "outputs": [q.name for q in outputs],
+        "units": {q.name: q.unit for q in (*states, *inputs, *outputs)},
+        "at": _at(site.problem, y),
+        "poles": _pairs(values),
+        "zeros": None if nulls is None else _pairs(nulls),
+        "period": period,
+        "accuracy": {"errors": {"poles": bounds}, "errors_from": ERRORS},
+    }
+
+
+def _tables(
+    states: tuple[Quantity, ...],
+    inputs: tuple[Quantity, ...],
+    outputs: tuple[Quantity, ...],
+    system: tuple[Array, Array, Array, Array],
+    values: Complex,
+    bounds: list[float | None],
+    nulls: Complex | None,
+    time: str,
+    sample: float | None,
+) -> tuple[Table, ...]:
+    a, b, c, d = system
+    per = f"1/{time}" if time else ""
+
+    def table(
+        title: str, columns: tuple[Quantity, ...], rows: tuple[Quantity, ...], matrix: Array, dash: str
+    ) -> Table:
+        head = (("", ""), *((q.name, "") for q in columns))
+        body: list[tuple[Cell, ...]] = [
+            (q.name + dash, *(float(x) for x in row)) for q, row in zip(rows, matrix, strict=True)
+        ]
+        return Table(title, head, tuple(body))
+
+    head = [("pole", "" if sample else per), ("error", "" if sample else per)]
+    rows: list[tuple[Cell, ...]] = [(complex(z), bound) for z, bound in zip(values, bounds, strict=True)]
+    if sample is None:
+        head += [("frequency", f"rad/{time}" if time else ""), ("damping", "")]
+        rows = [(*row, abs(z), -z.real / abs(z) if z else 0.0) for row, z in zip(rows, values, strict=True)]
+    found = [Table("", tuple(head), tuple(rows)), table("A", states, states, a, "'")]
+    if inputs:
+        found.append(table("B", inputs, states, b, "'"))
+    found.append(table("C", states, outputs, c, ""))
+    if d.any():
+        found.append(table("D", inputs, outputs, d, ""))
+    if nulls is not None and len(nulls):
+        found.append(Table("", (("zero", head[0][1]),), tuple((complex(z),) for z in nulls)))
+    return tuple(one for one in found if one.rows and len(one.head) > 0)

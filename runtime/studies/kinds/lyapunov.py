@@ -1,0 +1,306 @@
+"""Lyapunov exponents: the mean rates at which neighbouring motions part (Benettin and others 1980).
+
+Changes of the start are carried along and made orthogonal again every so often; the logarithms of what they have grown
+meanwhile are the data, whose mean over batches gives an interval of confidence.
+"""
+
+from __future__ import annotations
+
+import math
+import time as clock
+from collections.abc import Callable
+from typing import Annotated
+
+import numpy as np
+from msgspec.structs import replace
+from scipy.stats import t as student
+
+from ...case import inputs_at
+from ...integrate.interruption import noted_interruptions
+from ...integrate.kernel_failure import kernel_failure
+from ...integrate.solver import Solver
+from ...native import kernel as native
+from ...native.kernel import Status
+from ...outcome import Outcome, SimulationError, time_text
+from ...problem import Array, Problem
+from ...settings import settable
+from ...tangent.coordinates import basis, minimal
+from ...tangent.flow import Tangents
+from ..findings import Curve, Findings, Panel, Value
+from ..flow.linearised import Linearised
+from ..flow.pieces import with_horizon
+from ..runs.simulate import Plan, plan_run, run
+from ..study import Study
+from .orbit import depends_on_time
+
+TOLERANCE = 1e-8
+HORIZON = 100.0
+STEPS = 12
+"""Steps of the motion between two times at which the changes are made orthogonal."""
+BATCHES = 32
+CONFIDENCE = 0.95
+WANTED = 0.012
+"""Half of the interval over the largest exponent, at which a study without a time ends."""
+SECONDS = 40.0
+"""After which it ends at any rate."""
+SETTLING = 0.1
+"""Share of the motion that is left out at its beginning."""
+FEWEST = 40 * BATCHES
+NOTHING = 1e-3
+"""Growth from one time of orthogonality to the next, below which an exponent that may be zero is looked at no longer."""
+POWER = 2.0
+"""Of time: growth up to such a power is told from none by no exponent. Motions that part in proportion to time, as those
+with periods of their own do, grow by the first."""
+FALLING = 0.6
+"""An exponent of the later half of the motion below this share of that of the first half still falls: t^k, whose exponent
+falls to zero, gives ln(20/11)/ln(11/2) = 0.35 for all k."""
+MOST_SHARE = 16
+"""Intervals in a batch, at least."""
+
+
+RESTING = 1e-12
+"""Of the nominal value of a state, by which it changes over the time of a run where it counts as resting."""
+
+
+class Lyapunov(Study, frozen=True, kw_only=True):
+    """The ``count`` largest exponents, all without it, over a motion of the length ``time``; without it, until the
+    largest one is known to a percent or so."""
+
+    needs = frozenset({"jacobian"})
+
+    time: Annotated[float | None, settable("How long to follow the motion.", "time")] = None
+    count: Annotated[int | None, settable("How many exponents; all without it.", "count")] = None
+
+    def solve(self, problem: Problem) -> Findings:
+        """Follow the motion and its changes. Raises SimulationError where it has no derivatives."""
+        options = with_horizon(problem, self, HORIZON, TOLERANCE)
+        plan = plan_run(problem, options)
+        with noted_interruptions() as interrupted:
+            return _findings(problem, self, plan, *_followed(problem, self, plan, interrupted))
+
+
+def _followed(
+    problem: Problem, study: Lyapunov, plan: Plan, interrupted: Callable[[], bool]
+) -> tuple[Array, Array, Outcome, str]:
+    """Give times [n] and the logarithms of growth up to them [n, k], without the settling, and how it ended."""
+    case = plan.case
+    linear = Linearised(plan)
+    allowed = linear.allowed(case.y0)
+    count = min(study.count or allowed.shape[1], allowed.shape[1])
+    interval = _interval(problem, plan)
+    if study.time is not None:
+        if study.time < BATCHES * interval / STEPS:
+            message = f"the motion is too short to tell an exponent: say a longer --time than {study.time:g}"
+            return np.zeros(1), np.zeros((1, count)), Outcome.FAILED, message
+        interval = min(interval, study.time / (MOST_SHARE * BATCHES))
+    carrier = _Carrier(plan, linear, count)
+    random = np.random.default_rng(0)
+    first, _ = np.linalg.qr(allowed @ random.standard_normal((allowed.shape[1], count)))
+    carrier.begin(basis(problem, case.y0) @ (first * linear.scale[:, None]))
+    times, growth = [case.begin], [np.zeros(count)]
+    begun, stop = clock.perf_counter(), math.inf if study.time is None else case.begin + study.time
+    outcome, message = Outcome.COMPLETED, ""
+    try:
+        while times[-1] < stop * (1 - 1e-12) - 1e-300:
+            if interrupted():
+                outcome, message = Outcome.INTERRUPTED, f"interrupted at {time_text(problem, times[-1])}"
+                break
+            until = min(stop, times[-1] + interval)
+            growth.append(growth[-1] + carrier.advance(until))
+            times.append(until)
+            if study.progress is not None and len(times) % 50 == 0:
+                done = (until - case.begin) / study.time if study.time else 0.0
+                study.progress(max(done, 0.0 if study.time else (clock.perf_counter() - begun) / SECONDS))
+            if study.time is None and len(times) > FEWEST and len(times) % 500 == 0:
+                means, halves = estimated(np.array(times), np.array(growth))
+                known = halves[0] < WANTED * abs(means[0])
+                none = means[0] < 2 * halves[0] < 2 * NOTHING / interval and len(times) > 4 * FEWEST
+                if known or none or clock.perf_counter() - begun > SECONDS:
+                    break
+    except _Ended as ended:
+        outcome, message = Outcome.FAILED, str(ended)
+    finally:
+        carrier.close()
+    return np.array(times), np.array(growth), outcome, message
+
+
+class _Ended(Exception):
+    """The motion failed on its way."""
+
+
+def _interval(problem: Problem, plan: Plan) -> float:
+    """Give the time of a dozen steps of the motion."""
+    options = replace(plan.options, start=None, estimate_error=False, progress=None, points=2, dense=False)
+    if hasattr(options, "time"):
+        options = replace(options, time=None)
+    solution = run(problem, options)
+    span = float(solution.time[-1]) - plan.case.begin
+    if not span > 0:
+        raise SimulationError(f"the motion of '{problem.name}' ends at its start: {solution.message}")
+    return STEPS * span / max(solution.statistics.steps, 1)
+
+
+class _Carrier:
+    """A motion with changes of it, taken on in time; after each time they are made orthogonal, in nominal sizes."""
+
+    def __init__(self, plan: Plan, linear: Linearised, count: int) -> None:
+        self.plan, self.linear, self.count = plan, linear, count
+        self.problem = plan.case.problem
+        self.tangents = Tangents(plan.case, plan.method, plan.nominal, (), count)
+        self.time, self.y = plan.case.begin, plan.case.y0
+        self.solver: Solver | None = None
+
+    def begin(self, w: Array) -> None:
+        self.w = w
+        if not self.tangents.method.in_kernel or self.problem.hybrid is not None:
+            return
+        augmented, case = self.tangents.augmented, self.plan.case
+        row = augmented.joined(self.y, w)
+        size = np.abs(w / self.plan.nominal[:, None]).max(axis=0)
+        nominal = augmented.joined(self.plan.nominal, np.outer(self.plan.nominal, size))
+        made = replace(
+            case, problem=augmented.problem, functions=augmented.functions, p=augmented.p,
+            z=augmented.discretes(case.z), y0=row, known=np.ones(row.size, dtype=bool), wanted=row, assembled=None,
+            grid=np.empty(0),
+        )  # fmt: skip
+        self.solver = Solver(
+            native.load_kernel(self.plan.options.reproducible), made, self.tangents.method.name, case.tolerance,
+            case.tolerance * nominal, case.step or 0.0,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        if self.solver is not None:
+            self.solver.__exit__(None, None, None)
+
+    def advance(self, until: float) -> Array:
+        """Go on to a time; give the logarithms of growth [k]."""
+        problem, linear, augmented = self.problem, self.linear, self.tangents.augmented
+        if self.solver is None:
+            flow = self.tangents.flow(self.time, self.y, self.w, np.array([until]))
+            if flow.failure is not None:
+                raise _Ended(flow.failure.message)
+            self.y, self.w = flow.states[-1], flow.tangents[-1]
+        else:
+            status = Status.RUNNING
+            while status == Status.RUNNING:
+                status = self.solver.advance(until, 100_000)
+            report, row = self.solver.report()
+            if status != Status.REACHED:
+                failure = kernel_failure(augmented.problem, status, report, row)
+                raise _Ended(failure.message if failure is not None else f"the motion ended at {report.t:g}")
+            self.y, w = augmented.split(row, problem.ny)
+            self.w = linear.onto(self.tangents, until, self.y, w) if problem.constraints else w
+        reduced = minimal(problem, self.y, self.w) / linear.scale[:, None]
+        own = np.zeros_like(reduced)
+        own[linear.kept] = reduced[linear.kept]
+        q, r = np.linalg.qr(own)
+        sizes = np.abs(np.diag(r))
+        if not np.isfinite(sizes).all() or (sizes == 0).any():
+            raise _Ended(f"changes of the motion are lost at {time_text(problem, until)}")
+        self.w = basis(problem, self.y) @ (q * linear.scale[:, None])
+        self.time = until
+        if self.solver is not None:
+            self.solver.write(augmented.joined(self.y, self.w))
+        found: Array = np.log(sizes)
+        return found
+
+
+def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
+    """Give the exponents [k] and half of their intervals of confidence [k], by means over batches of time.
+
+    What grows, or falls, by a power of time has the exponent zero, at which means arrive like log(t)/t: an interval holds
+    zero as well where the whole growth is no more than such a power, and where the exponent still falls.
+    """
+    first = int(SETTLING * len(times))
+    span = times[-1] - times[first]
+    means: Array = (growth[-1] - growth[first]) / span
+    edges = np.linspace(first, len(times) - 1, BATCHES + 1).astype(int)
+    batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
+    spread = batches.std(axis=0, ddof=1) / math.sqrt(BATCHES)
+    halves: Array = student.ppf((1 + CONFIDENCE) / 2, BATCHES - 1) * spread
+    powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
+    middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
+    early = (growth[middle] - growth[first]) / (times[middle] - times[first])
+    later = (growth[-1] - growth[middle]) / (times[-1] - times[middle])
+    none = (np.abs(means) * span <= powers) | (later * np.sign(early) < FALLING * np.abs(early))
+    return means, halves + np.where(none, np.abs(means), 0.0)
+
+
+def _in_a_plane(problem: Problem, plan: Plan) -> bool:
+    """Whether the states lie in a plane, in which no motion without jumps and without time in its rates is chaotic."""
+    return (
+        problem.hybrid is None and Linearised(plan).allowed(plan.case.y0).shape[1] <= 2 and not depends_on_time(plan)
+    )  # fmt: skip
+
+
+def _at_rest(plan: Plan) -> bool:
+    """Whether nothing changes at the start, but for rounding, so that what is followed is no motion."""
+    case = plan.case
+    if case.problem.hybrid is not None or depends_on_time(plan):
+        return False
+    slope = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
+    moves = [k for k, q in enumerate(case.problem.states) if q.kind != "account"]
+    span = case.stop - case.begin
+    return bool((np.abs(slope[moves]) * span <= RESTING * plan.nominal[moves]).all())
+
+
+def _findings(
+    problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
+) -> Findings:
+    enough = len(times) > 4 * BATCHES  # fewer only where the motion failed or was interrupted
+    means, halves = estimated(times, growth) if enough else (np.zeros(0), np.zeros(0))
+    per = f"1/{problem.time.unit}" if problem.time.unit else ""
+    order = np.argsort(-means, kind="stable")
+    means, halves = means[order], halves[order]
+    values = [
+        Value(f"exponent {k + 1}", per, float(m), float(h))
+        for k, (m, h) in enumerate(zip(means, halves, strict=True))
+    ]
+    remarks, words = [], ""
+    if len(means):
+        first, half = means[0], halves[0]
+        rests = _at_rest(plan)
+        growing = "unstable, though not chaotic" if rests or _in_a_plane(problem, plan) else "chaotic"
+        if rests:
+            remarks.append(
+                "the start is an equilibrium, where nothing moves: its exponents are the real parts of its eigenvalues, "
+                "which 'equilibria' gives to rounding"
+            )
+        words = (
+            f"{growing}: the largest exponent is {first:.5g}" if first > 2 * half and first > 0
+            else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
+            else "the largest exponent cannot be told from zero"
+        )  # fmt: skip
+        whole = len(means) == len(means) and study.count is None
+        if whole and len(means) > 1:
+            remarks.append(f"the sum of all exponents, the rate at which volumes grow, is {means.sum():.6g}")
+            pairs = np.abs(means + means[::-1])
+            if (pairs <= halves + halves[::-1] + 1e-9).all() and abs(means.sum()) < 1e-6 * max(np.abs(means).max(), 1e-9) + halves.max():  # fmt: skip
+                remarks.append(
+                    f"they come in pairs of opposite sign, as of a conservative motion, within {pairs.max():.1e}"
+                )
+    span = float(times[-1] - times[0])
+    grown = growth[1:] / (times[1:] - times[0])[:, None]
+    step = max(1, len(grown) // 2000)
+    curves = tuple(
+        Curve(f"exponent {k + 1}", times[1::step], grown[::step, i]) for k, i in enumerate(order[:6])
+    )
+    curves = curves if len(grown) > 1 else ()
+    panel = Panel("exponents up to then", "time", problem.time.unit, "exponent", per, curves, tall=True)
+    return Findings(
+        study="lyapunov",
+        model=problem.name,
+        outcome=outcome,
+        message=message or f"{words}, over a time of {span:.6g}",
+        values=tuple(values),
+        errors_from=f"half of the intervals of {CONFIDENCE:.0%} confidence, by {BATCHES} means over parts of the motion",
+        remarks=tuple(remarks),
+        tables=(),
+        panels=(panel,) if curves else (),
+        details={
+            "exponents": means.tolist(),
+            "confidence": halves.tolist(),
+            "time": span,
+        },
+        arrays={"time": times, "growth": growth[:, order] if len(order) else growth},
+    )

@@ -1,0 +1,355 @@
+"""Periodic orbits with their Floquet multipliers; over a parameter, with what happens to them on the way."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from ...case import inputs_at
+from ...integrate.interruption import noted_interruptions
+from ...native import kernel as native
+from ...outcome import ENDED, Outcome, SimulationError
+from ...problem import Array, ModelFunction, Problem
+from ...results.solution import Solution
+from ...settings import Formula, Range, settable
+from ..findings import Curve, Findings, Panel, Table, Value
+from ..flow.linearised import Linearised, multipliers
+from ..flow.pieces import column_at, with_horizon
+from ..flow.shooting import Energy, close, least
+from ..flow.shooting import Orbit as Found
+from ..runs.simulate import Plan, plan_run, run
+from ..study import Study
+
+TOLERANCE = 1e-11
+HORIZON = 100.0
+LOOKS = 20_000
+"""Places of a motion at which it is looked whether it has come back."""
+NEAR, LEFT = 0.1, 0.3
+"""Shares of the extent of the motion: so near has come back, what was so far away before."""
+LONGER = (1.0, 5.0, 25.0)
+"""Of the span of the run, in which a return is looked for."""
+VALUES = 41
+SAME = 1e-6
+"""In which multipliers and points of an orbit are the same."""
+
+
+class Orbit(Study, frozen=True, kw_only=True):
+    """The periodic motion near the start, with its period and multipliers. Of a model that depends on time, the
+    ``period`` is given; of another one it is found, and a given one is the first guess."""
+
+    needs = frozenset({"jacobian"})
+
+    period: Annotated[
+        float | Formula | None, settable('The period, or a first guess: "2*pi/w".', "interval")
+    ] = None
+    energy: Annotated[
+        float | None,
+        settable("The energy, where orbits come in families; that of the start without it.", "energy"),
+    ] = None
+    over: Annotated[
+        tuple[Range, ...], settable('A parameter to follow it over: "g = 1 .. 2, 50".', "ranges")
+    ] = ()
+
+    def solve(self, problem: Problem) -> Findings:
+        """Find the orbit. Raises SimulationError where there is none near."""
+        options = with_horizon(problem, self, HORIZON, TOLERANCE)
+        plan = plan_run(problem, options)
+        linear = Linearised(plan)
+        driven = depends_on_time(plan)
+        y, period = plan.case.y0, given_period(plan, self.period)
+        if period is None:
+            if driven:
+                raise SimulationError(
+                    f"'{problem.name}' depends on time: its periodic motions have the period of that, or a multiple",
+                    help='say it: --period "2*pi/w"',
+                )
+            y, period = _return(problem, options, plan)
+        if self.over:
+            return _followed(problem, options, linear, y, period, free=not driven)
+        energy = kept_energy(plan, linear, y, period, self.energy) if not driven else None
+        loose = close(linear, y, period, free=not driven, energy=energy)
+        loose = loose if driven else least(linear, loose, energy)
+        tight = replace(self, tolerance=max(plan.case.tolerance / 100, 1e-14), stop=plan.case.stop)
+        exact = close(
+            Linearised(plan_run(problem, tight)), loose.start, loose.period, free=not driven, energy=energy
+        )
+        return _findings(problem, plan, loose, exact, driven)
+
+
+def given_period(plan: Plan, period: float | Formula | None) -> float | None:
+    """Give the period that was asked for, as a number. Raises SimulationError where it is none."""
+    if isinstance(period, Formula):
+        case = plan.case
+        period = float(column_at(case, period.name)(np.array([case.begin]), case.y0[None, :])[0])
+    if period is not None and not (math.isfinite(period) and period > 0):
+        raise SimulationError(f"the period is positive, it is {period:g}")
+    return period
+
+
+def kept_energy(
+    plan: Plan, linear: Linearised, y: Array, period: float, energy: float | None
+) -> Energy | None:
+    """Give the condition that an orbit has an energy, where motions keep it. Raises SimulationError."""
+    problem = plan.case.problem
+    name = problem.outputs[problem.energy_balance[0]].name if problem.energy_balance else ""
+    if name:
+        end = linear.map(plan.case.begin, y, period, checked=False).end
+        column = column_at(plan.case, name)
+        here, there = column(np.full(2, plan.case.begin), np.vstack([y, end]))
+        size = max(
+            abs(here), abs(float(column(np.array([plan.case.begin]), (y * 1.1)[None, :])[0]) - here), 1e-300
+        )
+        if abs(there - here) < 1e-7 * size:
+            return Energy(name, float(here) if energy is None else energy)
+    if energy is not None:
+        raise SimulationError(f"'{problem.name}' does not keep an energy that its orbits could have")
+    return None
+
+
+def depends_on_time(plan: Plan) -> bool:
+    """Whether the rates at the start, or near it, or the indicators of what switches, are others at other times."""
+    case = plan.case
+    functions = [(case.functions.rhs, case.z)]
+    struct = case.functions.struct
+    if struct is not None and struct.hybrid:
+        hybrid = native.HybridStruct.from_address(struct.hybrid)
+        if hybrid.n_times or hybrid.n_clocks:
+            return True
+        if hybrid.indicators:
+            functions.append((_compiled(hybrid.indicators, hybrid.n_switches + hybrid.n_rows), case.z))
+    random = np.random.default_rng(3)
+    for k in range(3):
+        y = case.y0 + 0.1 * k * plan.nominal * random.standard_normal(case.y0.size)
+        for function, z in functions:
+            rows = []
+            for share in (0.0, 0.137, 0.391, 0.734):
+                t = case.begin + share * max(case.stop - case.begin, 1e-6)
+                rows.append(function(t, y, inputs_at(case, t), z, case.p))
+            found = np.array(rows)
+            if not np.allclose(found, found[0], rtol=1e-12, atol=0.0, equal_nan=True):
+                return True
+    return False
+
+
+def _compiled(address: int, size: int) -> ModelFunction:
+    function = native.MODEL_FUNCTION(address)
+
+    def call(t: float, y: Array, u: Array, z: Array, p: Array) -> Array:
+        out = np.empty(size)
+        function(t, *(np.ascontiguousarray(a).ctypes.data for a in (y, u, z, p)), out.ctypes.data)
+        return out
+
+    return call
+
+
+def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]:
+    """Give a state and the time after which the motion comes near to it again: the start, or where it has settled."""
+    own = np.array([k for k, q in enumerate(problem.states) if q.kind != "account"])
+    begin = plan.case.begin
+    for factor in LONGER:
+        stop = begin + factor * (plan.case.stop - begin)
+        solution = run(
+            problem, replace(options, stop=stop, start=None, period=None, estimate_error=False, points=2)
+        )
+        if solution.outcome not in ENDED:
+            raise SimulationError(f"the motion from the start ends: {solution.message}")
+        t = np.linspace(begin, float(solution.time[-1]), LOOKS)
+        y = _rows(solution, t)
+        extent = np.maximum(np.ptp(y[:, own], axis=0), 1e-9 * plan.nominal[own])
+        for first in (0, LOOKS // 2):
+            far = np.sqrt(np.mean(((y[first:, own] - y[first, own]) / extent) ** 2, axis=1))
+            away = np.flatnonzero(far > LEFT)
+            if not away.size:
+                continue
+            later = far[away[0] :]
+            dips = np.flatnonzero(
+                (later[1:-1] < NEAR) & (later[1:-1] <= later[:-2]) & (later[1:-1] < later[2:])
+            )
+            if dips.size:
+                found = first + away[0] + 1 + int(dips[0])
+                return y[first], float(t[found] - t[first])
+    raise SimulationError(
+        f"the motion of '{problem.name}' does not come near to where it was until t = {stop:g}",
+        help="begin nearer to a periodic motion, say a longer --stop, or --period",
+    )
+
+
+def _rows(solution: Solution, t: Array) -> Array:
+    return solution.motion.at(t)[:, : solution.problem.ny]
+
+
+def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: bool) -> Findings:
+    values, errors = multipliers(exact.map)
+    error = (
+        max(abs(exact.period - loose.period), 8 * np.finfo(float).eps * exact.period) if not driven else 0.0
+    )
+    names = [q.name for q in problem.states if q.kind != "account"]
+    own = [k for k, q in enumerate(problem.states) if q.kind != "account"]
+    start = {name: float(exact.start[k]) for name, k in zip(names, own, strict=True)}
+    stable, words, remarks = stability(values, errors, free=not driven)
+    if exact.iterations > 10:
+        remarks.append(f"it took {exact.iterations} corrections: the start was far from this orbit")
+    unit = problem.time.unit
+    rows = tuple((complex(v), float(abs(v)), float(e)) for v, e in zip(values, errors, strict=True))
+    return Findings(
+        study="orbit",
+        model=problem.name,
+        outcome=Outcome.COMPLETED,
+        message=f"a periodic motion, {words}, with the period {exact.period:.12g}"
+        + (f" {unit}" if unit else ""),
+        values=(
+            Value("period", unit, exact.period, error),
+            *(
+                Value(name, problem.states[k].unit, float(exact.start[k]), _off(plan, exact, loose, k))
+                for name, k in zip(names, own, strict=True)
+            ),
+        ),
+        errors_from="the same at a tolerance a hundred times looser; multipliers: conditions of the eigenvalues",
+        remarks=tuple(remarks),
+        tables=(Table("multipliers", (("multiplier", ""), ("size", ""), ("error", "")), rows),),
+        panels=_picture(problem, plan, exact),
+        details={
+            "period": exact.period,
+            "start": start,
+            "multipliers": [[float(v.real), float(v.imag)] for v in values],
+            "multiplier_errors": errors.tolist(),
+            "stable": stable,
+            "residual": exact.residual,
+        },
+    )
+
+
+def _off(plan: Plan, exact: Found, loose: Found, k: int) -> float:
+    least = max(exact.residual, float(np.finfo(float).eps)) * float(plan.nominal[k])
+    return max(float(abs(exact.start[k] - loose.start[k])), least)
+
+
+def stability(values: Array, errors: Array, *, free: bool) -> tuple[bool | None, str, list[str]]:
+    """Tell whether an orbit is stable, in one word, and why it may not be told.
+
+    Of a model that does not depend on time one multiplier is 1, that of a shift along the orbit; it says nothing.
+    """
+    remarks: list[str] = []
+    others = np.arange(len(values))
+    if free:
+        trivial = int(np.argmin(np.abs(values - 1)))
+        others = np.delete(others, trivial)
+    if not len(others):
+        return None, "neutral", remarks
+    largest = others[int(np.argmax(np.abs(values[others])))]
+    size = float(abs(values[largest]))
+    # eigenvalues of a family of orbits coincide at 1, where they are known to the root of an error only
+    noise = max(float(errors[largest]), SAME if abs(values[largest] - 1) < 1e-3 else 1e-9)
+    if abs(size - 1) <= noise:
+        remarks.append(
+            f"the largest multiplier is 1 in size within {noise:.0e}: stability cannot be told by it; that is so for "
+            "orbits of conservative models, which lie in families"
+        )
+        return None, "neutral", remarks
+    return size < 1, "stable" if size < 1 else "unstable", remarks
+
+
+def _picture(problem: Problem, plan: Plan, orbit: Found) -> tuple[Panel, ...]:
+    """Draw one round: the first coordinate over its rate, or two coordinates."""
+    options = replace(
+        plan.options, stop=plan.case.begin + orbit.period, start=None, every=None, estimate_error=False, progress=None,
+        values={**plan.options.values, **{q.name: float(v) for q, v in zip(problem.states, orbit.start, strict=True)
+                                          if q.kind != "account"}},
+    )  # fmt: skip
+    if problem.rotations or problem.constraints or not problem.nq:
+        return ()
+    if hasattr(options, "period"):
+        options = replace(options, period=None)
+    solution = run(problem, options)
+    t = np.linspace(float(solution.time[0]), float(solution.time[-1]), 1000)
+    y = _rows(solution, t)
+    pairs = [(k, problem.nq + k) for k in range(min(problem.nq, 3))]
+    return tuple(
+        Panel(f"orbit of {problem.states[i].name}", problem.states[i].name, problem.states[i].unit,
+              problem.states[j].name, problem.states[j].unit, (Curve("", y[:, i], y[:, j]),), tall=len(pairs) == 1)
+        for i, j in pairs
+    )  # fmt: skip
+
+
+def _followed(
+    problem: Problem, study: Orbit, linear: Linearised, y: Array, period: float, *, free: bool
+) -> Findings:
+    """Follow the orbit over a parameter, and tell where its stability changes and how."""
+    if len(study.over) > 1:
+        raise SimulationError("an orbit is followed over one parameter")
+    wanted = study.over[0]
+    axis = np.linspace(wanted.low, wanted.high, wanted.count or VALUES)
+    rows: list[dict[str, Any]] = []
+    largest: list[float] = []
+    periods: list[float] = []
+    special: list[dict[str, Any]] = []
+    before: Array | None = None
+    outcome, message = Outcome.COMPLETED, ""
+    with noted_interruptions() as interrupted:
+        for k, value in enumerate(axis):
+            if interrupted():
+                outcome = Outcome.INTERRUPTED
+                break
+            plan = plan_run(problem, replace(study, values={**study.values, wanted.name: float(value)}))
+            length = given_period(plan, study.period)
+            try:
+                found = close(
+                    linear.renewed(plan), y, period if free or length is None else length, free=free
+                )
+            except SimulationError as failure:
+                message = f"lost at {wanted.name} = {value:.6g}: {failure.message}"
+                break
+            if free and not rows:
+                found = least(linear.renewed(plan), found)
+            y, period = found.start, found.period
+            now, _ = multipliers(found.map)
+            if free:
+                now = np.delete(now, int(np.argmin(np.abs(now - 1))))
+            rows.append({"parameter": {wanted.name: float(value)}, "period": period,
+                         "multipliers": [[float(v.real), float(v.imag)] for v in now]})  # fmt: skip
+            largest.append(float(np.abs(now).max(initial=0.0)))
+            periods.append(period)
+            if before is not None and (kind := _happening(before, now)):
+                special.append({"kind": kind, "between": [float(axis[k - 1]), float(value)]})
+            before = now
+            if study.progress is not None:
+                study.progress((k + 1) / len(axis))
+    if not rows:
+        raise SimulationError(message)
+    x = axis[: len(rows)]
+    remarks = [
+        f"{one['kind']} between {one['between'][0]:.6g} and {one['between'][1]:.6g}" for one in special
+    ]
+    if message:
+        remarks.append(message)
+    return Findings(
+        study="orbit",
+        model=problem.name,
+        outcome=outcome,
+        message=f"followed from {wanted.name} = {x[0]:.6g} to {x[-1]:.6g}",
+        values=(Value("orbits", "", float(len(rows)), 0.0),),
+        errors_from="each orbit closes within 1e-8 of its size",
+        remarks=tuple(remarks),
+        panels=(
+            Panel("largest multiplier", wanted.name, wanted.unit, "size", "", (
+                Curve("largest multiplier", x, np.array(largest)), Curve("1", x, np.ones(len(x)), "dashed"))),
+            Panel("period", wanted.name, wanted.unit, "period", problem.time.unit,
+                  (Curve("", x, np.array(periods)),)),
+        ),
+        details={"orbits": rows, "special": special, "period": periods[-1], "multipliers": rows[-1]["multipliers"],
+                 "start": {q.name: float(v) for q, v in zip(problem.states, y, strict=True) if q.kind != "account"}},
+    )  # fmt: skip
+
+
+def _happening(before: Array, now: Array) -> str:
+    """Tell what lies between two lists of multipliers [n] in which the number of those outside of the unit circle differs."""
+    out = [(np.abs(v) > 1).sum() for v in (before, now)]
+    if out[0] == out[1]:
+        return ""
+    edge = now[int(np.argmin(np.abs(np.abs(now) - 1)))]
+    if abs(edge.imag) > 1e-6 * abs(edge):
+        return "torus"
+    return "period doubling" if edge.real < 0 else "fold or fork"

@@ -1,0 +1,183 @@
+"""Steady motions: all coordinates but cyclic ones rest, and the rates of those stay: equilibria of Routh's function.
+
+E. J. Routh, A treatise on the stability of a given state of motion (1877). A minimum of the energy with the momenta of the
+cyclic coordinates held is stable.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+
+from ...local.site import PART, moving_inputs
+from ...outcome import Outcome, SimulationError
+from ...problem import Problem
+from ...settings import Range, settable
+from ..findings import Cell, Curve, Findings, Panel, Table
+from ..study import OF_A_MOTION, Study
+from .routh import Motion, SteadySearch
+
+COUNT = 41
+WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
+
+
+class Steady(Study, frozen=True, kw_only=True):
+    """Steady motions with the momenta of the start, or with its values but those of ``vary``."""
+
+    unused = OF_A_MOTION
+    needs: ClassVar[frozenset[str]] = frozenset({PART, "phase"})
+
+    vary: Annotated[
+        tuple[str, ...],
+        settable(
+            'What is sought while all else stays as it starts: "theta", "der(phi)"; without it, the coordinates that '
+            "rest, with the momenta of the start.",
+            "names",
+        ),
+    ] = ()
+    over: Annotated[
+        tuple[Range, ...], settable("A quantity and its range, over which they are sought.", "ranges")
+    ] = ()
+
+    def solve(self, problem: Problem) -> Findings:
+        """Find them. Raises SimulationError where there is no cyclic coordinate, or what is sought does not fit."""
+        if len(self.over) > 1:
+            raise SimulationError(
+                "steady motions are sought over one quantity", help='over = "NAME = LOW .. HIGH"'
+            )
+        first = SteadySearch(problem, self, self.vary, {})
+        if not self.over:
+            return _listed(first, first.run())
+        over = self.over[0]
+        values = np.linspace(over.low, over.high, over.count or COUNT)
+        found = []
+        for k, value in enumerate(values):
+            search = SteadySearch(problem, self, self.vary, {over.name: float(value)})
+            found.append((float(value), search.run()))
+            if self.progress is not None:
+                self.progress((k + 1) / len(values))
+        return _followed(first, over, found)
+
+
+def _record(search: SteadySearch, one: Motion, parameter: dict[str, float]) -> dict[str, Any]:
+    momenta = search.momenta_at(one.y)
+    return {
+        "values": {search.names[k]: float(one.y[k]) for k in search.columns()},
+        "momenta": {search.names[k]: float(v) for k, v in zip(search.cyclic, momenta, strict=True)},
+        "parameter": parameter,
+        "stable": one.stable,
+        "eigenvalues": [[float(v.real), float(v.imag)] for v in one.eigenvalues],
+        "errors": {search.names[k]: e if np.isfinite(e) else None for k, e in one.errors.items()},
+    }
+
+
+def _listed(search: SteadySearch, found: list[Motion]) -> Findings:
+    problem, site = search.site.problem, search.site
+    units = [q.unit for q in problem.states]
+    rate = f"1/{problem.time.unit}" if problem.time.unit else ""
+    rows: list[tuple[Cell, ...]] = []
+    for one in found:
+        worst = max(one.errors.values(), default=0.0)
+        shown = [_short(v) for v in one.eigenvalues if v.imag >= 0][:3]
+        rows.append((
+            *(float(one.y[k]) if abs(one.y[k]) > worst else 0.0 for k in search.columns()),
+            worst if np.isfinite(worst) else None, WORDS[one.stable], ", ".join(shown),
+        ))  # fmt: skip
+    head = (
+        *((search.names[k], units[k]) for k in search.columns()), ("error", ""), ("", ""), ("eigenvalues", rate),
+    )  # fmt: skip
+    remarks = list(moving_inputs(site))
+    if search.fixed:
+        held = ", ".join(f"{search.names[k]} {v:.6g}" for k, v in zip(search.cyclic, search.p0, strict=True))
+        remarks.append(f"the momenta of cyclic coordinates are those of the start: {held}")
+    if any(not np.isfinite(e) for one in found for e in one.errors.values()):
+        remarks.append(
+            "some of these are not isolated, or where the coordinates are singular: their errors cannot be told"
+        )
+    records = [_record(search, one, {}) for one in found]
+    return Findings(
+        study="steady",
+        model=problem.name,
+        outcome=Outcome.COMPLETED,
+        message=_count(len(found)),
+        values=(),
+        errors_from="residual and rounding times the condition of the equations",
+        remarks=tuple(remarks),
+        tables=(Table("", head, tuple(rows)),) if rows else (),
+        panels=_potential(search, found),
+        details={
+            "steady": records,
+            "cyclic": [search.names[k] for k in search.cyclic],
+            "accuracy": {"errors": [r["errors"] for r in records], "errors_from": "residual and rounding times the condition"},
+        },
+    )  # fmt: skip
+
+
+def _count(count: int) -> str:
+    return f"{count} steady motion{'' if count == 1 else 's'}"
+
+
+def _short(z: complex) -> str:
+    if abs(z.imag) <= 1e-12 * abs(z):
+        return f"{z.real:.5g}"
+    return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
+
+
+def _potential(search: SteadySearch, found: list[Motion]) -> tuple[Panel, ...]:
+    """Draw Routh's potential over the one coordinate that rests; of several, the eigenvalues."""
+    problem = search.site.problem
+    if len(search.shape) != 1 or not search.fixed:
+        rate = f"1/{problem.time.unit}" if problem.time.unit else ""
+        curves = tuple(
+            Curve(", ".join(f"{search.names[k]} = {one.y[k]:.4g}" for k in search.columns()[:2]),
+                  one.eigenvalues.real.astype(float), one.eigenvalues.imag.astype(float), "points", k)
+            for k, one in enumerate(found)
+        )  # fmt: skip
+        return (Panel("eigenvalues", "real part", rate, "imaginary part", rate, curves),)
+    k = search.shape[0]
+    x = np.linspace(search.low[k], search.high[k], 801)
+    with np.errstate(all="ignore"):
+        h = np.array([search.amended(np.array([value])) for value in x])
+    places = [float(one.y[k]) for one in found]
+    heights = [search.amended(np.array([place])) for place in places]
+    top = 3 * max([abs(v) for v in heights], default=float(np.nanmedian(np.abs(h))))
+    middle = float(np.mean(heights)) if heights else float(np.nanmedian(h))
+    h[np.abs(h - middle) > max(top, 1e-300)] = np.nan
+    unit = problem.phase[search.energy_place].unit
+    curves = (
+        Curve("energy with the momenta of the start", x, h),
+        Curve("steady", np.array(places), np.array(heights), "points"),
+    )
+    return (Panel("Routh's potential", search.names[k], problem.states[k].unit, "energy", unit, curves),)
+
+
+def _followed(search: SteadySearch, over: Range, found: list[tuple[float, list[Motion]]]) -> Findings:
+    problem = search.site.problem
+    records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
+    panels = []
+    for k in search.columns():
+        name = search.names[k]
+        if k not in search.unknown:
+            continue
+        curves = []
+        for colour, stable in enumerate((True, False, None)):
+            points = [
+                (r["parameter"][over.name], r["values"][name]) for r in records if r["stable"] is stable
+            ]
+            if points:
+                x, y = np.array(points).T
+                curves.append(Curve(WORDS[stable], x, y, "points", colour))
+        panels.append(Panel(name, over.name, over.unit, name, problem.states[k].unit, tuple(curves)))
+    counts = sorted({len(motions) for _, motions in found})
+    between = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
+    return Findings(
+        study="steady",
+        model=problem.name,
+        outcome=Outcome.COMPLETED,
+        message=f"{between} steady motions at each of {len(found)} values of {over.name}",
+        values=(),
+        errors_from="residual and rounding times the condition of the equations",
+        panels=tuple(panels),
+        details={"steady": records, "cyclic": [search.names[k] for k in search.cyclic]},
+    )

@@ -1,0 +1,229 @@
+"""Thresholds: from which value of a parameter or of the start on something happens, by bisection."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec.structs import replace
+
+from ...integrate.interruption import noted_interruptions
+from ...outcome import ENDED, Outcome, SimulationError, time_text
+from ...problem import Array, Problem
+from ...results.accuracy import companion_tolerance
+from ...results.solution import Solution
+from ...settings import Range, Surface, settable
+from ..findings import Curve, Findings, Panel, Table
+from ..runs.simulate import plan_run, run
+from ..study import Study
+
+LOOKS = 17
+"""Values at which it is looked at first."""
+WIDTH = 1e-12
+"""Of the range, to which a threshold is bisected."""
+TOLERANCE = 1e-10
+"""Of a threshold for which no tolerance is said."""
+BETWEEN = 6
+"""Times in each step at which a motion is looked at."""
+
+
+class Threshold(Study, frozen=True, kw_only=True):
+    """The values of ``over`` at which what happens changes: that the motion ``reaches`` a value, or without it, that it is
+    ended by ``terminate`` before its stop."""
+
+    needs = frozenset({"jacobian"})  # beyond a threshold motions may be stiff
+    unused = frozenset({"start", "every", "estimate_error"})
+
+    over: Annotated[
+        tuple[Range, ...], settable(f"What is varied; it is looked at {LOOKS} values first.", "ranges")
+    ] = ()
+    reaches: Annotated[
+        Surface | None,
+        settable('What has to happen before the stop: "x = -1"; without it, an end by terminate.', "surface"),
+    ] = None
+
+    def solve(self, problem: Problem) -> Findings:
+        """Look at values over the range, and bisect where neighbours differ. Raises SimulationError."""
+        if len(self.over) != 1:
+            raise SimulationError(
+                "a threshold is sought over one quantity", help='say --over "push = 0 .. 5" --reaches "x = 1"'
+            )
+        over = self.over[0]
+        with noted_interruptions() as interrupted:
+            return _Bisection(problem, self, over).findings(interrupted)
+
+
+class _Bisection:
+    """What happens as a function of the value that is varied."""
+
+    def __init__(self, problem: Problem, study: Threshold, over: Range) -> None:
+        self.problem, self.study, self.over = problem, study, over
+        case = plan_run(problem, replace(study, values={**study.values, over.name: over.low})).case
+        self.tolerance = case.tolerance if study.tolerance is not None else min(case.tolerance, TOLERANCE)
+        self.horizon = time_text(problem, case.stop)
+        self.seen: list[tuple[float, bool, float]] = []
+        self.last: Solution | None = None
+
+    def happens(self, value: float, tolerance: float | None = None) -> bool:
+        """Say whether it happens with a value. Raises SimulationError where a motion fails before it can be told."""
+        study = self.study
+        options = replace(
+            study, values={**study.values, self.over.name: value}, estimate_error=False, progress=None,
+            tolerance=tolerance or self.tolerance, max_steps=None,
+        )  # fmt: skip
+        solution = run(self.problem, options)
+        if solution.outcome is Outcome.INTERRUPTED:
+            raise KeyboardInterrupt
+        self.last = solution
+        if study.reaches is None:
+            happened, extreme = solution.outcome is Outcome.TERMINATED, float(solution.time[-1])
+        else:
+            happened, extreme = self._reached(solution, study.reaches)
+        if not happened and solution.outcome not in ENDED:
+            raise SimulationError(
+                f"whether it happens at {self.over.name} = {value:.9g} cannot be told: {solution.message}",
+                help="stop earlier, or vary over a smaller range",
+            )
+        if tolerance is None:
+            self.seen.append((value, happened, extreme))
+        return happened
+
+    def _reached(self, solution: Solution, surface: Surface) -> tuple[bool, float]:
+        """Say whether a motion goes through a level, and how far it comes towards it from where it begins."""
+        t = solution.time
+        count = max(BETWEEN * solution.statistics.steps, 4 * len(t))
+        fine = np.unique(np.r_[t, np.linspace(float(t[0]), float(t[-1]), count)])
+        g = solution(fine)[surface.name] - surface.level
+        good = np.isfinite(g)
+        fine, g = fine[good], g[good]
+        begun = np.flatnonzero(g)
+        if not len(begun):
+            return True, surface.level
+        sign = float(np.sign(g[begun[0]]))
+        k = int(np.argmin(sign * g))
+        closest = float(sign * g[k])
+        if closest > 0 and 0 < k < len(g) - 1:  # it may just touch the level between two of these
+            near = np.linspace(fine[k - 1], fine[k + 1], 64)
+            values = sign * (solution(near)[surface.name] - surface.level)
+            closest = min(closest, float(np.nanmin(_lowest(values))))
+        return closest <= 0, surface.level + sign * closest
+
+    def findings(self, interrupted: Callable[[], bool]) -> Findings:
+        over, study = self.over, self.study
+        values = np.linspace(over.low, over.high, over.count or LOOKS)
+        found: list[dict[str, Any]] = []
+        outcome = Outcome.COMPLETED
+        try:
+            told = []
+            for k, value in enumerate(values):
+                told.append(self.happens(float(value)))
+                if study.progress is not None:
+                    study.progress(0.5 * (k + 1) / len(values))
+                if interrupted():
+                    raise KeyboardInterrupt
+            for k in [k for k in range(len(told) - 1) if told[k] != told[k + 1]]:
+                found.append(self._located(float(values[k]), float(values[k + 1]), told[k], interrupted))
+        except KeyboardInterrupt:
+            outcome = Outcome.INTERRUPTED
+        return self._told(found, outcome)
+
+    def _located(
+        self, low: float, high: float, below: bool, interrupted: Callable[[], bool]
+    ) -> dict[str, Any]:
+        """Bisect, and widen what is left until a tighter tolerance agrees at both of its ends."""
+        width = WIDTH * (self.over.high - self.over.low)
+        while high - low > width and low < (low + high) / 2 < high:
+            middle = (low + high) / 2
+            if self.happens(middle) == below:
+                low = middle
+            else:
+                high = middle
+            if interrupted():
+                raise KeyboardInterrupt
+        tight, (first, last) = companion_tolerance(self.tolerance)[0], (self.over.low, self.over.high)
+        a, b, reach = low, high, max(high - low, 4e-16 * abs(low))
+        while a > first and self.happens(a, tight) != below:
+            a, reach = max(first, a - reach), 3 * reach
+        reach = max(high - low, 4e-16 * abs(high))
+        while b < last and self.happens(b, tight) == below:
+            b, reach = min(last, b + reach), 3 * reach
+        place = (low + high) / 2
+        return {
+            "parameter": {self.over.name: place},
+            "error": max(place - a, b - place),
+            "below": below,
+            "above": not below,
+        }
+
+    def _told(self, found: list[dict[str, Any]], outcome: Outcome) -> Findings:
+        over, study, problem = self.over, self.study, self.problem
+        what = f"it reaches {study.reaches.text}" if study.reaches is not None else "it is ended by terminate"
+        rows = tuple(
+            (
+                one["parameter"][over.name],
+                one["error"],
+                f"{what} {'below' if one['below'] else 'above'}",
+            )
+            for one in found
+        )
+        seen = sorted(self.seen)
+        if found:
+            message = f"{what} from {over.name} = {found[0]['parameter'][over.name]:.9g} on"
+            if len(found) > 1:
+                message = f"{what} first from {over.name} = {found[0]['parameter'][over.name]:.9g} on; {len(found)} changes"
+            elif found[0]["below"]:
+                message = f"{what} up to {over.name} = {found[0]['parameter'][over.name]:.9g}"
+        else:
+            always = bool(seen) and seen[0][1]
+            message = f"{what} {'at every' if always else 'at no'} value that was looked at"
+        if outcome is Outcome.INTERRUPTED:
+            message = f"interrupted: {message}"
+        quantity = study.reaches.name if study.reaches is not None else "time of the end"
+        unit = problem.time.unit
+        if study.reaches is not None:
+            unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == quantity)
+        curves = [
+            Curve(name, np.array([v for v, h, _ in seen if h is happened]), np.array([e for _, h, e in seen if h is happened]),
+                  "points", k)
+            for k, (name, happened) in enumerate((("does not happen", False), ("happens", True)))
+        ]  # fmt: skip
+        if study.reaches is not None:
+            ends = np.array([over.low, over.high])
+            curves.append(Curve(study.reaches.text, ends, np.full(2, study.reaches.level), "dashed", 2))
+        title = "how far it comes" if study.reaches is not None else "when it ends"
+        return Findings(
+            study="threshold",
+            model=problem.name,
+            outcome=outcome,
+            message=message,
+            values=(),
+            errors_from="bisection, and a tighter tolerance at the ends of what is left",
+            remarks=(
+                f"motions are followed to {self.horizon}: what happens later does not count",
+                f"two changes between neighbours of the {over.count or LOOKS} values that were looked at first are not seen",
+            ),
+            tables=(Table("", ((over.name, over.unit), ("error", over.unit), ("", "")), rows),)
+            if rows
+            else (),
+            panels=(Panel(title, over.name, over.unit, quantity, unit, tuple(curves)),),
+            details={
+                "thresholds": found,
+                "looked_at": [{"parameter": {over.name: v}, "happens": h} for v, h, _ in seen],
+                "accuracy": {
+                    "errors": [one["error"] for one in found],
+                    "errors_from": "bisection, and a tighter tolerance at the ends of what is left",
+                },
+            },
+            runs=(self.last,) if self.last is not None else (),
+        )
+
+
+def _lowest(g: Array) -> Array:
+    """Return values and the lowest point of the parabola through the three around the least of them."""
+    k = int(np.nanargmin(g))
+    if not 0 < k < len(g) - 1:
+        return g
+    a, b, c = g[k - 1 : k + 2]
+    bend = a - 2 * b + c
+    return np.append(g, b - (a - c) ** 2 / (8 * bend)) if bend > 0 else g

@@ -1,0 +1,155 @@
+"""The companion of a run: the same motion more exactly, from which the errors of the run are estimated, and its checks
+judged."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+
+from ...case import Case, Progress, SimulationOptions
+from ...integrate.choose_method import Method
+from ...integrate.kernel_run import run_kernel
+from ...integrate.scipy_methods import run_scipy
+from ...integrate.solver_options import SolverOptions
+from ...integrate.trajectory import Trajectory
+from ...outcome import Failure
+from ...problem import Array
+from ...results.accuracy import (
+    ConstraintDrift,
+    ErrorEstimate,
+    companion_step,
+    companion_tolerance,
+    compare,
+    looser_companion,
+    worse,
+)
+from ...results.contradictions import Pair, contradictions
+from ...results.doubts import Contradiction
+
+COMPANION_STEPS, FEW_STEPS = 10, 100_000
+"""A companion that takes more steps than so many times those of the main run fights with rounding, and is given up;
+before the second number it may meet a singular position, which is worth knowing."""
+
+
+APART = 2.618
+"""Into how many parts the steps of a third run divide those of the main one: no small ratio is near it (square of the golden
+section)."""
+
+
+class Plan(Struct, frozen=True):
+    """A run that can begin."""
+
+    options: SimulationOptions
+    case: Case
+    method: Method
+    nominal: Array
+
+
+class Estimated(Struct, frozen=True):
+    """What the companion run told: the ``error`` and both runs side by side, or a ``remark`` why there are none and the
+    ``failure`` of the companion."""
+
+    remark: str = ""
+    error: ErrorEstimate | None = None
+    pair: Pair | None = None
+    failure: Failure | None = None
+    interrupted: bool = False
+
+
+def trajectory_of(
+    plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
+) -> Trajectory:
+    run = run_kernel if plan.method.in_kernel else run_scipy
+    options = SolverOptions(
+        plan.method.name,
+        tolerance,
+        plan.nominal,
+        step,
+        dense,
+        plan.options.max_steps,
+        reproducible=plan.options.reproducible,
+        progress=progress,
+    )
+    return run(plan.case, options)
+
+
+def estimate(plan: Plan, main: Trajectory, progress: Progress | None, parts: float = 2) -> Estimated:
+    """Make the companion run, and compare. ``parts``: into how many its fixed steps divide those of the main run."""
+    most: int | None = None
+    if plan.method.fixed_step:
+        assert plan.case.step is not None
+        step, factor = companion_step(plan.case.step, plan.method.order, parts)
+        tolerance, tightened = plan.case.tolerance, step
+    else:
+        tolerance, factor = companion_tolerance(plan.case.tolerance)
+        step, tightened = None, tolerance
+        most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
+    # half the longest step: where that bounds the steps of both runs, they would make the same error
+    case = replace(plan.case, max_step=plan.case.max_step / 2)
+    bounded = replace(plan, options=replace(plan.options, max_steps=most), case=case)
+    companion = trajectory_of(bounded, tolerance, step, False, progress)
+    if most is not None and companion.failure is not None and companion.statistics.steps >= most:
+        tolerance, factor = looser_companion(plan.case.tolerance)
+        tightened = tolerance
+        unbounded = replace(bounded, options=replace(plan.options, max_steps=None))
+        companion = trajectory_of(unbounded, tolerance, step, False, progress)
+    if companion.interrupted:
+        return Estimated("the companion run was interrupted", interrupted=True)
+    if companion.failure is not None:
+        return Estimated(f"the companion run failed: {companion.failure.message}", failure=companion.failure)
+    if (companion.terminated is None) is not (main.terminated is None):
+        return Estimated(f"the companion run {_ending(companion)}, the main run {_ending(main)}")
+    pair = _paired(plan.case, main, companion, factor, 0.0 if plan.method.fixed_step else tolerance)
+    estimate = compare(
+        plan.case.problem, pair.ours, pair.theirs, plan.nominal, factor, main.statistics.steps, tightened
+    )
+    return Estimated(error=estimate, pair=pair)
+
+
+def _ending(run: Trajectory) -> str:
+    return "was followed to the stop" if run.terminated is None else f"was ended by '{run.terminated}'"
+
+
+def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, tolerance: float) -> Pair:
+    """Give both runs at the output times that both have, and at their ends: a model may end one of them just before an
+    output time and the other just behind it."""
+    shared = min(main.t.size, companion.t.size) - 1
+    same = main.t.size == companion.t.size == shared + 1
+    ours, theirs = (run.y if same else np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
+    t, their_t = (run.t if same else np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
+    ny = case.problem.ny
+    our_z, their_z = (
+        None if run.happened is None else run.happened.discretes(times, ny)
+        for run, times in ((main, t), (companion, their_t))
+    )
+    steps = max(main.statistics.steps, companion.statistics.steps)
+    return Pair(t, their_t, ours, theirs, our_z, their_z, steps, factor, tolerance)
+
+
+def doubts(
+    plan: Plan,
+    main: Trajectory,
+    estimated: Estimated,
+    drifts: tuple[ConstraintDrift, ...],
+    *,
+    as_stated: bool,
+) -> tuple[tuple[Contradiction, ...], Estimated]:
+    """Give the checks that contradict the estimated errors, and these errors.
+
+    Where a kink lies within a fixed step, the error is a matter of where: that of half the step may be as large by chance.
+    So what contradicts the estimate of such a run is looked at again beside a third run, whose steps end at other places,
+    and the larger of both estimates stands.
+    """
+    if estimated.error is None or estimated.pair is None:
+        return (), estimated
+    first = contradictions(plan.case, estimated.pair, estimated.error, drifts, as_stated=as_stated)
+    if not first or not plan.method.fixed_step:
+        return first, estimated
+    again = estimate(plan, main, None, parts=APART)
+    if again.error is None or again.pair is None:
+        return first, estimated
+    second = contradictions(plan.case, again.pair, again.error, drifts, as_stated=as_stated)
+    told = {(one.kind, one.name) for one in second}
+    larger = replace(estimated, error=worse(estimated.error, again.error))
+    return tuple(one for one in first if (one.kind, one.name) in told), larger

@@ -1,0 +1,118 @@
+"""What is shorter than a step and lies within it: looked for between the stages of a run whose model has formulas that may be
+so narrow (exponentials, hyperbolic functions, tables).
+
+The polynomial of a step goes through what its stages saw. Where the derivative that the model gives on it is another one
+than its own, by more than the errors of the step, the stages did not see all.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from msgspec.structs import replace
+
+from ...case import Progress
+from ...integrate.trajectory import DenseOutput, Trajectory
+from ...outcome import time_text
+from ...results.evaluate import evaluate_rows
+from .companion import Plan, trajectory_of
+
+EXPLICIT = "dop853"
+LOOKS, LEAST, MOST = 20_000, 8, 1000
+"""Places that are looked at in the whole of a run, at least and at most so many in a step."""
+TOLERANCES = 100.0
+"""What has been passed over changes a state by more than so many tolerances."""
+OF_ITS_LENGTH = 4
+"""Steps in the shortest thing that was seen."""
+ROUNDS = 3
+"""How often a run is repeated: behind what it has passed over it goes elsewhere."""
+COSTLY = 200_000
+"""Steps of a repeated run at most: the first one stands if that takes more."""
+BESIDE = 1e-3
+"""Share of a step over which its polynomial is differentiated."""
+
+
+class Look(NamedTuple):
+    """What was looked at: the longest time ``apart`` of two places; the first ``time`` at which something was passed over, and the
+    longest ``step`` that shows it, None where nothing was."""
+
+    apart: float
+    time: float | None = None
+    step: float | None = None
+
+
+def seen_between(
+    plan: Plan, main: Trajectory, progress: Progress | None
+) -> tuple[Plan, Trajectory, tuple[str, ...]]:
+    """Repeat a run that has passed over something in shorter steps, and say so; say how closely was looked."""
+    case = plan.case
+    if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:
+        return plan, main, ()
+    met: float | None = None
+    shown, best = plan, main
+    for _ in range(ROUNDS):
+        look = look_between(shown, best)
+        if look is None:
+            return plan, main, ()
+        if look.step is None or look.time is None:
+            break
+        finer = replace(shown, case=replace(shown.case, max_step=look.step))
+        bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY))
+        again = trajectory_of(bounded, case.tolerance, case.step, plan.options.dense, progress)
+        if again.failure is not None or again.interrupted or not _differs(plan, best, again):
+            break
+        met = look.time if met is None else met
+        shown, best = finer, again
+    if look is None:
+        return plan, main, ()
+    unit = f" {case.problem.time.unit}" if case.problem.time.unit else ""
+    told = f"looked for what is narrow every {look.apart:.2g}{unit} or closer: what is met for less may be missed"
+    if met is None:
+        return plan, main, (told,)
+    at = time_text(case.problem, met)
+    step = f"{shown.case.max_step:.2g}{unit}"
+    repeated = f"something narrow was passed over at {at}: the run was repeated with steps of at most {step}"
+    return shown, best, (repeated, told)
+
+
+def look_between(plan: Plan, main: Trajectory) -> Look | None:
+    """Compare derivatives along the polynomials of a run with those of the model; None where there is none to compare."""
+    dense, case = main.dense, plan.case
+    if not isinstance(dense, DenseOutput) or not dense.begin.size:
+        return None
+    told = main.statistics
+    if told.method != EXPLICIT or told.stiff_time is not None or told.switch_time is not None:
+        return (
+            None  # where it is stiff, an error of the state becomes one of the derivative many times as large
+        )
+    problem = case.problem
+    each = int(np.clip(LOOKS // dense.begin.size, LEAST, MOST))
+    places = (np.arange(each) + 0.5) / each
+    apart = dense.length / each
+    times = (dense.begin[:, None] + dense.length[:, None] * places).ravel()
+    beside = np.repeat(dense.length * BESIDE, each)
+    states = dense(times)
+    slopes = (dense(times + beside) - dense(times - beside)) / (2 * beside[:, None])
+    modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
+    rates = evaluate_rows(case, "rhs", times, states, modes)
+    own = np.array([q.kind != "account" for q in problem.states])
+    sizes = case.tolerance * (plan.nominal + np.abs(states))
+    change = np.abs(rates - slopes) * np.repeat(apart, each)[:, None] / sizes
+    unseen = np.any(change[:, own] > TOLERANCES, axis=1)
+    largest = float(apart.max())
+    if not np.any(unseen):
+        return Look(largest)
+    first = int(np.argmax(unseen))
+    ends = np.flatnonzero(np.diff(np.r_[False, unseen, False].astype(int)))
+    spans = times[ends[1::2] - 1] - times[ends[::2]] + np.repeat(apart, each)[ends[::2]]
+    return Look(largest, float(times[first]), float(spans.min()) / OF_ITS_LENGTH)
+
+
+def _differs(plan: Plan, one: Trajectory, other: Trajectory) -> bool:
+    """Whether two runs differ by more than their tolerances explain."""
+    shared = min(one.t.size, other.t.size)
+    if one.t.size != other.t.size:
+        return True
+    sizes = plan.case.tolerance * (plan.nominal + np.abs(one.y[:shared]))
+    return bool(np.any(np.abs(one.y[:shared] - other.y[:shared]) > TOLERANCES * sizes))

@@ -1,0 +1,89 @@
+"""What begins while nothing moves: looked for between the rows of a run, as its steps grow without bound there.
+
+Where velocities and states stay what they are, every method is exact and takes the longest steps it may; a push that is
+shorter than these is passed over by the run and its companion alike. Such stretches are looked at more closely.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...case import Case
+from ...integrate.trajectory import Trajectory
+from ...once import once
+from ...problem import Array, Problem
+from ...results.evaluate import evaluate_rows
+
+LOOKS = 20_000
+"""Places that are looked at in the whole of a run; what is shorter than the time between two of them may be missed."""
+
+OF_ITS_LENGTH = 4
+"""Steps in the shortest thing that was seen."""
+
+STILL = 1e-13
+"""Change of a velocity or a state between two rows that counts as none, as a share of its size."""
+
+UNSEEN = 1e-9
+"""Change of a derivative that counts as none, as a share of what would reach the size of its state within the run."""
+
+
+class Unseen(NamedTuple):
+    """``time`` at which something acts on what the run left as it was, and the longest ``step`` that shows it."""
+
+    time: float
+    step: float
+
+
+@once
+def _own(problem: Problem) -> list[int]:
+    """Give the indices of velocities and states, without accounts."""
+    return [i for i, q in enumerate(problem.states) if q.kind not in ("coordinate", "account")]
+
+
+def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> Unseen | None:
+    """Return where something acts on what the run left as it was; None where nothing is seen to."""
+    problem, span = case.problem, case.stop - case.begin
+    if main.t.size < 2 or span <= 0:
+        return None
+    own, least = _own(problem), np.where(np.isfinite(nominal), nominal, 0.0)
+    still = main.t[1:] > main.t[:-1]
+    for i in own:
+        column = main.y[:, i]
+        size = np.maximum(least[i], np.abs(column).max())
+        still &= np.abs(column[1:] - column[:-1]) <= STILL * size
+        if not still.any():  # mostly the first one tells
+            return None
+    sizes = np.maximum(least, np.abs(main.y).max(axis=0))
+    if problem.rotations:  # a quaternion does not go on in a straight line
+        still &= np.all(np.diff(main.y[:, : problem.nq], axis=0) == 0, axis=1)
+    if main.happened is not None:  # what an event changes is seen already
+        events = main.happened.events.noted["t"]
+        before = np.searchsorted(events, main.t[:-1], side="left")
+        still &= before == np.searchsorted(events, main.t[1:], side="right")
+    rows = np.flatnonzero(still)
+    if not rows.size:
+        return None
+    modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
+    here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
+    then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)
+    slow = UNSEEN * sizes[own] / span
+    rests = (np.abs(here[:, own]) <= slow).all(axis=1) | (np.abs(then[:, own]) <= slow).all(axis=1)
+    rows, here = rows[rests], here[rests]  # the others went forth and came back
+    if not rows.size:
+        return None
+    modes = None if modes is None else modes[rests]
+    each = max(2, LOOKS // (main.t.size - 1))
+    ahead = np.outer(main.t[rows + 1] - main.t[rows], (np.arange(each) + 0.5) / each)
+    times = (main.t[rows, None] + ahead).ravel()
+    states = np.repeat(main.y[rows], each, axis=0) + ahead.reshape(-1, 1) * np.repeat(here, each, axis=0)
+    held = None if modes is None else np.repeat(modes, each, axis=0)
+    change = np.abs(evaluate_rows(case, "rhs", times, states, held) - np.repeat(here, each, axis=0))
+    moved = np.any(change[:, own] > slow, axis=1)
+    if not np.any(moved):
+        return None
+    ends = np.flatnonzero(np.diff(np.r_[False, moved, False].astype(int)))
+    shortest = int(np.min(ends[1::2] - ends[::2]))  # places in a row that show it
+    apart = span / (each * (main.t.size - 1))
+    return Unseen(float(times[np.argmax(moved)]), apart * max(1.0, shortest / OF_ITS_LENGTH))

@@ -1,0 +1,300 @@
+"""One run: the motion from the start to the stop, with an estimate of its error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+from msgspec.structs import replace
+
+from ...case import Case, Progress, SimulationOptions, find_experiment, prepare
+from ...functions import load_functions
+from ...integrate.choose_method import choose_method
+from ...integrate.nominal_run import nominal_of
+from ...integrate.trajectory import Trajectory, with_unit_rotations
+from ...outcome import ENDED, Outcome, SimulationError, time_text
+from ...problem import Array, Problem
+from ...results.accuracy import (
+    Accuracy,
+    conserved_drifts,
+    energy_drift,
+)
+from ...results.constraint_drift import constraint_drifts
+from ...results.diagnosis import undefined_energy, with_cause
+from ...results.doubts import Contradiction
+from ...results.evaluate import evaluate_rows, scene_rows, solution_blocks, solution_columns
+from ...results.solution import Motion, Solution
+from ...settings import settable
+from ..study import Study
+from .companion import Estimated, doubts, estimate, trajectory_of
+from .companion import Plan as Plan  # part of what runs are asked through
+from .own_size import by_own_size
+from .passed_over import seen_between
+from .quiet import begins_unseen
+
+MAIN_SHARE = 0.36
+"""Part of the work that is the main run: its companion, 100 times tighter, takes 100^(1/8) = 1.8 times as long."""
+
+RUN_SHARE = 0.3
+"""Part of the work that is the run, where its motion is differentiated as well."""
+
+
+class Run(Study, frozen=True, kw_only=True):
+    """What runs have beside what every study has."""
+
+    sensitivity: Annotated[
+        tuple[str, ...],
+        settable(
+            "Parameters, initial values and inputs in which the motion is differentiated.", "directions"
+        ),
+    ] = ()
+    condition: Annotated[
+        bool,
+        settable(
+            "Tell how small changes of the start grow, and until when figures are to be believed.", "flag"
+        ),
+    ] = False
+    constants: Annotated[
+        bool,
+        settable("Find constants of the motion, and check them along the run like the energy.", "flag"),
+    ] = False
+    asked_needs: ClassVar[Mapping[str, frozenset[str]]] = MappingProxyType(
+        {"constants": frozenset({"phase"})}
+    )
+
+
+def run(
+    problem: Problem,
+    options: SimulationOptions,
+    *,
+    as_stated: bool = False,
+    sensitivity: Sequence[str] = (),
+    condition: bool = False,
+) -> Solution:
+    """Run a problem once. ``as_stated``: nothing of what its default experiment says was changed. ``sensitivity``: names
+    of what the motion is differentiated in. ``condition``: look at how errors grow."""
+    plan = plan_run(problem, options)
+    found = _run(plan, options, as_stated, sensitivity)
+    if not condition:
+        return found
+    from .condition import with_condition
+
+    return with_condition(found, plan)
+
+
+def _run(plan: Plan, options: SimulationOptions, as_stated: bool, sensitivity: Sequence[str]) -> Solution:
+    if not sensitivity:
+        return _solve(plan, as_stated)
+    from ...tangent.flow import Tangents
+    from .sensitivity import with_sensitivities
+
+    differentiable = Tangents(
+        plan.case, plan.method, plan.nominal, sensitivity
+    )  # what it cannot is told before the run
+    start = differentiable.start()
+    progress = part_of(options.progress, 0.0, RUN_SHARE)
+    solution = _solve(replace(plan, options=replace(options, progress=progress)), as_stated)
+    if solution.outcome not in ENDED:
+        solution.add_remark("the motion was not differentiated, as the run did not reach its end")
+        return solution
+    return with_sensitivities(solution, differentiable, start, estimate_error=options.estimate_error)
+
+
+def run_from(plan: Plan, y: Array, z: Array) -> Solution:
+    """Run a plan from another state ``y`` [ny], with other discrete variables ``z``."""
+    return _solve(replace(plan, case=replace(plan.case, y0=y, z=z, assembled=None)), False)
+
+
+def as_keywords(options: SimulationOptions) -> dict[str, Any]:
+    """Give the fields of options, which every study has."""
+    return {name: getattr(options, name) for name in SimulationOptions.__struct_fields__}
+
+
+def is_as_stated(problem: Problem, options: SimulationOptions) -> bool:
+    """Whether this is the default experiment, with no value and no input changed."""
+    first, chosen = find_experiment(problem, None), find_experiment(problem, options.experiment)
+    return not options.values and not options.inputs and (first is None or first is chosen)
+
+
+def plan_run(problem: Problem, options: SimulationOptions) -> Plan:
+    """Make a run ready: its case, method and nominal values. Raises ``SimulationError``."""
+    functions = load_functions(problem)
+    case = prepare(problem, functions, options)
+    method = choose_method(case, options.reproducible)
+    if problem.hybrid is not None and not method.in_kernel:
+        raise SimulationError(
+            f"'{problem.name}' switches: it has events, contacts, friction, or laws that change with the motion. "
+            "Only the compiled kernel locates these: take one of its methods, and a C compiler "
+            "(pip install ziglang brings one)"
+        )
+    nominal = nominal_of(case)
+    return Plan(options, case, method, nominal)
+
+
+def _looked_at(
+    plan: Plan, main: Trajectory, progress: Progress | None
+) -> tuple[Plan, Trajectory, tuple[str, ...]]:
+    """Repeat a run in shorter steps where something begins between its steps while nothing moves; say so."""
+    case = plan.case
+    if main.failure is not None or main.interrupted:
+        return plan, main, ()
+    unseen = begins_unseen(case, main, plan.nominal)
+    if unseen is None:
+        return plan, main, ()
+    at = time_text(case.problem, unseen.time)
+    step = time_text(case.problem, unseen.step).removeprefix("t = ")
+    seen = f"something begins at {at}, between steps in which nothing moves: "
+    if plan.method.fixed_step:
+        return plan, main, (f"{seen}take steps of {step} to see it",)
+    finer = replace(plan, case=replace(case, max_step=unseen.step))
+    again = trajectory_of(finer, case.tolerance, case.step, plan.options.dense, progress)
+    return finer, again, (f"{seen}the run was repeated with steps of at most {step}",)
+
+
+def _solve(plan: Plan, as_stated: bool) -> Solution:
+    case, options = plan.case, plan.options
+    problem = case.problem
+    share = MAIN_SHARE if options.estimate_error else 1.0
+    main = trajectory_of(
+        plan, case.tolerance, case.step, options.dense, part_of(options.progress, 0.0, share)
+    )
+    plan, main, looked = _looked_at(plan, main, part_of(options.progress, 0.0, share))
+    plan, main, narrow = seen_between(plan, main, part_of(options.progress, 0.0, share))
+    plan, main, sized = by_own_size(plan, main, part_of(options.progress, 0.0, share))
+    case = plan.case
+    if main.failure is not None:
+        main = replace(main, failure=with_cause(case, main.failure))
+    outcome, message = _outcome(problem, main)
+    estimated = Estimated("no companion run was asked for")
+    if options.estimate_error and outcome in ENDED:
+        estimated = estimate(plan, main, part_of(options.progress, share, 1.0))
+        if estimated.interrupted:
+            outcome, message = Outcome.INTERRUPTED, f"{message}, interrupted during the error estimate"
+    elif options.estimate_error:
+        estimated = Estimated("no companion run was made, as the run did not complete")
+    times, states, happened = main.t, main.y, main.happened
+    modes: Array | None = None
+    if happened is not None:
+        times, states, modes = happened.merged(main.t, main.y, problem.ny)
+    columns = solution_blocks(case, times, states, modes)
+    outputs = columns.blocks[1]
+    failure = main.failure
+    if outcome is Outcome.COMPLETED:
+        failure = undefined_energy(problem, times, states, outputs)
+        if failure is not None:
+            outcome, message = Outcome.FAILED, failure.message
+    drifts = constraint_drifts(case, plan.nominal, main)
+    doubtful: tuple[Contradiction, ...] = ()
+    if outcome in ENDED:
+        doubtful, estimated = doubts(plan, main, estimated, drifts, as_stated=as_stated)
+    if doubtful:
+        outcome, message = Outcome.DOUBTFUL, f"{message}, but {doubtful[0].text()}"
+    interpolated = main.dense or _hermite(plan, times, states, modes)
+
+    def state_at(t: Array) -> tuple[Array, Array | None]:
+        y = with_unit_rotations(problem.rotations, interpolated(t))
+        return y, None if happened is None else happened.discretes(t, problem.ny)
+
+    def at(t: Array) -> Array:
+        return solution_columns(case, t, *state_at(t))
+
+    def pictured(t: Array) -> Array:
+        return scene_rows(case, t, *state_at(t))
+
+    motion = Motion(
+        problem,
+        times,
+        columns,
+        at,
+        interpolation="dense output" if main.dense else "cubic Hermite between output points",
+        experiment=case.experiment,
+        parameters={q.name: float(v) for q, v in zip(problem.parameters, case.p, strict=False)},
+        outcome=outcome,
+        message=message,
+        failure=failure,
+        statistics=main.statistics,
+        accuracy=Accuracy(
+            estimated.error,
+            energy_drift(problem, outputs),
+            conserved_drifts(problem, outputs),
+            estimated.remark,
+            drifts,
+            estimated.failure,
+            doubtful,
+        ),
+        events=happened.events if happened is not None else (),
+        remarks=(
+            *(case.assembled.remarks if case.assembled else ()),
+            *looked,
+            *narrow,
+            *sized,
+            *_remarks(problem, case, main),
+        ),
+        as_stated=as_stated,
+        pictured=pictured if problem.scene is not None else None,
+    )
+    return Solution(motion)
+
+
+def _outcome(problem: Problem, main: Trajectory) -> tuple[Outcome, str]:
+    at = time_text(problem, float(main.t[-1])) if main.t.size else "the start"
+    if main.failure is not None:
+        return Outcome.FAILED, main.failure.message
+    if main.interrupted:
+        return Outcome.INTERRUPTED, f"interrupted at {at}"
+    if main.terminated is not None:
+        return Outcome.TERMINATED, f"{main.terminated} at {at}"
+    return Outcome.COMPLETED, f"completed at {at}"
+
+
+def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
+    s = main.statistics
+    remarks = []
+    for k, table in case.tables.items():
+        first, last = float(table.times[0]), float(table.times[-1])
+        if first == last or (first <= case.begin and case.stop <= last):
+            continue
+        span = f"{time_text(problem, first)} to {last:g}"
+        name = problem.inputs[k].name
+        remarks.append(
+            f"the table of '{name}' goes from {span}: beyond its ends its first and last value hold"
+        )
+    if s.switch_time is not None:
+        at = time_text(problem, s.switch_time)
+        often = f"{s.switches} times, the last time" if s.switches > 1 else "once,"
+        remarks.append(f"the method was changed {often} to {s.method} at {at}")
+    elif s.stiff_time is not None:
+        at = time_text(problem, s.stiff_time)
+        remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
+    return tuple(remarks)
+
+
+def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Progress of one part of the work, told as progress of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(begin + (end - begin) * fraction)
+
+
+def _hermite(plan: Plan, t: Array, y: Array, z: Array | None) -> Callable[[Array], Array]:
+    """Cubic interpolation between output points, from states and their derivatives.
+
+    ``t`` [n], ``y`` [n, ny] and ``z`` [n, nz]: with both sides of each event, so that nothing is interpolated across it.
+    """
+
+    def states(at: Array) -> Array:
+        if t.size < 2:
+            return np.repeat(y, at.size, axis=0)
+        dy = evaluate_rows(plan.case, "rhs", t, y, z)
+        i = np.clip(np.searchsorted(t, at, side="right") - 1, 0, t.size - 1)
+        j = np.minimum(i + 1, t.size - 1)
+        h = (t[j] - t[i])[:, None]
+        s = (at - t[i])[:, None] / np.where(h > 0, h, 1.0)  # at the last point, itself
+        r, d = 1 - s, y[j] - y[i]
+        b = h * dy[i] - d
+        value: Array = y[i] + s * (d + r * (b + s * (d - h * dy[j] - b)))
+        return value
+
+    return states
