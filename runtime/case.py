@@ -314,18 +314,20 @@ def _settle(
             if setting.array == "p":
                 p[setting.index] = value
                 given[setting.index] = 1
-        functions.parameters(p, given)
+        try:
+            functions.parameters(p, given)
+        except ZeroDivisionError:  # of Python; compiled code goes on with what is infinite
+            raise SimulationError("a formula of parameters divides by zero") from None
         return p
 
     p = parameters()
     if experiment is None:
         return p, chosen, {}, {}
-    known = (*NUMBERS, *WORDS, *OF_ENSEMBLES)
-    unknown = [name for name in (*experiment.options, *experiment.words) if name not in known]
-    if unknown:
-        raise SimulationError(
-            f"experiment '{experiment.name}' has the option '{unknown[0]}', which no run knows"
-        )
+    for name in (*experiment.options, *experiment.words):
+        if name not in (*NUMBERS, *WORDS, *OF_ENSEMBLES):
+            raise SimulationError(
+                f"experiment '{experiment.name}' has the option '{name}', which no run knows"
+            )
     settings = [Setting(s.array, s.index) for s in experiment.settings]
     for _ in range(len(settings) + 2):
         tables = {s.index: constant(value) for s, value in chosen.items() if s.array == "u"}

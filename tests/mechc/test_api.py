@@ -371,3 +371,9 @@ def test_sweeps_over_elements_and_rates() -> None:
     ]
     found = [(s.final()["r[1]"], s.final()["r[2]"]) for s in sweep.solutions]
     assert found == [pytest.approx((r, 2 + v), abs=1e-9) for r in (3, 4) for v in (0, 5)]
+
+
+def test_parameters_that_divide_by_zero_are_told_in_python_too() -> None:
+    text = "parameter a = 1; parameter b = 1; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1 N/m*x^2/(b - a);"
+    with pytest.raises(mechc.SimulationError, match="a formula of parameters divides by zero"):
+        mechc.loads(text).simulate(stop=1, target="python")
