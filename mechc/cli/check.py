@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import Command, model_option, set_option, verify_option
+from .options import Command, files_here, model_option, set_option, verify_option
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, name="check", short_help="Check models without running them.")
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=files_here)
 @model_option
 @set_option
 @verify_option

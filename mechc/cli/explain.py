@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .options import Command, model_option, set_option
+from .options import Command, files_here, model_option, set_option
 
 if TYPE_CHECKING:
     from ..measurement.savings import Code
@@ -23,7 +23,7 @@ DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
 @click.command(
     cls=Command, name="explain", short_help="Explain an error code, or what the compiler chose for a model."
 )
-@click.argument("what", metavar="CODE|MODEL.mech")
+@click.argument("what", metavar="CODE|MODEL.mech", shell_complete=files_here)
 @model_option
 @set_option
 @click.option(

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import click
 
-from .options import Command
+from .options import Command, files_here
 
 
 @click.command(cls=Command, name="fmt", short_help="Write models in the canonical layout.")
-@click.argument("files", nargs=-1, required=True, metavar="FILE...")
+@click.argument("files", nargs=-1, required=True, metavar="FILE...", shell_complete=files_here)
 @click.option("--check", is_flag=True, help="Change nothing; exit with 1 if a file is laid out differently.")
 @click.option("--diff", is_flag=True, help="Change nothing; print what would change.")
 def command(files: tuple[str, ...], check: bool, diff: bool) -> int:

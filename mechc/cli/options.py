@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -71,9 +74,16 @@ def ending(endings: tuple[str, ...], what: str) -> Any:
     return check
 
 
+def files_here(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
+    """Let the shell complete the name of a file."""
+    from click.shell_completion import CompletionItem
+
+    return [CompletionItem(incomplete, type="file")]
+
+
 def model_argument(function: F) -> F:
     """The file of a model; whether it can be read is told by the compiler in its own words."""
-    return click.argument("file", metavar="MODEL.mech")(function)
+    return click.argument("file", metavar="MODEL.mech", shell_complete=files_here)(function)
 
 
 def model_option(function: F) -> F:

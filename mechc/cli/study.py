@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import PICTURES, Command, ending, input_option, model_argument, model_option, set_option
+from .options import (
+    PICTURES,
+    Command,
+    ending,
+    files_here,
+    input_option,
+    model_argument,
+    model_option,
+    set_option,
+)
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -140,7 +149,7 @@ def command_of(kind: Kind) -> click.Command:
 
 def _option(setting: Setting) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     if setting.kind == "data":  # files stand behind the model
-        return click.argument(setting.name, metavar="DATA.csv...", nargs=-1)
+        return click.argument(setting.name, metavar="DATA.csv...", nargs=-1, shell_complete=files_here)
     name = setting.option.replace("_", "-")
     if setting.kind == "flag":
         return click.option(f"--{name}/--no-{name}", setting.name, default=None, help=setting.description)

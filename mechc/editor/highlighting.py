@@ -31,7 +31,6 @@ Word = Callable[[str], _TokenType]
 _KINDS: Mapping[str, _TokenType] = {
     **dict.fromkeys((*CLAUSES, *ACTIONS, *STATEMENTS), Keyword),
     **dict.fromkeys(DEFINITIONS, Keyword.Declaration),
-    **dict.fromkeys(BUILTINS, Name.Builtin),
     **dict.fromkeys(EXPRESSIONS, Keyword.Pseudo),
     **dict.fromkeys(("true", "false"), Keyword.Constant),
     **dict.fromkeys(CONSTANTS, Name.Constant),
@@ -64,14 +63,14 @@ class MechLexer(Lexer):
             match = _TOKEN.match(text, position)
             assert match is not None
             kind, value = match.lastgroup, match[0]
-            yield position, _token(kind or "", value, text, match.end()), value
+            yield position, _token(kind or "", value, text, match), value
             position = match.end()
             if kind == "number" or value in ")}":
                 yield from _unit(text, position)
                 position = _after_unit(text, position)
 
 
-def _token(kind: str, value: str, text: str, end: int) -> _TokenType:
+def _token(kind: str, value: str, text: str, match: re.Match[str]) -> _TokenType:
     match kind:
         case "blank":
             return Whitespace
@@ -84,16 +83,18 @@ def _token(kind: str, value: str, text: str, end: int) -> _TokenType:
         case "operator":
             return Operator
         case "name":
-            return _name(value, text, end)
+            return _name(value, text[match.start() - 1 : match.start()], text[match.end() : match.end() + 1])
         case _:
             return Punctuation
 
 
-def _name(value: str, text: str, end: int) -> _TokenType:
-    kind = _KINDS.get(value)
-    called = text[end : end + 1] == "("
-    if kind is Name.Builtin and not called:
+def _name(value: str, before: str, after: str) -> _TokenType:
+    if before == ".":
         kind = None
+    elif value in BUILTINS and after == "(":
+        kind = Name.Builtin
+    else:
+        kind = _KINDS.get(value)
     if kind is not None:
         return kind
     return Name.Class if value[0].isupper() and len(value) > 1 else Name

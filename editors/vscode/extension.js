@@ -1,0 +1,88 @@
+// What an editor shows of mechc: the language server `mechc lsp`, and commands that run the file in a terminal.
+'use strict';
+
+const path = require('node:path');
+const vscode = require('vscode');
+const { LanguageClient, TransportKind } = require('vscode-languageclient/node');
+
+/** Arguments of mechc for each command, from the file and what the settings add to a run. */
+const COMMANDS = {
+  'mechc.run': (file, added) => ['run', file, ...added],
+  'mechc.plot': (file, added) => ['run', file, ...added, '--plot'],
+  'mechc.view': (file) => ['view', file],
+};
+
+let client;
+
+function settings(resource) {
+  return vscode.workspace.getConfiguration('mechc', resource);
+}
+
+async function start() {
+  const command = settings().get('path');
+  const started = new LanguageClient(
+    'mechc',
+    'mechc',
+    { command, args: ['lsp'], transport: TransportKind.stdio },
+    { documentSelector: [{ language: 'mech' }] },
+  );
+  client = started;
+  try {
+    await started.start();
+  } catch (error) {
+    client = undefined;
+    vscode.window.showErrorMessage(
+      `'${command} lsp' does not start: ${error.message}. Install it by pip install "mechc[editor]", ` +
+        'or say in the setting mechc.path where it is.',
+    );
+  }
+}
+
+async function stop() {
+  const running = client;
+  client = undefined;
+  if (running !== undefined) await running.stop();
+}
+
+/** Save the file before the cursor, and run mechc on it in a terminal; without a shell, so that nothing needs quotes. */
+async function execute(name) {
+  const document = vscode.window.activeTextEditor?.document;
+  if (document?.languageId !== 'mech') {
+    vscode.window.showErrorMessage('This command needs a .mech file in the editor.');
+    return;
+  }
+  if (!(await document.save()) || document.uri.scheme !== 'file') {
+    vscode.window.showErrorMessage('The file must be saved on this machine before mechc can run it.');
+    return;
+  }
+  const file = document.uri.fsPath;
+  const found = settings(document.uri);
+  const task = new vscode.Task(
+    { type: 'process' },
+    vscode.workspace.getWorkspaceFolder(document.uri) ?? vscode.TaskScope.Workspace,
+    `${name} ${path.basename(file)}`,
+    'mechc',
+    new vscode.ProcessExecution(found.get('path'), COMMANDS[name](file, found.get('runArguments')), {
+      cwd: path.dirname(file),
+    }),
+  );
+  task.presentationOptions = { reveal: vscode.TaskRevealKind.Always, clear: true };
+  await vscode.tasks.executeTask(task);
+}
+
+async function activate(context) {
+  for (const name of Object.keys(COMMANDS)) {
+    context.subscriptions.push(vscode.commands.registerCommand(name, () => execute(name)));
+  }
+  const restart = async () => {
+    await stop();
+    await start();
+  };
+  context.subscriptions.push(vscode.commands.registerCommand('mechc.restart', restart));
+  context.subscriptions.push(
+    vscode.workspace.onDidChangeConfiguration((change) => (change.affectsConfiguration('mechc.path') ? restart() : undefined)),
+  );
+  await start();
+}
+
+module.exports = { activate, deactivate: stop };
