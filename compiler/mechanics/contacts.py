@@ -13,6 +13,7 @@ from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
 from ..graph.differentiate import is_affine
 from .forces import rate_of
+from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit
 from .modes import Mode, Regularized
@@ -64,7 +65,7 @@ def _contact(
     graph, name = lowering.graph, contact.name
     (gap,) = lowering.switching(lowering.numbers(contact.gap))
     lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
-    support = set(graph.support(gap))
+    support = set(graph.support(undisplaced(graph, gap)))
     if support & symbols.velocities or not support & symbols.positions:
         reporter.error(
             "E0702",

@@ -60,6 +60,16 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
 }
 STOP = "\nexperiment(stop = 1 s);"
 REFUSED = {
+    "a gap that nothing changes, beside a reaction that is asked for": (
+        PLANE
+        + """Sphere b;
+        Sphere c;
+        Revolute hinge(world -> c.a);
+        Revolute elbow(b.a -> c.a);
+        contact C: 1 m - pos(b.a)[1];
+        output o = reaction(elbow);""",
+        "E0702",
+    ),
     "a potential that jumps where an input says": (
         """coordinate Length q = 0.4 m;
         kinetic 1 kg*der(q)^2;

@@ -16,7 +16,8 @@ from typing import Any
 from msgspec import Struct
 
 from ...flat.model import FlatModel, Query
-from ...graph import Graph, Node
+from ...graph import DivisionByZero, Graph, Node
+from ...graph.rewrite import substitute
 from ...graph.vector import Vector
 from .frames import Frame, displaced
 from .pose import Rotate, Translate
@@ -77,6 +78,18 @@ def only_virtual(graph: Graph, rate: Node) -> bool:
     """Tell whether a rate is zero but for virtual displacements, of which no motion has any."""
     support = graph.support(rate)
     return graph.is_zero(rate) or (bool(support) and all(graph.name(n).startswith(PREFIX) for n in support))
+
+
+def undisplaced(graph: Graph, node: Node) -> Node:
+    """Return a formula where all virtual displacements and their rates are zero, as in every motion.
+
+    One that divides by them stays as it is: the equations tell.
+    """
+    virtual = [n for n in graph.support(node) if graph.name(n).startswith(PREFIX)]
+    try:
+        return substitute(graph, [node], dict.fromkeys(virtual, graph.zero))[0]
+    except DivisionByZero:
+        return node
 
 
 def displace(
