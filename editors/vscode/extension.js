@@ -5,12 +5,15 @@ const path = require('node:path');
 const vscode = require('vscode');
 const { LanguageClient, TransportKind } = require('vscode-languageclient/node');
 
-/** Arguments of mechc for each command, from the file and what the settings add to a run. */
+/** Arguments of mechc for each command, from the file, with its model if one was named, and what the settings add to a run. */
 const COMMANDS = {
-  'mechc.run': (file, added) => ['run', file, ...added],
-  'mechc.plot': (file, added) => ['run', file, ...added, '--plot'],
-  'mechc.view': (file) => ['view', file],
+  'mechc.run': (model, added) => ['run', ...model, ...added],
+  'mechc.plot': (model, added) => ['run', ...model, ...added, '--plot'],
+  'mechc.view': (model) => ['view', ...model],
 };
+
+/** A model from its first word to its end. */
+const MODEL = /^[ \t]*model[ \t]+(\w+)[\s\S]*?^[ \t]*end[ \t]+\1[ \t]*;/gm;
 
 let client;
 
@@ -45,7 +48,7 @@ async function stop() {
 }
 
 /** Save the file before the cursor, and run mechc on it in a terminal; without a shell, so that nothing needs quotes. */
-async function execute(name) {
+async function execute(name, model) {
   const document = vscode.window.activeTextEditor?.document;
   if (document?.languageId !== 'mech') {
     vscode.window.showErrorMessage('This command needs a .mech file in the editor.');
@@ -56,13 +59,14 @@ async function execute(name) {
     return;
   }
   const file = document.uri.fsPath;
+  const chosen = model === undefined ? [file] : [file, '--model', model];
   const found = settings(document.uri);
   const task = new vscode.Task(
     { type: 'process' },
     vscode.workspace.getWorkspaceFolder(document.uri) ?? vscode.TaskScope.Workspace,
     `${name} ${path.basename(file)}`,
     'mechc',
-    new vscode.ProcessExecution(found.get('path'), COMMANDS[name](file, found.get('runArguments')), {
+    new vscode.ProcessExecution(found.get('path'), COMMANDS[name](chosen, found.get('runArguments')), {
       cwd: path.dirname(file),
     }),
   );
@@ -70,10 +74,23 @@ async function execute(name) {
   await vscode.tasks.executeTask(task);
 }
 
+/** Offer the commands above every model that says how it is run. */
+function lenses(document) {
+  const runnable = [...document.getText().matchAll(MODEL)].filter((found) => /^[ \t]*experiment\b/m.test(found[0]));
+  return runnable.flatMap((found) => {
+    const place = document.positionAt(found.index);
+    return Object.keys(COMMANDS).map(
+      (command) =>
+        new vscode.CodeLens(new vscode.Range(place, place), { title: command.split('.')[1], command, arguments: [found[1]] }),
+    );
+  });
+}
+
 async function activate(context) {
   for (const name of Object.keys(COMMANDS)) {
-    context.subscriptions.push(vscode.commands.registerCommand(name, () => execute(name)));
+    context.subscriptions.push(vscode.commands.registerCommand(name, (model) => execute(name, typeof model === 'string' ? model : undefined)));
   }
+  context.subscriptions.push(vscode.languages.registerCodeLensProvider({ language: 'mech' }, { provideCodeLenses: lenses }));
   const restart = async () => {
     await stop();
     await start();

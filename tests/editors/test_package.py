@@ -105,6 +105,9 @@ class LanguageClient {
 const document = {
   languageId: 'mech', save: async () => saved, uri: { scheme: 'file', fsPath: '/place with blank/a.mech' },
 };
+const text = 'model Part\\nend Part;\\n\\nmodel A\\n  experiment(stop = 1 s);\\nend A;\\n'
+  + 'partial model P\\n  experiment(stop = 1 s);\\nend P;\\nmodel B\\n  experiment(stop = 1 s);\\nend B;\\n';
+const page = { getText: () => text, positionAt: (offset) => text.slice(0, offset).split('\\n').length - 1 };
 const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'] };
 const vscode = {
   commands: { registerCommand: (name, run) => { happened.commands[name] = run; return {}; } },
@@ -113,6 +116,11 @@ const vscode = {
     getWorkspaceFolder: () => undefined,
     onDidChangeConfiguration: (heard) => { configured = heard; return {}; },
   },
+  languages: { registerCodeLensProvider: (which, provider) => {
+    happened.lenses = provider.provideCodeLenses(page); return {};
+  } },
+  Range: class { constructor(start) { this.line = start; } },
+  CodeLens: class { constructor(range, command) { Object.assign(this, range, command); } },
   window: { activeTextEditor: { document }, showErrorMessage: (text) => happened.errors.push(text) },
   tasks: { executeTask: async (task) => happened.tasks.push(task) },
   TaskScope: { Workspace: 2 }, TaskRevealKind: { Always: 1 },
@@ -124,7 +132,8 @@ Module._load = (name, ...rest) => name === 'vscode' ? vscode
 (async () => {
   const extension = require(process.argv[1]);
   await extension.activate({ subscriptions: [] });
-  for (const name of ['mechc.run', 'mechc.plot', 'mechc.view']) await happened.commands[name]();
+  for (const name of ['mechc.run', 'mechc.plot', 'mechc.view']) await happened.commands[name]({ scheme: 'file' });
+  for (const lens of happened.lenses.slice(1, 3)) await happened.commands[lens.command](...lens.arguments);
   await configured({ affectsConfiguration: (name) => name === 'mechc.path' });
   await configured({ affectsConfiguration: () => false });
   saved = false; await happened.commands['mechc.run']();
@@ -153,6 +162,12 @@ def test_commands_start_what_they_say() -> None:
         ["run", file, "--experiment", "all"],
         ["run", file, "--experiment", "all", "--plot"],
         ["view", file],
+        ["run", file, "--model", "A", "--experiment", "all", "--plot"],
+        ["view", file, "--model", "A"],
+    ]
+    above = [(lens["line"], lens["title"], lens["arguments"]) for lens in happened["lenses"]]
+    assert above == [
+        (line, title, [model]) for line, model in ((3, "A"), (9, "B")) for title in ("run", "plot", "view")
     ]
     assert {task["execution"]["program"] for task in happened["tasks"]} == {"/opt/mechc"}
     assert {task["execution"]["options"]["cwd"] for task in happened["tasks"]} == {"/place with blank"}

@@ -71,6 +71,12 @@ def test_every_function_is_coloured_where_it_is_called() -> None:
         assert list(coloured(grammar(), f"body.{name}"))[-1] == (name, "variable.other.mech")
 
 
+def test_words_behind_a_dot_are_names() -> None:
+    for word in sorted(KEYWORDS):
+        assert list(coloured(grammar(), f"a.{word};"))[2] == (word, "variable.other.mech")
+        assert list(MechLexer().get_tokens(f"a.{word};"))[2] == (Name, word)
+
+
 def test_what_is_no_unit_and_no_word() -> None:
     pieces = dict(coloured(grammar(), 'a.mass = (b) m + 3 kg^x; "open\nlet c = 2 mm; /* on\nlet */ 5 q'))
     assert pieces["mass"] == "variable.other.mech" and pieces["m"] == "support.type.unit.mech"
