@@ -13,7 +13,7 @@ from .compiler.equations.model import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
 from .runtime.case import find_experiment
-from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome
+from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
 from .runtime.studies.kinds.sweep import Runs, Sweep
@@ -42,6 +42,15 @@ def with_experiment(model: CompiledModel, asked: Asked) -> Asked:
     if "vary" in asked.given:  # other random values, or none: how many is said with them
         said = {name: text for name, text in said.items() if name in ("keep", "errors")}
     return replace(asked, given={**said, **asked.given})
+
+
+def _told(found: Answer) -> str:
+    from .presentation import answers
+
+    return answers.text(found)
+
+
+Told.teller = _told
 
 
 def answer(model: CompiledModel, asked: Asked) -> Answer:

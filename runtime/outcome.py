@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
+from typing import Any, ClassVar
 
 from msgspec import Struct
 
@@ -35,6 +36,15 @@ def worst(outcomes: Iterable[Outcome]) -> Outcome:
     """Return the worst of some outcomes; of none, completed."""
     order = list(Outcome)
     return max(outcomes, key=order.index, default=Outcome.COMPLETED)
+
+
+class Told:
+    """An answer that prints as people read it: who shows answers sets ``teller``; data know no words of their own."""
+
+    teller: ClassVar[Callable[[Any], str] | None] = None
+
+    def __str__(self) -> str:
+        return Told.teller(self) if Told.teller is not None else repr(self)
 
 
 class SimulationError(Exception):

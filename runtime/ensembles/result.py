@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +10,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
-from ..outcome import Outcome
+from ..outcome import Outcome, Told
 from ..problem import Array
 from ..results.files import json_number
 from ..results.solution import Solution
@@ -34,7 +34,7 @@ class Column(Struct, frozen=True):
     unit: str
 
 
-class Ensemble(Struct, frozen=True, eq=False):
+class Ensemble(Struct, Told, frozen=True, eq=False):
     """The members in the order of the product, the last dimension fastest; n of them.
 
     ``numbers`` [n, scalars] are what was kept, ``number_errors`` the estimated errors of these; ``rows`` [n, series, times]
@@ -66,8 +66,16 @@ class Ensemble(Struct, frozen=True, eq=False):
     build: str = ""
     remarks: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        counts = ", ".join(f"{n} {word}" for word, n in self.counts().items())
+        return f"<mechc ensemble of {self.model}: {counts}; {', '.join(self.names)}>"
+
     def __len__(self) -> int:
         return self.members.count
+
+    def __iter__(self) -> Iterator[str]:
+        """Go through the names of what was kept and of what was varied."""
+        return iter((*self.names, *self.members.names))
 
     @property
     def runs(self) -> tuple[Solution, ...]:

@@ -8,10 +8,13 @@ from typing import Any
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
-from ..outcome import Outcome
+from ..outcome import Outcome, Told
 from ..problem import Array
 from ..results.files import json_number
 from ..results.solution import Solution
+
+MOST_SHOWN = 4
+"""Values in the short form of an answer."""
 
 
 class Value(Struct, frozen=True):
@@ -60,7 +63,7 @@ class Table(Struct, frozen=True):
     rows: tuple[tuple[Cell, ...], ...]
 
 
-class Findings(Struct, frozen=True, eq=False, kw_only=True):
+class Findings(Struct, Told, frozen=True, eq=False, kw_only=True):
     """The answer to a study that is made of values, tables and curves.
 
     ``details``: what else its JSON object holds, by name, as plain data; ``arrays``: what files of arrays hold (.npz,
@@ -79,6 +82,10 @@ class Findings(Struct, frozen=True, eq=False, kw_only=True):
     details: Mapping[str, Any] = field(default_factory=dict)
     arrays: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     runs: tuple[Solution, ...] = ()
+
+    def __repr__(self) -> str:
+        found = ", ".join(f"{value.name} {value.value:.6g}" for value in self.values[:MOST_SHOWN])
+        return f"<mechc {self.study} of {self.model}: {self.message}{'; ' * bool(found)}{found}>"
 
     def __getitem__(self, name: str) -> float:
         """Return a value by its name."""

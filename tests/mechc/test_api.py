@@ -377,3 +377,12 @@ def test_parameters_that_divide_by_zero_are_told_in_python_too() -> None:
     text = "parameter a = 1; parameter b = 1; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1 N/m*x^2/(b - a);"
     with pytest.raises(mechc.SimulationError, match="a formula of parameters divides by zero"):
         mechc.loads(text).simulate(stop=1, target="python")
+
+
+def test_answers_print_as_the_command_line_tells_them(model: mechc.Model) -> None:
+    found = model.study("modes", at="equilibrium")
+    assert repr(found).startswith("<mechc modes of ") and "frequency" in str(found)
+    if find_compiler() is not None:
+        members = model.ensemble(vary={"l": "0.5 m .. 2 m, 3"})
+        assert repr(members).startswith("<mechc ensemble of ") and "of 3 members: 3 completed" in str(members)
+        assert "l" in list(members)
