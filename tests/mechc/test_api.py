@@ -380,6 +380,8 @@ def test_parameters_that_divide_by_zero_are_told_in_python_too() -> None:
 
 
 def test_answers_print_as_the_command_line_tells_them(model: mechc.Model) -> None:
+    from mechc.runtime.native.build import find_compiler
+
     found = model.study("modes", at="equilibrium")
     assert repr(found).startswith("<mechc modes of ") and "frequency" in str(found)
     if find_compiler() is not None:
