@@ -8,6 +8,7 @@ from random import Random
 
 import numpy as np
 
+from random_models.carried import assembled_alike, begins_alike, carried
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
 from random_models.definition import UNTIL, along, ignored, moved, skipped, undone
@@ -172,22 +173,20 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
         base = compiled(twin.base.text(), target)
     mine = {renamed_name(twin, n): v for n, v in base.parameters().items()}
     wrong = differences(mine, other.parameters(), relative=1e-12)
-    mine = {renamed_name(twin, n): v for n, v in base.start().items()}
-    wrong += differences(mine, other.start())
+    if assembled_alike(twin, base, other):
+        mine = {renamed_name(twin, n): v for n, v in base.start().items()}
+        wrong += differences(mine, other.start())
     if wrong:
         return [Disagreement(twin.name, "given", _lines(wrong) + twin.model.text())]
     if not (other.settles and base.settles):
         return None
     rng = np.random.default_rng(seed)
     for k, state in enumerate(base.random_states(rng, 3)):
-        there = {renamed_name(twin, n): v for n, v in state.items()}
-        there = {
-            n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or n.startswith("energy.")
-        }
-        if set(other.states) - set(there):
+        there = carried(twin, base, other, state)
+        if there is None:
             if k:
                 break
-            there = other.start()  # other coordinates: only the start is the same
+            there = other.start()  # of a joint that turns freely: only the start is the same
         try:
             base.settle(state)
             other.settle(there)
@@ -303,6 +302,8 @@ def _motion(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     for make in (composed, structured):
         twin = make(model, random)
         if twin is None or twin.base is not None:
+            continue
+        if base.constrained and not begins_alike(twin, base, compiled(twin.model.text())):
             continue
         if said := difference(first, run(twin.model.text()), twin):
             found.append(Disagreement("motion", make.__name__, said + "\n" + twin.model.text()))

@@ -41,6 +41,7 @@ class Compiled:
     functions: Functions
     case: Case
     z: Any = None
+    text: str = ""
 
     @property
     def switches(self) -> bool:
@@ -160,7 +161,7 @@ def compiled(
     except Exception as error:
         error.add_note(text)
         raise
-    return Compiled(model, problem, functions, case)
+    return Compiled(model, problem, functions, case, text=text)
 
 
 def differences(

@@ -7,12 +7,25 @@ another number, so that what wins is seen.
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 from random import Random
 
 from random_models.operators import call, divide, multiply, relation
 from random_models.quantities import quantity
 from random_models.scope import TYPES
-from random_models.tree import NUMBER, E, Model, S, Seq, Slot, map_expression, node, reference, statement
+from random_models.tree import (
+    LENGTH,
+    NUMBER,
+    E,
+    Model,
+    S,
+    Seq,
+    Slot,
+    map_expression,
+    node,
+    reference,
+    statement,
+)
 from random_models.twins import Twin
 
 
@@ -325,7 +338,12 @@ def by_experiment(model: Model, random: Random) -> Twin | None:
             if e.level <= frozenset("p") and not any(x.kind == "function" for x in e.walk()):
                 sign = "=" if s.kind == "parameter" else sign_of(s)
                 given.append(mod(s.name, sign, "experiment.value", e))
-                s = with_value(s, decoy(e, random))
+                wrong = decoy(e, random)
+                if (
+                    s.kind == "parameter" and e.dim == LENGTH
+                ):  # bodies exist by default values: no hole outside
+                    wrong = multiply(node("number", "0.9", value=lambda: Fraction("0.9")), e)
+                s = with_value(s, wrong)
         new.append(s)
     if not given:
         return None

@@ -1,0 +1,65 @@
+"""The state of a model in the coordinates of its twin.
+
+Joints span a tree in the order of declaration, so that another joint may close a loop where statements stand elsewhere: its
+coordinates are no states then, and what is guessed for them counts no more. Assembly weighs guesses by the mean of the
+parameters that are lengths, and a twin may have others. Such twins begin elsewhere, and move alike from the same state.
+"""
+
+from __future__ import annotations
+
+import math
+
+from mechc.runtime.start.facts import start_facts
+from mechc.runtime.start.free_state import characteristic_length
+from random_models.compiled import Compiled, Refused, Values, compiled, differences
+from random_models.twins import Twin, renamed_name
+
+
+def assembled_alike(twin: Twin, base: Compiled, other: Compiled) -> bool:
+    """Whether both find their start in the same coordinates, by the same weights."""
+    mine = {renamed_name(twin, n) for n in base.states if not _account(n)}
+    if mine != {n for n in other.states if not _account(n)}:
+        return False
+    facts = [(c, start_facts(c.problem)) for c in (base, other)]
+    lengths = [characteristic_length(f, c.case.p) for c, f in facts if f is not None]
+    return len(lengths) < 2 or math.isclose(*lengths, rel_tol=1e-12)
+
+
+def begins_alike(twin: Twin, base: Compiled, other: Compiled) -> bool:
+    """Whether a twin begins at the start of the model; where it must, others say so."""
+    if assembled_alike(twin, base, other):
+        return True
+    there = carried(twin, base, other, base.start())
+    return there is not None and not differences(there, other.start())
+
+
+def carried(twin: Twin, base: Compiled, other: Compiled, state: Values) -> Values | None:
+    """Return a state of the model as one of the twin; None where it cannot be told."""
+    there = {renamed_name(twin, n): v for n, v in state.items()}
+    missing = [n for n in other.states if n not in there and not _account(n)]
+    if missing:
+        told = _told(base, missing, state)
+        if told is None:
+            return None
+        there |= told
+    return {n: there.get(n, 0.0) for n in (*other.states, "time") if n in there or _account(n)}
+
+
+def _told(base: Compiled, names: list[str], state: Values) -> Values | None:
+    """Return coordinates and rates of joints that close loops in the model, which it computes for outputs."""
+    lines = [f"  output carried{k} = {name};\n" for k, name in enumerate(names)]
+    head, end, tail = base.text.rpartition("end M;")
+    try:
+        asked = compiled(
+            head + "".join(lines) + end + tail, "python" if base.problem.library is None else "c"
+        )
+    except Refused:
+        return None
+    asked.z = base.z
+    values = asked.outputs(state)
+    return {name: values[f"carried{k}"] for k, name in enumerate(names)}
+
+
+def _account(name: str) -> bool:
+    """Whether a state only adds up what energies do."""
+    return name.startswith("energy.")

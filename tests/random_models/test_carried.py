@@ -1,0 +1,60 @@
+"""Twins that begin elsewhere are told from those that must begin alike, and get the state of the model."""
+
+from __future__ import annotations
+
+import pytest
+from random_models.carried import begins_alike, carried
+from random_models.compiled import Compiled, compiled, differences
+from random_models.tree import Model
+from random_models.twins import Twin
+
+FREE = (
+    "Free free(world -> b.a, x ~ 0.2 m, y ~ -0.3 m, angle ~ 0.4, der(x) ~ 0.9 m/s, der(angle) ~ -0.5 rad/s);"
+)
+SLOT = "PinSlot slot(world * trans({0.1, 0.3} m) -> b.a, axis = {0.6, 0.8});"
+RACK = "Rack rack(angle = free.angle, position = free.x, r = 0.4 m);"
+TWIN = Twin("another", Model(()))
+
+
+def _rod(*statements: str) -> Compiled:
+    lines = "\n".join(statements)
+    return compiled(
+        f"""import mech.planar.*;
+        import mech.couplings.*;
+        model M
+        gravity {{0, -5}} m/s^2;
+        Rod b(m = 0.9 kg, l = 0.95 m);
+        {lines}
+        output o = pos(b.b);
+        output w = angvel(b.a);
+        output a = der(vel(b.b)[2]);
+        experiment(stop = 1 s);
+        end M;
+        """
+    )
+
+
+def test_a_state_is_carried_to_where_another_joint_closes_the_loop() -> None:
+    base, other = _rod(FREE, SLOT), _rod(SLOT, FREE)
+    assert not begins_alike(TWIN, base, other)
+    there = carried(TWIN, base, other, base.start())
+    assert there is not None
+    assert there["slot.angle"] == pytest.approx(0.4, abs=1e-12)
+    assert there["der(slot.angle)"] == pytest.approx(-0.5, abs=1e-12)
+    assert not differences(base.outputs(base.start()), other.outputs(there))
+    assert differences(base.outputs(base.start()), other.outputs(other.start()))
+
+
+def test_a_further_length_moves_what_is_assembled() -> None:
+    base, other = _rod(FREE, RACK), _rod(FREE, RACK, "parameter Length far = 40 m;")
+    assert begins_alike(TWIN, base, _rod(FREE, RACK, "parameter Mass m = 40 kg;"))
+    assert not begins_alike(TWIN, base, other)
+    there = carried(TWIN, base, other, base.start())
+    assert there is not None
+    assert not differences(base.outputs(base.start()), other.outputs(there))
+
+
+def test_another_guess_is_no_other_weight() -> None:
+    base, other = _rod(FREE, RACK), _rod(FREE.replace("0.2 m", "0.3 m"), RACK)
+    assert differences(base.start(), other.start())
+    assert begins_alike(TWIN, base, other)  # so that the starts are compared, and found to differ
