@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from random import Random
+
 import numpy as np
 import pytest
 from oracle import Meaning
+from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.definition import LOOKED, undone
+from random_models.generator import generate
 from random_models.limits import TooLong, limited
+from random_models.nesting import with_gravity
 from random_models.planted import faults
 from random_models.states import looks
+from random_models.structure import inherited
 
 BOX = """coordinate Length y = 0.5 m;
 coordinate Length x = 0 m;
@@ -57,3 +63,14 @@ def test_limits_stand_inside_of_each_other() -> None:
 def test_faults_are_read() -> None:
     text = "# Faults\n\n## 3. units\n\nwords\n\n```diff\n--- a/x\n+++ b/x\n```\n\n## 4. no patch\n"
     assert faults(text) == {3: ("units", "--- a/x\n+++ b/x\n")}
+
+
+def test_gravity_that_overrules_stays_the_nearest() -> None:
+    model = generate(560)
+    base = compiled(model.text())
+    for k in range(4):
+        heavy = with_gravity(model, Random(k))
+        assert heavy is not None
+        twin = inherited(heavy.model, Random(k))
+        assert twin is not None
+        assert compare_twin(base, twin, k) == []

@@ -116,6 +116,8 @@ def inherited(model: Model, random: Random) -> Twin | None:
         else:
             own = []
         moved = [s for s in rest if random.random() < 0.45 and s.kind != "experiment"]
+        if any(s.kind == "extends" for s in rest):  # what is nearer would overrule it
+            moved = [s for s in moved if s.kind != "gravity"]
         rest = [s for s in rest if s not in moved]
         for s in moved:
             s, new = _overruled(s, random)
