@@ -49,6 +49,13 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
         output centre = mass_centre(body.a);""",
         "python",
     ),
+    "a question about a frame before the bodies that tell how many components it has": (
+        """import mech.spatial.*;
+        output o = pos(disk.a)[3];
+        Disk disk;
+        Prismatic rail(world -> disk.a, axis = {0, 0, -1}, position = 0.2 m);""",
+        "python",
+    ),
     "a maximum of a potential and an input, written by 'if'": (
         """coordinate Length q = 0.4 m;
         kinetic 1 kg*der(q)^2;

@@ -6,7 +6,9 @@ even where it stands before that.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+
+from msgspec import Struct
 
 from mechc.lang import ast
 from mechc.lang.source import Span
@@ -17,9 +19,32 @@ from .scope import Flattening
 
 _PLANAR = ("rot", "heading")
 _SPATIAL = ("rotx", "roty", "rotz", "axis_angle", "quat")
+_COMPONENTS = ("direction", "components")
 _FRAMES = ("world", "from", "to")
 
 Hint = tuple[int, Span, str]
+
+
+class _Names(Struct):
+    """Names of a class: its ``frames``, and the ``sizes`` of its vectors whose length is written there."""
+
+    frames: set[str]
+    sizes: dict[str, int]
+
+
+def _names_of(cls: Class) -> _Names:
+    names = _Names(set(), {})
+    for stated in cls.statements:
+        match stated.statement:
+            case ast.Frame(name=name):
+                names.frames.add(name)
+            case ast.Component() | ast.Point():
+                pass
+            case ast.Declaration(name=name, dimensions=(ast.Dimension(size=ast.Number(value=size)),)):
+                names.sizes[name] = int(size)
+            case _:
+                pass
+    return names
 
 
 def look_ahead(flattening: Flattening, cls: Class) -> None:
@@ -33,9 +58,9 @@ def _of_class(flattening: Flattening, cls: Class, seen: set[int]) -> Hint | None
     if id(cls.model) in seen:
         return None
     seen.add(id(cls.model))
-    frames = {stated.statement.name for stated in cls.statements if isinstance(stated.statement, ast.Frame)}
+    names = _names_of(cls)
     for stated in cls.statements:
-        hint = _of_statement(flattening, stated.statement, stated.namespace, frames, seen)
+        hint = _of_statement(flattening, stated.statement, stated.namespace, names, seen)
         if hint is not None:
             return hint
     return None
@@ -45,11 +70,11 @@ def _of_each(
     flattening: Flattening,
     statements: tuple[ast.Statement, ...],
     namespace: Namespace,
-    frames: set[str],
+    names: _Names,
     seen: set[int],
 ) -> Hint | None:
     """Return the first hint of the statements of a block."""
-    hints = (_of_statement(flattening, s, namespace, frames, seen) for s in statements)
+    hints = (_of_statement(flattening, s, namespace, names, seen) for s in statements)
     return next((hint for hint in hints if hint is not None), None)
 
 
@@ -57,7 +82,7 @@ def _of_statement(
     flattening: Flattening,
     statement: ast.Statement,
     namespace: Namespace,
-    frames: set[str],
+    names: _Names,
     seen: set[int],
 ) -> Hint | None:
     match statement:
@@ -72,10 +97,10 @@ def _of_statement(
                 return _of_class(flattening, inner, seen)
             return None
         case ast.For(body=body):
-            return _of_each(flattening, body, namespace, frames, seen)
+            return _of_each(flattening, body, namespace, names, seen)
         case ast.If(branches=branches, otherwise=otherwise):
             inside = (*(s for branch in branches for s in branch.body), *otherwise)
-            return _of_each(flattening, inside, namespace, frames, seen)
+            return _of_each(flattening, inside, namespace, names, seen)
         case (
             ast.Experiment()
             | ast.Study()
@@ -87,7 +112,7 @@ def _of_statement(
         ):
             return None
         case _:
-            return next((h for e in nodes(statement, ast.Draw) if (h := _of_expression(e, frames))), None)
+            return next((h for e in nodes(statement, ast.Draw) if (h := _of_expression(e, names))), None)
 
 
 def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.Node]:
@@ -108,22 +133,41 @@ def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.N
         pending.extend(reversed(inner))
 
 
-def _of_expression(node: ast.Node, frames: set[str]) -> Hint | None:
+def _of_expression(node: ast.Node, names: _Names) -> Hint | None:
     match node:
         case ast.Call(function=ast.Reference(parts=(ast.Part(name=name),)), arguments=arguments, span=span):
             if name in _PLANAR:
                 return 2, span, f"'{name}'"
             if name in _SPATIAL:
                 return 3, span, f"'{name}'"
-            if name == "trans" and arguments and isinstance(arguments[0], ast.Vector):
-                size = len(arguments[0].elements)
+            if name == "trans" and arguments:
+                size = _length(arguments[0], names.sizes)
                 return (size, span, f"a displacement of {size} components") if size in (2, 3) else None
-        case ast.Binary(operator="*", left=left, right=ast.Vector(elements=items, span=span)):
-            if len(items) in (2, 3) and _begins_with_frame(left, frames):
-                return len(items), span, f"a vector of {len(items)} components"
+            if name in _COMPONENTS and len(arguments) == 2:
+                size = _length(arguments[1], names.sizes)
+                return (size, span, f"a vector of {size} components") if size in (2, 3) else None
+        case ast.Binary(operator="*", left=left, right=ast.Vector() | ast.Reference() as right):
+            size = _length(right, names.sizes)
+            if size in (2, 3) and _begins_with_frame(left, names.frames):
+                return size, right.span, f"a vector of {size} components"
         case _:
             pass
     return None
+
+
+def _length(node: ast.Expression, sizes: Mapping[str, int]) -> int:
+    """Return how many components a vector or a multiple of one has; 0 where that is not to be seen."""
+    match node:
+        case ast.Vector(elements=items):
+            return len(items)
+        case ast.Reference(parts=(ast.Part(name=name, indices=()),)):
+            return sizes.get(name, 0)
+        case ast.Unary(operand=inner) | ast.Binary(operator="/", left=inner):
+            return _length(inner, sizes)
+        case ast.Binary(operator="*", left=left, right=right):
+            return _length(right, sizes) or _length(left, sizes)
+        case _:
+            return 0
 
 
 def _begins_with_frame(node: ast.Expression, frames: set[str]) -> bool:
