@@ -31,7 +31,7 @@ accuracy, case, inputs = (
     _module("runtime.inputs"),
 )
 kernel_run, native = _module("runtime.integrate.kernel_run"), _module("runtime.native.kernel")
-simulate, companion = _module("runtime.studies.simulate"), _module("runtime.studies.companion")
+simulate, companion = _module("runtime.studies.runs.simulate"), _module("runtime.studies.runs.companion")
 solver = _module("runtime.integrate.solver")
 
 

@@ -65,7 +65,7 @@ def _class_of(
         case Load(array="w", index=i):
             return kept.get(i)
         case Store(array="out", index=i, value=value):
-            if i not in accounts:
+            if i < len(classes.above) and i not in accounts:
                 classes.join(i, found[value])
         case Store(array="w", index=i, value=value):
             kept[i] = found[value]

@@ -27,7 +27,11 @@ one stands."""
 def by_own_size(
     plan: Plan, main: Trajectory, progress: Progress | None
 ) -> tuple[Plan, Trajectory, tuple[str, ...]]:
-    """Repeat a run in which states stay far below what their errors are measured against, by what they reach; say so."""
+    """Repeat a run in which states stay far below what their errors are measured against, by what they reach; say so.
+
+    Steps of one size stay as they are, and so do those of an implicit method: what it keeps small follows the rest, as the
+    stretch of a stiff spring does, and steps that resolved it would grow in number with the stiffness.
+    """
     if main.failure is not None or main.interrupted or not main.y.size:
         return plan, main, ()
     reached = _reached(main)
@@ -37,7 +41,8 @@ def by_own_size(
     nominal = np.array(plan.nominal)
     nominal[small] = reached[small]
     again, motion = replace(plan, nominal=nominal), main
-    if not plan.method.fixed_step:
+    as_it_is = plan.method.fixed_step or main.statistics.jacobians > 0
+    if not as_it_is:
         most = COSTLY * main.statistics.steps + AT_LEAST
         bounded = replace(again, options=replace(plan.options, max_steps=most))
         motion = trajectory_of(bounded, plan.case.tolerance, plan.case.step, plan.options.dense, progress)
@@ -47,7 +52,7 @@ def by_own_size(
     first = small[0]
     q = plan.case.problem.states[first]
     what = f"'{q.name}' stays below {reached[first]:.2g} {q.unit}, far below the {plan.nominal[first]:.2g} {q.unit} of others"
-    done = "errors are measured" if plan.method.fixed_step else "the run was repeated with errors measured"
+    done = "errors are measured" if as_it_is else "the run was repeated with errors measured"
     return again, motion, (f"{what}: {done} against what it reaches",)
 
 
