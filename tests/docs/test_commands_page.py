@@ -25,7 +25,8 @@ def commands() -> ModuleType:
 
 def test_page_is_up_to_date(commands: ModuleType) -> None:
     """docs/commands.md is what ``python docs/commands.py`` writes."""
-    assert commands.page() == (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    kept = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
+    assert commands.page() == kept, "python docs/commands.py writes it again"
 
 
 def test_every_variable_is_told(commands: ModuleType) -> None:
@@ -41,3 +42,9 @@ def test_every_variable_is_told(commands: ModuleType) -> None:
 def test_every_exit_code_is_told(commands: ModuleType) -> None:
     codes = {value for name, value in vars(failures).items() if name.isupper() and isinstance(value, int)}
     assert codes == {code for code, _ in commands.CODES}
+
+
+def test_every_option_says_what_it_does(commands: ModuleType) -> None:
+    """A row of the page without words is an option without ``help``."""
+    empty = [line for line in commands.page().splitlines() if re.match(r"\| `-.*\|\s*\|$", line)]
+    assert empty == []

@@ -50,7 +50,8 @@ SAME: dict[_TokenType, tuple[str, ...]] = {
 
 def test_the_kept_grammar_is_what_the_tables_make() -> None:
     """``python -m mechc.editor.textmate > editors/vscode/syntaxes/mech.tmLanguage.json`` writes it again."""
-    assert KEPT.read_text(encoding="utf-8") == text()
+    again = "python -m mechc.editor.textmate > editors/vscode/syntaxes/mech.tmLanguage.json"
+    assert KEPT.read_text(encoding="utf-8") == text(), f"written again by {again}"
 
 
 def test_every_word_of_the_language_has_one_scope() -> None:
