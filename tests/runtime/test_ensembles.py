@@ -426,13 +426,14 @@ def test_errors_hold_for_99_of_100_members(name: str) -> None:
 
 @pytest.mark.slow
 def test_a_million_members_take_less_than_300_megabytes() -> None:
-    pytest.importorskip("resource")
+    if not Path("/proc/self/status").exists():
+        pytest.skip("needs Linux, which tells the peak of a process without that of who began it")
     script = f"""
-import resource, mechc
+import mechc
 model = mechc.loads({SPRING!r})
 runs = model.ensemble("k ~ uniform(1, 4 N/m), a ~ normal(1 m, 1 cm)", "max(x), final(x), mean(x)", samples=10**6, stop="1 s")
 assert runs.counts() == {{"completed": 10**6}}
-print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")))
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert int(done.stdout) * (1 if sys.platform == "darwin" else 1024) < 300e6
+    assert int(done.stdout) * 1024 < 300e6
