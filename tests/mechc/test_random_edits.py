@@ -26,10 +26,8 @@ PARTS = 20
 SECONDS = 10.0
 """Of processor time, at most: an edit that gives twenty particles on spheres a full mass matrix of 60 coordinates takes 5."""
 
-KNOWN = {
-    2240: "moment of a driven hinge, with a direction that follows from it: KeyError of a virtual displacement"
-}
-"""Seeds that end in an error of our own, which is still to be mended."""
+KNOWN = "KeyError: '#virtual "
+"""An error of our own, still to be mended: the moment of a joint, with a direction that follows from it (seed 2240)."""
 
 
 def check(text: str) -> bool:
@@ -55,13 +53,13 @@ def run(seeds: range) -> tuple[int, int]:
     texts = [path.read_text(encoding="utf-8") for path in EXAMPLES]
     accepted = 0
     for seed in seeds:
-        if seed in KNOWN:
-            continue
         random = Random(seed)
         text = edited(random.choice(texts), random)
         try:
             accepted += check(text)
         except Exception as error:
+            if KNOWN in f"{type(error).__name__}: {error}":
+                continue
             raise AssertionError(f"seed {seed}: {type(error).__name__}: {error}\n{text}") from error
     return accepted, len(seeds) - accepted
 
