@@ -9,9 +9,13 @@ from ...mechanics.system import MechanicalSystem
 
 
 def default_values(system: MechanicalSystem) -> dict[Node, float]:
-    """Return the default values of parameters, inputs, discrete variables and time, and the initial state."""
+    """Return the default values of parameters, inputs, discrete variables and time, and the initial state.
+
+    Virtual displacements are zero, as in every motion.
+    """
     graph = system.graph
     values: dict[Node, float] = {system.symbols.time: 0.0}
+    values |= {node: 0.0 for displacement in system.virtual.values() for node in displacement.values}
     for scalars in (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes):
         formulas = default_formulas(system, scalars)
         values |= {s.node: 0.0 for s in scalars}

@@ -67,3 +67,20 @@ def test_bodies_in_space(statements: str, code: str) -> None:
 )
 def test_bodies_in_the_plane(statements: str, code: str) -> None:
     assert codes(PLATE + statements) == ([code] if code else [])
+
+
+@pytest.mark.parametrize("asked", ["reaction", "moment"])
+@pytest.mark.parametrize("turn", ["pin.angle = time*(1 rad/s)", "pin.angle = 1 rad"])
+def test_body_behind_a_joint_that_is_asked(asked: str, turn: str) -> None:
+    """A joint whose reaction is asked for displaces its body virtually, which has no place of its own then."""
+    text = f"""
+import mech.spatial.*;
+model Asked
+  Revolute pin(world -> bar.a, axis = {{0, 0, 1}});
+  drive {turn};
+  Body bar(m = 1 kg, J = diag({{1, 2, 3.01}} kg.m^2));
+  output A[3] = {asked}(pin);
+  experiment(stop = 1 s);
+end Asked;
+"""
+    assert codes(text) == ["N0533"]
