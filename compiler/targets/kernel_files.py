@@ -2,27 +2,12 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
-from mechc.runtime.methods import KERNEL_METHODS, methods_for, with_components
+from mechc.runtime.methods import methods_for, with_components
 
 from ..equations.needs import EVERYTHING
 from ..program.model import Program
-
-METHOD_FILES = {name: row.file for name, row in KERNEL_METHODS.items() if row.file}
-"""Where methods are defined whose names a macro puts together."""
-
-_DEFINITION = re.compile(r"^(?!static|typedef|extern|#|\s)[\w\s*]*?\b(mech_\w+|fmu_\w+)\s*(?:\(|=|\[)", re.M)
-_USE = re.compile(r"\b(?:mech|fmu)_\w+\b")
-_TABLE = re.compile(r"(const mech_method \*const mech_methods\[\] = \{)[^}]*(\};)")
-_NO_EVENTS = """\
-/* Nothing switches in this model: the files that events take are left out. */
-#include "events.h"
-
-const mech_event_support *const mech_events = NULL;
-"""
-_COMMENT = re.compile(r"/\*.*?\*/", re.S)
 
 
 def needed_kernel(
@@ -35,59 +20,13 @@ def needed_kernel(
     ``parts``: what is kept though the model does not need it (equations/needs.py); all of them: every method.
     """
     from mechc.runtime.native.kernel import kernel_sources
+    from mechc.runtime.native.selection import fitted, needed
 
-    kernel = kernel_sources()
+    methods: tuple[str, ...] | None = None
     if not EVERYTHING.issubset(parts):
-        methods = [name for method in wanted for name in with_components(method)]
-        methods += methods_for(parts)
-        kernel["methods.c"] = _methods(kernel["methods.c"], tuple(dict.fromkeys(methods)))
-        states = program.nq + program.nv + program.nx
-        kernel["explicit_step.h"] = f"#define MECH_STATES {states}\n{kernel['explicit_step.h']}"
-    if program.hybrid is None:
-        kernel["events.c"] = _NO_EVENTS
-    return _closure(kernel, users)
-
-
-def defined(texts: Iterable[str]) -> Iterator[str]:
-    """Yield what files define for others, and what they declare."""
-    for text in texts:
-        yield from (found[1] for found in _DEFINITION.finditer(_COMMENT.sub("", text)))
-
-
-def _methods(text: str, names: Sequence[str]) -> str:
-    entries = ", ".join(f"&mech_{name}" for name in names)
-    changed, count = _TABLE.subn(rf"\1 {entries} \2", text)
-    if count != 1:
-        raise RuntimeError("methods.c does not list the methods in one table")
-    return changed
-
-
-def _closure(kernel: Mapping[str, str], roots: Mapping[str, str]) -> dict[str, str]:
-    """Return the files of the kernel that the roots need, directly or not."""
-    plain = {name: _COMMENT.sub("", text) for name, text in kernel.items()}
-    where = {f"mech_{method}": file for method, file in METHOD_FILES.items()}
-    for name, text in plain.items():
-        if name.endswith(".c"):
-            for found in _DEFINITION.finditer(text):
-                if found[0].endswith("=") or not _declares(text, found.end()):
-                    where[found[1]] = name
-    needed: set[str] = set()
-    pending = [_COMMENT.sub("", text) for text in roots.values()]
-    while pending:
-        text = pending.pop()
-        used = {where[s] for s in _USE.findall(text) if s in where}
-        used |= {h for h in re.findall(r'#include "([^"]+)"', text) if h in kernel}
-        for name in used - needed:
-            needed.add(name)
-            # a header offers more than a file uses: only its own includes count
-            pending.append(
-                "\n".join(re.findall(r"#include.*", plain[name])) if name.endswith(".h") else plain[name]
-            )
-    return {name: kernel[name] for name in needed}
-
-
-def _declares(text: str, position: int) -> bool:
-    """Whether a semicolon comes before any brace: a prototype."""
-    return min(text.find(";", position) % (1 << 60), 1 << 59) < min(
-        text.find("{", position) % (1 << 60), 1 << 59
-    )
+        listed = [name for method in wanted for name in with_components(method)]
+        methods = tuple(dict.fromkeys([*listed, *methods_for(parts)]))
+    states = program.nq + program.nv + program.nx
+    switches = program.hybrid is not None
+    kernel = fitted(kernel_sources(), methods=methods, states=states, switches=switches)
+    return needed(kernel, users.values())

@@ -23,6 +23,9 @@ NEEDS = {
 }
 """What is said where none of the reasons in ``_obstacles`` is met."""
 
+EXPLICIT = "dop853"
+"""What ``auto`` begins with, and stays with where the model has no Jacobian."""
+
 
 class Method(Struct, frozen=True):
     """``fixed_step``: the user gives the step, and the error falls as its power ``order``."""
@@ -78,7 +81,9 @@ def _find(functions: Functions, wanted: str, reproducible: bool, no_series: str)
 def _find_in_kernel(
     model: native.ModelStruct, wanted: str, others: list[str], reproducible: bool, no_series: str
 ) -> Method:
-    kernel = native.load_kernel(reproducible)
+    if wanted == "auto" and not model.jacobian:
+        wanted = EXPLICIT  # as that does without one
+    kernel = native.kernel_for(model, reproducible, wanted)
     index = int(kernel.mech_method_index(wanted.encode()))
     if index < 0:
         raise _unknown(wanted, [*native.kernel_methods(kernel), *others], "")

@@ -30,7 +30,9 @@ FIRST_RECORD = 512
 
 def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
     """Run ``case`` to its end, to a failure, or to Ctrl-C; all three keep what was computed."""
-    problem, kernel = case.problem, native.load_kernel(options.reproducible)
+    problem, model = case.problem, case.functions.struct
+    assert model is not None
+    kernel = native.kernel_for(model, options.reproducible, options.method)
     with (
         Solver(kernel, case, options.method, options.tolerance, options.atol, options.step or 0.0) as solver,
         noted_interruptions() as interrupted,

@@ -14,7 +14,7 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from .cache import prune_cache
@@ -112,10 +112,12 @@ def build_shared(
     compiler: Compiler | None = None,
     file: str = f"built{LIBRARY_SUFFIX}",
     link: Sequence[str] = LINK,
+    chosen: Callable[[], Mapping[str, str]] | None = None,
 ) -> Path:
     """Give the shared library made of ``sources`` (text by file name, headers among them).
 
-    ``key`` is further text on which the result depends. ``file`` is the name that the linker gives the
+    ``key`` is further text on which the result depends. ``chosen`` gives what is compiled in the place of the sources, which
+    follows from these and the key: it is asked when something is compiled. ``file`` is the name that the linker gives the
     library (some formats hold it), ``link`` what it is told. Raises ``BuildError`` and ``CompilerMissing``.
     """
     compiler = compiler or find_compiler()
@@ -126,6 +128,7 @@ def build_shared(
     suffix = Path(file).suffix
     library = find_entry(stem, suffix)
     if library is None:
+        sources = sources if chosen is None else chosen()
         with build_folder(kept_after=BuildError) as folder:
             for source, text in sources.items():
                 (folder / source).write_text(text, encoding="utf-8", newline="\n")

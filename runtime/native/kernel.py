@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from ctypes import (
     POINTER,
     Structure,
@@ -262,6 +262,9 @@ class StartReportStruct(Structure):
     off: float
 
 
+_USUAL = "dop853"
+"""The method of a kernel that is compiled for some models alone."""
+
 _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_kernel_version": (c_int, ()),
     "mech_layout": (None, (POINTER(c_size_t),)),
@@ -309,9 +312,45 @@ def load_kernel(reproducible: bool = False) -> ctypes.CDLL:
     return _loaded(reproducible)  # one place for all ways to say False: what is cached knows them apart
 
 
+def kernel_for(model: ModelStruct, reproducible: bool = False, method: str = _USUAL) -> ctypes.CDLL:
+    """Load a kernel that can run the model by this method: where the whole one was not needed yet, of the usual method and
+    what the model needs alone, of which the same bits come. Raises ``BuildError`` and ``CompilerMissing``."""
+    if method != _USUAL or reproducible in _whole:
+        return _loaded(reproducible)
+    return _fitted(reproducible, _own_code(model.nq + model.nv + model.nx), bool(model.hybrid))
+
+
+def _own_code(states: int) -> int:
+    """Return the number of states for which explicit methods have code of its own (methods/explicit_step.h); 0: none."""
+    return states if 2 <= states <= 9 else 0
+
+
+_whole: set[bool] = set()
+"""Whether reproducible: of which kinds the whole kernel is loaded."""
+
+
 @functools.cache
 def _loaded(reproducible: bool) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel")))
+    whole = _opened(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel"))
+    _whole.add(reproducible)
+    return whole
+
+
+@functools.cache
+def _fitted(reproducible: bool, states: int, switches: bool) -> ctypes.CDLL:
+    sources, flags = kernel_sources(), kernel_flags(reproducible)
+
+    def chosen() -> Mapping[str, str]:
+        from .selection import fitted, needed
+
+        return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), _SIGNATURES)
+
+    key = f"{_USUAL}, {states} states, {'' if switches else 'no '}events"
+    return _opened(build_shared(sources, flags, key, name="kernel", chosen=chosen))
+
+
+def _opened(file: Path) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(file))
     for name, (result, arguments) in _SIGNATURES.items():
         function = getattr(library, name)
         function.restype = result

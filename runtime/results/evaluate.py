@@ -39,7 +39,7 @@ def evaluate_rows(
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
         tables, _alive = table_structs(case.tables)
         u = np.empty(len(problem.inputs))
-        native.load_kernel().mech_evaluate(
+        native.kernel_for(functions.struct, bool(case.asked and case.asked.reproducible)).mech_evaluate(
             ctypes.addressof(functions.struct),
             getattr(functions.struct, name),
             size,

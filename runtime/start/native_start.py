@@ -19,7 +19,7 @@ def assembled_by_kernel(
     Python."""
     assert functions.struct is not None
     y, report, flags = y0.copy(), native.StartReportStruct(), np.asarray(known, dtype=np.uint8)
-    status = native.load_kernel(reproducible).mech_assemble(
+    status = native.kernel_for(functions.struct, reproducible).mech_assemble(
         ctypes.addressof(functions.struct),
         t,
         *(array.ctypes.data for array in (flags, u, z, p, y)),

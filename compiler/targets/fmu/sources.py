@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from ...program.model import Program
-from ..kernel_files import METHOD_FILES, defined, needed_kernel
+from ..kernel_files import needed_kernel
 from .prefix import with_prefix
 from .variables import Start, Table
 
@@ -36,6 +36,7 @@ def sources(
     (equations/needs.py); all of them: the whole kernel. ``sizes``: number of elements by value reference, if there are arrays.
     """
     from mechc.runtime.native.kernel import kernel_sources
+    from mechc.runtime.native.selection import METHOD_FILES, defined
 
     kernel, glue = kernel_sources(), kernel_sources(("fmi",))
     visible = ["mech_fmu_description", *(f"mech_{method}" for method in METHOD_FILES)]

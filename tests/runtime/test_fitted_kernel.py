@@ -1,0 +1,71 @@
+"""A kernel that is compiled for some models alone: less of it, and the same bits as of the whole one."""
+
+from __future__ import annotations
+
+import ctypes
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.runtime.native import kernel as native
+from mechc.runtime.native.build import find_compiler
+
+pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
+
+BALL = """model Ball
+  parameter m = 1 kg;
+  parameter g = 9.81 m/s^2;
+  coordinate Length y = 1 m;
+  kinetic 1/2*m*der(y)^2;
+  potential m*g*y;
+  contact floor: y restitution 0.8;
+  experiment(stop = 3 s);
+end Ball;
+"""
+
+SPRINGS = """model Springs
+  parameter Real k[{n}] = {3 + i for i in 1:{n}};
+  coordinate Real x[{n}] = {0.1*i for i in 1:{n}};
+  dimensionless;
+  kinetic sum(1/2*der(x[i])^2 for i in 1:{n});
+  potential sum(1/2*k[i]*(x[i] + x[i]^3)^2 for i in 1:{n});
+  experiment(stop = 3);
+end Springs;
+"""
+
+MODELS = {"2 states": SPRINGS.replace("{n}", "1"), "12 states": SPRINGS.replace("{n}", "6"), "events": BALL}
+
+
+@pytest.mark.parametrize("name", MODELS)
+@pytest.mark.parametrize("reproducible", [False, True])
+def test_runs_are_the_same_bit_by_bit(
+    name: str, reproducible: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    model = mechc.loads(MODELS[name])
+    monkeypatch.setattr(native, "_whole", set())
+    taken = []
+    fitted = native.kernel_for
+
+    def noted(*given: object) -> ctypes.CDLL:
+        taken.append(fitted(*given))
+        return taken[-1]
+
+    monkeypatch.setattr(native, "kernel_for", noted)
+    by_fitted = model.simulate(reproducible=reproducible)
+    assert taken
+    assert all(kernel.mech_method_count() == 1 for kernel in taken)
+    monkeypatch.setattr(native, "kernel_for", lambda *_: native.load_kernel(reproducible))
+    by_whole = model.simulate(reproducible=reproducible)
+    assert np.array_equal(by_fitted.time, by_whole.time)
+    for quantity in by_whole.quantities:
+        assert np.array_equal(by_fitted[quantity], by_whole[quantity])
+    assert by_fitted.statistics.evaluations == by_whole.statistics.evaluations
+
+
+def test_other_methods_take_the_whole_kernel(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "_whole", set())
+    model = mechc.loads(MODELS["2 states"])
+    assert model.simulate(method="radau5").statistics.method == "radau5"
+    with pytest.raises(mechc.SimulationError, match=r"no method 'radau6'.*radau5.*gauss2"):
+        model.simulate(method="radau6")
