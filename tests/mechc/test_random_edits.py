@@ -26,6 +26,7 @@ PARTS = 20
 SECONDS = 10.0
 """Of processor time, at most: an edit that gives twenty particles on spheres a full mass matrix of 60 coordinates takes 5."""
 
+
 def check(text: str) -> bool:
     """Compile a text through its equations under the promises that hold for all; True if it was accepted."""
     source = SourceFile("edited.mech", text)

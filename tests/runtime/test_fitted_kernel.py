@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,15 +40,13 @@ MODELS = {"2 states": SPRINGS.replace("{n}", "1"), "12 states": SPRINGS.replace(
 
 @pytest.mark.parametrize("name", MODELS)
 @pytest.mark.parametrize("reproducible", [False, True])
-def test_runs_are_the_same_bit_by_bit(
-    name: str, reproducible: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_runs_are_the_same_bit_by_bit(name: str, reproducible: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     model = mechc.loads(MODELS[name])
     monkeypatch.setattr(native, "_whole", set())
     taken = []
     fitted = native.kernel_for
 
-    def noted(*given: object) -> ctypes.CDLL:
+    def noted(*given: Any) -> ctypes.CDLL:
         taken.append(fitted(*given))
         return taken[-1]
 
