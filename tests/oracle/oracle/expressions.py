@@ -67,6 +67,8 @@ class Evaluator:
         self.floors: dict[Any, float] = {}
         self.local: dict[str, Value] = {}
         self.memo: dict[str, Value] = {}
+        self.fixed: dict[int, Value] | None = None
+        self.reached: dict[int, tuple[Any, frozenset[str]]] = {}
         self.previous: Evaluator | None = None
         self.event: Callable[[flat.Apply], bool] | None = None
         self.lazy: dict[str, Callable[[], Value]] = {}
@@ -95,6 +97,32 @@ class Evaluator:
     # ------------------------------------------------------------ expressions
 
     def __call__(self, e: flat.Expression) -> Value:
+        if self.fixed is None or isinstance(e, flat.Literal) or not self.free(e):
+            return self.value(e)
+        if id(e) not in self.fixed:
+            seen, self.seen = self.seen, {}
+            self.fixed[id(e)] = self.value(e)
+            self.seen = seen
+        return self.fixed[id(e)]
+
+    def free(self, e: flat.Expression) -> bool:
+        """Whether no variable of an integral enters: then the value is the same at all its points."""
+        return self.reach(e).isdisjoint(self.local)
+
+    def reach(self, e: Any) -> frozenset[str]:
+        """The names that an expression contains, by itself and in definitions."""
+        if id(e) not in self.reached:
+            found: set[str] = set()
+            if isinstance(e, flat.Name):
+                found.add(e.name)
+                value = self.definitions[e.name].value if e.name in self.definitions else None
+                found |= self.reach(value) if value is not None else set()
+            for part in e if isinstance(e, tuple) else (getattr(e, f) for f in e.__struct_fields__):
+                found |= self.reach(part) if isinstance(part, tuple | flat.Typed) else set()
+            self.reached[id(e)] = e, frozenset(found)  # with what has the number, so that nothing else gets it
+        return self.reached[id(e)][1]
+
+    def value(self, e: flat.Expression) -> Value:
         match e:
             case flat.Literal():
                 return e.value if isinstance(e.value, bool | str) else float(e.value)
@@ -122,8 +150,13 @@ class Evaluator:
                 return self(e.then if self(e.condition) else e.otherwise)
             case flat.Query():
                 return self.question(e)
-            case flat.Quadrature():
+            case flat.Quadrature() if self.local:
                 return self.quadrature(e)
+            case flat.Quadrature():
+                name = f"integral {id(e)}"
+                if name not in self.memo:
+                    self.memo[name] = self.quadrature(e)
+                return self.memo[name]
             case flat.Apply():
                 return self.apply(e)
 
@@ -150,14 +183,17 @@ class Evaluator:
         """``integral(e for s in a:b)``, with every kink and jump of e at the end of a piece."""
 
         def body(s: Any) -> tuple[Value, dict[Any, tuple[Any, Any]]]:
-            outer = self.local, self.frozen, self.seen
+            outer = self.local, self.frozen, self.seen, self.fixed
             self.local, self.frozen, self.seen = {**self.local, e.variable: s}, Fresh(), {}
+            self.fixed = fixed
             try:
                 return self(e.body), dict(self.seen)
             finally:
-                self.local, self.frozen, self.seen = outer
+                self.local, self.frozen, self.seen, self.fixed = outer
 
-        return definite_integral(body, self(e.lower), self(e.upper))
+        lower, upper = self(e.lower), self(e.upper)
+        fixed: dict[int, Value] = {} if self.fixed is None else self.fixed
+        return definite_integral(body, lower, upper)
 
     def apply(self, e: flat.Apply) -> Value:
         f, key = e.function, id(e)
