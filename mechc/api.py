@@ -109,7 +109,17 @@ class Model(CompiledModel):
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
         seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
         solution.viewer = partial(self.view, set=set, experiment=experiment, **seen)  # type: ignore[arg-type]
+        if "scene" not in self.compilation.parts:
+            solution.pictured_again = partial(self._pictured, set, experiment, options)
         return solution
+
+    def _pictured(
+        self, set: Mapping[str, Given] | None, experiment: str | None, options: Options
+    ) -> Solution:
+        """Return the same run with the numbers of what is drawn."""
+        drawn = self.keeping({*self.compilation.parts, "scene"})
+        seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
+        return drawn.simulate(set=set, experiment=experiment, **seen, estimate_error=False)  # type: ignore[arg-type]
 
     def solve(
         self,

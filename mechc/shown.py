@@ -14,7 +14,8 @@ from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run
 
 if TYPE_CHECKING:
-    from .runtime.problem import Array
+    from .runtime.problem import Array, Scene
+    from .runtime.results.solution import Columns
 
 
 class ShownSolution(Run):
@@ -33,6 +34,11 @@ class ShownSolution(Run):
         super().__init__(motion)
         self.display = display
         self.swept = swept
+
+    def staged(self) -> tuple[Scene, Columns] | None:
+        """Return what is drawn and the function that gives its numbers, or None where the run was made without."""
+        scene, pictured = self.problem.scene, self.motion.pictured
+        return None if scene is None or pictured is None else (scene, pictured)
 
     def columns(
         self, names: Sequence[str] | None = None, display: Unit | None = None

@@ -5,20 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from copy import copy
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .asking.given_values import UsageMistake
 from .display import choose
 from .shown import ShownSolution
 
+if TYPE_CHECKING:
+    from .runtime.problem import Scene
+    from .runtime.results.solution import Columns
+
 
 class Solution(ShownSolution):
     """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
-    ``viewer`` makes the page of the model as it was asked; the model sets it.
+    ``viewer`` makes the page of the model as it was asked, ``pictured_again`` the same run with what is drawn; the
+    model sets both.
     """
 
     viewer: Callable[..., Any] | None = None
+    pictured_again: Callable[[], Solution] | None = None
 
     def __repr__(self) -> str:
         return f"<mechc solution of {self.model}: {self.outcome.value}, {len(self.time)} times, {len(self)} quantities>"
@@ -34,6 +40,15 @@ class Solution(ShownSolution):
         from .presentation.bundles import solution_bundle
 
         return solution_bundle(self)
+
+    def staged(self) -> tuple[Scene, Columns] | None:
+        """Return what is drawn and the function that gives its numbers; the run is repeated once where it was made without."""
+        if self.problem.scene is None and self.pictured_again is not None:
+            self._again = self.pictured_again()
+            self.pictured_again = None
+        return super().staged() if self._again is None else self._again.staged()
+
+    _again: Solution | None = None
 
     def view(self, *, recorded: bool | None = None, height: int = 640) -> Any:
         """Return the page on which this motion moves, to be shown in a notebook, saved or opened.

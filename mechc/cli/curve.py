@@ -92,6 +92,7 @@ def _print(found: Curves, display: Display | None, *, first: bool) -> None:
 
 
 def _write(found: Curves, given: dict[str, Any], file: str, addition: str, display: Display | None) -> None:
+    from ..asking.pairs import chosen_pairs
     from ..asking.question import chosen_names, names_in
 
     every = [s for solutions in found.solutions for s in solutions]
@@ -107,7 +108,9 @@ def _write(found: Curves, given: dict[str, Any], file: str, addition: str, displ
             from ..presentation.curve_plots import save_curve
 
             path = _beside(given["plot"] or f"{Path(file).stem}.png", beside)
-            save_curve(solution, path, names, display)
+            pictured = given["pictured"]
+            pairs = [*chosen_pairs(names_in(pictured), [*solution])] if pictured else names
+            save_curve(solution, path, pairs, display)
             _wrote(path, given)
 
 

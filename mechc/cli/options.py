@@ -74,6 +74,47 @@ def ending(endings: tuple[str, ...], what: str) -> Any:
     return check
 
 
+OTHER_FILES = (
+    ".jpg",
+    ".jpeg",
+    ".gif",
+    ".bmp",
+    ".tif",
+    ".tiff",
+    ".webp",
+    ".mp4",
+    ".eps",
+    ".txt",
+    ".csv",
+    ".json",
+    ".npz",
+    ".html",
+    ".mech",
+)
+"""Endings that are no names of quantities."""
+
+
+def asked_plots(
+    ctx: click.Context, parameter: click.Parameter, values: tuple[str, ...]
+) -> tuple[str | None, str]:
+    """Return the file of a picture ("" for a window, None for no picture) and the quantities that are asked for.
+
+    What has the ending of a picture, or looks like a path, is a file; all else are names.
+    """
+    if not values:
+        return None, ""
+    files = [
+        v for v in values if Path(v).suffix.lower() in (*PICTURES, *OTHER_FILES) or "/" in v or "\\" in v
+    ]
+    if len(files) > 1:
+        raise click.BadParameter(f"one file is enough, and there are {len(files)}", ctx, parameter)
+    names = [v for v in values if v and v not in files]
+    check = ending(PICTURES, "pictures")
+    for value in names:
+        no_model(ctx, parameter, value)
+    return (check(ctx, parameter, files[0]) if files else ""), ",".join(names)
+
+
 def files_here(ctx: click.Context, parameter: click.Parameter, incomplete: str) -> list[CompletionItem]:
     """Let the shell complete the name of a file."""
     from click.shell_completion import CompletionItem

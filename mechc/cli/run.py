@@ -11,9 +11,9 @@ import click
 from .ensemble import FORMATS, ensemble_options, is_ensemble
 from .options import (
     MOVING,
-    PICTURES,
     RESULTS,
     Command,
+    asked_plots,
     ending,
     input_option,
     keep_all_option,
@@ -77,11 +77,14 @@ if TYPE_CHECKING:
 @click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
 @click.option(
     "--plot",
+    "plots",
     is_flag=False,
     flag_value="",
-    metavar="[FILE]",
-    callback=ending(PICTURES, "pictures"),
-    help="Draw the motion, to FILE (png, pdf, svg) or in a window.",
+    multiple=True,
+    metavar="[FILE|A,B|A:B]",
+    callback=asked_plots,
+    help="Draw the motion, to FILE (png, pdf, svg) or in a window; of these quantities only: x,y over time, "
+    '"tip[1]:tip[2]" one over another. May be given twice, with a file and with names.',
 )
 @click.option(
     "--animate",
@@ -130,14 +133,15 @@ def command(file: str, **given: Any) -> int:
     from ..asking.given_values import UsageMistake
     from ..display import choose
 
+    given["plot"], given["pictured"] = given.pop("plots")
+    shows = given["animate"] or given["snapshot"] or (given["plot"] is not None and not given["pictured"])
     try:
         display = choose(given["display"]) if given["display"] else None
         model = load(
             file,
             model=given["model"],
             set=given["settings"],
-            keep=kept(given["keep_all"], given["target"])
-            | ({"scene"} if given["animate"] or given["snapshot"] else set()),
+            keep=kept(given["keep_all"], given["target"]) | ({"scene"} if shows else set()),
             remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
@@ -161,6 +165,7 @@ def command(file: str, **given: Any) -> int:
             )
         names = _chosen_outputs(model, given["outputs"])
         _spare_inputs(given["output"], given["inputs"])
+        given["pictured"] = _chosen_outputs(model, given["pictured"] or None, pairs=True) or names
         return _run_all(model, file, given, display, names)
     except UsageMistake as mistake:
         raise click.UsageError(str(mistake)) from None
@@ -222,7 +227,7 @@ def _run_all(
                 _plot(
                     solution,
                     _beside(picture, addition),
-                    names,
+                    given["pictured"],
                     window=not given["plot"],
                     quiet=given["quiet"],
                 )
@@ -294,17 +299,18 @@ def _show_warnings(model: Model) -> None:
         click.echo(render(model.diagnostics, style_for(sys.stderr)) + "\n", err=True, color=True)
 
 
-def _chosen_outputs(model: Model, text: str | None) -> list[str]:
-    """Return the names asked for with --outputs; a vector's name stands for its elements."""
+def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> list[str]:
+    """Return the names asked for; a vector's name stands for its elements. ``pairs``: ``a:b`` may stand among them."""
     if text is None:
         return []
+    from ..asking.pairs import chosen_pairs
     from ..asking.question import chosen_names, names_in
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")
     entries = (*equations.states, *equations.outputs, *equations.inputs, *discretes)
     known = [*dict.fromkeys(entry.name for entry in entries)]  # an account is a state and an output
-    return [*chosen_names(names_in(text), known)]
+    return [*(chosen_pairs if pairs else chosen_names)(names_in(text), known)]
 
 
 def _print_report(sweep: Runs[Solution], *, first: bool) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..lang.diagnostics import Reporter
 from ..presentation import panels, plots
+from ..presentation.axes import COLOURS
 from ..runtime.outcome import Outcome
 
 if TYPE_CHECKING:
@@ -228,7 +229,7 @@ def icon(solution: Solution) -> Any:
     axes = drawn.add_axes((0.06, 0.06, 0.88, 0.88))
     axes.set_axis_off()
     for k, (x, y) in enumerate(_strokes(solution)):
-        axes.plot(x, y, color=plots.COLOURS[k % len(plots.COLOURS)], linewidth=1.6)
+        axes.plot(x, y, color=COLOURS[k % len(COLOURS)], linewidth=1.6)
     return drawn
 
 

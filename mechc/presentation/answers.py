@@ -126,8 +126,8 @@ def figure(found: Findings) -> Any:
     """Draw the panels of an answer below one another; return the Matplotlib figure."""
     import matplotlib
 
+    from .axes import COLOURS, STYLE
     from .notebook import Picture
-    from .plots import COLOURS, STYLE
 
     with matplotlib.rc_context(STYLE):
         heights = [TALL if panel.tall else HEIGHT for panel in found.panels] or [HEIGHT]
@@ -139,7 +139,7 @@ def figure(found: Findings) -> Any:
 
 
 def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
-    from .plots import legend
+    from .axes import legend
 
     styles: dict[str, dict[str, Any]] = {
         "line": {},

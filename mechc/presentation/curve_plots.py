@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..display import Display, factor
+from .letters import axis_label
 
 if TYPE_CHECKING:
     from ..runtime.curves.found import CurveSolution
@@ -25,8 +26,8 @@ def curve_figure(s: CurveSolution, names: Sequence[str] = (), display: Display |
     """Draw the curve and what varies along it; return the Matplotlib figure."""
     import matplotlib
 
+    from .axes import COLOURS, STYLE
     from .notebook import Picture
-    from .plots import COLOURS, STYLE
 
     shown = display or Display()
     panels = _panels(s, names)
@@ -42,7 +43,8 @@ def _panels(s: CurveSolution, names: Sequence[str]) -> list[tuple[str, str]]:
     """Return what is drawn over what: two coordinates of one vector over each other, else each over the range."""
     over = s.problem.time.name
     if names:
-        return [(over, n) for n in names]
+        pairs = [n.partition(":") for n in names]
+        return [(a, b) if colon else (over, a) for a, colon, b in pairs]
     coordinates = s.coordinates
     panels = []
     if len(coordinates) >= 2 and s.unit(coordinates[0]) == s.unit(coordinates[1]):
@@ -59,8 +61,8 @@ def _draw(axes: Any, s: CurveSolution, across: str, up: str, display: Display, c
     (x, x_unit), (y, y_unit) = _values(s, across, display), _values(s, up, display)
     axes.plot(x, y, color=colour)
     axes.plot([x[0], x[-1]], [y[0], y[-1]], "o", color=colour, markersize=4)
-    axes.set_xlabel(f"{across} [{x_unit}]" if x_unit else across)
-    axes.set_ylabel(f"{up} [{y_unit}]" if y_unit else up)
+    axes.set_xlabel(axis_label(across, x_unit))
+    axes.set_ylabel(axis_label(up, y_unit))
     is_curve = up in s.coordinates and s.unit(across) == s.unit(up)
     if is_curve:
         axes.set_aspect("equal", adjustable="datalim")

@@ -85,8 +85,8 @@ def figure(runs: Ensemble) -> Any:
     """
     import matplotlib
 
+    from .axes import STYLE
     from .notebook import Picture
-    from .plots import STYLE
 
     with matplotlib.rc_context(STYLE):
         panels = [*runs.scalars, *runs.series]
@@ -106,7 +106,7 @@ def _label(runs: Ensemble, name: str) -> str:
 
 
 def _over_time(axes: Any, runs: Ensemble, name: str) -> None:
-    from .plots import COLOURS
+    from .axes import COLOURS
 
     rows = runs[name].reshape(len(runs), -1)
     rows = rows[np.isfinite(rows).any(axis=1)]
@@ -132,7 +132,7 @@ def _over_time(axes: Any, runs: Ensemble, name: str) -> None:
 
 
 def _number(axes: Any, runs: Ensemble, name: str) -> None:
-    from .plots import COLOURS
+    from .axes import COLOURS
 
     values, names = runs[name], runs.members.names
     long = [k for k, n in enumerate(runs.shape) if n > 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,17 +23,21 @@ SMALL = 0.012
 
 
 class Painter:
-    """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another."""
+    """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another.
 
-    def __init__(self, solution: ShownSolution, times: Array) -> None:
-        from matplotlib.figure import Figure
+    ``axes``: where to paint, if not on a figure of its own; ``also``: points [n, 3] for which there is to be room.
+    """
 
-        scene, pictured = solution.problem.scene, solution.motion.pictured
-        if scene is None or pictured is None:
+    def __init__(
+        self, solution: ShownSolution, times: Array, axes: Any = None, also: Sequence[Array] = ()
+    ) -> None:
+        staged = solution.staged()
+        if staged is None:
             raise UsageMistake(
                 "this run was made without a picture",
                 "ask for it: simulate of a model loaded with keep={'scene'}",
             )
+        scene, pictured = staged
         if not scene.shapes:
             raise UsageMistake(
                 f"nothing of '{solution.model}' is drawn",
@@ -43,7 +48,7 @@ class Painter:
         self.fine = np.union1d(np.linspace(solution.time[0], solution.time[-1], TRAIL), times)
         self.paths = pictured(self.fine)
         self.flat = scene.size == 2
-        self.low, self.high = self._box()
+        self.low, self.high = self._box(also)
         self.size = float(np.linalg.norm(self.high - self.low)) or 1.0
         self.heaviest = max(
             (abs(self.rows[0, s.numbers[3]]) for s in scene.shapes if s.kind == "mass"), default=1.0
@@ -54,12 +59,17 @@ class Painter:
             or (INKS[1] if s.kind == "trail" else INKS[(names.index(s.name) + 6 * s.relative) % len(INKS)])
             for s in scene.shapes
         ]
-        self.figure = Figure(figsize=(6.4, 4.8), dpi=100)
-        self.axes: Any = self.figure.add_subplot(projection=None if self.flat else "3d")
+        self.axes: Any = axes if axes is not None else self._own_axes()
 
-    def _box(self) -> tuple[Array, Array]:
+    def _own_axes(self) -> Any:
+        from matplotlib.figure import Figure
+
+        self.figure = Figure(figsize=(6.4, 4.8), dpi=100)
+        return self.figure.add_subplot(projection=None if self.flat else "3d")
+
+    def _box(self, also: Sequence[Array]) -> tuple[Array, Array]:
         """Return two corners [3] that hold all that is drawn."""
-        points: list[Array] = []
+        points: list[Array] = [*also]
         for shape in self.scene.shapes:
             values = self.paths[:: max(1, len(self.paths) // 200), list(shape.numbers)]
             if shape.kind in ("line", "spring"):
@@ -98,6 +108,10 @@ class Painter:
         if clear:
             unit = self.solution.problem.time.unit
             axes.set_title(f"{self.times[k]:.3g} {unit}".rstrip(), fontsize=9, loc="right")
+
+    def trails(self) -> list[Array]:
+        """Return the paths [n, 3] that are drawn."""
+        return [self.paths[:, list(s.numbers)] for s in self.scene.shapes if s.kind == "trail"]
 
     def _prepare(self) -> None:
         axes = self.axes

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from msgspec import Struct
 
 from ..runtime.results.sensitivity import Sensitivity
+from .stillness import Stillness
 
 if TYPE_CHECKING:
-    from ..runtime.problem import Quantity
+    from ..runtime.problem import Array, Quantity
     from ..shown import ShownSolution
 
 MOST_CURVES = 8
 """Curves in one panel; of more, as many are drawn evenly spread, and the title says so."""
-MOST_PORTRAITS = 4
-"""Coordinates of a model that gets phase portraits: one for each, or none."""
+MOST_PORTRAITS = 2
+"""Coordinates that move in a model that gets phase portraits: one for each, or none."""
 MOST_PATHS = 6
+VISIBLE = 1e-5
+"""Relative error of the energy balance from which on it has a panel; below, a line says it."""
 NOISE = 1e-9
 """Relative size below which a change is an error of the computation and no motion."""
 
@@ -64,55 +67,106 @@ class Changes(Struct, frozen=True):
     left_out: int = 0
 
 
-Panel = Changes | Curves | Portrait | Paths | Energies
+class Scenery(Struct, frozen=True):
+    """A panel of what is drawn at the start and the end, with the paths of points; ``left_out``: how many more there are."""
+
+    names: tuple[str, ...]
+    left_out: int = 0
+
+
+Panel = Changes | Curves | Portrait | Paths | Energies | Scenery
 
 
 def panels_of(solution: ShownSolution) -> list[Panel]:
-    """Choose the panels: coordinates, phase portraits, paths of points, further quantities, energies.
+    """Choose the panels: what is drawn, coordinates, phase portraits, further quantities, energies.
 
-    Quantities of one kind and unit share a panel.
+    Quantities of one kind and unit share a panel. What stays constant, and what another curve shows already, has none.
     """
-    problem = solution.problem
+    problem, still = solution.problem, Stillness(solution)
     coordinates = [q for q in problem.states if q.kind == "coordinate"]
     states = [q for q in problem.states if q.kind == "state"]
     outputs = [q for q in problem.outputs if q.kind == "output"]
-    paths = {name: d for name, d in point_names(outputs).items() if _travels(solution, name, d)}
-    in_paths = {f"{name}[{i}]" for name, dimension in paths.items() for i in range(1, dimension + 1)}
-    panels: list[Panel] = []
-    panels += _by_unit("coordinates", coordinates)
-    rates = {q.name for q in problem.states if q.kind == "rate"}
-    if len(coordinates) <= MOST_PORTRAITS:
-        panels += [Portrait(q.name, f"der({q.name})") for q in coordinates if f"der({q.name})" in rates]
-    points = paths | {name: d for name, d in matrix_rows(coordinates).items() if _travels(solution, name, d)}
+    points = matrix_rows(coordinates) | point_names(outputs)
+    points = {name: d for name, d in points.items() if _travels(solution, name, d)}
+    in_paths = {element(name, i) for name, dimension in points.items() for i in range(1, dimension + 1)}
+    moving = [q for q in coordinates if not still.constant(q.name)]
+    panels: list[Panel] = _pictures(solution, points)
+    panels += _by_unit("coordinates", moving)
+    if len(moving) <= MOST_PORTRAITS:
+        rates = {q.name for q in problem.states if q.kind == "rate"}
+        inside = _places(solution) if panels and isinstance(panels[0], Scenery) else []
+        panels += [
+            Portrait(q.name, f"der({q.name})")
+            for q in moving
+            if f"der({q.name})" in rates
+            and not still.steady(f"der({q.name})")
+            and not still.among(q.name, inside)
+        ]
+    panels += _by_unit("states", [q for q in states if not still.constant(q.name)])
+    further = [q for q in outputs if q.name not in in_paths and not still.constant(q.name)]
+    panels += _by_unit("outputs", [q for q in further if still.twin(q.name) is None])
+    panels += _by_unit("inputs", [q for q in problem.inputs if not still.constant(q.name)])
+    discretes = [q for q in problem.discretes if q.kind == "discrete" and not still.constant(q.name)]
+    panels += _by_unit("discrete variables", discretes)
+    panels += _energies(solution, still)
+    panels += _changes(solution, [q.name for q in (*coordinates, *states)] or [q.name for q in outputs])
+    return panels or _by_unit("coordinates", coordinates or states or outputs)
+
+
+def _pictures(solution: ShownSolution, points: Mapping[str, int]) -> list[Panel]:
+    """Return the panel of what is drawn, else those of the paths of points."""
+    staged = solution.staged()
+    if staged is not None and staged[0].shapes:
+        drawn = _spread([*points], MOST_PATHS)
+        return [Scenery(tuple(drawn), len(points) - len(drawn))]
+    found: list[Panel] = []
     for dimension in (2, 3):
         chosen = [name for name, d in points.items() if d == dimension]
         if chosen:
-            drawn = tuple(_spread(chosen, MOST_PATHS))
-            panels.append(Paths(drawn, dimension, len(chosen) - len(drawn)))
-    panels += _by_unit("states", states)
-    panels += _by_unit("outputs", [q for q in outputs if q.name not in in_paths])
-    panels += _by_unit("inputs", problem.inputs)
-    panels += _by_unit("discrete variables", [q for q in problem.discretes if q.kind == "discrete"])
-    energies = [q.name for q in problem.outputs if q.kind == "energy"]
-    if energies:
-        if moving := tuple(n for n in energies if _moves(solution, n)):
-            panels.append(Energies(moving, balance=False))
-        if problem.energy_balance:
-            panels.append(Energies(tuple(energies), balance=True))
-    return panels + _changes(solution, [q.name for q in (*coordinates, *states)] or [q.name for q in outputs])
+            drawn = _spread(chosen, MOST_PATHS)
+            found.append(Paths(tuple(drawn), dimension, len(chosen) - len(drawn)))
+    return found
+
+
+def _places(solution: ShownSolution) -> list[Array]:
+    """Return the numbers of places along the paths that are drawn."""
+    staged = solution.staged()
+    if staged is None:
+        return []
+    rows = staged[1](solution.time)
+    return [rows[:, k] for shape in staged[0].shapes if shape.kind == "trail" for k in shape.numbers]
+
+
+def _energies(solution: ShownSolution, still: Stillness) -> list[Panel]:
+    """Return the panel of energies that change, and of the error of their balance where it can be seen."""
+    names = [q.name for q in solution.problem.outputs if q.kind == "energy"]
+    changing = [n for n in names if not still.constant(n)]
+    total = [n for n in names if n.endswith(".total") and n not in changing]
+    panels: list[Panel] = []
+    if len(changing) > 1 or (changing and not total):
+        panels.append(Energies((*changing, *total), balance=False))
+    drift = solution.accuracy.energy
+    if drift is not None and drift.relative is not None and drift.relative > VISIBLE:
+        panels.append(Energies(tuple(names), balance=True))
+    return panels
 
 
 def curves_of(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
-    """Panels for chosen quantities only: all of them, however many."""
+    """Panels for chosen quantities only: all of them, however many; ``a:b`` is one over another."""
     units: dict[str, list[str]] = {}
+    chosen: list[Panel] = []
     for name in names:
-        units.setdefault(solution.quantities[name].unit, []).append(name)
-    chosen: list[Panel] = [
+        across, colon, up = name.partition(":")
+        if colon:
+            chosen.append(Portrait(across, up))
+        else:
+            units.setdefault(solution.quantities[name].unit, []).append(name)
+    chosen += [
         Curves("", unit, tuple(group[i : i + MOST_CURVES]))
         for unit, group in units.items()
         for i in range(0, len(group), MOST_CURVES)
     ]
-    return chosen + _changes(solution, names)
+    return chosen + _changes(solution, [name for name in names if ":" not in name])
 
 
 def _changes(solution: ShownSolution, names: Sequence[str]) -> list[Panel]:
@@ -177,7 +231,3 @@ def _spread(names: Sequence[str], most: int) -> list[str]:
     if len(names) <= most:
         return list(names)
     return [names[round(i * (len(names) - 1) / (most - 1))] for i in range(most)]
-
-
-def _moves(solution: ShownSolution, name: str) -> bool:
-    return bool(np.any(solution[name] != 0.0))

@@ -9,11 +9,13 @@ import pytest
 from hand_made import pendulum_problem, pendulum_solution
 
 import mechc
+from mechc.cli.main import run
 from mechc.presentation.panels import (
     Curves,
     Energies,
     Paths,
     Portrait,
+    Scenery,
     element,
     matrix_rows,
     panels_of,
@@ -31,11 +33,10 @@ def solution() -> Solution:
 
 def test_panels(solution: Solution) -> None:
     assert panels_of(solution) == [
+        Paths(("bob",), 2),
         Curves("coordinates", "rad", ("theta",)),
         Portrait("theta", "der(theta)"),
-        Paths(("bob",), 2),
         Energies(("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=False),
-        Energies(("energy.kinetic", "energy.potential", "energy.total", "energy.dissipated"), balance=True),
     ]
 
 
@@ -54,19 +55,19 @@ def test_points_are_two_or_three_lengths() -> None:
 
 def test_labels_have_the_units_of_the_model_or_the_chosen_ones(solution: Solution) -> None:
     axes = figure(solution).axes
-    assert axes[0].get_ylabel() == "[deg]"
-    assert (axes[1].get_xlabel(), axes[1].get_ylabel()) == ("theta [deg]", "der(theta) [deg/s]")
-    assert figure(solution.shown_in("rad,mm")).axes[2].get_xlabel() == "x [mm]"
+    assert axes[1].get_ylabel() == "[deg]"
+    assert (axes[2].get_xlabel(), axes[2].get_ylabel()) == (r"$\theta$ [deg]", r"$\dot{\theta}$ [deg/s]")
+    assert figure(solution.shown_in("rad,mm")).axes[0].get_xlabel() == "$x$ [mm]"
 
 
 def test_curves_show_converted_values(solution: Solution) -> None:
-    line = figure(solution).axes[0].get_lines()[0]
+    line = figure(solution).axes[1].get_lines()[0]
     assert line.get_ydata()[0] == pytest.approx(60.0, rel=1e-12)
 
 
 def test_chosen_names_only(solution: Solution) -> None:
     axes = figure(solution, ["der(theta)", "bob[1]"]).axes
-    assert [a.get_title(loc="left") for a in axes] == ["der(theta)", "bob[1]"]
+    assert [a.get_title(loc="left") for a in axes] == [r"$\dot{\theta}$", "bob$_{1}$"]
 
 
 def test_a_jump_is_drawn_upright() -> None:
@@ -74,7 +75,7 @@ def test_a_jump_is_drawn_upright() -> None:
     text = "coordinate x = 0 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; contact wall: 0.5 m - x restitution 1;"
     solution = mechc.loads(text).simulate(stop=1)
     assert isinstance(solution, Solution)
-    portrait = next(a for a in figure(solution).axes if a.get_title(loc="left") == "phase portrait of x")
+    portrait = next(a for a in figure(solution).axes if a.get_title(loc="left") == "phase portrait of $x$")
     x, rate = (np.asarray(data) for data in portrait.get_lines()[0].get_data())
     (jump,) = np.flatnonzero(np.diff(np.sign(rate)))
     assert x[jump] == x[jump + 1] == pytest.approx(0.5, abs=1e-12)
@@ -89,12 +90,14 @@ def test_titles_tell_how_many_are_left_out_and_chosen_names_are_all_drawn() -> N
     assert [len(axes.get_lines()) for axes in chosen] == [8, 2]
 
 
-def test_inputs_and_discrete_variables_are_drawn() -> None:
+def test_inputs_and_discrete_variables_are_drawn_where_they_change() -> None:
     text = "discrete Integer n = 3; input Force u = 2 N; coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; force u*n on x;"
     solution = mechc.loads(text + "when x > 2 m then n := 1; end when;").simulate(stop=1)
     assert isinstance(solution, Solution)
-    titles = [axes.get_title(loc="left") for axes in figure(solution).axes]
-    assert {"u", "n"} <= set(titles)
+    drawn = figure(solution)
+    titles = [axes.get_title(loc="left") for axes in drawn.axes]
+    assert "$n$" in titles and "$u$" not in titles
+    assert "constant: $u$ = 2 N" in drawn.get_supxlabel()
 
 
 def test_the_balance_is_total_and_dissipated_energy(solution: Solution) -> None:
@@ -136,6 +139,79 @@ def test_what_is_constant_looks_constant() -> None:
     total = figure(free, ["energy.total"]).axes[0]
     assert energies.get_ylim()[1] - energies.get_ylim()[0] > 5
     assert total.get_ylim()[1] - total.get_ylim()[0] > 0.1 * abs(free["energy.total"][0])
+
+
+TURN = """
+parameter l = 2 m;
+coordinate a = 30 deg;
+initial der(a) = 1 rad/s;
+kinetic 1/2*1 kg*l^2*der(a)^2;
+output tip = {l*cos(a), l*sin(a)};
+output again = a;
+output held = momentum(a);
+draw line({0, 0}, {l*cos(a), l*sin(a)});
+draw trail({l*cos(a), l*sin(a)});
+experiment(stop = 1 s);
+"""
+
+
+@pytest.fixture(scope="module")
+def turn() -> Solution:
+    return mechc.loads(TURN).simulate()
+
+
+def test_what_is_drawn_comes_first_and_nothing_is_there_twice(turn: Solution) -> None:
+    """The rate is constant, so that there is no phase portrait, and so are all energies; an output repeats the angle."""
+    assert panels_of(turn) == [Scenery(("tip",)), Curves("coordinates", "rad", ("a",))]
+    drawn = figure(turn)
+    scene = drawn.axes[0]
+    assert scene.get_aspect() == 1.0 and scene.get_xlabel() == "$x$ [m]"
+    ends = [line.get_xydata() for line in scene.get_lines() if len(line.get_xydata()) == 2]
+    start, end = (np.deg2rad(30), np.deg2rad(30) + 1)
+    for line, angle in zip(ends, (start, end), strict=True):
+        assert np.allclose(line, [[0, 0], [2 * np.cos(angle), 2 * np.sin(angle)]], rtol=0, atol=1e-7)
+    words = drawn.get_supxlabel()
+    assert "held = 4 kg·m²/s" in words and "again is $a$" in words and "energies balance within" in words
+
+
+def test_a_chaotic_motion_is_no_rest() -> None:
+    """Its estimated error is as large as the motion itself."""
+    text = "dimensionless; state x = 1; state y = 1; state z = 1; equation der(x) = 10*(y - x); "
+    text += "equation der(y) = x*(28 - z) - y; equation der(z) = x*y - 8/3*z;"
+    found = mechc.loads(text).simulate(stop=50)
+    assert panels_of(found) == [Curves("states", "", ("x", "y", "z"))]
+
+
+def test_one_over_another(turn: Solution) -> None:
+    (axes,) = figure(turn, ["tip[1]:tip[2]"]).axes
+    assert axes.get_title(loc="left") == "tip$_{2}$ over tip$_{1}$" and axes.get_aspect() == 1.0
+    x, y = axes.get_lines()[0].get_data()
+    assert np.allclose(np.hypot(x, y), 2.0, rtol=0, atol=1e-12)
+    assert len(figure(turn, ["a:der(a)", "a", "tip"]).axes) == 3
+    with pytest.raises(KeyError, match="there is no 'b'"):
+        figure(turn, ["a:b"])
+
+
+def test_names_for_plot(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "turn.mech").write_text(TURN)
+    monkeypatch.chdir(tmp_path)
+    asked: list[tuple[str, list[str]]] = []
+    monkeypatch.setattr(
+        "mechc.presentation.plots.save", lambda s, path, names: asked.append((str(path), list(names)))
+    )
+    for words in (["a,tip[1]:tip[2]"], ["tip:tip", "--plot", "own.svg"], ["own.png"]):
+        assert run(["run", "turn.mech", "-q", "--plot", *words]) == 0
+    assert asked == [
+        ("turn.png", ["a", "tip[1]:tip[2]"]),
+        ("own.svg", ["tip[1]:tip[1]", "tip[2]:tip[2]"]),
+        ("own.png", []),
+    ]
+    capsys.readouterr()
+    for wrong, said in {"b:a": "'b'", "tip:a": "different numbers", "own.jpg": "ends in .png"}.items():
+        assert run(["run", "turn.mech", "-q", "--plot", wrong]) == 2
+        assert said in capsys.readouterr().err
 
 
 def test_a_point_at_rest_has_no_path(solution: Solution) -> None:

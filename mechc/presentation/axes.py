@@ -1,0 +1,113 @@
+"""What the panels of pictures have in common: colours, the look of axes, legends, and smooth curves of a solution."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .letters import axis_label
+
+if TYPE_CHECKING:
+    from ..runtime.problem import Array
+    from ..shown import ShownSolution
+
+COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
+SMOOTH = 2000
+"""Points of a curve, where the solution can be computed between its output points."""
+FLATTEST = 0.5
+"""Least side of the box around a path in space, as a share of its largest."""
+ZOOM = 1.2
+"""How much larger a box in space is drawn than Matplotlib would."""
+LEGEND_CHARACTERS = 46
+"""Width of a legend that fits beside the title."""
+ROW_CHARACTERS = 78
+"""Width of a legend that has a row of its own."""
+
+STYLE: dict[Any, Any] = {
+    "font.size": 9,
+    "axes.titlesize": 10,
+    "axes.titlelocation": "left",
+    "axes.titleweight": "bold",
+    "axes.labelcolor": "#374151",
+    "axes.edgecolor": "#9ca3af",
+    "axes.linewidth": 0.8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e5e7eb",
+    "grid.linewidth": 0.7,
+    "xtick.color": "#4b5563",
+    "ytick.color": "#4b5563",
+    "lines.linewidth": 1.4,
+    "legend.frameon": False,
+    "legend.edgecolor": "white",
+    "legend.fontsize": 8,
+    "figure.dpi": 100,
+    "savefig.dpi": 150,
+}
+
+
+class View:
+    """A solution at times that are dense enough for smooth curves, in the units to show.
+
+    The rows of the solution stay as they are, both sides of each event among them.
+    """
+
+    def __init__(self, solution: ShownSolution) -> None:
+        self.solution = solution
+        between = np.empty(0)
+        if 1 < len(solution.time) < SMOOTH and solution.interpolation == "dense output":
+            dense = np.linspace(solution.time[0], solution.time[-1], SMOOTH)
+            between = dense[~np.isin(dense, solution.time)]
+        self._between: Mapping[str, Array] = solution(between) if len(between) else {}
+        times = np.concatenate([solution.time, between])
+        self._order = np.argsort(times, kind="stable")
+        self.time = times[self._order]
+
+    def __getitem__(self, name: str) -> Array:
+        values = np.concatenate([self.solution[name], self._between.get(name, np.empty(0))])
+        return values[self._order] * self.solution.shown_unit(name)[1]
+
+    def unit(self, name: str) -> str:
+        return self.solution.shown_unit(name)[0]
+
+    def label(self, name: str) -> str:
+        return axis_label(name, self.unit(name))
+
+
+def equal_box(axes: Any) -> None:
+    """Give the axes in space one scale, and a box that is nowhere too flat for its numbers to be read."""
+    limits = [axes.get_xlim3d(), axes.get_ylim3d(), axes.get_zlim3d()]
+    largest = max(high - low for low, high in limits)
+    spans = [max(high - low, FLATTEST * largest) for low, high in limits]
+    for axis, (low, high), span in zip("xyz", limits, spans, strict=True):
+        middle = (low + high) / 2
+        getattr(axes, f"set_{axis}lim3d")(middle - span / 2, middle + span / 2)
+        axes.locator_params(axis=axis, nbins=max(2, round(6 * span / largest)))
+    axes.set_box_aspect(spans, zoom=ZOOM)
+
+
+def legend(axes: Any) -> None:
+    """Put the legend beside the title where it fits, else between the title and the curves."""
+    labels = axes.get_legend_handles_labels()[1]
+    beside = sum(len(label) + 4 for label in labels) <= LEGEND_CHARACTERS
+    rows = math.ceil(len(labels) / max(1, ROW_CHARACTERS // (max(map(len, labels)) + 5)))
+    axes.legend(
+        loc="lower right" if beside else "lower left",
+        bbox_to_anchor=(1.01 if beside else -0.01, 1.0),
+        ncols=len(labels) if beside else math.ceil(len(labels) / rows),
+        borderpad=0.2,
+        handlelength=1.2,
+        handletextpad=0.5,
+        columnspacing=1.0,
+        labelspacing=0.3,
+    )
+    if not beside:
+        axes.set_title(axes.get_title(loc="left"), pad=6 + 12 * rows)
+
+
+def title(text: str, left_out: int, shown: int) -> str:
+    return f"{text} ({shown} of {shown + left_out})" if left_out else text
