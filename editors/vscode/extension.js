@@ -10,10 +10,9 @@ const COMMANDS = {
   'mechc.run': (model, added) => ['run', ...model, ...added],
   'mechc.plot': (model, added) => ['run', ...model, ...added, '--plot'],
   'mechc.view': (model) => ['view', ...model],
+  'mechc.equations': (model) => ['equations', ...model],
+  'mechc.modes': (model) => ['study', 'modes', ...model],
 };
-
-/** A model from its first word to its end. */
-const MODEL = /^[ \t]*model[ \t]+(\w+)[\s\S]*?^[ \t]*end[ \t]+\1[ \t]*;/gm;
 
 let client;
 
@@ -27,7 +26,7 @@ async function start() {
     'mechc',
     'mechc',
     { command, args: ['lsp'], transport: TransportKind.stdio },
-    { documentSelector: [{ language: 'mech' }] },
+    { documentSelector: [{ language: 'mech' }], synchronize: { fileEvents: vscode.workspace.createFileSystemWatcher('**/*.mech') } },
   );
   client = started;
   try {
@@ -74,23 +73,10 @@ async function execute(name, model) {
   await vscode.tasks.executeTask(task);
 }
 
-/** Offer the commands above every model that says how it is run. */
-function lenses(document) {
-  const runnable = [...document.getText().matchAll(MODEL)].filter((found) => /^[ \t]*experiment\b/m.test(found[0]));
-  return runnable.flatMap((found) => {
-    const place = document.positionAt(found.index);
-    return Object.keys(COMMANDS).map(
-      (command) =>
-        new vscode.CodeLens(new vscode.Range(place, place), { title: command.split('.')[1], command, arguments: [found[1]] }),
-    );
-  });
-}
-
 async function activate(context) {
   for (const name of Object.keys(COMMANDS)) {
-    context.subscriptions.push(vscode.commands.registerCommand(name, (model) => execute(name, typeof model === 'string' ? model : undefined)));
+    context.subscriptions.push(vscode.commands.registerCommand(name, (_, model) => execute(name, typeof model === 'string' ? model : undefined)));
   }
-  context.subscriptions.push(vscode.languages.registerCodeLensProvider({ language: 'mech' }, { provideCodeLenses: lenses }));
   const restart = async () => {
     await stop();
     await start();

@@ -55,6 +55,7 @@ class Document:
                 Library(search_path(self.tree, (self.path.parent,)), Reporter()) if self.tree else None
             )
             self._namespace: Namespace | None = None
+            self._classes: dict[str, Class | None] = {}
 
     @property
     def text(self) -> str:
@@ -127,18 +128,45 @@ class Document:
                 return None
         return self._namespace
 
+    def statements(self) -> Iterator[tuple[str, ast.Statement]]:
+        """Yield the statements of the last tree, those in blocks too, with the names of their models."""
+        pending = [("", item) for item in reversed(self.tree.items if self.tree else ())]
+        while pending:
+            model, at = pending.pop()
+            yield model, at
+            inner: tuple[ast.Statement, ...] = ()
+            match at:
+                case ast.Model():
+                    model, inner = at.name, at.body
+                case ast.For():
+                    inner = at.body
+                case ast.If():
+                    inner = (*(s for branch in at.branches for s in branch.body), *at.otherwise)
+            pending += [(model, s) for s in reversed(inner)]
+
+    def regions(self) -> list[tuple[int, int, str]]:
+        """Return where the text of each model begins and ends, half-written ones at the end of the file."""
+        found = []
+        ends = list(_END.finditer(self.text))
+        for match in _MODEL.finditer(self.text):
+            end = next((e.end() for e in ends if e.start() >= match.end() and e[1] == match[1]), None)
+            found.append((match.start(), len(self.text) + 1 if end is None else end, match[1]))
+        return found
+
     def model_at(self, offset: int) -> str:
         """Name the model whose text surrounds a place; "" where the statements stand in no model."""
-        name = ""
-        for match in _MODEL.finditer(self.text, 0, offset):
-            name = match[1]
-            end = next((e for e in _END.finditer(self.text, match.end()) if e[1] == name), None)
-            if end is not None and end.end() <= offset:
-                name = ""
-        return name
+        before = [region for region in self.regions() if region[0] < offset]
+        return before[-1][2] if before and offset < before[-1][1] else ""
 
     def class_of(self, name: str) -> Class | None:
         """Return a model of this file with what it inherits; "" for the bare statements."""
+        if self.tree is None:
+            return None
+        if name not in self._classes:
+            self._classes[name] = self._class_of(name)
+        return self._classes[name]
+
+    def _class_of(self, name: str) -> Class | None:
         namespace = self.namespace()
         if namespace is None or self.tree is None:
             return None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 from msgspec import Struct
 
@@ -13,7 +14,7 @@ from ..lang.parser import parse
 from ..lang.printing.printer import format_file
 from ..lang.source import Span
 from .document import Document
-from .names import meaning_at, word_at
+from .names import is_library, meaning_at, word_at
 
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _MEANT = re.compile(r"did you mean '([^']+)'")
@@ -57,32 +58,45 @@ def formatted(document: Document) -> Edit | None:
     return None if new == document.text else Edit(0, len(document.text), new)
 
 
-def occurrences(document: Document, offset: int) -> list[tuple[int, int]]:
-    """Return all places [start, end) of the text where a name means the same as at ``offset``; empty for what is not
-    declared in this text."""
-    found = meaning_at(document, offset)
-    if found is None or found.place is None or found.place.file.name != document.source.name:
-        return []
+def occurrences(document: Document, place: Span) -> list[tuple[int, int]]:
+    """Return all places [start, end) of a text where a name means what is declared at ``place``, in this text or in another."""
     places = []
-    for match in re.finditer(rf"\b{re.escape(found.word.name)}\b", document.text):
+    for match in re.finditer(rf"\b{re.escape(place.text)}\b", document.text):
         there = meaning_at(document, match.start())
-        if there is not None and there.word.start == match.start() and there.place == found.place:
+        if there is None or there.place is None or there.word.start != match.start():
+            continue
+        if there.place.start == place.start and same_file(there.place, place):
             places.append((match.start(), match.end()))
     return places
 
 
-def renamed(document: Document, offset: int, name: str) -> list[Edit]:
-    """Return the edits that give what is named at a place another name; none where it is declared elsewhere,
-    or where the text would be wrong afterwards."""
-    if not _NAME.fullmatch(name):
+def same_file(a: Span, b: Span) -> bool:
+    """Whether two places are in one file, by whatever way it was found."""
+    return a.file.name == b.file.name or Path(a.file.name).resolve() == Path(b.file.name).resolve()
+
+
+def renamed(documents: Iterable[Document], place: Span, name: str) -> list[tuple[Document, list[Edit]]]:
+    """Return the edits that give what is declared at a place another name, in all these texts; none for names of the library, and
+    where its own text would be wrong afterwards: the name may be taken, or hide another one."""
+    if not _NAME.fullmatch(name) or is_library(place):
         return []
-    edits = [Edit(start, end, name) for start, end in occurrences(document, offset)]
+    found = []
+    for document in documents:
+        edits = [Edit(start, end, name) for start, end in occurrences(document, place)]
+        if not edits:
+            continue
+        if same_file(Span(document.source, 0, 0), place) and not _fits(document, edits):
+            return []
+        found.append((document, edits))
+    return found
+
+
+def _fits(document: Document, edits: Iterable[Edit]) -> bool:
+    """Whether a text that was right is so after edits."""
     if document.broken or any(d.severity is Severity.ERROR for d in document.at_once()):
-        return edits
-    other = Document(
-        document.path, applied(document.text, edits)
-    )  # the name may be taken, or hide another one
-    return [] if any(d.severity is Severity.ERROR for d in other.at_once()) else edits
+        return True
+    other = Document(document.path, applied(document.text, edits))
+    return not any(d.severity is Severity.ERROR for d in other.at_once())
 
 
 def applied(text: str, edits: Iterable[Edit]) -> str:

@@ -5,9 +5,8 @@ The words come from the tables of the language, so that a new statement is colou
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar
+from collections.abc import Iterator, Mapping
+from typing import ClassVar
 
 from pygments.lexer import Lexer
 from pygments.token import (
@@ -24,9 +23,7 @@ from pygments.token import (
 
 from ..lang.builtins import BUILTINS, CONSTANTS
 from ..lang.grammar.keywords import ACTIONS, CLAUSES, DEFINITIONS, EXPRESSIONS, STATEMENTS
-from ..lang.units import unit_end
-
-Word = Callable[[str], _TokenType]
+from .pieces import Piece, pieces
 
 _KINDS: Mapping[str, _TokenType] = {
     **dict.fromkeys((*CLAUSES, *ACTIONS, *STATEMENTS), Keyword),
@@ -35,18 +32,6 @@ _KINDS: Mapping[str, _TokenType] = {
     **dict.fromkeys(("true", "false"), Keyword.Constant),
     **dict.fromkeys(CONSTANTS, Name.Constant),
 }
-
-_TOKEN = re.compile(
-    r"(?P<blank>\s+)"
-    r"|(?P<comment>//[^\n]*|/\*.*?(?:\*/|\Z))"
-    r'|(?P<text>"(?:[^"\\\n]|\\[^\n])*"?)'
-    r"|(?P<number>(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)"
-    r"|(?P<name>[^\W\d]\w*)"
-    r"|(?P<operator>->|<>|<=|>=|==|[-+*/^<>=~:])"
-    r"|(?P<sign>.)",
-    re.DOTALL,
-)
-_BLANKS = re.compile(r"[ \t]+")
 
 
 class MechLexer(Lexer):
@@ -58,32 +43,28 @@ class MechLexer(Lexer):
     mimetypes: ClassVar[list[str]] = ["text/x-mech"]
 
     def get_tokens_unprocessed(self, text: str) -> Iterator[tuple[int, _TokenType, str]]:
-        position, length = 0, len(text)
-        while position < length:
-            match = _TOKEN.match(text, position)
-            assert match is not None
-            kind, value = match.lastgroup, match[0]
-            yield position, _token(kind or "", value, text, match), value
-            position = match.end()
-            if kind == "number" or value in ")}":
-                yield from _unit(text, position)
-                position = _after_unit(text, position)
+        for piece in pieces(text):
+            yield piece.start, _token(piece, text), piece.text
 
 
-def _token(kind: str, value: str, text: str, match: re.Match[str]) -> _TokenType:
-    match kind:
+def _token(piece: Piece, text: str) -> _TokenType:
+    match piece.kind:
         case "blank":
             return Whitespace
         case "comment":
-            return Comment.Single if value.startswith("//") else Comment.Multiline
+            return Comment.Single if piece.text.startswith("//") else Comment.Multiline
         case "text":
             return String
         case "number":
             return Number
+        case "unit":
+            return Keyword.Type
         case "operator":
             return Operator
         case "name":
-            return _name(value, text[match.start() - 1 : match.start()], text[match.end() : match.end() + 1])
+            return _name(
+                piece.text, text[max(0, piece.start - 1) : piece.start], text[piece.end : piece.end + 1]
+            )
         case _:
             return Punctuation
 
@@ -98,23 +79,3 @@ def _name(value: str, before: str, after: str) -> _TokenType:
     if kind is not None:
         return kind
     return Name.Class if value[0].isupper() and len(value) > 1 else Name
-
-
-def _after_unit(text: str, position: int) -> int:
-    """Return where the unit behind a number or a closing brace ends; ``position`` if there is none."""
-    blanks = _BLANKS.match(text, position)
-    if blanks is None:
-        return position
-    end = unit_end(text, blanks.end())
-    return position if end == blanks.end() or text.startswith("^", end) else end
-
-
-def _unit(text: str, position: int) -> Iterator[tuple[int, Any, str]]:
-    end = _after_unit(text, position)
-    if end == position:
-        return
-    blanks = _BLANKS.match(text, position)
-    if blanks:
-        yield position, Whitespace, blanks[0]
-        position = blanks.end()
-    yield position, Keyword.Type, text[position:end]

@@ -25,7 +25,7 @@ def _text(document: Document, found: Meaning, model: str) -> str:
             written, means = WORDS.get(word, (word, ""))
             return _code(written) + (f"\n\n{means}" if means else "")
         case Builtin() as function:
-            return f"{_code(f'{function.name}({_arguments(function)})')}\n\n{function.doc}"
+            return f"{_code(f'{function.name}({arguments_of(function)})')}\n\n{function.doc}"
         case ast.Model() as defined:
             head = f"{'partial ' if defined.partial else ''}model {defined.name}"
             return _joined(_code(head), defined.doc, _interface(defined))
@@ -64,7 +64,8 @@ def _plain(name: str) -> str:
     return text
 
 
-def _arguments(function: Builtin) -> str:
+def arguments_of(function: Builtin) -> str:
+    """Write how many arguments a function takes: ``x, y``."""
     names = ["x", "y", "z", "u", "v", "w"]
     if function.most is None:
         return "x, ..."

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from msgspec import Struct
 
 from ..compiler.flat.names.classes import Class
+from ..compiler.flat.names.files import LIBRARY
 from ..compiler.flat.names.namespace import Namespace
 from ..lang import ast
 from ..lang.builtins import BUILTINS, Builtin
@@ -134,3 +136,9 @@ def _declared(word: Word, cls: Class) -> Meaning | None:
             return Meaning(word, declaration, declaration.name_span, ".".join(word.parts))
         here = type_of(declaration, seen)
     return None
+
+
+def is_library(span: Span) -> bool:
+    """Whether a place is in a file of the library, which messages call by its name there."""
+    path = Path(span.file.name)
+    return path.parts[:1] == (LIBRARY,) and not path.exists()

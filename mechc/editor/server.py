@@ -6,52 +6,46 @@ Messages about text, names and units come at every change; those of the whole co
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Protocol
-from urllib.parse import unquote, urlparse
 
 from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 
 from .. import __version__
-from ..compiler.flat.names.files import LIBRARY, library_folder
-from ..lang.diagnostics import Diagnostic, Severity
-from ..lang.source import SourceFile, Span
-from .completion import Offer, completions
+from ..lang.diagnostics import Diagnostic
+from ..lang.source import SourceFile
+from .completion import completions
 from .document import Document
-from .edits import Edit, fixes, formatted, occurrences, renamed
+from .edits import fixes, formatted, occurrences, renamed
+from .folders import documents
 from .hover import hover
+from .inlays import inlays
+from .lenses import lenses
 from .names import meaning_at
-from .outline import Symbol, folds, symbols
+from .outline import folds, symbols
+from .protocol import (
+    data_of,
+    diagnostic_of,
+    edit_of,
+    inlay_of,
+    item_of,
+    lens_of,
+    location_of,
+    offset_of,
+    path_of,
+    range_of,
+    selection_of,
+    signature_of,
+    symbol_of,
+)
+from .selections import around
+from .signatures import signature
+from .tokens import KINDS, MODIFIERS, tokens
 
 IDLE = 0.4
 """Seconds without a change after which the whole compiler is asked."""
-
-SEVERITY = {
-    Severity.ERROR: lsp.DiagnosticSeverity.Error,
-    Severity.WARNING: lsp.DiagnosticSeverity.Warning,
-    Severity.NOTE: lsp.DiagnosticSeverity.Information,
-}
-OFFERED = {
-    "variable": lsp.CompletionItemKind.Variable,
-    "component": lsp.CompletionItemKind.Field,
-    "model": lsp.CompletionItemKind.Class,
-    "function": lsp.CompletionItemKind.Function,
-    "keyword": lsp.CompletionItemKind.Keyword,
-    "unit": lsp.CompletionItemKind.Unit,
-    "property": lsp.CompletionItemKind.Property,
-    "type": lsp.CompletionItemKind.TypeParameter,
-}
-OUTLINED = {
-    "model": lsp.SymbolKind.Class,
-    "function": lsp.SymbolKind.Function,
-    "type": lsp.SymbolKind.TypeParameter,
-    "component": lsp.SymbolKind.Field,
-    "parameter": lsp.SymbolKind.Constant,
-    "variable": lsp.SymbolKind.Variable,
-    "event": lsp.SymbolKind.Event,
-}
 
 
 class Server(LanguageServer):
@@ -63,12 +57,13 @@ class Server(LanguageServer):
         self.shown: dict[str, tuple[Diagnostic, ...]] = {}
         self.idle = idle
         self._waiting: dict[str, asyncio.Task[None]] = {}
+        self._around: asyncio.Task[None] | None = None
 
     def take(self, uri: str, text: str) -> None:
         """Take a text that was opened or changed, and say what is wrong with it."""
         document = self.documents.get(uri)
         if document is None:
-            document = self.documents[uri] = Document(_path(uri), text)
+            document = self.documents[uri] = Document(path_of(uri), text)
         else:
             document.change(text)
         self.show(uri, document.at_once())
@@ -88,7 +83,7 @@ class Server(LanguageServer):
         own = tuple(d for d in found if d.span is None or d.span.file.name == document.source.name)
         self.shown[uri] = own
         self.text_document_publish_diagnostics(
-            lsp.PublishDiagnosticsParams(uri, [_diagnostic(document, d) for d in own])
+            lsp.PublishDiagnosticsParams(uri, [diagnostic_of(document, d) for d in own])
         )
 
     def close(self, uri: str) -> None:
@@ -98,10 +93,58 @@ class Server(LanguageServer):
         self.documents.pop(uri, None)
         self.shown.pop(uri, None)
 
+    # ------------------------------------------------------------ the folders that the editor works in
+
+    def folders(self) -> list[Path]:
+        """Return the folders that the editor works in."""
+        return [path_of(uri) for uri in self.workspace.folders]
+
+    def holding(self, word: str) -> Iterator[Document]:
+        """Yield the texts that hold a word: the open ones, and those of the folders."""
+        return documents(self.documents.values(), self.folders(), word)
+
+    def uri_of(self, document: Document) -> str:
+        """Return the address of a text, as the editor calls it where it is open."""
+        opened = (uri for uri, one in self.documents.items() if one is document)
+        return next(opened, document.path.resolve().as_uri())
+
+    def look_around(self) -> None:
+        """Begin to say what is wrong with the files that are not open."""
+        if self._around is not None:
+            self._around.cancel()
+        self._around = asyncio.get_running_loop().create_task(self._look_around())
+
+    async def _look_around(self) -> None:
+        for document in documents((), self.folders()):
+            await asyncio.sleep(0)  # an editor that asks comes first
+            uri = document.path.resolve().as_uri()
+            if uri not in self.documents:
+                found = [
+                    d
+                    for d in document.at_once()
+                    if d.span is None or d.span.file.name == document.source.name
+                ]
+                self.text_document_publish_diagnostics(
+                    lsp.PublishDiagnosticsParams(uri, [diagnostic_of(document, d) for d in found])
+                )
+
 
 def make_server(idle: float = IDLE) -> Server:
     """Make a server with all that it can do."""
     server = Server(idle)
+    _keep_texts(server)
+    _tell_meanings(server)
+    _show_structure(server)
+    _change_texts(server)
+    return server
+
+
+def _keep_texts(server: Server) -> None:
+    """Follow what is opened, written and closed."""
+
+    @server.feature(lsp.INITIALIZED)
+    async def began(_: lsp.InitializedParams) -> None:
+        server.look_around()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: lsp.DidOpenTextDocumentParams) -> None:
@@ -115,6 +158,14 @@ def make_server(idle: float = IDLE) -> Server:
     def closed(params: lsp.DidCloseTextDocumentParams) -> None:
         server.close(params.text_document.uri)
 
+    @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
+    async def changed_outside(_: lsp.DidChangeWatchedFilesParams) -> None:
+        server.look_around()
+
+
+def _tell_meanings(server: Server) -> None:
+    """Say what words mean, what may be written, and where things are declared and used."""
+
     @server.feature(lsp.TEXT_DOCUMENT_HOVER)
     def hovered(params: lsp.HoverParams) -> lsp.Hover | None:
         document, offset = _place(server, params)
@@ -122,53 +173,103 @@ def make_server(idle: float = IDLE) -> Server:
         if found is None:
             return None
         text, start, end = found
-        return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), _range(document.text, start, end))
+        return lsp.Hover(
+            lsp.MarkupContent(lsp.MarkupKind.Markdown, text), range_of(document.text, start, end)
+        )
 
     @server.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=[".", "(", " "]))
     def completed(params: lsp.CompletionParams) -> lsp.CompletionList:
-        return lsp.CompletionList(False, [_item(offer) for offer in completions(*_place(server, params))])
+        return lsp.CompletionList(False, [item_of(offer) for offer in completions(*_place(server, params))])
+
+    @server.feature(lsp.TEXT_DOCUMENT_SIGNATURE_HELP, lsp.SignatureHelpOptions(trigger_characters=["(", ","]))
+    def signed(params: lsp.SignatureHelpParams) -> lsp.SignatureHelp | None:
+        found = signature(*_place(server, params))
+        return None if found is None else signature_of(found)
 
     @server.feature(lsp.TEXT_DOCUMENT_DEFINITION)
     def defined(params: lsp.DefinitionParams) -> lsp.Location | None:
         found = meaning_at(*_place(server, params))
-        return None if found is None or found.place is None else _location(found.place)
+        return None if found is None or found.place is None else location_of(found.place)
 
     @server.feature(lsp.TEXT_DOCUMENT_REFERENCES)
     def referred(params: lsp.ReferenceParams) -> list[lsp.Location]:
-        document, offset = _place(server, params)
-        uri = params.text_document.uri
-        return [lsp.Location(uri, _range(document.text, *place)) for place in occurrences(document, offset)]
+        found = meaning_at(*_place(server, params))
+        if found is None or found.place is None:
+            return []
+        place = found.place
+        return [
+            lsp.Location(server.uri_of(document), range_of(document.text, *where))
+            for document in server.holding(place.text)
+            for where in occurrences(document, place)
+        ]
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_HIGHLIGHT)
     def highlighted(params: lsp.DocumentHighlightParams) -> list[lsp.DocumentHighlight]:
         document, offset = _place(server, params)
-        return [
-            lsp.DocumentHighlight(_range(document.text, *place)) for place in occurrences(document, offset)
-        ]
+        found = meaning_at(document, offset)
+        if found is None or found.place is None:
+            return []
+        places = occurrences(document, found.place)
+        return [lsp.DocumentHighlight(range_of(document.text, *place)) for place in places]
 
-    @server.feature(lsp.TEXT_DOCUMENT_RENAME)
-    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
-        document, offset = _place(server, params)
-        edits = renamed(document, offset, params.new_name)
-        if not edits:
-            return None
-        return lsp.WorkspaceEdit(changes={params.text_document.uri: [_edit(document, e) for e in edits]})
 
-    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
-    def format_text(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
-        document = server.documents[params.text_document.uri]
-        edit = formatted(document)
-        return [] if edit is None else [_edit(document, edit)]
+def _show_structure(server: Server) -> None:
+    """Show what a text consists of, what it does not say, and what can be done with it."""
 
     @server.feature(lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL)
     def outline(params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
         document = server.documents[params.text_document.uri]
-        return [_symbol(s) for s in symbols(document)]
+        return [symbol_of(s) for s in symbols(document)]
 
     @server.feature(lsp.TEXT_DOCUMENT_FOLDING_RANGE)
     def folded(params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
         document = server.documents[params.text_document.uri]
         return [lsp.FoldingRange(first - 1, last - 1) for first, last in folds(document)]
+
+    @server.feature(lsp.TEXT_DOCUMENT_SELECTION_RANGE)
+    def selected(params: lsp.SelectionRangeParams) -> list[lsp.SelectionRange]:
+        document = server.documents[params.text_document.uri]
+        return [
+            selection_of(document.text, around(document, offset_of(document.text, place)))
+            for place in params.positions
+        ]
+
+    @server.feature(
+        lsp.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, lsp.SemanticTokensLegend(list(KINDS), list(MODIFIERS))
+    )
+    def coloured(params: lsp.SemanticTokensParams) -> lsp.SemanticTokens:
+        document = server.documents[params.text_document.uri]
+        return lsp.SemanticTokens(data_of(document.text, tokens(document)))
+
+    @server.feature(lsp.TEXT_DOCUMENT_INLAY_HINT)
+    def hinted(params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
+        document = server.documents[params.text_document.uri]
+        start, end = (offset_of(document.text, place) for place in (params.range.start, params.range.end))
+        return [inlay_of(document.text, inlay) for inlay in inlays(document, start, end)]
+
+    @server.feature(lsp.TEXT_DOCUMENT_CODE_LENS)
+    def offered(params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+        uri = params.text_document.uri
+        return [lens_of(uri, lens) for lens in lenses(server.documents[uri])]
+
+
+def _change_texts(server: Server) -> None:
+    """Propose edits: new names, the layout, what messages say."""
+
+    @server.feature(lsp.TEXT_DOCUMENT_RENAME)
+    def rename(params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
+        found = meaning_at(*_place(server, params))
+        if found is None or found.place is None:
+            return None
+        edits = renamed(server.holding(found.place.text), found.place, params.new_name)
+        changes = {server.uri_of(document): [edit_of(document, e) for e in some] for document, some in edits}
+        return lsp.WorkspaceEdit(changes=changes) if changes else None
+
+    @server.feature(lsp.TEXT_DOCUMENT_FORMATTING)
+    def format_text(params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+        document = server.documents[params.text_document.uri]
+        edit = formatted(document)
+        return [] if edit is None else [edit_of(document, edit)]
 
     @server.feature(
         lsp.TEXT_DOCUMENT_CODE_ACTION, lsp.CodeActionOptions(code_action_kinds=[lsp.CodeActionKind.QuickFix])
@@ -176,28 +277,18 @@ def make_server(idle: float = IDLE) -> Server:
     def proposed(params: lsp.CodeActionParams) -> list[lsp.CodeAction]:
         uri = params.text_document.uri
         document = server.documents[uri]
-        first, last = (_offset(document.text, place) for place in (params.range.start, params.range.end))
+        first, last = (offset_of(document.text, place) for place in (params.range.start, params.range.end))
         return [
             lsp.CodeAction(
                 fix.title,
                 kind=lsp.CodeActionKind.QuickFix,
-                diagnostics=[_diagnostic(document, diagnostic)],
-                edit=lsp.WorkspaceEdit(changes={uri: [_edit(document, e) for e in fix.edits]}),
+                diagnostics=[diagnostic_of(document, diagnostic)],
+                edit=lsp.WorkspaceEdit(changes={uri: [edit_of(document, e) for e in fix.edits]}),
             )
             for diagnostic in server.shown.get(uri, ())
             if diagnostic.span is not None and diagnostic.span.start <= last and diagnostic.span.end >= first
             for fix in fixes(document, diagnostic)
         ]
-
-    return server
-
-
-# ---------------------------------------------------------------- between offsets and places of the protocol
-
-
-def _path(uri: str) -> Path:
-    parsed = urlparse(uri)
-    return Path(unquote(parsed.path)) if parsed.scheme == "file" else Path("untitled.mech")
 
 
 class _At(Protocol):
@@ -209,93 +300,4 @@ class _At(Protocol):
 
 def _place(server: Server, params: _At) -> tuple[Document, int]:
     document = server.documents[params.text_document.uri]
-    return document, _offset(document.text, params.position)
-
-
-def _offset(text: str, position: lsp.Position) -> int:
-    """Return the character offset of a line and a column in units of UTF-16; places beyond the text are its ends."""
-    start = 0
-    for _ in range(position.line):
-        end = text.find("\n", start)
-        if end < 0:
-            return len(text)
-        start = end + 1
-    units = 0
-    end = text.find("\n", start)
-    for k in range(start, len(text) if end < 0 else end):
-        if units >= position.character:
-            return k
-        units += 2 if ord(text[k]) > 0xFFFF else 1
-    return len(text) if end < 0 else end
-
-
-def _position(text: str, offset: int) -> lsp.Position:
-    start = text.rfind("\n", 0, offset) + 1
-    line = text.count("\n", 0, start)
-    return lsp.Position(line, sum(2 if ord(c) > 0xFFFF else 1 for c in text[start:offset]))
-
-
-def _range(text: str, start: int, end: int) -> lsp.Range:
-    return lsp.Range(_position(text, start), _position(text, end))
-
-
-def _edit(document: Document, edit: Edit) -> lsp.TextEdit:
-    return lsp.TextEdit(_range(document.text, edit.start, edit.end), edit.text)
-
-
-def _location(span: Span) -> lsp.Location:
-    path = Path(span.file.name)
-    if path.parts[:1] == (LIBRARY,) and not path.exists():  # as messages call the files of the library
-        path = library_folder().joinpath(*path.parts[1:])
-    return lsp.Location(path.resolve().as_uri(), _range(span.file.text, span.start, span.end))
-
-
-def _diagnostic(document: Document, found: Diagnostic) -> lsp.Diagnostic:
-    text = document.text
-    place = (
-        _range(text, found.span.start, max(found.span.end, found.span.start))
-        if found.span
-        else _range(text, 0, 0)
-    )
-    lines = [
-        found.message,
-        *([found.caption] if found.caption else []),
-        *([f"help: {found.help}"] if found.help else []),
-    ]
-    related = [
-        lsp.DiagnosticRelatedInformation(_location(label.span), label.text or "see here")
-        for label in found.labels
-    ]
-    return lsp.Diagnostic(
-        place,
-        "\n".join(lines),
-        severity=SEVERITY[found.severity],
-        code=found.code,
-        source="mechc",
-        related_information=related or None,
-    )
-
-
-def _item(offer: Offer) -> lsp.CompletionItem:
-    return lsp.CompletionItem(
-        offer.label,
-        kind=OFFERED[offer.kind],
-        detail=offer.detail or None,
-        documentation=offer.doc or None,
-        insert_text=offer.insert or None,
-    )
-
-
-def _symbol(symbol: Symbol) -> lsp.DocumentSymbol:
-    text = symbol.span.file.text
-    return lsp.DocumentSymbol(
-        symbol.name,
-        OUTLINED[symbol.kind],
-        _range(text, symbol.span.start, symbol.span.end),
-        _range(text, symbol.name_span.start, symbol.name_span.end),
-        children=_children(symbol.children),
-    )
-
-
-def _children(inner: Sequence[Symbol]) -> list[lsp.DocumentSymbol]:
-    return [_symbol(one) for one in inner]
+    return document, offset_of(document.text, params.position)

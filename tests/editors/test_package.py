@@ -13,6 +13,7 @@ import pytest
 from syntax import parse_text
 
 from mechc.cli.main import run
+from mechc.editor.lenses import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGE = ROOT / "editors" / "vscode"
@@ -105,9 +106,6 @@ class LanguageClient {
 const document = {
   languageId: 'mech', save: async () => saved, uri: { scheme: 'file', fsPath: '/place with blank/a.mech' },
 };
-const text = 'model Part\\nend Part;\\n\\nmodel A\\n  experiment(stop = 1 s);\\nend A;\\n'
-  + 'partial model P\\n  experiment(stop = 1 s);\\nend P;\\nmodel B\\n  experiment(stop = 1 s);\\nend B;\\n';
-const page = { getText: () => text, positionAt: (offset) => text.slice(0, offset).split('\\n').length - 1 };
 const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'] };
 const vscode = {
   commands: { registerCommand: (name, run) => { happened.commands[name] = run; return {}; } },
@@ -115,12 +113,8 @@ const vscode = {
     getConfiguration: () => ({ get: (name) => values[name] }),
     getWorkspaceFolder: () => undefined,
     onDidChangeConfiguration: (heard) => { configured = heard; return {}; },
+    createFileSystemWatcher: (pattern) => pattern,
   },
-  languages: { registerCodeLensProvider: (which, provider) => {
-    happened.lenses = provider.provideCodeLenses(page); return {};
-  } },
-  Range: class { constructor(start) { this.line = start; } },
-  CodeLens: class { constructor(range, command) { Object.assign(this, range, command); } },
   window: { activeTextEditor: { document }, showErrorMessage: (text) => happened.errors.push(text) },
   tasks: { executeTask: async (task) => happened.tasks.push(task) },
   TaskScope: { Workspace: 2 }, TaskRevealKind: { Always: 1 },
@@ -133,7 +127,7 @@ Module._load = (name, ...rest) => name === 'vscode' ? vscode
   const extension = require(process.argv[1]);
   await extension.activate({ subscriptions: [] });
   for (const name of ['mechc.run', 'mechc.plot', 'mechc.view']) await happened.commands[name]({ scheme: 'file' });
-  for (const lens of happened.lenses.slice(1, 3)) await happened.commands[lens.command](...lens.arguments);
+  for (const name of LENSES) await happened.commands[name]('file:///a.mech', 'A');
   await configured({ affectsConfiguration: (name) => name === 'mechc.path' });
   await configured({ affectsConfiguration: () => false });
   saved = false; await happened.commands['mechc.run']();
@@ -150,8 +144,9 @@ def test_commands_start_what_they_say() -> None:
     node = shutil.which("node")
     if node is None:
         pytest.skip("needs node")
+    script = f"const LENSES = {json.dumps([f'mechc.{title}' for title in COMMANDS])};\n{STAND_IN}"
     done = subprocess.run(
-        [node, "-e", STAND_IN, str(PACKAGE / "extension.js")], capture_output=True, text=True, check=True
+        [node, "-e", script, str(PACKAGE / "extension.js")], capture_output=True, text=True, check=True
     )
     happened = json.loads(done.stdout)
     assert sorted(happened["commands"]) == sorted(
@@ -162,17 +157,18 @@ def test_commands_start_what_they_say() -> None:
         ["run", file, "--experiment", "all"],
         ["run", file, "--experiment", "all", "--plot"],
         ["view", file],
-        ["run", file, "--model", "A", "--experiment", "all", "--plot"],
-        ["view", file, "--model", "A"],
-    ]
-    above = [(lens["line"], lens["title"], lens["arguments"]) for lens in happened["lenses"]]
-    assert above == [
-        (line, title, [model]) for line, model in ((3, "A"), (9, "B")) for title in ("run", "plot", "view")
+        *(
+            [words[0], *words[1:2], file, "--model", "A"]
+            if words[0] != "run"
+            else ["run", file, "--model", "A", "--experiment", "all", *words[1:]]
+            for words in COMMANDS.values()
+        ),
     ]
     assert {task["execution"]["program"] for task in happened["tasks"]} == {"/opt/mechc"}
     assert {task["execution"]["options"]["cwd"] for task in happened["tasks"]} == {"/place with blank"}
     assert [server["args"] for server in happened["servers"]] == [["lsp"]] * 3
     assert happened["servers"][0]["documentSelector"] == [{"language": "mech"}]
+    assert happened["servers"][0]["synchronize"] == {"fileEvents": "**/*.mech"}
     assert happened["stopped"] == 2  # for the changed path, and for the restart that failed
     unsaved, other, missing = happened["errors"]
     assert "saved" in unsaved and ".mech file" in other

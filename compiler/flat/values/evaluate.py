@@ -19,6 +19,7 @@ from ..model import (
     Expression,
     Kind,
     Literal,
+    Name,
     Role,
     Select,
     Type,
@@ -33,6 +34,8 @@ _MOST_TURNS = 300_000
 """Most turns of all loops and elements of all arrays of a model."""
 
 Value = Constant | tuple["Value", ...]
+
+NOTHING: Mapping[str, Value] = {}
 
 _FLOATS: Mapping[str, Callable[..., float]] = {
     "log10": math.log10,
@@ -69,25 +72,27 @@ EXACT: Mapping[str, Callable[..., Constant]] = {
 """Functions whose values are exact; those that divide may raise ZeroDivisionError."""
 
 
-def constant(expression: Expression) -> Value | None:
-    """Return the value of an expression of constants; None where it is none. Irrational values are rounded."""
+def constant(expression: Expression, known: Mapping[str, Value] = NOTHING) -> Value | None:
+    """Return the value of an expression of constants and ``known`` names; None where it is none. Irrational values are rounded."""
     match expression:
         case Literal(value=value):
             return value
+        case Name(name=name):
+            return known.get(name)
         case Array(elements=items):
-            return _complete([constant(e) for e in items])
+            return _complete([constant(e, known) for e in items])
         case Element(base=base, indices=indices):
-            value_of_base = constant(base)
+            value_of_base = constant(base, known)
             for i in indices:
                 if not isinstance(value_of_base, tuple):
                     return None
                 value_of_base = value_of_base[i]
             return value_of_base
         case Select(condition=condition, then=then, otherwise=otherwise):
-            test = constant(condition)
-            return None if test is None else constant(then if test else otherwise)
+            test = constant(condition, known)
+            return None if test is None else constant(then if test else otherwise, known)
         case Apply(function=function, arguments=arguments):
-            return _apply(function, [constant(a) for a in arguments])
+            return _apply(function, [constant(a, known) for a in arguments])
         case _:
             return None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 
@@ -11,12 +12,20 @@ import pytest
 from mechc.editor.completion import completions
 from mechc.editor.document import Document
 from mechc.editor.edits import applied, fixes, formatted, occurrences, renamed
+from mechc.editor.folders import documents
 from mechc.editor.hover import hover
+from mechc.editor.inlays import inlays
+from mechc.editor.lenses import COMMANDS, OF_CURVES, lenses
 from mechc.editor.names import meaning_at
 from mechc.editor.outline import folds, symbols
+from mechc.editor.pieces import pieces
+from mechc.editor.selections import around
+from mechc.editor.signatures import signature
+from mechc.editor.tokens import tokens
 from mechc.editor.words import WORDS
 from mechc.lang.diagnostics import Severity
 from mechc.lang.grammar.keywords import ACTIONS, DEFINITIONS, STATEMENTS
+from mechc.lang.source import Span
 
 ROOT = Path(__file__).resolve().parents[3]
 PAGES = sorted((ROOT / "mechc" / "errors").glob("[EWN]*.md"))
@@ -89,17 +98,42 @@ def test_definitions_lead_into_the_library() -> None:
     assert found is not None and found.place is not None and found.place.start == ARM.index("l = 0.5")
 
 
+def declared(doc: Document, offset: int) -> Span:
+    found = meaning_at(doc, offset)
+    assert found is not None and found.place is not None
+    return found.place
+
+
 def test_renaming_changes_what_means_the_same_and_nothing_else() -> None:
     doc = document(ARM)
-    edits = renamed(doc, ARM.index("l = 0.5"), "length")
+    length = declared(doc, ARM.index("l = 0.5"))
+    ((_, edits),) = renamed([doc], length, "length")
     new = applied(ARM, edits)
     assert new == ARM.replace("Length l = 0.5", "Length length = 0.5").replace(
         "l = l)", "l = length)"
     ).replace("2*l;", "2*length;")
-    assert renamed(doc, ARM.index("l = 0.5"), "h") == [], "there is an h"
-    assert renamed(doc, ARM.index("angle)"), "phi") == [], "declared in the library"
-    assert renamed(doc, ARM.index("l = 0.5"), "2x") == []
-    assert len(occurrences(doc, ARM.index("bar.a"))) == 2
+    assert renamed([doc], length, "h") == [], "there is an h"
+    assert renamed([doc], declared(doc, ARM.index("angle)")), "phi") == [], "declared in the library"
+    assert renamed([doc], length, "2x") == []
+    assert len(occurrences(doc, declared(doc, ARM.index("bar.a")))) == 2
+
+
+def test_renaming_goes_through_all_files_of_a_folder(tmp_path: Path) -> None:
+    (tmp_path / "parts.mech").write_text("model Rod\n  parameter Length size = 1 m;\nend Rod;\n")
+    (tmp_path / "sub").mkdir()
+    (tmp_path / ".hidden").mkdir()
+    user = "import parts.*;\nmodel Two\n  Rod a(size = 2 m);\n  Rod b;\n  output s = a.size + b.size;\nend Two;\n"
+    (tmp_path / "two.mech").write_text(user)
+    (tmp_path / "sub" / "other.mech").write_text("model Other\n  parameter Length size = 1 m;\nend Other;\n")
+    (tmp_path / ".hidden" / "no.mech").write_text("model Rod\nend Rod;\n")
+    texts = list(documents((), [tmp_path], "size"))
+    assert [doc.path.name for doc in texts] == ["parts.mech", "other.mech", "two.mech"]
+    place = declared(texts[-1], user.index("size + b"))
+    assert Path(place.file.name).name == "parts.mech"
+    changed = {doc.path.name: applied(doc.text, edits) for doc, edits in renamed(texts, place, "long")}
+    assert set(changed) == {"parts.mech", "two.mech"}
+    assert changed["two.mech"] == user.replace("size", "long")
+    assert "Length long" in changed["parts.mech"]
 
 
 @pytest.mark.parametrize(
@@ -177,6 +211,114 @@ def test_no_edit_is_too_wild(seed: int) -> None:
         )
         doc.change(text)
         at = min(place, len(text))
-        doc.at_once(), hover(doc, at), completions(doc, at), occurrences(doc, at), symbols(doc), folds(doc)
+        doc.at_once(), hover(doc, at), completions(doc, at), symbols(doc), folds(doc)
+        signature(doc, at), tokens(doc), inlays(doc, 0, len(text)), lenses(doc), around(doc, at)
+        if (found := meaning_at(doc, at)) and found.place is not None:
+            occurrences(doc, found.place)
         for diagnostic in doc.at_once():
             assert diagnostic.severity in Severity and fixes(doc, diagnostic) is not None
+
+
+def test_pieces_are_the_whole_text() -> None:
+    for path in sorted((ROOT / "examples").glob("*.mech"))[::12]:
+        text = path.read_text(encoding="utf-8")
+        assert "".join(piece.text for piece in pieces(text)) == text
+    assert [p.text for p in pieces("2 m.x") if p.kind != "blank"] == ["2", "m", ".", "x"]
+
+
+def test_names_are_coloured_by_what_they_mean() -> None:
+    doc = document(ARM)
+    doc.at_once()
+    found = {(t.start, ARM[t.start : t.end]): (t.kind, t.modifiers) for t in tokens(doc)}
+    told = {
+        ("Arm", "Arm "): ("class", ("declaration",)),
+        ("l", "l = 0.5"): ("parameter", ("declaration", "readonly")),
+        ("Bar", "Bar bar"): ("class", ()),
+        ("bar", "bar("): ("variable", ("declaration",)),
+        ("l", "l = l)"): ("property", ()),
+        ("l", "l)"): ("parameter", ("readonly",)),
+        ("a", "a, angle"): ("property", ()),
+        ("angle", "angle = 30"): ("property", ()),
+        ("h", "h;"): ("variable", ()),
+        ("angle", "angle);"): ("property", ()),
+    }
+    for (name, at), kind in told.items():
+        assert found[ARM.index(at), name] == kind, (name, at)
+    assert not any(name in ("sin", "model", "m/s", "comment") for _, name in found)
+    half = document(ARM)
+    half.change(ARM.replace("2*l;", "2*(l +"))
+    assert len(tokens(half)) == len(tokens(doc)), "what stood there before is still known"
+
+
+def test_what_the_text_does_not_say_is_shown() -> None:
+    text = """\
+model M
+  structural parameter Integer n = 3;
+  parameter Mass m = 2 kg;
+  parameter k = 4*m/(2 s)^2;
+  parameter Angle turn = 2*(45 deg);
+  coordinate Length q[n] = {0, 0, 0} m;
+  kinetic 1/2*m*dot(der(q), der(q));
+  let p = m*der(q);
+  output ratio = q[1]/q[2];
+end M;
+"""
+    doc = document(text)
+    assert {d.severity for d in doc.at_once()} <= {Severity.WARNING}
+    shown = text
+    for inlay in reversed(inlays(doc, 0, len(text))):
+        shown = f"{shown[: inlay.offset]}<{inlay.text}>{shown[inlay.offset :]}"
+    wanted = text.replace("(2 s)^2", "(2 s)^2< = 2 kg/s^2>").replace("q[n", "q[n< = 3>")
+    wanted = wanted.replace("let p", "let p< [kg.m/s]>").replace("(45 deg)", "(45 deg)< = 1.5708 rad>")
+    assert shown.replace("< = 2 N/m>", "< = 2 kg/s^2>") == wanted
+    some = inlays(doc, text.index("let"), text.index("output") - 1)
+    assert [inlay.text for inlay in some] == [" [kg.m/s]"]
+
+
+@pytest.mark.parametrize(
+    ("line", "label", "active"),
+    [
+        ("output y = atan2(h, |", "atan2(x, y)", "y"),
+        ("output y = atan2({h, 2}[1]|", "atan2(x, y)", "x"),
+        ("output y = 2*(sin(l) + |", None, None),
+        ("Bar rod(|", "Bar rod(m = 1 kg", "m = 1 kg"),
+        ("Bar rod(m = 2 kg, l = |", "Bar rod(m = 1 kg", "l"),
+        ("Bar rod(m = 2 kg, other = |", "Bar rod(m = 1 kg", None),
+        ("extends Bar(l = |", "extends Bar(m = 1 kg", "l"),
+        ("output y = square(|", "square(Length x)", "Length x"),
+        ("draw disk(|", "draw disk(radius", "radius"),
+        ("study s = modes(|", "modes(", None),
+        ("experiment(stop = |", "experiment(", "stop"),
+        ("experiment c(l ~ normal(|", "normal(mean", "mean"),
+        ("output y = sin(l); // sin(|", None, None),
+    ],
+)
+def test_arguments(line: str, label: str | None, active: str | None) -> None:
+    whole = ARM.replace("model Arm", "function square(Length x) -> Area = x^2;\n\nmodel Arm")
+    doc = document(whole)
+    doc.at_once()
+    text = whole.replace("let h = 2*l;", f"let h = 2*l;\n  {line}")
+    doc.change(text.replace("|", ""))
+    found = signature(doc, text.index("|"))
+    if label is None:
+        assert found is None
+        return
+    assert found is not None and found.label.startswith(label)
+    marked = "" if found.active is None else found.arguments[found.active]
+    assert line.startswith("study") or marked.split(" = ")[0] == (active or "").split(" = ")[0]
+
+
+def test_commands_stand_above_what_can_be_run() -> None:
+    doc = document(ARM)
+    assert [(lens.title, lens.model) for lens in lenses(doc)] == [(title, "Arm") for title in COMMANDS]
+    assert lenses(document(ARM.replace("  experiment(stop = 5 s);\n", ""))) == []
+    curve = "model C\n  independent x from 0 m to 1 m;\n  coordinate y ~ x;\n  stationary der(y)^2;\nend C;\n"
+    assert {lens.title for lens in lenses(document(curve))} == set(OF_CURVES)
+
+
+def test_selections_grow_from_a_word_to_the_whole_text() -> None:
+    doc = document(ARM)
+    found = [ARM[start:end] for start, end in around(doc, ARM.index("pin.angle)") + 5)]
+    assert found[:2] == ["angle", "pin.angle"] and found[-1] == ARM
+    assert "sin(pin.angle)" in found and "output e = sin(pin.angle);" in found
+    assert all(inner in outer for inner, outer in pairwise(found))

@@ -6,6 +6,8 @@ import json
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -15,11 +17,24 @@ URI = "file:///tmp/of_an_editor/m.mech"
 
 
 class Client:
-    def __init__(self) -> None:
+    def __init__(self, folder: Path | None = None) -> None:
         command = [sys.executable, "-m", "mechc", "lsp"]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.notes: list[dict[str, Any]] = []
         self.count = 0
+        root = None if folder is None else folder.as_uri()
+        folders = None if root is None else [{"uri": root, "name": "all"}]
+        self.abilities = self.send(
+            "initialize",
+            {"processId": None, "rootUri": root, "workspaceFolders": folders, "capabilities": {}},
+        )["capabilities"]
+        self.send("initialized", {}, asks=False)
+
+    def end(self) -> None:
+        with self.process:  # closes its streams
+            self.send("shutdown", None)
+            self.send("exit", None, asks=False)
+            assert self.process.wait(timeout=20) == 0
 
     def send(self, method: str, params: Any, *, asks: bool = True) -> Any:
         message = {"jsonrpc": "2.0", "method": method, "params": params}
@@ -58,16 +73,19 @@ class Client:
             self.notes.append(self.read())
 
 
+@contextmanager
+def editor(folder: Path | None = None) -> Iterator[Client]:
+    made = Client(folder)
+    try:
+        yield made
+    finally:
+        made.end()
+
+
 @pytest.fixture
 def client() -> Iterator[Client]:
-    made = Client()
-    made.send("initialize", {"processId": None, "rootUri": None, "capabilities": {}})
-    made.send("initialized", {}, asks=False)
-    yield made
-    with made.process:  # closes its streams
-        made.send("shutdown", None)
-        made.send("exit", None, asks=False)
-        assert made.process.wait(timeout=20) == 0
+    with editor() as made:
+        yield made
 
 
 def test_an_editor_opens_writes_asks_and_closes(client: Client) -> None:
@@ -107,6 +125,83 @@ def test_an_editor_opens_writes_asks_and_closes(client: Client) -> None:
     (fix,) = client.send("textDocument/codeAction", action)
     assert fix["edit"]["changes"][URI][0]["newText"] == "rod"
     client.send("textDocument/didClose", {"textDocument": {"uri": URI}}, asks=False)
+
+
+WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}}
+LINE = {"line": 5, "character": 19}
+ASKED: dict[str, tuple[dict[str, Any], Any]] = {
+    "hover": ({"position": LINE}, {"contents", "range"}),
+    "completion": ({"position": LINE}, {"isIncomplete", "items"}),
+    "signatureHelp": ({"position": LINE}, {"signatures", "activeSignature", "activeParameter"}),
+    "definition": ({"position": LINE}, {"uri", "range"}),
+    "references": ({"position": LINE, "context": {"includeDeclaration": True}}, 4),
+    "documentHighlight": ({"position": LINE}, 4),
+    "rename": ({"position": LINE, "newName": "z"}, {"changes"}),
+    "documentSymbol": ({}, 1),
+    "foldingRange": ({}, 1),
+    "selectionRange": ({"positions": [LINE]}, 1),
+    "semanticTokens/full": ({}, {"data"}),
+    "inlayHint": ({"range": WHOLE}, 2),
+    "codeLens": ({}, 5),
+    "formatting": ({"options": {"tabSize": 2, "insertSpaces": True}}, 0),
+    "codeAction": ({"range": WHOLE, "context": {"diagnostics": []}}, 0),
+}
+"""Question -> what is asked, and the fields of the answer or its length."""
+
+
+def test_every_capability_answers(client: Client) -> None:
+    """All that the server says it can do, on a text that is right and on one that is half written."""
+    text = TEXT.replace("end M;", "  output s = atan2(x, rod);\n  experiment(stop = 1 s);\nend M;")
+    item = {"uri": URI, "languageId": "mech", "version": 1, "text": text}
+    client.send("textDocument/didOpen", {"textDocument": item}, asks=False)
+    able = {name.lower() for name, value in client.abilities.items() if name.endswith("Provider") and value}
+    asked = {question.split("/")[0].lower() for question in ASKED}
+    assert {name.removesuffix("provider").removeprefix("document") for name in able} - {"executecommand"} == {
+        name.removeprefix("document") for name in asked
+    }
+    for question, (what, wanted) in ASKED.items():
+        found = client.send(f"textDocument/{question}", {"textDocument": {"uri": URI}, **what})
+        if isinstance(wanted, int):
+            assert len(found) == wanted, (question, found)
+        else:
+            assert wanted <= set(found), (question, found)
+    half = {
+        "textDocument": {"uri": URI, "version": 2},
+        "contentChanges": [{"text": text.replace("rod);", "rod +")}],
+    }
+    client.send("textDocument/didChange", half, asks=False)
+    for question, (what, _) in ASKED.items():
+        client.send(f"textDocument/{question}", {"textDocument": {"uri": URI}, **what})
+
+
+def test_names_are_sent_as_distances(client: Client) -> None:
+    text = 'model M "𝑥"\n  parameter a = 1;  /* 𝑥 */ parameter b = a;\nend M;\n'
+    item = {"uri": URI, "languageId": "mech", "version": 1, "text": text}
+    client.send("textDocument/didOpen", {"textDocument": item}, asks=False)
+    data = client.send("textDocument/semanticTokens/full", {"textDocument": {"uri": URI}})["data"]
+    line = column = 0
+    lines = text.split("\n")
+    seen = []
+    for k in range(0, len(data), 5):
+        line, column = line + data[k], data[k + 1] + (0 if data[k] else column)
+        encoded = lines[line].encode("utf-16-le")
+        seen.append(encoded[2 * column : 2 * (column + data[k + 2])].decode("utf-16-le"))
+    assert seen == ["M", "a", "b", "a", "M"]
+
+
+def test_files_of_the_folder_are_looked_at_and_changed(tmp_path: Path) -> None:
+    (tmp_path / "wrong.mech").write_text("output y = nobody;\n")
+    (tmp_path / "parts.mech").write_text("model Rod\n  parameter Length size = 1 m;\nend Rod;\n")
+    user = "import parts.*;\nmodel Two\n  Rod a;\n  output s = a.size;\nend Two;\n"
+    with editor(tmp_path) as client:
+        while "E0201" not in {message["code"] for message in client.messages()}:
+            pass
+        uri = (tmp_path / "two.mech").as_uri()
+        item = {"uri": uri, "languageId": "mech", "version": 1, "text": user}
+        client.send("textDocument/didOpen", {"textDocument": item}, asks=False)
+        here = {"textDocument": {"uri": uri}, "position": {"line": 3, "character": 15}}
+        changes = client.send("textDocument/rename", {**here, "newName": "long"})["changes"]
+        assert set(changes) == {uri, (tmp_path / "parts.mech").as_uri()}
 
 
 def test_messages_of_the_whole_compiler_follow(client: Client) -> None:
