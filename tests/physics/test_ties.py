@@ -95,15 +95,37 @@ inertia diag({1, 1, 2} kg.m^2) on top;
 """
 
 
-@pytest.mark.parametrize("mu", [0, 0.6])
-def test_a_table_falls_on_four_legs(mu: float) -> None:
-    """Three legs determine the impact; the fourth one hits as well, and the table rests at once."""
-    legs = ""
+def on_legs(mu: float, initial: str = "") -> mechc.Model:
+    legs = initial
     for k, (i, j) in enumerate(((1, 1), (1, -1), (-1, 1), (-1, -1))):
         friction = f" friction {mu} along {{vel(p{k})[1], vel(p{k})[2]}}" if mu else ""
         legs += f"point p{k} = top * {{{i * 0.4}, {j * 0.6}, -0.7}} m;\ncontact leg{k}: p{k}[3]{friction};\n"
-    solution = mechc.loads(TABLE + legs).simulate(stop=0.4, estimate_error=False)
+    return mechc.loads(TABLE + legs)
+
+
+@pytest.mark.parametrize("mu", [0, 0.6])
+def test_a_table_falls_on_four_legs(mu: float) -> None:
+    """Three legs determine the impact; the fourth one hits as well, and the table rests at once."""
+    solution = on_legs(mu).simulate(stop=0.4, estimate_error=False)
     assert solution.outcome is Outcome.COMPLETED
     assert solution["z"][-1] == pytest.approx(0.7, abs=1e-9)
     assert sum(e.kind == "impact" for e in solution.events) == 4
     assert solution["R[1]"][-1] == pytest.approx(1, abs=1e-12)
+
+
+@pytest.mark.parametrize("speed", [1, 4])
+def test_a_table_that_moves_on_falls_on_four_legs(speed: float) -> None:
+    """Legs that are alike push alike, so that it goes straight on: all stick, or it slides and tips onto the front ones."""
+    solution = on_legs(0.6, f"initial der(x) = {speed} m/s;\n").simulate(stop=0.3, estimate_error=False)
+    hit = next(event for event in solution.events if event.kind == "impact")
+    after = {**hit.before, **hit.after}
+    down = math.sqrt(2 * 9.81 * 0.3)
+    if speed == 1:
+        spin = 0.0
+        assert after["der(x)"] == pytest.approx(0, abs=1e-9)
+    else:  # the impulse N of the front, by which mass: N - 0.4 w = down, w = 10 (0.7 mu - 0.4) N
+        push = down / (1 - 0.4 * 10 * (0.7 * 0.6 - 0.4))
+        spin = 10 * (0.7 * 0.6 - 0.4) * push
+        assert after["der(x)"] == pytest.approx(speed - 0.6 * push, abs=1e-9)
+    assert after.get("der(R)[2]", 0) == pytest.approx(spin, abs=1e-9)
+    assert abs(solution["der(y)"]).max() < 1e-9 and abs(solution["der(R)[3]"]).max() < 1e-9

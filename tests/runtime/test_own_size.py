@@ -14,7 +14,7 @@ from mechc.runtime.integrate.kernel_run import run_kernel
 from mechc.runtime.integrate.solver_options import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.native.build import find_compiler
-from mechc.runtime.problem import Array, Problem
+from mechc.runtime.problem import Array
 from mechc.runtime.studies.runs import own_size
 
 SMALL = "coordinate Length x = {};initial der(x) = {};kinetic 1/2*1 kg*der(x)^2;potential 1/2*40 N/m*x^2;"
@@ -43,6 +43,29 @@ def test_nanometres_beside_kilometres(x: float, v: float, repeated: bool) -> Non
     assert head.endswith("nominal")
 
 
+WEAK = """\
+coordinate Length x = {} m;
+coordinate Length y = {} m;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+potential 1/2*40 N/m*x^2 + 1/2*1 N/m*y^2;
+{}
+experiment(stop = 10 s);
+"""
+
+
+@pytest.mark.parametrize(("x", "y"), [(1e-9, 1e5), (0, 1e7)])
+@pytest.mark.parametrize("coupling", ["force 1e-14 N/m*y on x;", "potential -1e-14 N/m*x*y;"])
+def test_what_hardly_feels_what_is_far_larger(x: float, y: float, coupling: str) -> None:
+    """Oscillator driven by one 1e14 times larger: closed form; before, x was off by a tenth and called right to 1e-15."""
+    run = mechc.loads(WEAK.format(x, y, coupling)).simulate()
+    error = run.accuracy.error
+    assert error is not None
+    driven = 1e-14 * y / (40 - 1)
+    exact = driven * np.cos(run.time) + (x - driven) * np.cos(RATE * run.time)
+    true = np.abs(run["x"] - exact).max() / np.abs(exact).max()
+    assert true < 1e-6 and true < 10 * error.by_state["x"]
+
+
 @pytest.mark.skipif(find_compiler() is None, reason="needs the kernel")
 def test_steps_of_one_size_are_measured_and_not_repeated(monkeypatch: pytest.MonkeyPatch) -> None:
     made = []
@@ -62,12 +85,12 @@ def test_steps_of_one_size_are_measured_and_not_repeated(monkeypatch: pytest.Mon
 def test_what_only_the_error_of_a_run_shows_is_no_size(monkeypatch: pytest.MonkeyPatch) -> None:
     """A coin that rolls upright: its height stays, but for what each step is off by, which a tighter run leaves less of."""
     asked: list[list[int]] = []
-    kept = own_size._small
+    kept = own_size._no_rounding
 
-    def noted(problem: Problem, nominal: Array, reached: Array) -> list[int]:
-        asked.append(kept(problem, nominal, reached))
+    def noted(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
+        asked.append(kept(case, run, reached, small))
         return asked[-1]
 
-    monkeypatch.setattr(own_size, "_small", noted)
+    monkeypatch.setattr(own_size, "_no_rounding", noted)
     run = mechc.load(Path(__file__).parents[2] / "examples" / "rolling_coin.mech").simulate()
     assert asked[0] and not any("stays below" in remark for remark in run.remarks)

@@ -108,7 +108,7 @@ static int solve_hits(mech_solver *s, int n, const hit *hits)
         }
     }
     join(s, n, hits, 1);
-    const int rank = mech_rows_solve(s, m, set, target, x);
+    const int rank = mech_rows_share(s, m, set, target, x);
     int reached = rank == m || (n == 1 && sure);
     if (!reached && n > 1) { /* rows that depend on others may have what they want all the same */
         reached = 1;
@@ -131,8 +131,11 @@ static int solve_hits(mech_solver *s, int n, const hit *hits)
     return reached;
 }
 
-/* Mends the state of one hit that does not fit; gives whether there was one. */
-static int mend_hit(mech_solver *s, hit *h, int alone)
+/* In which way a hit does not fit: it is spared and approaches, it pulls, it sticks beyond its cone. */
+enum { COMES_BACK, PULLS, BEYOND_CONE, MISFITS };
+
+/* By how much a hit does not fit in one way; not positive where it fits. */
+static mech_real misfit(mech_solver *s, const hit *h, int way)
 {
     const mech_event_state *e = s->events;
     const mech_real normal = e->impulse[h->contact];
@@ -143,35 +146,50 @@ static int mend_hit(mech_solver *s, hit *h, int alone)
             change += part;
             size += mech_abs(part);
         }
-        if (change - h->aim >= -MECH_C(1e-12) * size) return 0;
-        h->state = HIT_STICKS;
-        return 1;
+        return way == COMES_BACK ? h->aim - change - MECH_C(1e-12) * size : 0;
     }
-    if (normal < 0 && !alone) {
-        h->state = HIT_SPARED;
-        return 1;
-    }
+    if (way != BEYOND_CONE) return way == PULLS ? -normal : 0;
     if (h->state == HIT_SLIDES || !h->count) return 0;
-    const mech_real *tangential = e->impulse + h->slips;
-    const mech_real size =
-        h->count == 1 ? mech_abs(tangential[0]) : mech_sqrt(tangential[0] * tangential[0] + tangential[1] * tangential[1]);
-    if (size <= mech_row_value(s, h->slips, MECH_COEFFICIENT) * normal) return 0;
-    const mech_real slip = mech_row_size(s, h->slips, MECH_RATE);
+    const mech_real a = e->impulse[h->slips], b = h->count == 1 ? 0 : e->impulse[h->slips + 1];
+    return mech_sqrt(a * a + b * b) - mech_row_value(s, h->slips, MECH_COEFFICIENT) * normal;
+}
+
+static void mend_hit(mech_solver *s, hit *h, int way)
+{
+    if (way != BEYOND_CONE) {
+        h->state = way == PULLS ? HIT_SPARED : HIT_STICKS;
+        return;
+    }
+    const mech_real *tangential = s->events->impulse + h->slips, slip = mech_row_size(s, h->slips, MECH_RATE);
+    const mech_real a = tangential[0], b = h->count == 1 ? 0 : tangential[1], size = mech_sqrt(a * a + b * b);
     for (int c = 0; c < h->count; c++)
         h->push[c] =
             slip > mech_row_still(s, h->slips) ? -*mech_row_rate(s, h->slips + c) / slip : tangential[c] / size;
     h->state = HIT_SLIDES;
-    return 1;
+}
+
+/* Mends the hits that fit least, all that fit as little at once: which one stands first says nothing. Gives whether there
+ * was one. */
+static int mend_worst(mech_solver *s, int n, hit *hits)
+{
+    for (int way = 0; way < MISFITS; way++) {
+        mech_real own[MECH_MOST_ROWS], worst = 0;
+        if (way == PULLS && n == 1) continue;
+        for (int k = 0; k < n; k++) worst = mech_max(worst, own[k] = misfit(s, &hits[k], way));
+        if (!(worst > 0)) continue;
+        for (int k = 0; k < n; k++)
+            if (own[k] >= worst * (1 - MECH_C(1e-6))) mend_hit(s, &hits[k], way);
+        return 1;
+    }
+    return 0;
 }
 
 /* Contacts that hit at once: 1 with their impulses, 0 where no combination of sticking, sliding and sparing fits. */
 static int fit_hits(mech_solver *s, int n, hit *hits)
 {
     for (int round = 0; round < ROUNDS_PER_HIT * n; round++) {
-        int mended = 0;
         const int reached = solve_hits(s, n, hits);
-        for (int k = 0; k < n && !mended; k++) mended = mend_hit(s, &hits[k], n == 1);
-        if (mended) continue;
+        if (mend_worst(s, n, hits)) continue;
         return reached && !(n == 1 && hits[0].state == HIT_SLIDES && s->events->impulse[hits[0].contact] < 0);
     }
     return 0;

@@ -90,7 +90,52 @@ static void find_scales(const mech_solver *s, int n, const int *set, mech_real *
         for (mech_real ratio = mobility[set[i]] > 0 ? largest / mobility[set[i]] : 1; ratio > 4; ratio /= 4) scale[i] *= 2;
 }
 
-int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
+/* Of all solutions of rows that depend on each other the one that costs least, each unknown weighed by what it moves itself
+ * by: what is alike has alike, whichever stands first. The rows are eliminated: of n columns, the first `rank` ones stand in
+ * a triangle; of x in that order these are set, the rest is zero. */
+static void share(const mech_solver *s, int n, int rank, const int *set, const int *used, const int *column,
+                  const mech_real *scale, mech_real largest, mech_real *x)
+{
+    const int width = n + 1, free = n - rank;
+    mech_real *a = s->events->matrix, weight[MECH_MOST_ROWS], gram[MECH_MOST_ROWS * (MECH_MOST_ROWS + 1) / 2];
+    mech_real right[MECH_MOST_ROWS];
+    for (int k = 0; k < n; k++) {
+        const int i = column[k];
+        weight[k] = mech_max(scale[i] * scale[i] * mech_row_response(s, set[i], set[i]), MECH_C(1e-11) * largest);
+    }
+    for (int k = rank - 1; k >= 0; k--) /* what each free unknown takes from the others, in its own column */
+        for (int f = rank; f < n; f++) {
+            mech_real *row = a + used[k] * width, sum = row[column[f]];
+            for (int j = k + 1; j < rank; j++) sum -= row[column[j]] * a[used[j] * width + column[f]];
+            row[column[f]] = sum / row[column[k]];
+        }
+    for (int f = 0; f < free; f++) {
+        right[f] = 0;
+        for (int k = 0; k < rank; k++) right[f] += weight[k] * a[used[k] * width + column[rank + f]] * x[column[k]];
+        for (int g = 0; g <= f; g++) {
+            mech_real sum = f == g ? weight[rank + f] : 0;
+            for (int k = 0; k < rank; k++)
+                sum += weight[k] * a[used[k] * width + column[rank + f]] * a[used[k] * width + column[rank + g]];
+            gram[f * (f + 1) / 2 + g] = sum;
+        }
+    }
+    for (int f = 0; f < free; f++) /* Cholesky's factors, and forwards */
+        for (int g = 0; g <= f; g++) {
+            mech_real sum = gram[f * (f + 1) / 2 + g];
+            for (int k = 0; k < g; k++) sum -= gram[f * (f + 1) / 2 + k] * gram[g * (g + 1) / 2 + k];
+            gram[f * (f + 1) / 2 + g] = f == g ? mech_sqrt(sum) : sum / gram[g * (g + 1) / 2 + g];
+            if (g < f) right[f] -= gram[f * (f + 1) / 2 + g] * right[g];
+            if (f == g) right[f] /= gram[f * (f + 1) / 2 + f];
+        }
+    for (int f = free - 1; f >= 0; f--) {
+        for (int k = f + 1; k < free; k++) right[f] -= gram[k * (k + 1) / 2 + f] * right[k];
+        right[f] /= gram[f * (f + 1) / 2 + f];
+        x[column[rank + f]] = right[f];
+        for (int k = 0; k < rank; k++) x[column[k]] -= a[used[k] * width + column[rank + f]] * right[f];
+    }
+}
+
+static int solve(mech_solver *s, int n, const int *set, const mech_real *target, int shared, mech_real *x)
 {
     /* Gaussian elimination with complete pivoting; what is left below rounding is dependent. */
     mech_real *a = s->events->matrix;
@@ -134,8 +179,19 @@ int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *targ
         for (int j = k + 1; j < rank; j++) sum -= a[used[k] * width + column[j]] * x[column[j]];
         x[column[k]] = sum / a[used[k] * width + column[k]];
     }
+    if (shared && rank && rank < n) share(s, n, rank, set, used, column, scale, largest, x);
     for (int i = 0; i < n; i++) x[i] *= scale[i];
     return rank;
+}
+
+int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
+{
+    return solve(s, n, set, target, 0, x);
+}
+
+int mech_rows_share(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
+{
+    return solve(s, n, set, target, 1, x);
 }
 
 void mech_rows_apply_impulses(mech_solver *s)

@@ -48,6 +48,8 @@ int mech_rows_check(mech_solver *s, int limits);
 void mech_rows_find_response(mech_solver *s);
 /* x of a[n][n] x = b for the rows in `set`, n different ones; dependent rows get 0. Gives the rank. */
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
+/* The same, but dependent rows share: of all solutions the least. */
+int mech_rows_share(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);
 /* Adds the effect of the impulses to velocities, row rates and energy accounts. */
 void mech_rows_apply_impulses(mech_solver *s);
 

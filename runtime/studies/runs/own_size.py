@@ -6,11 +6,12 @@ from __future__ import annotations
 import numpy as np
 from msgspec.structs import replace
 
-from ...case import Progress
+from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
 from ...nominal import NOISE
 from ...problem import PURE, Array, Problem, Quantity
 from ...results.accuracy import EPSILON
+from ...results.evaluate import evaluate_rows
 from .companion import Plan, trajectory_of
 
 FAR = 1e-3
@@ -19,6 +20,10 @@ SAME = 3
 """What a motion reaches in both runs differs by less; else it was the error of the first one."""
 ROUNDING = 16 * EPSILON
 """Of what is computed from lengths of another part of the machine, which a state need not feel."""
+PLACES, SHAKES, SHARE = 8, 4, 1e-6
+"""Where and how often all states are moved at random, by which share of what they reach, to see what rounding of them does."""
+HEARD = 1e-3
+"""Share of what changes a state below which rounding does not matter to it."""
 COSTLY, AT_LEAST = 10, 1000
 """A repeated run that takes more steps than so many times those of the first, and so many more, follows rounding: the first
 one stands."""
@@ -35,7 +40,8 @@ def by_own_size(
     if main.failure is not None or main.interrupted or not main.y.size:
         return plan, main, ()
     reached = _reached(main)
-    small = _small(plan.case.problem, plan.nominal, reached)
+    far = _small(plan.case.problem, plan.nominal, reached)
+    small = _no_rounding(plan.case, main, reached, far)
     if not small:
         return plan, main, ()
     nominal = np.array(plan.nominal)
@@ -63,25 +69,71 @@ def _reached(run: Trajectory) -> Array:
 
 
 def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
-    """List states that stay far below their nominal value and are no rounding beside those that they feel.
+    """List states that stay far below their nominal value.
 
     Angles and pure numbers have a size of their own, and so has what the model declares.
     """
     low = (reached > 0) & (reached < FAR * nominal)
-    if not low.any():
-        return []
     partner = dict(zip(range(problem.nq, problem.nq + problem.nv), problem.partner, strict=True))
+    return [
+        i
+        for i, q in enumerate(problem.states)
+        if low[i] and not _has_size(q) and not _has_size(problem.states[partner.get(i, i)])
+    ]
+
+
+def _no_rounding(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
+    """Keep those that are no rounding beside the states of their unit, whether by their size or because they hardly feel them."""
+    problem, found = case.problem, []
     groups = problem.groups or (0,) * problem.ny
-    found = []
-    for i, q in enumerate(problem.states):
-        moved = problem.states[partner.get(i, i)]
-        if not low[i] or _has_size(q) or _has_size(moved):
-            continue
-        alike = [k for k, other in enumerate(problem.states) if other.unit == q.unit]
+    heard: Array | None = None
+    held = bool(problem.constraints)  # projections move what they hold by roundings
+    for i in small:
+        alike = [k for k, other in enumerate(problem.states) if other.unit == problem.states[i].unit]
         felt = max(reached[k] for k in alike if groups[k] == groups[i])
-        if reached[i] > max(NOISE * felt, ROUNDING * max(reached[k] for k in alike)):
-            found.append(i)
+        if reached[i] <= max(NOISE * felt, ROUNDING * max(reached[k] for k in alike)):
+            if heard is None and not held:
+                heard = _heard(case, run, reached)
+            if heard is None or not heard[i] < HEARD:
+                continue
+        found.append(i)
     return found
+
+
+def _heard(case: Case, run: Trajectory, reached: Array) -> Array:
+    """Give [ny] what rounding of all states does to the rate of each one, over what changes it: for a coordinate and its
+    velocity what accelerates them."""
+    problem = case.problem
+    rows = np.unique(np.linspace(0, len(run.t) - 1, PLACES).astype(int))
+    t = np.repeat(run.t[rows], SHAKES + 1)
+    moved = np.repeat(run.y[rows], SHAKES + 1, axis=0)
+    signs = np.random.default_rng(1).choice([-1.0, 1.0], size=moved.shape)
+    signs[:: SHAKES + 1] = 0.0
+    z = None if run.happened is None else run.happened.discretes(t, problem.ny)
+    rates = evaluate_rows(case, "rhs", t, moved + SHARE * reached * signs, z)
+    rates = rates.reshape(len(rows), SHAKES + 1, -1)
+    noise = np.abs(rates[:, 1:] - rates[:, :1]).max(axis=(0, 1)) * EPSILON / SHARE
+    own = reached / max(float(run.t[-1] - run.t[0]), np.finfo(float).tiny)
+    for velocity, q in enumerate(problem.partner, problem.nq):
+        if reached[q] > 0:
+            own[velocity] = reached[velocity] ** 2 / reached[q]
+        own[q], noise[q] = own[velocity], noise[velocity]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        heard: Array = np.maximum(noise / own, _jumps(problem, run) / reached)
+    return heard
+
+
+def _jumps(problem: Problem, run: Trajectory) -> Array:
+    """Give [ny] by what rounding of the jumps at events moves the states that these move."""
+    if run.happened is None or not run.happened.times.size:
+        return np.zeros(problem.ny)
+    jumps = np.abs(run.happened.after - run.happened.before)[:, : problem.ny]
+    alike = np.array([[a.unit == b.unit for b in problem.states] for a in problem.states])
+    largest = np.array([jumps[:, own].max(axis=1) for own in alike]).T
+    noise: Array = EPSILON * np.where(jumps > 0, largest, 0.0).sum(axis=0)
+    for velocity, q in enumerate(problem.partner, problem.nq):
+        noise[q] = max(noise[q], noise[velocity] * float(run.t[-1] - run.t[0]))
+    return noise
 
 
 def _has_size(q: Quantity) -> bool:
