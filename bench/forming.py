@@ -28,8 +28,8 @@ from .systems import SYSTEMS, System
 STAGES = ("parse", "flat", "mechanics", "equations", "program", "C text")
 
 
-def formed(system: System, n: int) -> tuple[list[float], int, str]:
-    """Return the CPU seconds of each stage, the operations of all accelerations, and the C text."""
+def formed(system: System, n: int) -> tuple[list[float], int, str, bool]:
+    """Return the CPU seconds of each stage, the operations of all accelerations, and the C text, with loops or not."""
     source = SourceFile(f"{system.name}.mech", system.text)
     reporter = Reporter()
     gc.collect()
@@ -53,10 +53,10 @@ def formed(system: System, n: int) -> tuple[list[float], int, str]:
         tick()
     rhs = next(f for f in equations.functions if f.name == "rhs")
     operations = equations.graph.count_operations(rhs.outputs)
-    return [b - a for a, b in pairwise(clock)], operations, text
+    return [b - a for a, b in pairwise(clock)], operations, text, program.long
 
 
-def compile_seconds(text: str) -> float:
+def compile_seconds(text: str, loops: bool) -> float:
     """CPU seconds of the C compiler for one model file."""
     import resource
     import subprocess
@@ -67,7 +67,15 @@ def compile_seconds(text: str) -> float:
         Path(folder, "model.c").write_text(text)
         Path(folder, "model.h").write_text(header())
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        command = (*compiler.command, *model_flags(), "-shared", "model.c", "-o", "model.so", "-lm")
+        command = (
+            *compiler.command,
+            *model_flags(loops=loops),
+            "-shared",
+            "model.c",
+            "-o",
+            "model.so",
+            "-lm",
+        )
         subprocess.run(command, cwd=folder, check=True)
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -79,7 +87,7 @@ def measure(system: System, quick: bool) -> list[list[str]]:
     rows: list[list[str]] = []
     last: tuple[int, float] | None = None
     for n in sizes:
-        seconds, operations, text = min(
+        seconds, operations, text, loops = min(
             (formed(system, n) for _ in range(3 if n <= 100 else 1)), key=lambda f: sum(f[0])
         )
         total = sum(seconds)
@@ -93,7 +101,7 @@ def measure(system: System, quick: bool) -> list[list[str]]:
                 *(f"{s:.3f}" for s in seconds),
                 f"{total:.3f}",
                 growth,
-                f"{compile_seconds(text):.2f}" if n <= 100 else "",
+                f"{compile_seconds(text, loops):.2f}" if n <= 100 else "",
             ]
         )
     return rows

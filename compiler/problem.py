@@ -44,7 +44,8 @@ def _made(program: Program, target: Literal["auto", "c", "python"], reproducible
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
     sources = {"model.c": emit_c(program), HEADER: header()}
-    return description.make_problem(program, library=build_shared(sources, model_flags(reproducible)))
+    flags = model_flags(reproducible, program.long)
+    return description.make_problem(program, library=build_shared(sources, flags))
 
 
 def header() -> str:

@@ -30,6 +30,11 @@ def verifying() -> Iterator[None]:
         _asked -= 1
 
 
+def is_asked() -> bool:
+    """Whether what stages return is verified now."""
+    return _asked > 0
+
+
 def verified(value: Value) -> Value:
     """Return the value of a stage. Raises Malformed where it is asked for and the value breaks the stage's rules."""
     if _asked:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import replace
+
 from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
 from ..graph.operations import ATAN, CONST, COSH, EXP, LOOKUP, SINH, SYMBOL, TANH
@@ -14,6 +16,12 @@ from .schedule import schedule
 
 NARROW = (EXP, TANH, SINH, COSH, ATAN)
 """Operations whose results may change within a small part of the range of what they are of, and tables."""
+
+LONG = 10_000
+"""Statements of a function that is worth looking through for loops. In shorter ones straight lines are as fast."""
+
+SHORT = 500
+"""Statements of a function that stays as it is where another one of the program is long."""
 
 RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
@@ -30,9 +38,12 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
     hoisted = hoistable(graph, layout, repeated) if hoist else []
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
-    functions = [
-        lower_function(graph, layout, f, {} if f.name in once else constants) for f in equations.functions
-    ]
+    parameters, *functions = _with_order(
+        [
+            _parameters(equations, constants),
+            *(_lowered(graph, layout, f, {} if f.name in once else constants) for f in equations.functions),
+        ]
+    )
     return Program(
         name=equations.name,
         doc=equations.doc,
@@ -49,7 +60,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         },
         n_hoisted=len(hoisted),
         tables=tuple(graph.tables),
-        parameters=_parameters(equations, constants),
+        parameters=parameters,
         functions=tuple(functions),
         known=equations.known,
         start_spans=equations.start_spans,
@@ -136,24 +147,43 @@ def lower_function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
     """Return a function in one body; ``constants``: places in p of nodes that are known."""
+    (lowered,) = _with_order([_lowered(graph, layout, function, constants)])
+    return lowered
+
+
+Lowered = tuple[ProgramFunction, Mapping[Node, Value]]
+"""A function, and where in its body nodes are."""
+
+
+def _lowered(
+    graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
+) -> Lowered:
     stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
-    body = _body(graph, layout, stores, constants, in_order=False)
-    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,))
+    body, place = _body(graph, layout, stores, constants, in_order=False)
+    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,)), place
 
 
-def _parameters(equations: Equations, constants: Mapping[Node, int]) -> ProgramFunction:
+def _parameters(equations: Equations, constants: Mapping[Node, int]) -> Lowered:
     """Return the function that completes p: defaults and dependent parameters, then hoisted constants."""
     graph, layout = equations.graph, equations.layout
     rules = {rule.index: rule.value for rule in equations.parameter_rules}
     order = rule_order(graph, layout, rules)  # a parameter is stored before others load it
     stores = [("p", index, rules[index], True) for index in order]
     stores += [("p", index, n, False) for n, index in constants.items()]
-    return ProgramFunction(
-        "parameters",
-        "Complete p: dependent parameters that are not set, then constants of the run.",
-        0,
-        (_body(graph, layout, stores, {}, in_order=True),),
-    )
+    body, place = _body(graph, layout, stores, {}, in_order=True)
+    doc = "Complete p: dependent parameters that are not set, then constants of the run."
+    return ProgramFunction("parameters", doc, 0, (body,)), place
+
+
+def _with_order(lowered: Sequence[Lowered]) -> list[ProgramFunction]:
+    """Return functions with the order in which they were made, where one of them is long."""
+    sizes = [len(f.bodies[0]) for f, _ in lowered]
+    if max(sizes) <= LONG:
+        return [f for f, _ in lowered]
+    return [
+        replace(f, made=_made(f.bodies[0], place)) if size > SHORT else f
+        for (f, place), size in zip(lowered, sizes, strict=True)
+    ]
 
 
 def _body(
@@ -163,8 +193,9 @@ def _body(
     constants: Mapping[Node, int],
     *,
     in_order: bool,
-) -> Body:
-    """Return the statements of stores (array, index, node, guarded): as soon as each is known, or in their order."""
+) -> tuple[Body, Mapping[Node, Value]]:
+    """Return the statements of stores (array, index, node, guarded): as soon as each is known, or in their order; and the
+    places of nodes among them."""
     statements = _Statements(graph, layout, constants)
     order = schedule(graph, [n for _, _, n, _ in stores], constants)
     position = {n: k for k, n in enumerate(order)}
@@ -176,4 +207,24 @@ def _body(
         statements.compute(order[start:stop])
         start = stop
         statements.store(array, index, n, guarded)
-    return tuple(statements.body)
+    return tuple(statements.body), statements.place
+
+
+def _made(body: Body, place: Mapping[Node, Value]) -> tuple[Value, ...]:
+    """Return the operations in the order of their nodes, each followed by its stores; those of leaves come last. What comes
+    before a guarded store stays there: others read the parameter that it completes."""
+    guarded = [k for k, s in enumerate(body) if type(s) is Store and s.guarded]
+    fixed = guarded[-1] + 1 if guarded else 0
+    node = {k: n for n, k in place.items()}
+    last = len(node) and max(node.values()) + 1
+
+    def rank(position: Value) -> tuple[int, int]:
+        statement = body[position]
+        if position < fixed:
+            return -1, position
+        if type(statement) is not Store:
+            return node[position], -1
+        of_leaf = type(body[statement.value]) not in (Operate, Lookup)
+        return last if of_leaf or statement.value < fixed else node[statement.value], position
+
+    return tuple(sorted((k for k, s in enumerate(body) if type(s) not in (Load, Literal)), key=rank))

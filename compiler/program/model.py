@@ -89,13 +89,18 @@ def operands_of(statement: Statement) -> tuple[Value, ...]:
 
 
 class ProgramFunction(Struct, frozen=True):
-    """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only."""
+    """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only.
+
+    ``made``: of a long function in one body, the positions of its operations and stores in the order in which their nodes
+    were made, in which they may run as well, and in which what loops over arrays made repeats itself (loops/).
+    """
 
     name: str
     doc: str
     n_out: int
     bodies: tuple[Body, ...]
     workspace: int = 0
+    made: tuple[Value, ...] = ()
 
     @property
     def operations(self) -> int:
@@ -155,6 +160,11 @@ class Program(Struct, frozen=True):
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
     series: SeriesPlan | None = None
     """None where no method asks for series."""
+
+    @property
+    def long(self) -> bool:
+        """Whether some function is so long that it is looked through for loops."""
+        return any(f.made for f in (self.parameters, *self.functions))
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
-from mechc.runtime.start.facts import StartFacts, start_facts
+from mechc.runtime.start.facts import start_facts
 
-from ..equations.model import HybridPlan
 from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
@@ -19,9 +18,14 @@ from ..uncollected import uncollected
 from ..verification import verified
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .c_header import comment, header
+from .c_loops import THREADS, loop_lines, loop_tables, loops_of, needs_threads, touched
+from .c_plans import hybrid_text, indices, start_text
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
+
+if TYPE_CHECKING:
+    from ..program.loops.rolled import Rolled
 
 STRUCT_FUNCTIONS: Final = (
     "rhs",
@@ -42,23 +46,6 @@ STRUCT_FUNCTIONS: Final = (
     "constraint_jacobian",
 )
 """Functions that are fields of ``mech_model``; any other is exported under its own name."""
-
-HYBRID_FUNCTIONS: Final = (
-    "indicators",
-    "indicator_rates",
-    "crossing_times",
-    "conditions",
-    "row_values",
-    "respond",
-)
-"""Functions that are fields of ``mech_hybrid``, exported as well."""
-
-ROW_KINDS: Final = {
-    "contact": "MECH_CONTACT",
-    "friction": "MECH_FRICTION",
-    "constraint": "MECH_BILATERAL",
-    "step": "MECH_STEP_ROW",
-}
 
 NAMED_LOADS: Final = 150
 """Longest function, in operations, whose arguments get names of the model."""
@@ -115,17 +102,20 @@ def emit_c(program: Program, chunk_size: int | None = None) -> str:
     with ``-ffp-contract=off -frounding-math`` (no fused products and sums, no function of a constant
     evaluated by the compiler) it gives the same bits as the scalar Python text on the same C library.
     """
-    if chunk_size is None:
-        program = verified(chunk(program))
-    elif chunk_size > 0:
-        program = verified(chunk(program, chunk_size))
     with uncollected():
-        return "\n".join(_File(program).lines()) + "\n"
+        loops: Mapping[str, Rolled] = {}
+        if chunk_size is None:
+            loops = loops_of(program)
+            program = verified(chunk(program, whole=loops))
+        elif chunk_size > 0:
+            program = verified(chunk(program, chunk_size))
+        return "\n".join(_File(program, loops).lines()) + "\n"
 
 
 class _File:
-    def __init__(self, program: Program) -> None:
+    def __init__(self, program: Program, loops: Mapping[str, Rolled]) -> None:
         self.program = program
+        self.loops = loops
         self.used = _operations(program)
         library = {name for code, name in LIBRARY.items() if code in self.used}
         for code in self.used & NEEDED_BY_OWN.keys():
@@ -141,6 +131,8 @@ class _File:
             long="".join(f"#define {name} {name}l\n" for name in self.library),
             pi=PI_DIGITS,
         )
+        if any(map(needs_threads, self.loops.values())):
+            yield THREADS
         for code in sorted(self.used & OWN.keys()):
             yield OWN[code]
         for i, table in used_tables(program):
@@ -160,12 +152,18 @@ class _File:
         parameters = function is self.program.parameters
         static = parameters or function.name in STRUCT_FUNCTIONS or function.name in (START, NEXT)
         several = len(function.bodies) > 1
+        rolled = self.loops.get(function.name)
+        if rolled is not None:
+            yield from loop_tables(function.name, rolled)
         if several:
             for k, body in enumerate(function.bodies):
                 yield from _head("static NOINLINE", f"{function.name}_{k + 1}", parameters, workspace=True)
                 yield from self.body(body, parameters, workspace=True, named=False)
         yield f"/* {comment(sentence(function.doc))} */"
         yield from _head("static" if static else "EXPORT", function.name, parameters, workspace=False)
+        if rolled is not None:
+            yield from self.rolled(function.name, rolled, parameters)
+            return
         if not several:
             named = function.operations <= NAMED_LOADS and function.name != NEXT
             yield from self.body(function.bodies[0], parameters, workspace=False, named=named)
@@ -177,16 +175,28 @@ class _File:
             yield f"    {function.name}_{k + 1}({arguments});"
         yield "}\n"
 
+    def rolled(self, name: str, rolled: Rolled, parameters: bool) -> Iterator[str]:
+        """Yield the body of a function as loops."""
+        yield "{"
+        yield from self.unused(touched(rolled.items), parameters)
+        for line in loop_lines(name, rolled):
+            yield f"    {line}"
+        yield "}\n"
+
+    @staticmethod
+    def unused(touched: Collection[str], parameters: bool, workspace: bool = False) -> Iterator[str]:
+        given = ("p", "set") if parameters else ("t", "y", "u", "z", "p", "out")
+        unused = [a for a in (*given, *(("w",) if workspace else ())) if a not in touched]
+        if unused:
+            yield f"    {' '.join(f'(void){a};' for a in unused)}"
+
     def body(self, body: Body, parameters: bool, *, workspace: bool, named: bool) -> Iterator[str]:
         loads = {(s.array, s.index) for s in body if type(s) is Load}
         touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
         if any(type(s) is Store and s.guarded for s in body):
             touched.add("set")
-        given = ("p", "set") if parameters else ("t", "y", "u", "z", "p", "out")
-        unused = [a for a in (*given, *(("w",) if workspace else ())) if a not in touched]
         yield "{"
-        if unused:
-            yield f"    {' '.join(f'(void){a};' for a in unused)}"
+        yield from self.unused(touched, parameters, workspace)
         names: Mapping[tuple[str, int], str]
         if named and not parameters:
             names = {k: self.names[k] for k in loads}
@@ -201,9 +211,9 @@ class _File:
 
     def model(self) -> Iterator[str]:
         program = self.program
-        yield from _indices("rotations", program.rotations)
-        yield from _indices("jacobian_rows", [row for row, _ in program.jacobian_pattern])
-        yield from _indices("jacobian_columns", [column for _, column in program.jacobian_pattern])
+        yield from indices("rotations", program.rotations)
+        yield from indices("jacobian_rows", [row for row, _ in program.jacobian_pattern])
+        yield from indices("jacobian_columns", [column for _, column in program.jacobian_pattern])
         fields: dict[str, object] = {
             "version": "MECH_MODEL_VERSION",
             "nq": program.nq,
@@ -230,7 +240,7 @@ class _File:
             function = program.function(name)
             fields[name] = name if function and _is_emitted(function) else "NULL"
         if program.hybrid is not None:
-            yield from self.hybrid(program.hybrid)
+            yield from hybrid_text(program, program.hybrid)
             fields["hybrid"] = "&hybrid"
         series = program.series
         if series is not None and not series.refusal:
@@ -240,7 +250,7 @@ class _File:
             fields["series"] = "&series"
         facts = start_facts(make_problem(program))
         if facts is not None:
-            yield from self.start(facts)
+            yield from start_text(program, facts)
             fields["start"] = "&start"
         yield "static const mech_model model = {"
         for name, value in fields.items():
@@ -251,80 +261,6 @@ class _File:
         yield "{"
         yield "    return &model;"
         yield "}"
-
-    def start(self, facts: StartFacts) -> Iterator[str]:
-        """Yield what an initial state must fulfil."""
-        names = [row.name for row in self.program.assembly]
-        if facts.rows:
-            yield "static const mech_start_row start_rows[] = {"
-            for (stage, hard, pure), name in zip(facts.rows, names, strict=True):
-                yield f"    {{{stage}, {int(hard)}, {int(pure)}}}, /* {comment(name)} */"
-            yield "};\n"
-        yield _numbers("unsigned char", "known", [str(int(known)) for known in facts.known])
-        yield _numbers("int", "partner", list(map(str, facts.partner)))
-        yield _numbers("mech_real", "size", [literal(Fraction(size))[0] for size in facts.size])
-        yield from _indices("lengths", facts.lengths)
-        yield from _indices("dependent", facts.dependent)
-        fields: dict[str, object] = {
-            "n_rows": len(facts.rows),
-            "n_lengths": len(facts.lengths),
-            "n_dependent": len(facts.dependent),
-            "rows": "start_rows" if facts.rows else "NULL",
-            "known": "known",
-            "partner": "partner",
-            "size": "size",
-            "lengths": "lengths" if facts.lengths else "NULL",
-            "dependent": "dependent" if facts.dependent else "NULL",
-            "assembly": "assembly" if facts.rows else "NULL",
-            "assembly_jacobian": "assembly_jacobian" if facts.rows else "NULL",
-            "others": "initial_of_others" if facts.dependent else "NULL",
-        }
-        yield "static const mech_start start = {"
-        for name, value in fields.items():
-            yield f"    .{name} = {value},"
-        yield "};\n"
-
-    def hybrid(self, plan: HybridPlan) -> Iterator[str]:
-        """Yield what the kernel needs to know of switches, branches and rows."""
-        program = self.program
-        if plan.branches:
-            yield "static const mech_branch branches[] = {"
-            for branch in plan.branches:
-                ends = int(branch.message is not None)
-                yield f"    {{{branch.event}, {len(branch.checks)}, {ends}, {branch.function}}},"
-            yield "};\n"
-        if plan.rows:
-            yield "static const mech_row rows[] = {"
-            for row in plan.rows:
-                numbers = (row.normal, row.flag, row.sign, row.impulse, row.enabled)
-                yield f"    {{{ROW_KINDS[row.kind]}, {', '.join(map(str, numbers))}}}, /* {comment(row.name)} */"
-            yield "};\n"
-        yield from _indices("switches", [s.index for s in plan.switches])
-        yield from _indices("times", [n for s in plan.times for n in (s.index, s.after)])
-        yield from _indices("clocks", [n for clock in plan.clocks for n in clock])
-        fields: dict[str, object] = {
-            "n_switches": len(plan.switches),
-            "n_times": len(plan.times),
-            "n_clocks": len(plan.clocks),
-            "n_branches": len(plan.branches),
-            "n_rows": len(plan.rows),
-            "initial": plan.initial,
-            "simultaneous": int(plan.simultaneous),
-            "dissipated": plan.dissipated,
-            "supplied": plan.supplied,
-            "total": plan.total,
-            "switches": "switches" if plan.switches else "NULL",
-            "times": "times" if plan.times else "NULL",
-            "clocks": "clocks" if plan.clocks else "NULL",
-            "branches": "branches" if plan.branches else "NULL",
-            "rows": "rows" if plan.rows else "NULL",
-        }
-        for name in HYBRID_FUNCTIONS:
-            fields[name] = name if program.function(name) else "NULL"
-        yield "static const mech_hybrid hybrid = {"
-        for name, value in fields.items():
-            yield f"    .{name} = {value},"
-        yield "};\n"
 
 
 def _is_emitted(function: ProgramFunction) -> bool:
@@ -370,13 +306,3 @@ def _operations(program: Program) -> set[int]:
 
 def _load_order(load: tuple[str, int]) -> tuple[int, int]:
     return "tyuzpw".index(load[0]), load[1]
-
-
-def _indices(name: str, values: Sequence[int]) -> Iterator[str]:
-    if values:
-        yield f"static const int {name}[] = {{{', '.join(map(str, values))}}};\n"
-
-
-def _numbers(kind: str, name: str, values: Sequence[str]) -> str:
-    """Return a constant array; a model of nothing has one entry that nobody reads."""
-    return f"static const {kind} {name}[] = {{{', '.join(values) or '0'}}};\n"

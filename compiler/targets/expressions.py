@@ -62,7 +62,7 @@ class Dialect(Struct, frozen=True):
     as_number: Form
 
 
-class _Text(Struct, gc=False):
+class Text(Struct, gc=False):
     """A value as it is written where it is used; ``plain``: it is an argument of the function with a name."""
 
     text: str
@@ -74,7 +74,7 @@ class _Text(Struct, gc=False):
 def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) -> Iterator[str]:
     """Yield the lines of a body: named values and stores, in order."""
     uses, stored = _uses(body)
-    values: list[_Text] = []
+    values: list[Text] = []
     count = 0
     for position, statement in enumerate(body):
         hint = ""
@@ -89,19 +89,19 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
             case Load(array, index):
                 name = names.get((array, index), "")
                 if name:
-                    values.append(_Text(name, ATOM, False, name.isidentifier()))
+                    values.append(Text(name, ATOM, False, name.isidentifier()))
                     continue
-                value = _Text(f"{array}[{index}]", ATOM)
+                value = Text(f"{array}[{index}]", ATOM)
             case Literal(number):
-                values.append(_Text(*dialect.literal(number)))
+                values.append(Text(*dialect.literal(number)))
                 continue
             case Store(_, _, operand):
-                yield dialect.store(statement, _fit(values[operand], 0, False, dialect))
+                yield dialect.store(statement, fitting(values[operand], 0, False, dialect))
                 values.append(_NOTHING)
                 continue
             case Lookup(table, order, operand):
-                at = _fit(values[operand], 0, False, dialect)
-                value = _Text(dialect.lookup(table, order, at), ATOM)
+                at = fitting(values[operand], 0, False, dialect)
+                value = Text(dialect.lookup(table, order, at), ATOM)
             case _:
                 assert_never(statement)
         # what is only stored needs no name, however long it is
@@ -111,11 +111,11 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
                 count += 1
                 hint = f"v{count}"
             yield dialect.declare(hint, value.text, value.condition)
-            value = _Text(hint, ATOM, value.condition)
+            value = Text(hint, ATOM, value.condition)
         values.append(value)
 
 
-_NOTHING = _Text("", ATOM)
+_NOTHING = Text("", ATOM)
 
 
 def _uses(body: Body) -> tuple[list[int], bytearray]:
@@ -134,25 +134,30 @@ def _uses(body: Body) -> tuple[list[int], bytearray]:
     return uses, stored
 
 
-def _operation(statement: Operate, body: Body, values: Sequence[_Text], dialect: Dialect) -> _Text:
+def _operation(statement: Operate, body: Body, values: Sequence[Text], dialect: Dialect) -> Text:
     """Return an operation with its operands in place."""
-    code, operands = statement.code, statement.operands
+    operands = statement.operands
+    literal = statement.code <= SUB and isinstance(body[operands[1]], Literal)
+    return applied(statement.code, [values[a] for a in operands], literal, dialect)
+
+
+def applied(code: int, operands: Sequence[Text], literal: bool, dialect: Dialect) -> Text:
+    """Return an operation on operands; ``literal``: whether the second one is a constant."""
     form = dialect.forms[code]
     template = form.template
     parts = []
-    for a, need, condition in zip(operands, form.needs, form.conditions, strict=False):
-        value = values[a]
+    for value, need, condition in zip(operands, form.needs, form.conditions, strict=False):
         if value.binds >= need and value.condition == condition:
             parts.append(value.text)
         else:
-            parts.append(_fit(value, need, condition, dialect))
-    if code <= SUB and parts[1][0] == "-" and isinstance(body[operands[1]], Literal):
+            parts.append(fitting(value, need, condition, dialect))
+    if code <= SUB and literal and parts[1][0] == "-":
         # x + -2 is x - 2, and x - -2 is x + 2, also when rounded
         template, parts[1] = ("{} - {}" if code == ADD else "{} + {}"), parts[1][1:]
-    return _Text(template.format(*parts), form.binds, form.condition)
+    return Text(template.format(*parts), form.binds, form.condition)
 
 
-def _fit(value: _Text, need: int, condition: bool, dialect: Dialect) -> str:
+def fitting(value: Text, need: int, condition: bool, dialect: Dialect) -> str:
     """Return an operand with parentheses where it binds too weakly, converted where the kind differs."""
     if value.condition == condition:
         return value.text if value.binds >= need else f"({value.text})"

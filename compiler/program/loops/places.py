@@ -1,0 +1,137 @@
+"""Places in the workspace for what lives longer than an iteration.
+
+What is updated in place (a sum and what is added to it) shares one place. The places of an update stand in the order of its
+largest loop, so that indices are affine; what is left over is in the order of making.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...graph.operations import ADD, SUB
+from ..model import Operate
+from .nest import Nest, Nests, Numbers, Site
+
+PAD = 2
+"""Free places before and behind each block, for what loops read from before their beginning."""
+
+
+class Places:
+    """``at``: the place of each statement of the stream, -1 without one; ``count`` places."""
+
+    def __init__(self, nests: Nests) -> None:
+        self.nests = nests
+        self.count = 0
+        self._find_updates()
+        self.at = self._allocate()
+        for nest in nests.loops:
+            self._analyse(nest)
+
+    def _find_updates(self) -> None:
+        """A sum whose first or second operand is read for the last time there, every time, takes its place."""
+        last = self.nests.last_reader
+        for site in self.nests.sites:
+            statement = self.nests.stream.done[site.statements[0]]
+            if not (
+                site.in_memory and site.chain and type(statement) is Operate and statement.code in (ADD, SUB)
+            ):
+                continue
+            for k, column in enumerate(site.operands):
+                if isinstance(column, Site) or column[0] < 0 or not (last[column] == site.statements).all():
+                    continue
+                others = [o for j, o in enumerate(site.operands) if j != k]
+                if all(isinstance(o, Site) or (o != column).all() for o in others):
+                    site.updates = k
+                    break
+
+    def _allocate(self) -> Numbers:
+        sites, operands = self.nests.sites, self.nests.stream.operands
+        n = len(self.nests.stream.done)
+        shared = np.full(n, -1, np.int64)
+        """The first statement of those that share a place."""
+        pairs: list[tuple[int, int]] = []
+        for site in sites:
+            if site.updates is not None:
+                column = site.operands[site.updates]
+                assert not isinstance(column, Site)
+                pairs += zip(site.statements.tolist(), column.tolist(), strict=True)
+            elif site.in_memory:
+                shared[site.statements] = site.statements
+        for statement, value in sorted(pairs):
+            shared[statement] = shared[value]
+        del operands
+        at = np.full(n, -1, np.int64)
+
+        def give(owners: Numbers) -> None:
+            at[owners] = self.count + PAD + np.arange(len(owners))
+            self.count += len(owners) + 2 * PAD
+
+        updating = sorted(
+            (s for s in sites if s.updates is not None), key=lambda s: (-len(s.statements), s.number)
+        )
+        for way in range(3):
+            for site in updating:
+                nest = site.chain[-1]
+                k = int(np.argmax(nest.trips))
+                longest = slice(nest.starts[k], nest.starts[k] + nest.trips[k])
+                owners = shared[
+                    (site.statements[longest], site.statements[nest.starts], site.statements)[way]
+                ]
+                if len(owners) > 1 and (at[owners] < 0).all() and len(np.unique(owners)) == len(owners):
+                    give(owners)
+        for site in sites:
+            if site.in_memory and site.updates is None:
+                owners = site.statements[at[site.statements] < 0]
+                if len(owners) and site.chain:
+                    give(owners)
+                elif len(owners):
+                    at[owners] = self.count
+                    self.count += 1
+        return np.where(shared >= 0, at[np.maximum(shared, 0)], -1)
+
+    def _analyse(self, nest: Nest) -> None:
+        """Find what an innermost loop may keep in a register, and whether its iterations are independent."""
+        children = nest.children
+        sites = [child for child in children if type(child) is Site]
+        if len(sites) < len(children):
+            return
+        instance, first = nest.instances(), np.repeat(nest.starts, nest.trips)
+        written = {s.number: self.at[s.statements] for s in sites if s.in_memory}
+        read = {
+            (s.number, k): self.at[o]
+            for s in sites
+            for k, o in enumerate(s.operands)
+            if not isinstance(o, Site) and o[0] >= 0
+        }
+        for site in sites:
+            if site.updates is None or not (written[site.number] == written[site.number][first]).all():
+                continue
+            own = instance[nest.starts] * self.count + written[site.number][nest.starts]
+            others = [w for number, w in written.items() if number != site.number]
+            others += [r for key, r in read.items() if key != (site.number, site.updates)]
+            if not any(np.isin(instance * self.count + places, own).any() for places in others):
+                nest.kept[site.number] = written[site.number][nest.starts]
+        nest.independent = not nest.kept and self._independent(nest, instance, written, read)
+
+    def _independent(
+        self,
+        nest: Nest,
+        instance: Numbers,
+        written: dict[int, Numbers],
+        read: dict[tuple[int, int], Numbers],
+    ) -> bool:
+        if not written:
+            return True
+        iteration = np.arange(nest.total)
+        keys = np.concatenate([instance * self.count + places for places in written.values()])
+        by = np.tile(iteration, len(written))
+        order = np.lexsort((by, keys))
+        keys, by = keys[order], by[order]
+        if ((keys[1:] == keys[:-1]) & (by[1:] != by[:-1])).any():
+            return False
+        for places in read.values():
+            wanted = instance * self.count + places
+            found = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
+            if ((keys[found] == wanted) & (by[found] != iteration)).any():
+                return False
+        return True

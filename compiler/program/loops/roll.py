@@ -1,0 +1,152 @@
+"""A long function to loops."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
+from .indices import Indices, is_affine
+from .nest import Nest, Nests, Numbers, Site
+from .places import PAD, Places
+from .rolled import Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
+from .runs import runs
+from .sinking import sunk
+from .stream import Stream, stream, tokens
+
+WORTH = 4
+"""A function becomes loops where these have at most this part of its statements."""
+
+
+def roll(function: ProgramFunction) -> Rolled | None:
+    """Return a function as loops; None where it is short, or holds too little that repeats itself."""
+    if not function.made:
+        return None
+    straight = stream(function)
+    first = _nests(straight)
+    if WORTH * len(first.sites) > len(straight.done):
+        return None
+    Places(first)
+    return _Writer(_nests(sunk(first))).rolled()
+
+
+def _nests(made: Stream) -> Nests:
+    return Nests(made, runs(tokens(made), made.operands))
+
+
+class _Writer:
+    def __init__(self, nests: Nests) -> None:
+        self.nests = nests
+        self.places = Places(nests)
+        self.indices = Indices()
+        self.taken = {int(place) for place in self.places.at if place >= 0}
+        self.padded: dict[int, int] = {}
+        """Free places that hold a copy, and whose value it is."""
+
+    def rolled(self) -> Rolled:
+        items = self._items(self.nests.top)
+        return Rolled(tuple(items), tuple(self.indices.tables), self.places.count)
+
+    def _items(self, children: Sequence[Site | Nest]) -> list[Item]:
+        found: list[Item] = []
+        for child in children:
+            if type(child) is Nest:
+                found += self._loop(child)
+            else:
+                assert type(child) is Site
+                found.append(self._statement(child, None, found))
+        return found
+
+    def _loop(self, nest: Nest) -> list[Item]:
+        """Return a loop, and before it the copies that it needs."""
+        chain = self.nests.chain_of(nest)
+        before: list[Item] = []
+        body: list[Item] = []
+        for child in nest.children:
+            if type(child) is Nest:
+                body += self._loop(child)
+            else:
+                assert type(child) is Site
+                body.append(self._statement(child, nest, before))
+        trips = self.indices.index(nest.trips, chain[:-1])
+        kept = tuple((n, self.indices.index(places, chain[:-1])) for n, places in nest.kept.items())
+        numbered = nest.number in self.indices.numbered
+        return [*before, Loop(nest.number, trips, tuple(body), kept, numbered)]
+
+    def _statement(self, site: Site, nest: Nest | None, before: list[Item]) -> Item:
+        statement = self.nests.stream.done[site.statements[0]]
+        operands = tuple(self._operand(site, k, nest, before) for k in range(len(site.operands)))
+        if type(statement) is Store:
+            targets = np.array([_target(self.nests.stream, i) for i in site.statements.tolist()])
+            index = self.indices.index(targets, site.chain)
+            return Put(statement.array, index, operands[0], statement.guarded)
+        assert type(statement) is Operate or type(statement) is Lookup
+        if nest is not None and site.number in nest.kept:
+            return Compute(site.number, statement, operands, kept=True)
+        place = None
+        if site.in_memory:
+            place = self.indices.index(self.places.at[site.statements], site.chain)
+        return Compute(site.number, statement, operands, place)
+
+    def _operand(self, site: Site, k: int, nest: Nest | None, before: list[Item]) -> Operand:
+        column = site.operands[k]
+        if isinstance(column, Site):
+            return Local(column.number)
+        if column[0] < 0:
+            return self._leaf(column, site)
+        places = self.places.at[column]
+        if nest is not None and site.number in nest.kept and k == site.updates:
+            return Kept(site.number)
+        index = None
+        if len(site.chain) == 1 and nest is not None:
+            index = self._padded(column, places, nest, before)
+        return Read("w", index or self.indices.index(places, site.chain))
+
+    def _leaf(self, column: Numbers, site: Site) -> Operand:
+        leaves = self.nests.stream.leaves
+        first = leaves[-1 - column[0]]
+        if type(first) is Literal:
+            return Number(first.number)
+        assert type(first) is Load
+        numbers = np.array([_index(leaves[-1 - c]) for c in column.tolist()])
+        return Read(first.array, self.indices.index(numbers, site.chain))
+
+    def _padded(self, column: Numbers, places: Numbers, nest: Nest, before: list[Item]) -> Index | None:
+        """Return an affine index where the first one or two iterations read what was made before the loop: it is copied
+        to the free places before the block that the others read."""
+        for peeled in range(1, PAD + 1):
+            if len(places) < peeled + 3 or (column[:peeled] >= self._begin(nest)).any():
+                return None
+            step = places[peeled + 1] - places[peeled]
+            wanted = places[peeled] - step * np.arange(peeled, 0, -1)
+            all_places = np.concatenate([wanted, places[peeled:]])
+            if step == 0 or (np.diff(all_places) != step).any() or (wanted == places[:peeled]).all():
+                continue
+            if not all(self._is_free(int(at), int(of)) for at, of in zip(wanted, column, strict=False)):
+                continue
+            for at, of, source in zip(wanted.tolist(), column.tolist(), places.tolist(), strict=False):
+                self.padded[at] = of
+                before.append(Put("w", Index(at), Read("w", Index(source))))
+            index = self.indices.index(all_places, (nest,))
+            return index if is_affine(index) else None
+        return None
+
+    def _is_free(self, place: int, value: int) -> bool:
+        return 0 <= place < self.places.count and (
+            self.padded.get(place, value) == value and place not in self.taken
+        )
+
+    def _begin(self, nest: Nest) -> int:
+        return min(int(site.statements[0]) for site in self.nests.sites_in([nest]))
+
+
+def _index(leaf: object) -> int:
+    assert type(leaf) is Load
+    return leaf.index
+
+
+def _target(made: Stream, statement: int) -> int:
+    done = made.done[statement]
+    assert type(done) is Store
+    return done.index

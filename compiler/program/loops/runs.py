@@ -1,0 +1,145 @@
+"""Periodic runs in a sequence of tokens: what follows itself at least some times becomes one item, then nests are found.
+
+A period is the distance of equal windows; a run goes on as long as each token is that of one period before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+LEVELS = ((24, 6, 40), (6, 4, 40), (4, 4, 40))
+"""Tokens in a window, least repeats, least statements of a run; the next level sees runs as single tokens."""
+
+
+class Run:
+    """Iterations of equal shape: each a list of items."""
+
+    __slots__ = ("iterations",)
+
+    def __init__(self, iterations: list[list[Entry]]) -> None:
+        self.iterations = iterations
+
+
+Entry = int | Run
+"""A statement by its position, or a run."""
+
+
+def runs(tokens: Sequence[int], operands: Sequence[tuple[int, ...]]) -> list[Entry]:
+    """Return the statements with runs put together."""
+    items: list[Entry] = list(range(len(tokens)))
+    found = list(tokens)
+    for window, repeats, least in LEVELS:
+        items, found = _level(items, found, operands, window, repeats, least)
+    return items
+
+
+def _level(
+    items: list[Entry],
+    tokens: list[int],
+    operands: Sequence[tuple[int, ...]],
+    window: int,
+    repeats: int,
+    least: int,
+) -> tuple[list[Entry], list[int]]:
+    n = len(items)
+    if n < 2 * window:
+        return items, tokens
+    weight = np.concatenate([[0], np.cumsum([_size(x) for x in items])])
+    out: list[Entry] = []
+    shapes: list[object] = []
+    done = 0
+    for start, end, period in _periodic(np.array(tokens), window, repeats, least, weight):
+        first = start + _phase(items, operands, start, end, period)
+        count = (end - first) // period
+        if count < repeats:
+            first, count = start, (end - start) // period
+        out += items[done:first]
+        shapes += tokens[done:first]
+        out.append(Run([items[first + k * period : first + (k + 1) * period] for k in range(count)]))
+        shapes.append(tuple(tokens[first : first + period]))
+        done = first + count * period
+    out += items[done:]
+    shapes += tokens[done:]
+    numbers: dict[object, int] = {}
+    return out, [numbers.setdefault(shape, len(numbers)) for shape in shapes]
+
+
+def _periodic(
+    tokens: NDArray[np.int64], window: int, repeats: int, least: int, weight: NDArray[np.int64]
+) -> Iterator[tuple[int, int, int]]:
+    """Yield begin, end and period of runs from left to right."""
+    before = _equal_before(tokens, window)
+    ends: dict[int, NDArray[np.intp]] = {}
+    tried: dict[int, int] = {}
+    done = skip = 0
+    for j in np.flatnonzero(before >= 0).tolist():
+        if j < skip:
+            continue
+        i = int(before[j])
+        period = j - i
+        if i < done or tried.get(period, -1) > j:
+            continue
+        if period not in ends:
+            ends[period] = np.flatnonzero(tokens[period:] != tokens[:-period])
+        at = int(np.searchsorted(ends[period], i))
+        end = int(ends[period][at]) + period if at < ends[period].size else len(tokens)
+        tried[period] = end
+        if end - i >= repeats * period and weight[end] - weight[i] >= least:
+            yield i, end, period
+            done = skip = end
+            tried.clear()
+
+
+def _equal_before(tokens: NDArray[np.int64], window: int) -> NDArray[np.int64]:
+    """Return for each window the last one before it with the same tokens, -1 where there is none."""
+    n = len(tokens) - window + 1
+    code = np.zeros(n, np.uint64)
+    for k in range(window):
+        code = code * np.uint64(0x9E3779B97F4A7C15) + (tokens[k : k + n].astype(np.uint64) + np.uint64(1))
+        code ^= code >> np.uint64(29)
+    order = np.argsort(code, kind="stable")
+    same = code[order[1:]] == code[order[:-1]]
+    before = np.full(n, -1)
+    before[order[1:][same]] = order[:-1][same]
+    return before
+
+
+def _phase(
+    items: Sequence[Entry], operands: Sequence[tuple[int, ...]], start: int, end: int, period: int
+) -> int:
+    """Return where to cut a run, from 0 to the period - 1: where the fewest values cross."""
+    if period == 1:
+        return 0
+    middle = start + ((end - start) // period // 2) * period
+    low, high = max(start, middle - period), min(end, middle + period)
+    where = {s: q for q in range(low, high) for s in _statements(items[q])}
+    last: dict[int, int] = {}
+    for statement, q in where.items():
+        for value in operands[statement]:
+            made = where.get(value, q)
+            if made < q < made + period:
+                last[made] = max(last.get(made, 0), q)
+    cost = [0] * period
+    for made, q in last.items():
+        for cut in range(made + 1, q + 1):
+            cost[(cut - start) % period] += 1
+    return min(range(period), key=lambda phase: (cost[phase], phase))
+
+
+def _statements(item: Entry) -> Iterator[int]:
+    if type(item) is Run:
+        for iteration in item.iterations:
+            for inner in iteration:
+                yield from _statements(inner)
+    else:
+        assert type(item) is int
+        yield item
+
+
+def _size(item: Entry) -> int:
+    if type(item) is Run:
+        return sum(_size(inner) for iteration in item.iterations for inner in iteration)
+    return 1

@@ -1,0 +1,193 @@
+"""The C text of a function as loops (``program/loops``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..program.loops.rolled import (
+    Compute,
+    Index,
+    Item,
+    Kept,
+    Local,
+    Loop,
+    Number,
+    Operand,
+    Put,
+    Read,
+    Rolled,
+)
+from ..program.model import Lookup, Operate, Program
+from ..verification import is_asked
+from .c_forms import DIALECT
+from .expressions import ATOM, Text, applied, fitting
+
+ON_STACK = 16_384
+"""Most numbers of a workspace that lies on the stack, of which threads may have little."""
+
+THREADS = """\
+#if defined(_MSC_VER)
+#define THREAD_LOCAL __declspec(thread)
+#else
+#define THREAD_LOCAL _Thread_local
+#endif
+"""
+"""Where ``needs_threads``."""
+
+PLACES_IN_LINE = 24
+
+
+def loops_of(program: Program) -> dict[str, Rolled]:
+    """Return what becomes loops of the long functions of a program, by name."""
+    long = [f for f in (program.parameters, *program.functions) if f.made]
+    if not long:
+        return {}
+    from ..program.loops.replay import verify
+    from ..program.loops.roll import roll
+
+    found = {f.name: rolled for f in long if (rolled := roll(f)) is not None}
+    if is_asked():
+        for function in long:
+            if function.name in found:
+                verify(function, found[function.name])
+    return found
+
+
+def loop_tables(name: str, rolled: Rolled) -> Iterator[str]:
+    """Yield the tables that the indices of a function read."""
+    for k, table in enumerate(rolled.tables):
+        kind = "unsigned short" if min(table) >= 0 and max(table) < 65536 else "int"
+        yield f"static const {kind} {_table(name, k)}[{len(table)}] = {{"
+        for begin in range(0, len(table), PLACES_IN_LINE):
+            yield f"    {', '.join(map(str, table[begin : begin + PLACES_IN_LINE]))},"
+        yield "};"
+
+
+def loop_lines(name: str, rolled: Rolled) -> Iterator[str]:
+    """Yield the lines of the body of a function, without its braces."""
+    storage = "" if rolled.workspace <= ON_STACK else "static THREAD_LOCAL "
+    if rolled.workspace:
+        yield f"{storage}mech_real w[{rolled.workspace}];"
+    text = _Loops(name)
+    for counter in sorted(_numbered(rolled.items)):
+        yield f"int n{counter} = 0;"
+    yield from text.lines(rolled.items)
+
+
+def touched(items: Sequence[Item]) -> set[str]:
+    """Return the arrays that are read or written."""
+    found: set[str] = set()
+    for item in items:
+        match item:
+            case Compute(_, _, operands):
+                found |= {o.array for o in operands if type(o) is Read}
+            case Put(array, _, operand, guarded):
+                found |= {
+                    array,
+                    *(["set"] if guarded else []),
+                    *([operand.array] if type(operand) is Read else []),
+                }
+            case Loop(_, _, body):
+                found |= touched(body)
+    return found
+
+
+def needs_threads(rolled: Rolled) -> bool:
+    """Whether a workspace is too large for the stack: each thread has one of its own."""
+    return rolled.workspace > ON_STACK
+
+
+def _numbered(items: Sequence[Item]) -> Iterator[int]:
+    for item in items:
+        if type(item) is Loop:
+            if item.numbered:
+                yield item.counter
+            yield from _numbered(item.body)
+
+
+def _table(name: str, number: int) -> str:
+    return f"{name}_at_{number}"
+
+
+class _Loops:
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.conditions: set[int] = set()
+        """Numbers of values that are truth values."""
+
+    def lines(self, items: Sequence[Item]) -> Iterator[str]:
+        for item in items:
+            match item:
+                case Compute():
+                    yield from self.compute(item)
+                case Put(array, index, operand, guarded):
+                    value = fitting(self.text(operand), 0, False, DIALECT)
+                    if array == "p" or array == "out":
+                        at = self.index(index)
+                        guard = f"if (!set[{at}]) " if guarded else ""
+                        yield f"{guard}{array}[{at}] = {value};"
+                    else:
+                        yield f"{array}[{self.index(index)}] = {value};"
+                case Loop():
+                    yield from self.loop(item)
+
+    def compute(self, item: Compute) -> Iterator[str]:
+        operands = [self.text(operand) for operand in item.operands]
+        if type(item.statement) is Operate:
+            second = len(operands) == 2 and type(item.operands[1]) is Number
+            value = applied(item.statement.code, operands, second, DIALECT)
+        else:
+            assert type(item.statement) is Lookup
+            at = fitting(operands[0], 0, False, DIALECT)
+            value = Text(DIALECT.lookup(item.statement.table, item.statement.order, at), ATOM)
+        if value.condition:
+            self.conditions.add(item.number)
+        yield DIALECT.declare(f"v{item.number}", value.text, value.condition)
+        named = Text(f"v{item.number}", ATOM, value.condition)
+        if item.kept:
+            yield f"s{item.number} = {named.text};"
+        if item.place is not None:
+            yield f"w[{self.index(item.place)}] = {fitting(named, 0, False, DIALECT)};"
+
+    def loop(self, item: Loop) -> Iterator[str]:
+        i, trips = f"i{item.counter}", self.index(item.trips)
+        for number, place in item.kept:
+            yield f"mech_real s{number} = w[{self.index(place)}];"
+        yield f"for (int {i} = 0; {i} < {trips}; {i}++) {{"
+        for line in self.lines(item.body):
+            yield f"    {line}"
+        yield "}"
+        for number, place in item.kept:
+            yield f"w[{self.index(place)}] = s{number};"
+        if item.numbered:
+            yield f"n{item.counter} += {trips};"
+
+    def text(self, operand: Operand) -> Text:
+        match operand:
+            case Read("t", _):
+                return Text("t", ATOM)
+            case Read(array, index):
+                return Text(f"{array}[{self.index(index)}]", ATOM)
+            case Local(number):
+                return Text(f"v{number}", ATOM, number in self.conditions)
+            case Kept(number):
+                return Text(f"s{number}", ATOM)
+            case Number(value):
+                return Text(*DIALECT.literal(value))
+
+    def index(self, index: Index) -> str:
+        parts = (
+            [f"{_table(self.name, index.table)}[n{index.numbered} + i{index.numbered}]"]
+            if index.table >= 0
+            else []
+        )
+        if index.base or not (parts or index.strides):
+            parts.append(str(index.base))
+        text = " + ".join(parts)
+        for counter, stride in index.strides:
+            term = f"i{counter}" if abs(stride) == 1 else f"{abs(stride)} * i{counter}"
+            if stride < 0:
+                text = f"{text} - {term}" if text else f"-{term}"
+            else:
+                text = f"{text} + {term}" if text else term
+        return text
