@@ -119,7 +119,10 @@ class Evaluator:
                 found |= self.reach(value) if value is not None else set()
             for part in e if isinstance(e, tuple) else (getattr(e, f) for f in e.__struct_fields__):
                 found |= self.reach(part) if isinstance(part, tuple | flat.Typed) else set()
-            self.reached[id(e)] = e, frozenset(found)  # with what has the number, so that nothing else gets it
+            self.reached[id(e)] = (
+                e,
+                frozenset(found),
+            )  # with what has the number, so that nothing else gets it
         return self.reached[id(e)][1]
 
     def value(self, e: flat.Expression) -> Value:
