@@ -22,6 +22,9 @@ from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .solution import Solution
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
+    from .runtime.ensembles.lanes import Wanted
     from .runtime.studies.runs.stepwise import Stepper
 
 M = TypeVar("M", bound=CompiledModel)
@@ -124,11 +127,15 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
         asked.target,
         method=method or str(said),
         reproducible=bool(asked.given.get("reproducible", False)),
-        parts=asked.question.needs.union(
-            *(p for n, p in asked.question.asked_needs.items() if asked.given.get(n))
-        ),
+        parts=_needs(asked),
     )
     return problem, study(asked, problem, model.settings)
+
+
+def _needs(asked: Asked) -> frozenset[str]:
+    return asked.question.needs.union(
+        *(p for n, p in asked.question.asked_needs.items() if asked.given.get(n))
+    )
 
 
 def _with_formulas(model: M, asked: Asked) -> M:
@@ -209,6 +216,14 @@ def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question:
     """Let single members be followed by other builds of the model, as single runs are: with the Jacobian, or compliant."""
     from .runtime.ensembles.run import Other
 
+    def make_lanes(wanted: Wanted, method: str) -> Path:
+        from .compiler.lanes import build_lanes
+
+        said = str(asked.given.get("method") or model.method(asked.experiment))
+        program = _with_formulas(model, asked).program_for(said, _needs(asked))
+        return build_lanes(program, wanted, method)
+
+    question = replace(question, make_lanes=make_lanes)
     others = []
     if problem.constraints and not _foreseen(model):
         compliant = {*model.compilation.parts, COMPLIANCE}

@@ -237,6 +237,12 @@ class CompiledModel:
             )
         return problems[key]
 
+    def program_for(self, method: str, parts: Collection[str] = ()) -> Program:
+        """Return the program that ``problem`` is made of."""
+        from .runtime.methods import parts_for
+
+        return self._program(parts_for(method).union(parts))
+
     def _program(self, parts: frozenset[str]) -> Program:
         if parts <= self.compilation.parts:
             return self.compilation.program

@@ -12,6 +12,8 @@ REDUCTIONS = ("final", "max", "min", "mean", "first", "events")
 """In the order of enum mech_kept_kind; what is kept without one is a series: its values at all output times."""
 
 SERIES = "series"
+FLOWING = ("max", "min", "mean", "first")
+"""Those that look between the steps."""
 
 
 class Kept(Struct, frozen=True):

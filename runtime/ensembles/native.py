@@ -110,6 +110,8 @@ class EnsembleStruct(Structure):
             (name, c_void_p)
             for name in ("kept", "series", "kept_values", "kept_errors", "series_values", "ends", "members")
         ),
+        ("lanes", c_void_p),
+        ("turns", c_int),
         ("threads", c_int),
         ("done", POINTER(c_long)),
         ("stopped", POINTER(c_int)),
@@ -139,7 +141,7 @@ class Sizes:
 @functools.cache
 def load_ensemble(reproducible: bool = False) -> ctypes.CDLL:
     """Load the kernel with its ensemble room. Raises ``BuildError`` and ``CompilerMissing``."""
-    sources = native.kernel_sources((*native.KERNEL_ROOMS, "ensemble"))
+    sources = native.kernel_sources((*native.KERNEL_ROOMS, "lanes", "ensemble"))
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     library = ctypes.CDLL(str(build_shared(sources, kernel_flags(reproducible), name="ensemble", link=link)))
     library.mech_ensemble_layout.argtypes = (POINTER(c_size_t),)

@@ -29,7 +29,8 @@ from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array, Problem, Quantity
 from ..results.accuracy import companion_step, companion_tolerance, looser_companion
-from .kept import REDUCTIONS, SERIES, Kept
+from .kept import FLOWING, REDUCTIONS, SERIES, Kept
+from .lanes import Lanes, Maker, NoLanes, find_lanes, refuse_lanes
 from .members import Members
 from .native import (
     ARRAYS,
@@ -78,6 +79,7 @@ class Posed:
         options: SimulationOptions,
         members: Members,
         kept: Sequence[Kept],
+        maker: Maker | None = None,
     ) -> None:
         self.problem, self.options, self.members = problem, options, members
         if problem.library is None:
@@ -95,14 +97,45 @@ class Posed:
             )
         self.scalars = [one for one in kept if one.kind != SERIES]
         self.series = [one for one in kept if one.kind == SERIES]
-        flowing = any(one.kind in ("max", "min", "mean", "first") for one in self.scalars)
+        flowing = any(one.kind in FLOWING for one in self.scalars)
         self.grid = self.case.grid if self.series or flowing else np.empty(0)
         if (
             not self.series and flowing
         ):  # where errors are looked at: rows cost nothing in runs that look between steps
             self.grid = self.case.grid[:: max(1, self.case.grid.size // 20)]
         self._alive: list[Any] = []
+        self.lanes: Lanes | None = None
+        self.without_lanes = ""
+        if maker is not None and maker.wanted_for(members.count):
+            try:
+                self.lanes = self._lanes(maker)
+            except NoLanes as why:
+                if maker.asked == "on":
+                    raise refuse_lanes(why) from None
+                self.without_lanes = str(why)
         self._struct = self._filled()
+
+    def _lanes(self, maker: Maker) -> Lanes:
+        """Raises NoLanes."""
+        flowing = any(one.kind in FLOWING for one in self.scalars)
+        names = {number: name for name, number in ARRAYS.items()}
+        places = [self._of(one) if one.kind in FLOWING else (-1, 0) for one in self.scalars if flowing]
+        return find_lanes(
+            maker,
+            self.problem,
+            self._model(),
+            self.method.name,
+            tuple((names.get(array, ""), index) for array, index in places),
+            [len(table.times) for table in self.case.tables.values()],
+            self.options.reproducible,
+        )
+
+    @property
+    def build(self) -> str:
+        """What makes the members, in words."""
+        if self.lanes is not None:
+            return f"compiled C, {self.lanes.build}"
+        return "compiled C" + (", reproducible" if self.options.reproducible else "")
 
     # ---- what all members share
 
@@ -177,6 +210,8 @@ class Posed:
             n_series=len(self.series),
             kept=self._structs([self._kept(one) for one in self.scalars], KeptStruct),
             series=self._structs([PlaceStruct(*self._of(one), 0) for one in self.series], PlaceStruct),
+            lanes=None if self.lanes is None else ctypes.addressof(self.lanes.struct),
+            turns=self.lanes is not None and self.lanes.turns,
         )
 
     def _model(self) -> native.ModelStruct:

@@ -23,6 +23,7 @@ from ..native.kernel import Status
 from ..outcome import SimulationError, time_text, too_many_steps
 from ..problem import Array, Problem
 from .kept import Kept
+from .lanes import Maker
 from .members import Members
 from .native import Stage
 from .posed import Batch, Posed
@@ -77,11 +78,12 @@ def run_ensemble(
     others: tuple[Other, ...] = (),
     few_steps: int | None = None,
     pieces: Pieces | None = None,
+    maker: Maker | None = None,
 ) -> Ensemble:
     """Run all members; Ctrl-C keeps those that are done. ``share``: of the members that get a companion run.
 
     ``few_steps``: after so many a member that ``others`` may follow better is given to them, before it goes on without
-    a bound. Raises SimulationError where no member can begin, or the result would fill the memory.
+    a bound. ``maker``: of the lanes in which members run side by side. Raises SimulationError where no member can begin, or the result would fill the memory.
     """
     begun = time.perf_counter()
     crew = (
@@ -90,7 +92,7 @@ def run_ensemble(
         else threads or os.cpu_count() or 1
     )
     # whether a member gets another try does not depend on the other members
-    first = Posed(problem, replace(options, max_steps=few_steps or options.max_steps), members, kept)
+    first = Posed(problem, replace(options, max_steps=few_steps or options.max_steps), members, kept, maker)
     _check_size(first, members.count)
     run = _Run(first, options, others, few_steps, crew, share)
     found = run.all(pieces, options.progress)
@@ -116,9 +118,13 @@ def run_ensemble(
         tolerance=case.tolerance,
         seconds=time.perf_counter() - begun,
         threads=crew,
-        build="compiled C" + (", reproducible" if options.reproducible else ""),
-        remarks=members.remarks,
+        build=first.build,
+        remarks=members.remarks + _remarks(first),
     )
+
+
+def _remarks(posed: Posed) -> tuple[str, ...]:
+    return (f"members ran one by one, not side by side: {posed.without_lanes}",) if posed.without_lanes else ()
 
 
 def _check_size(posed: Posed, n: int) -> None:

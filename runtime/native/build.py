@@ -72,6 +72,11 @@ def model_flags(reproducible: bool = False, loops: bool = False) -> tuple[str, .
     return (*(_LOOPS if loops else _STRAIGHT), *_COMMON, *(_REPRODUCIBLE if reproducible else _FAST))
 
 
+def lane_flags() -> tuple[str, ...]:
+    """What is fused stands in the text of lanes: the compiler adds nothing, so that all widths give the same bits."""
+    return ("-O2", *_COMMON, NATIVE, "-ffp-contract=off")
+
+
 def find_compiler() -> Compiler | None:
     """Find a C compiler: environment ``CC``, then cc, gcc, clang, then ziglang's.
 

@@ -10,6 +10,7 @@
 #ifndef MECH_ENSEMBLE_H
 #define MECH_ENSEMBLE_H
 
+#include "lanes.h"
 #include "start.h"
 
 enum mech_array { MECH_IN_P = 0, MECH_IN_Y, MECH_IN_U, MECH_IN_OUTPUTS, MECH_IN_Z };
@@ -91,6 +92,9 @@ typedef struct mech_ensemble {
     mech_real *series_values;       /* [n][n_series][n_grid]                                 */
     mech_real *ends;                /* [n][ny] states at the ends                            */
     mech_member *members;           /* [n] those that do not wait are left as they are       */
+    const mech_lanes *lanes;        /* members run side by side; NULL: one after the other in each thread. Only of
+                                       models without events and constraints, and tables of one row each */
+    int turns;                      /* of lanes: members that turn out stiff go to the scalar kernel */
     int threads;
     volatile long *done;            /* counted up                                            */
     volatile int *stopped;          /* anything but 0 ends the call soon; members under way wait */

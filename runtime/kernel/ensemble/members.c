@@ -35,7 +35,7 @@ static int n_records(const mech_ensemble *e)
 }
 
 /* Sets the pointers of the room into a block, NULL: gives its size all the same. */
-static size_t lay_out(mech_room *r, const mech_ensemble *e, char *block)
+size_t mech_room_in(mech_room *r, const mech_ensemble *e, char *block)
 {
     const mech_model *m = e->model;
     const mech_options *o = e->options;
@@ -75,12 +75,13 @@ static size_t lay_out(mech_room *r, const mech_ensemble *e, char *block)
     return (size_t)(next - base);
 }
 
-/* ---- one run */
+size_t mech_room_bytes(const mech_ensemble *e)
+{
+    mech_room r;
+    return mech_room_in(&r, e, NULL);
+}
 
-typedef struct outcome {
-    mech_report report;
-    int status;
-} outcome;
+/* ---- one run */
 
 static int enough(const mech_ensemble *e, const mech_report *report, long most)
 {
@@ -89,7 +90,7 @@ static int enough(const mech_ensemble *e, const mech_report *report, long most)
 
 /* Runs from the start of the room to the stop; end state in `end`, rows in grid_y and grid_z, kept numbers in out. 0, or 1
  * where memory is missing. */
-static int run(mech_room *r, const mech_options *options, long most, mech_real *end, mech_real *out, outcome *told)
+static int run(mech_room *r, const mech_options *options, long most, mech_real *end, mech_real *out, mech_outcome *told)
 {
     const mech_ensemble *e = r->e;
     const mech_model *m = e->model;
@@ -161,16 +162,30 @@ static mech_real row_error(const mech_room *r, const mech_real *y, const mech_re
     return error;
 }
 
+void mech_member_compare(const mech_room *r, const mech_outcome *main, const mech_outcome *other, mech_real factor,
+                         mech_member *told, mech_real *errors)
+{
+    const mech_ensemble *e = r->e;
+    const size_t ny = (size_t)(e->model->nq + e->model->nv + e->model->nx);
+    told->companion = other->status == main->status ? 1 : -1;
+    if (told->companion < 0) return;
+    mech_real error = MECH_EPSILON * mech_sqrt(mech_max((mech_real)main->report.steps, 1));
+    const long rows = main->report.n_grid < other->report.n_grid ? main->report.n_grid : other->report.n_grid;
+    for (long k = 0; k < rows; k++)
+        error = row_error(r, r->grid_y + (size_t)k * ny, r->other_y + (size_t)k * ny, factor, error);
+    told->error = row_error(r, r->end, r->before, factor, error);
+    for (int k = 0; k < e->n_kept; k++) errors[k] = factor * mech_abs(r->kept[k] - r->other_kept[k]);
+}
+
 /* A second, tighter run, and how far the first one is off. 0, or 1 where memory is missing. */
-static int compare(mech_room *r, const outcome *main, mech_member *told, mech_real *errors)
+static int compare(mech_room *r, const mech_outcome *main, mech_member *told, mech_real *errors)
 {
     const mech_ensemble *e = r->e;
     const mech_companion *c = &e->companion;
-    const size_t ny = (size_t)(e->model->nq + e->model->nv + e->model->nx);
     mech_real factor = c->factor;
     long most = 0;
     if (c->most) most = main->report.steps > c->most / 10 ? (long)(10 * main->report.steps) : c->most;
-    outcome other;
+    mech_outcome other;
     mech_options o = with_tolerance(r, c->rtol, c->dt, c->dt_max, r->other_y, r->other_z);
     if (run(r, &o, most, r->before, r->other_kept, &other)) return 1;
     if (other.status == MECH_RUNNING && most && !*e->stopped) {
@@ -178,14 +193,7 @@ static int compare(mech_room *r, const outcome *main, mech_member *told, mech_re
         factor = c->loose_factor;
         if (run(r, &o, 0, r->before, r->other_kept, &other)) return 1;
     }
-    told->companion = other.status == main->status ? 1 : -1;
-    if (told->companion < 0) return 0;
-    mech_real error = MECH_EPSILON * mech_sqrt(mech_max((mech_real)main->report.steps, 1));
-    const long rows = main->report.n_grid < other.report.n_grid ? main->report.n_grid : other.report.n_grid;
-    for (long k = 0; k < rows; k++)
-        error = row_error(r, r->grid_y + (size_t)k * ny, r->other_y + (size_t)k * ny, factor, error);
-    told->error = row_error(r, r->end, r->before, factor, error);
-    for (int k = 0; k < e->n_kept; k++) errors[k] = factor * mech_abs(r->kept[k] - r->other_kept[k]);
+    mech_member_compare(r, main, &other, factor, told, errors);
     return 0;
 }
 
@@ -220,8 +228,31 @@ static void write_undefined(const mech_ensemble *e, long k)
 
 static int ended(int status) { return status == MECH_REACHED || status == MECH_TERMINATED; }
 
-/* Makes a member ready and runs it. Gives its stage; MECH_MEMBER_WAITS where the call is to end. */
-static int make(mech_room *r, long k, mech_member *told)
+void mech_member_waits(const mech_ensemble *e, long k, mech_member *told)
+{
+    *told = (mech_member){.t = (mech_real)NAN, .error = (mech_real)NAN, .failed_value = (mech_real)NAN, .index = -1};
+    for (int i = 0; i < e->n_kept; i++) e->kept_errors[k * e->n_kept + i] = (mech_real)NAN;
+    write_undefined(e, k);
+}
+
+int mech_member_ran(mech_room *r, long k, const mech_outcome *main, mech_member *told)
+{
+    const mech_ensemble *e = r->e;
+    const size_t ny = (size_t)(e->model->nq + e->model->nv + e->model->nx), n = (size_t)e->n_kept;
+    told->t = main->report.t;
+    told->failed_value = main->report.failed_value;
+    told->steps = main->report.steps;
+    told->status = main->status;
+    told->index = main->report.failed_index;
+    told->part = main->report.failed_part;
+    told->stiff = main->report.stiff_time == main->report.stiff_time;
+    memcpy(e->ends + (size_t)k * ny, r->end, ny * sizeof(mech_real));
+    write_series(r, main->report.n_grid, e->series_values + (size_t)k * (size_t)e->n_series * (size_t)e->options->n_grid);
+    if (ended(main->status)) memcpy(e->kept_values + (size_t)k * n, r->kept, n * sizeof(mech_real));
+    return ended(main->status);
+}
+
+int mech_member_make(mech_room *r, long k, mech_member *told)
 {
     const mech_ensemble *e = r->e;
     const size_t ny = (size_t)(e->model->nq + e->model->nv + e->model->nx), n = (size_t)e->n_kept;
@@ -231,21 +262,11 @@ static int make(mech_room *r, long k, mech_member *told)
     memcpy(e->ends + (size_t)k * ny, r->y, ny * sizeof(mech_real));
     told->t = all->t0;
     if (stage != MECH_MEMBER_RAN) return stage;
-    outcome main;
+    mech_outcome main;
     const mech_options o = with_tolerance(r, all->rtol, all->dt, all->dt_max, r->grid_y, r->grid_z);
     if (run(r, &o, e->max_steps, r->end, r->kept, &main)) return MECH_MEMBER_MEMORY;
     if (main.status == MECH_RUNNING && *e->stopped) return MECH_MEMBER_WAITS;
-    told->t = main.report.t;
-    told->failed_value = main.report.failed_value;
-    told->steps = main.report.steps;
-    told->status = main.status;
-    told->index = main.report.failed_index;
-    told->part = main.report.failed_part;
-    told->stiff = main.report.stiff_time == main.report.stiff_time;
-    memcpy(e->ends + (size_t)k * ny, r->end, ny * sizeof(mech_real));
-    write_series(r, main.report.n_grid, e->series_values + (size_t)k * (size_t)e->n_series * (size_t)all->n_grid);
-    if (!ended(main.status)) return stage;
-    memcpy(e->kept_values + (size_t)k * n, r->kept, n * sizeof(mech_real));
+    if (!mech_member_ran(r, k, &main, told)) return stage;
     if (e->estimated[k] && compare(r, &main, told, e->kept_errors + (size_t)k * n)) return MECH_MEMBER_MEMORY;
     return *e->stopped && e->estimated[k] && !told->companion ? MECH_MEMBER_WAITS : stage;
 }
@@ -255,20 +276,19 @@ static void make_all(void *shared)
     mech_crew *crew = shared;
     const mech_ensemble *e = crew->e;
     mech_room r;
-    char *block = calloc(1, lay_out(&r, e, NULL));
+    char *block = calloc(1, mech_room_bytes(e));
     if (!block) {
         mech_count(&crew->troubles);
         return;
     }
-    lay_out(&r, e, block);
+    mech_room_in(&r, e, block);
     while (!*e->stopped) {
         const long k = mech_count(&crew->next);
         if (k >= e->n) break;
         if (e->members[k].stage != MECH_MEMBER_WAITS) continue;
-        mech_member told = {.t = (mech_real)NAN, .error = (mech_real)NAN, .failed_value = (mech_real)NAN, .index = -1};
-        for (int i = 0; i < e->n_kept; i++) e->kept_errors[k * e->n_kept + i] = (mech_real)NAN;
-        write_undefined(e, k);
-        told.stage = make(&r, k, &told);
+        mech_member told;
+        mech_member_waits(e, k, &told);
+        told.stage = mech_member_make(&r, k, &told);
         e->members[k] = told;
         if (told.stage != MECH_MEMBER_WAITS) mech_count(e->done);
     }
@@ -278,6 +298,6 @@ static void make_all(void *shared)
 int mech_ensemble_run(const mech_ensemble *e)
 {
     mech_crew crew = {.e = e, .next = 0, .troubles = 0};
-    mech_together(make_all, &crew, e->threads);
+    mech_together(e->lanes && e->stop > e->options->t0 ? mech_members_in_lanes : make_all, &crew, e->threads);
     return crew.troubles > 0;
 }

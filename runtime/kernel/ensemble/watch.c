@@ -4,18 +4,20 @@
 #include "inputs.h"
 #include "member.h"
 
-enum { SAMPLES = 5, SEARCHES = 60 };
+enum { SAMPLES = MECH_LANE_SAMPLES, SEARCHES = 60 };
 
 /* Lobatto's rule of five places on 0..1, exact up to the seventh degree, which is that of the polynomials of dop853. */
-static const mech_real PLACES[SAMPLES] = {0, MECH_C(0.17267316464601143), MECH_C(0.5), MECH_C(0.82732683535398857), 1};
+static const mech_real PLACES[SAMPLES] = MECH_LANE_PLACES;
 static const mech_real SHARES[SAMPLES] = {MECH_C(0.05), MECH_C(0.27222222222222223), MECH_C(0.35555555555555557),
                                           MECH_C(0.27222222222222223), MECH_C(0.05)};
 static const mech_real BESIDE = MECH_C(0.01); /* of a step: where an end is looked at for a peak inside */
 static const mech_real GOLDEN = MECH_C(0.3819660112501051);
 
 typedef struct mech_watch {
-    const mech_real *record, *z; /* of the present step                            */
-    int n_dense, n_outputs;
+    mech_real t, h;              /* of the present step, with the coefficients of its polynomial */
+    const mech_real *dense, *z;
+    int n_dense, width;          /* numbers of the polynomial stand `width` apart   */
+    int n_outputs;
     mech_real from;              /* where what is kept begins                       */
     mech_real *y, *u, *out;      /* room for a state, inputs, outputs               */
     mech_real *sums;             /* [n_kept] of means; found so far for the others  */
@@ -85,9 +87,9 @@ static mech_real upright(const mech_kept *kept, mech_real x) { return kept->kind
 static void look(mech_room *r, mech_real s)
 {
     watch *w = r->watch;
-    mech_dense_at(w->record + 2, w->n_dense, r->e->model->nq + r->e->model->nv + r->e->model->nx, s, w->y);
+    mech_dense_beside(w->dense, w->n_dense, r->e->model->nq + r->e->model->nv + r->e->model->nx, w->width, s, w->y);
     mech_normalise(r->e->model, w->y);
-    if (w->n_outputs) mech_member_outputs(r, w->record[0] + s * w->record[1], w->y, w->z, w->u, w->out);
+    if (w->n_outputs) mech_member_outputs(r, w->t + s * w->h, w->y, w->z, w->u, w->out);
 }
 
 static mech_real at(mech_room *r, const mech_kept *kept, mech_real s)
@@ -192,22 +194,24 @@ static mech_real first_time(mech_room *r, int k)
         if (at(r, kept, middle) > 0) b = middle;
         else a = middle;
     }
-    return r->watch->record[0] + b * r->watch->record[1];
+    return r->watch->t + b * r->watch->h;
 }
 
-void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const mech_real *z)
+void mech_dense_beside(const mech_real *c, int n_dense, int ny, int width, mech_real s, mech_real *y)
+{
+    const mech_real r = 1 - s;
+    for (int i = 0; i < ny; i++) {
+        mech_real sum = c[((n_dense - 1) * ny + i) * width];
+        for (int k = n_dense - 2; k >= 0; k--) sum = c[(k * ny + i) * width] + (k % 2 ? r : s) * sum;
+        y[i] = sum;
+    }
+}
+
+/* Reduces the samples of a step. */
+static void reduce(mech_room *r)
 {
     const mech_ensemble *e = r->e;
     watch *w = r->watch;
-    if (record[0] < w->from) return; /* `from` is the end of a step */
-    w->record = record;
-    w->n_dense = n_dense;
-    w->z = z;
-    for (int j = 0; j < SAMPLES; j++) {
-        look(r, PLACES[j]);
-        for (int k = 0; k < e->n_kept; k++)
-            if (flows(e->kept[k].kind)) w->samples[j * e->n_kept + k] = value(&e->kept[k], w->y, z, w->out);
-    }
     for (int k = 0; k < e->n_kept; k++) switch (e->kept[k].kind) {
         case MECH_LARGEST:
         case MECH_LEAST:
@@ -218,7 +222,7 @@ void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const m
         case MECH_MEAN: {
             mech_real sum = 0;
             for (int j = 0; j < SAMPLES; j++) sum += SHARES[j] * w->samples[j * e->n_kept + k];
-            w->sums[k] += record[1] * sum;
+            w->sums[k] += w->h * sum;
             break;
         }
         case MECH_FIRST:
@@ -227,6 +231,40 @@ void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const m
         default:
             break;
         }
+}
+
+void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const mech_real *z)
+{
+    const mech_ensemble *e = r->e;
+    watch *w = r->watch;
+    if (record[0] < w->from) return; /* `from` is the end of a step */
+    w->t = record[0];
+    w->h = record[1];
+    w->dense = record + 2;
+    w->n_dense = n_dense;
+    w->width = 1;
+    w->z = z;
+    for (int j = 0; j < SAMPLES; j++) {
+        look(r, PLACES[j]);
+        for (int k = 0; k < e->n_kept; k++)
+            if (flows(e->kept[k].kind)) w->samples[j * e->n_kept + k] = value(&e->kept[k], w->y, z, w->out);
+    }
+    reduce(r);
+}
+
+void mech_watch_beside(mech_room *r, const mech_beside *step)
+{
+    const mech_ensemble *e = r->e;
+    watch *w = r->watch;
+    if (step->t < w->from) return;
+    w->t = step->t;
+    w->h = step->h;
+    w->dense = step->dense;
+    w->n_dense = step->n_dense;
+    w->width = step->width;
+    w->z = r->z;
+    for (int i = 0; i < SAMPLES * e->n_kept; i++) w->samples[i] = step->samples[i * step->width];
+    reduce(r);
 }
 
 void mech_watch_jump(mech_room *r, mech_real t, const mech_real *y, const mech_real *z)

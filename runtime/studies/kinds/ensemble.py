@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from hashlib import sha256
 from pathlib import Path
 from typing import Annotated, ClassVar
@@ -10,6 +11,7 @@ import numpy as np
 
 from ...ensembles.files import PiecesFolder
 from ...ensembles.kept import Kept, check_kept, kept_by_default
+from ...ensembles.lanes import CHOICES, Maker, Wanted
 from ...ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, members_of
 from ...ensembles.result import Ensemble
 from ...ensembles.run import Other, run_ensemble
@@ -56,12 +58,17 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         float, settable("Members whose error is estimated: all, none or a share; 0.05 without it.", "share")
     ] = TWENTIETH
     threads: Annotated[int | None, settable("Threads; all processors without it.", "count")] = None
+    lanes: Annotated[
+        str,
+        settable("Members side by side in vectors: auto (from 1000 members on), on or off.", "text"),
+    ] = "auto"
     store: Annotated[
         str | None, settable("File beside which finished members are kept until all are made.", "text")
     ] = None
     resume: Annotated[bool, settable("Go on with the members that an earlier run has kept.", "flag")] = False
     others: tuple[Other, ...] = ()
     few_steps: int | None = None
+    make_lanes: Callable[[Wanted, str], Path] | None = None
 
     def solve(self, problem: Problem) -> Ensemble:
         """Run all members. Raises SimulationError for members or things to keep that do not fit the model."""
@@ -73,6 +80,12 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
                 "'resume' goes on with what an earlier run has kept, and no file is named",
                 help="name it by --output, or by store in Python",
             )
+        if self.lanes not in CHOICES:
+            raise SimulationError(
+                f"'lanes' is {' or '.join(CHOICES)}, not '{self.lanes}'",
+                help="without it, lanes are taken for many members of models that can have them",
+            )
+        maker = None if self.make_lanes is None else Maker(self.make_lanes, self.lanes)
         pieces = None
         if self.store:
             pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
@@ -86,6 +99,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             others=self.others,
             few_steps=self.few_steps,
             pieces=pieces,
+            maker=maker,
         )
         if pieces is not None and found.complete:
             pieces.remove()
@@ -98,7 +112,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             digest.update(axis.name.encode() + axis.values.tobytes())
         if members.cloud is not None:
             digest.update(repr(members.cloud.names).encode() + members.cloud.rows.tobytes())
-        own = {"progress", "threads", "store", "resume", "others", "few_steps", "vary", "inputs"}
+        own = {"progress", "threads", "store", "resume", "others", "few_steps", "make_lanes", "vary", "inputs"}
         asked = {name: getattr(self, name) for name in self.__struct_fields__ if name not in own}
         tables = {name: (t.times.tobytes(), t.values.tobytes()) for name, t in self.inputs.items()}
         digest.update(repr((sorted(asked.items()), sorted(tables.items()))).encode())

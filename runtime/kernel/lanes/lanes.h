@@ -1,0 +1,67 @@
+/* Lanes: several members of an ensemble side by side in vectors, each with its own time, step and error. What the generated
+ * lanes of a model (a library of their own) offer the ensemble.
+ *
+ *  1. Number i of lane l of an array stands at [i * width + l]; arrays begin at multiples of 64 bytes.
+ *  2. Lanes do not feel each other: every operation is one of vectors, element by element, and what is done for single lanes
+ *     is not done to the others. A member gives the same bits in whatever lane it runs, beside whatever others.
+ *  3. Products and sums are fused where the program of the model says so, not where a compiler likes: all widths with
+ *     fused operations give the same bits.
+ *  4. Lanes step as stepping/step.c does, of smooth models alone: what goes wrong is told as `troubled`, and the member runs
+ *     once more by the scalar kernel, which knows the words for it.
+ */
+#ifndef MECH_LANES_H
+#define MECH_LANES_H
+
+#include "model.h"
+
+#define MECH_LANES_VERSION 1
+
+/* The lanes of one thread. Sets of lanes are bits: lane l is 1 << l. */
+typedef struct mech_lane_room {
+    /* of each lane, set where a member enters it */
+    mech_real *t, *rtol, *longest;  /* `longest`: the longest step                                  */
+    mech_real *limit;               /* a time that a step ends at: the next stop, or the end        */
+    mech_real *next_row;            /* the next time of the grid, infinite: none                    */
+    mech_real *most;                /* steps after which the lane is told as `full`, infinite: none */
+    mech_real *y, *atol;            /* [ny]                                                         */
+    mech_real *p, *z, *u;           /* parameters with hoisted constants; u: inputs that are given  */
+    /* of each lane, kept from step to step */
+    mech_real *dt, *error_old, *steps, *next_look, *next_check;
+    mech_real *dy;                  /* [ny]                                                         */
+    /* of the last step */
+    mech_real *from, *h;            /* where it began, its size                                     */
+    mech_real *stiffness;           /* |h lambda| as it saw it, of lanes that `looked`              */
+    mech_real *dense;               /* [n_dense][ny] coefficients of its polynomial (solver.h)      */
+    mech_real *samples;             /* [MECH_LANE_SAMPLES][n_kept] what is kept, along it           */
+    mech_real *extra;               /* [n_extra] of the method                                      */
+    const unsigned char *given;     /* [nu] of all lanes: the input is that of `u`                  */
+    unsigned alive;                 /* lanes that hold a member                                     */
+    unsigned fresh;                 /* lanes whose member begins                                    */
+    unsigned after_rejection;
+    /* what the last step brought */
+    unsigned took;                  /* the step was good                                            */
+    unsigned landed;                /* and ended at the limit                                       */
+    unsigned looked;                /* `stiffness` was looked at                                    */
+    unsigned passed;                /* a time of the grid was reached or passed                     */
+    unsigned full, troubled;
+    int watched;                    /* samples are wanted of every step                             */
+} mech_lane_room;
+
+/* Places of the samples on a step: of Lobatto's rule on 0..1, exact up to the degree of the polynomials of dop853. */
+enum { MECH_LANE_SAMPLES = 5 };
+#define MECH_LANE_PLACES {0, MECH_C(0.17267316464601143), MECH_C(0.5), MECH_C(0.82732683535398857), 1}
+
+typedef struct mech_lanes {
+    int version, width, fused;
+    int ny, n_all, nz, nu;          /* n_all: parameters with hoisted constants                     */
+    int n_kept, n_dense, n_extra;
+    const char *build;              /* in words: the vectors, and whether operations are fused      */
+    int look_every;                 /* steps between two looks at stiffness; 0: never               */
+    mech_real stiffness_bound;
+    /* Begins the members of `fresh` lanes: derivative and first step. Tells `troubled`. */
+    void (*begin)(mech_lane_room *room);
+    /* Attempts one step in each lane. */
+    void (*attempt)(mech_lane_room *room);
+} mech_lanes;
+
+#endif
