@@ -11,7 +11,7 @@ from mechc.runtime.native.kernel import kernel_sources
 from .program.model import Program
 from .targets.lanes import emit_lanes
 
-ROOMS = (".", "run", "methods", "lanes")
+ROOMS = (".", "run", "methods", "ensemble")
 """Of the kernel: whose headers the text includes."""
 
 
@@ -20,6 +20,11 @@ def build_lanes(program: Program, wanted: Wanted, method: str, width: int | None
 
     Raises NoLanes, BuildError, CompilerMissing.
     """
-    headers = {name: text for name, text in kernel_sources(ROOMS).items() if name.endswith(".h")}
     flags = lane_flags() if width is None else (*lane_flags(), f"-DMECH_LANE_WIDTH={width}")
-    return build_shared({"lanes.c": emit_lanes(program, wanted, method), **headers}, flags, name="lanes")
+    return build_shared(lane_sources(emit_lanes(program, wanted, method)), flags, name="lanes")
+
+
+def lane_sources(text: str) -> dict[str, str]:
+    """Return a file of lanes with the headers of the kernel that it includes."""
+    headers = {name: text for name, text in kernel_sources(ROOMS).items() if name.endswith(".h")}
+    return {"lanes.c": text, **headers}

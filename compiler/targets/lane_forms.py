@@ -1,4 +1,4 @@
-"""Vectors of lanes in C: one row for each operation. What the functions do stands in ``runtime/kernel/lanes``."""
+"""Vectors of lanes in C: one row for each operation. What the functions do stands in ``runtime/kernel/ensemble``."""
 
 from __future__ import annotations
 

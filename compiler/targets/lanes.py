@@ -1,4 +1,4 @@
-"""The lanes target: the functions of a model for several members of an ensemble side by side (``runtime/kernel/lanes``).
+"""The lanes target: the functions of a model for several members of an ensemble side by side (``runtime/kernel/ensemble``).
 
 The same statements as in the C of ``c.py``, of vectors in the place of numbers, one operation a line. A product that only
 sums and differences read is fused with them here, so that no compiler decides about the bits.
@@ -76,13 +76,18 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str) -> It
     }
     for name, size in sizes.items():
         yield f"#define {name} {size}"
-    yield _PRELUDE.format(pi=PI_DIGITS)
-    yield from _tables(program, functions)
     if program.rotations:
         yield f"static const int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
+    yield from function_lines(program, functions)
+    yield f'#include "{METHODS[method]}"\n#include "lane_model.h"'
+
+
+def function_lines(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[str]:
+    """Yield functions in lanes, with all that they call."""
+    yield _PRELUDE.format(pi=PI_DIGITS)
+    yield from _tables(program, functions)
     for function in functions:
         yield from _function(function)
-    yield f'#include "{METHODS[method]}"\n#include "lane_model.h"'
 
 
 def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from ..api import Model
     from ..runtime.ensembles.result import Ensemble
 
-SETTINGS = ("vary", "keep", "samples", "seed", "sampling", "covariance", "errors", "threads")
+SETTINGS = ("vary", "keep", "samples", "seed", "sampling", "covariance", "errors", "threads", "lanes")
 FORMATS = (".nc", ".zarr", ".parquet")
 """Endings of files that ensembles have beside those of single runs."""
 OF_ONE_RUN = {
@@ -49,6 +49,11 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--errors", metavar="all|none|SHARE", help="Members whose error is estimated; 0.05 without it."
         ),
         click.option("--threads", metavar="N", help="Threads of many runs; all processors without it."),
+        click.option(
+            "--lanes",
+            metavar="auto|on|off",
+            help="Many runs side by side in vectors; auto takes them from 1000 members on.",
+        ),
         click.option(
             "--resume", is_flag=True, help="Go on with many runs that were interrupted, into the same file."
         ),

@@ -1,4 +1,4 @@
-"""Members side by side in vectors: whether that is done, and the library of a model's lanes (``kernel/lanes``)."""
+"""Members side by side in vectors: whether that is done, and the library of a model's lanes (``kernel/ensemble/lanes.h``)."""
 
 from __future__ import annotations
 

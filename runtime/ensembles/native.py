@@ -141,7 +141,7 @@ class Sizes:
 @functools.cache
 def load_ensemble(reproducible: bool = False) -> ctypes.CDLL:
     """Load the kernel with its ensemble room. Raises ``BuildError`` and ``CompilerMissing``."""
-    sources = native.kernel_sources((*native.KERNEL_ROOMS, "lanes", "ensemble"))
+    sources = native.kernel_sources((*native.KERNEL_ROOMS, "ensemble"))
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     library = ctypes.CDLL(str(build_shared(sources, kernel_flags(reproducible), name="ensemble", link=link)))
     library.mech_ensemble_layout.argtypes = (POINTER(c_size_t),)

@@ -124,7 +124,9 @@ def run_ensemble(
 
 
 def _remarks(posed: Posed) -> tuple[str, ...]:
-    return (f"members ran one by one, not side by side: {posed.without_lanes}",) if posed.without_lanes else ()
+    return (
+        (f"members ran one by one, not side by side: {posed.without_lanes}",) if posed.without_lanes else ()
+    )
 
 
 def _check_size(posed: Posed, n: int) -> None:

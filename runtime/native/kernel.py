@@ -28,7 +28,7 @@ from .build import build_shared, kernel_flags
 KERNEL = Path(__file__).parents[1] / "kernel"
 KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
 """Folders of the kernel, from the lowest to the highest: none calls what stands in a later one."""
-AROUND = ("fmi", "reference", "lanes", "ensemble")
+AROUND = ("fmi", "reference", "ensemble")
 """Further folders, of which each stands on all of the kernel and none on another."""
 
 MODEL_VERSION = 5

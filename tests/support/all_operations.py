@@ -23,7 +23,14 @@ from mechc.compiler.graph import Graph, Node, monotone_table, node
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operations import Operation
 from mechc.compiler.symbolic import express
-from mechc.compiler.targets import c_forms, casadi_forms, jax_forms, python_forms, scalar_functions
+from mechc.compiler.targets import (
+    c_forms,
+    casadi_forms,
+    jax_forms,
+    lane_forms,
+    python_forms,
+    scalar_functions,
+)
 from mechc.compiler.targets.c import emit_c
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -65,6 +72,8 @@ def missing(row: Operation) -> list[str]:
             lacks("'digits', what it gives for many digits (its 'value' gives floats only),", ops)
     if row.code not in c_forms.FORMS and not lookup:
         lacks("row in FORMS", c_forms)
+    if row.code not in lane_forms.FORMS and not lookup:
+        lacks("row in FORMS", lane_forms)
     if row.code not in python_forms.FORMS:
         lacks("row in FORMS, or in FUNCTIONS", python_forms)
     for forms in (casadi_forms, jax_forms):

@@ -1,24 +1,12 @@
-/* The members of an ensemble, run by threads that take the next one each. */
+/* Single members of an ensemble: run, judged by a second run, and written. */
 #include "ensemble.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 #include "member.h"
-#include "threads.h"
 
 enum { SLICE = 4096, SMOOTH_RECORDS = 16, EVENTS = 320, INSTANTS = 16 };
-
-void mech_ensemble_layout(size_t sizes[7])
-{
-    sizes[0] = sizeof(mech_place);
-    sizes[1] = sizeof(mech_kept);
-    sizes[2] = sizeof(mech_member);
-    sizes[3] = sizeof(mech_companion);
-    sizes[4] = sizeof(mech_ensemble);
-    sizes[5] = sizeof(mech_sizes);
-    sizes[6] = sizeof(mech_quantity);
-}
 
 /* ---- the room of a thread */
 
@@ -269,35 +257,4 @@ int mech_member_make(mech_room *r, long k, mech_member *told)
     if (!mech_member_ran(r, k, &main, told)) return stage;
     if (e->estimated[k] && compare(r, &main, told, e->kept_errors + (size_t)k * n)) return MECH_MEMBER_MEMORY;
     return *e->stopped && e->estimated[k] && !told->companion ? MECH_MEMBER_WAITS : stage;
-}
-
-static void make_all(void *shared)
-{
-    mech_crew *crew = shared;
-    const mech_ensemble *e = crew->e;
-    mech_room r;
-    char *block = calloc(1, mech_room_bytes(e));
-    if (!block) {
-        mech_count(&crew->troubles);
-        return;
-    }
-    mech_room_in(&r, e, block);
-    while (!*e->stopped) {
-        const long k = mech_count(&crew->next);
-        if (k >= e->n) break;
-        if (e->members[k].stage != MECH_MEMBER_WAITS) continue;
-        mech_member told;
-        mech_member_waits(e, k, &told);
-        told.stage = mech_member_make(&r, k, &told);
-        e->members[k] = told;
-        if (told.stage != MECH_MEMBER_WAITS) mech_count(e->done);
-    }
-    free(block);
-}
-
-int mech_ensemble_run(const mech_ensemble *e)
-{
-    mech_crew crew = {.e = e, .next = 0, .troubles = 0};
-    mech_together(e->lanes && e->stop > e->options->t0 ? mech_members_in_lanes : make_all, &crew, e->threads);
-    return crew.troubles > 0;
 }

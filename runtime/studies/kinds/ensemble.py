@@ -112,7 +112,17 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             digest.update(axis.name.encode() + axis.values.tobytes())
         if members.cloud is not None:
             digest.update(repr(members.cloud.names).encode() + members.cloud.rows.tobytes())
-        own = {"progress", "threads", "store", "resume", "others", "few_steps", "make_lanes", "vary", "inputs"}
+        own = {
+            "progress",
+            "threads",
+            "store",
+            "resume",
+            "others",
+            "few_steps",
+            "make_lanes",
+            "vary",
+            "inputs",
+        }
         asked = {name: getattr(self, name) for name in self.__struct_fields__ if name not in own}
         tables = {name: (t.times.tobytes(), t.values.tobytes()) for name, t in self.inputs.items()}
         digest.update(repr((sorted(asked.items()), sorted(tables.items()))).encode())

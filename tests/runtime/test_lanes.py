@@ -1,0 +1,232 @@
+"""Members of an ensemble side by side: against single runs, and the same bits wherever a member runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import mechc
+from mechc.compiler import lanes as compiled_lanes
+from mechc.runtime.ensembles import lanes as chosen
+from mechc.runtime.ensembles import run as ensemble_run
+from mechc.runtime.ensembles.result import Ensemble
+
+ROOT = Path(__file__).parents[2]
+
+DRIVEN = """\
+model Driven
+  parameter l = 1 m;
+  parameter k = 0.2;
+  input Torque push = 0.1 N.m*cos(2 rad/s*time);
+  input Force steady = 0 N;
+  coordinate theta = 60 deg;
+  coordinate x = 10 cm;
+  kinetic 1/2*1 kg*(l*der(theta))^2 + 1/2*(1 + k*sin(theta)^2)*1 kg*der(x)^2;
+  potential -9.81 N*l*cos(theta) + 1/2*40 N/m*x^2*exp(-k*cos(theta));
+  damping 0.1 N.s/m on x;
+  force push on theta;
+  force steady on x;
+  assert x < 30 cm, "too far";
+  experiment(stop = 3 s, tolerance = 1e-9);
+end Driven;
+"""
+
+BALL = """\
+model Ball
+  coordinate Length y = 1 m;
+  kinetic 1/2*1 kg*der(y)^2;
+  potential 1 kg*9.81 m/s^2*y;
+  contact floor: y restitution 0.8;
+  experiment(stop = 2 s);
+end Ball;
+"""
+
+STIFF = """\
+model Stiff
+  dimensionless;
+  parameter mu = 1;
+  state x = 2;
+  state v = 0;
+  equation der(x) = v;
+  equation der(v) = mu*(1 - x^2)*v - x;
+  experiment(stop = 10);
+end Stiff;
+"""
+
+KEEP = (
+    "final(x), max(theta), min(energy.total), mean(x^2), first(theta < 0 rad), last = final(theta + x/(1 m))"
+)
+ARRAYS = ("numbers", "number_errors", "rows", "errors", "steps", "outcomes", "ends")
+
+
+@pytest.fixture(scope="module")
+def driven() -> mechc.Model:
+    return mechc.loads(DRIVEN)
+
+
+@pytest.fixture(scope="module")
+def asked() -> dict[str, Any]:
+    return {
+        "vary": "l ~ uniform(0.8, 1.2 m), k ~ uniform(0, 0.4), steady ~ normal(0 N, 0.2 N), theta ~ normal(1 rad, 0.2 rad)",
+        "keep": KEEP + ", x, energy.total",
+        "samples": 60,
+        "every": "0.5 s",
+        "errors": "0.4",
+    }
+
+
+@pytest.fixture(scope="module")
+def beside(driven: mechc.Model, asked: dict[str, Any]) -> Ensemble:
+    return driven.ensemble(**asked, lanes="on", threads=1)
+
+
+def test_members_are_the_runs_of_their_values(
+    driven: mechc.Model, asked: dict[str, Any], beside: Ensemble
+) -> None:
+    alone = driven.ensemble(**asked, lanes="off")
+    assert "lanes" in beside.build and alone.build == "compiled C"
+    assert beside.counts() == alone.counts() == {"completed": 60}
+    # steps of 1e-9, some 60 of them, in motions that keep their errors; both are off by that much
+    np.testing.assert_allclose(beside.numbers, alone.numbers, rtol=2e-7, atol=2e-7)
+    np.testing.assert_allclose(beside.rows, alone.rows, rtol=2e-7, atol=2e-7)
+    assert abs(beside.steps.sum() / alone.steps.sum() - 1) < 0.02
+    estimated = np.isfinite(alone.errors)
+    np.testing.assert_array_equal(np.isfinite(beside.errors), estimated)
+    np.testing.assert_allclose(beside.errors[estimated], alone.errors[estimated], rtol=0.5)
+    single = driven.simulate(
+        set={name: beside[name][7] for name in ("l", "k", "steady", "theta")}, tolerance=1e-13, every="0.5 s"
+    )
+    np.testing.assert_allclose(beside["x"][7], single["x"], atol=2e-7)
+
+
+def test_threads_batches_and_neighbours_change_no_bit(
+    driven: mechc.Model, asked: dict[str, Any], beside: Ensemble, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(ensemble_run, "LARGEST", 13)
+    other = driven.ensemble(**asked, lanes="on", threads=3)
+    for name in ARRAYS:
+        np.testing.assert_array_equal(getattr(other, name), getattr(beside, name), err_msg=name)
+    names = ("l", "k", "steady", "theta")
+    rows = np.stack([beside[name] for name in names], axis=1)[[41, 7, 23]]
+    few = driven.ensemble(**{**asked, "vary": {names: rows}, "samples": None, "errors": "none"}, lanes="on")
+    np.testing.assert_array_equal(few.numbers, beside.numbers[[41, 7, 23]])
+
+
+def test_all_widths_give_the_same_bits(
+    driven: mechc.Model, asked: dict[str, Any], beside: Ensemble, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "not fused" in beside.build:
+        pytest.skip("this processor does not fuse products and sums")
+    whole, builds = compiled_lanes.build_lanes, set()
+    for width in (2, 4, 8):
+        monkeypatch.setattr(
+            compiled_lanes, "build_lanes", lambda *given, width=width: whole(*given, width=width)
+        )
+        other = driven.ensemble(**asked, lanes="on")
+        builds.add(other.build)
+        for name in ARRAYS:
+            np.testing.assert_array_equal(
+                getattr(other, name), getattr(beside, name), err_msg=f"{name} {width}"
+            )
+    assert len(builds) == 3
+
+
+def test_rotations_keep_their_length() -> None:
+    top = mechc.load(ROOT / "examples" / "heavy_top_rotation.mech")
+    asked: dict[str, Any] = {
+        "vary": "m = 0.9 kg .. 1.1 kg, 3; Js = 0.19 kg.m^2 .. 0.21 kg.m^2, 3",
+        "keep": "max(cos_nutation), min(tip[1]), R[1], R[2], R[3], R[4]",
+        "every": "0.2 s",
+        "errors": "all",
+        "stop": "1 s",
+    }
+    on, off = top.ensemble(**asked, lanes="on"), top.ensemble(**asked, lanes="off")
+    assert "lanes" in on.build and on.counts() == {"completed": 9}
+    # at 1e-10 a step, some 50 steps
+    np.testing.assert_allclose(on.numbers, off.numbers, atol=1e-8)
+    np.testing.assert_allclose(on.rows, off.rows, atol=1e-8)
+    lengths = np.sqrt(sum(on[f"R[{i}]"] ** 2 for i in range(1, 5)))
+    np.testing.assert_allclose(lengths, 1.0, rtol=1e-15)
+    assert np.nanmax(on.errors) < 1e-7
+
+
+def test_members_in_trouble_are_told_as_single_runs_are(driven: mechc.Model) -> None:
+    """Where an assertion fails, a start is refused, or a derivative is undefined."""
+    asked: dict[str, Any] = {"vary": {"x": [0.1, 0.29, 0.5], "l": [1.0, -1.0, 0.0]}, "keep": "final(theta)"}
+    on, off = driven.ensemble(**asked, lanes="on"), driven.ensemble(**asked, lanes="off")
+    assert "lanes" in on.build
+    np.testing.assert_array_equal(on.outcome_words, off.outcome_words)
+    assert {"completed", "failed"} <= set(on.outcome_words.ravel())
+    assert on.why() == off.why() and len(on.why()) >= 2
+    np.testing.assert_allclose(on["final(theta)"], off["final(theta)"], rtol=1e-6)
+
+
+def test_stiff_members_leave_their_lanes(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = mechc.loads(STIFF)
+    monkeypatch.setattr("mechc.answering.FEW_STEPS", 300)
+    asked: dict[str, Any] = {"vary": {"mu": [1.0, 300.0, 2.0, 600.0]}, "keep": "final(x)", "errors": "all"}
+    on, off = model.ensemble(**asked, lanes="on"), model.ensemble(**asked, lanes="off")
+    assert "lanes" in on.build and on.counts() == {"completed": 4}
+    assert on.steps.max() < 3000
+    np.testing.assert_allclose(on["final(x)"], off["final(x)"], atol=1e-6)
+    turning = model.ensemble(**asked, lanes="on", method="auto")
+    assert turning.counts() == {"completed": 4} and turning.steps.max() < 3000
+    np.testing.assert_allclose(turning["final(x)"], off["final(x)"], atol=1e-6)
+
+
+def test_an_interrupted_ensemble_leaves_no_half_members(driven: mechc.Model) -> None:
+    import signal
+
+    def pressed(fraction: float) -> None:
+        if not presses and fraction < 1:
+            presses.append(fraction)
+            signal.raise_signal(signal.SIGINT)
+
+    presses: list[float] = []
+    part = driven.ensemble(
+        "l ~ uniform(0.8, 1.2 m)", "final(x)", samples=60_000, lanes="on", threads=1, progress=pressed
+    )
+    made = part.counts()
+    assert presses and made.get("not made", 0) > 0
+    waiting = part.outcome_words == "not made"
+    assert np.isnan(part["final(x)"][waiting]).all() and np.isfinite(part["final(x)"][~waiting]).all()
+
+
+def test_lanes_are_compiled_where_they_pay(driven: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[int] = []
+    whole = compiled_lanes.build_lanes
+    monkeypatch.setattr(compiled_lanes, "build_lanes", lambda *given: (made.append(1), whole(*given))[1])
+    few = driven.ensemble("k = 0 .. 0.4, 20", "final(x)", stop="0.1 s")
+    assert not made and few.build == "compiled C" and not few.remarks
+    many = driven.ensemble(f"k = 0 .. 0.4, {chosen.ENOUGH}", "final(x)", stop="0.1 s")
+    assert made and "lanes" in many.build
+    same = driven.ensemble(f"k = 0 .. 0.4, {chosen.ENOUGH}", "final(x)", stop="0.1 s", reproducible=True)
+    assert same.build == "compiled C, reproducible" and "bits of the scalar kernel" in same.remarks[0]
+
+
+@pytest.mark.parametrize(
+    ("text", "settings", "said"),
+    [
+        (BALL, {"vary": "y = 1 m .. 2 m, 3"}, "events, contacts and switches"),
+        (DRIVEN, {"vary": "l = 1 m .. 2 m, 3", "method": "radau5"}, "'radau5' takes no steps side by side"),
+        (DRIVEN, {"vary": "l = 1 m .. 2 m, 3", "reproducible": True}, "the scalar kernel"),
+        (DRIVEN, {"vary": "l = 1 m .. 2 m, 3", "lanes": "many"}, "'lanes' is auto or on or off"),
+        (
+            DRIVEN,
+            {"vary": "l = 1 m .. 2 m, 3", "inputs": {"steady": "push.csv"}},
+            "follow tables over time",
+        ),
+    ],
+)
+def test_what_lanes_cannot_do_is_said(
+    text: str, settings: dict[str, Any], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("push.csv").write_text("time,steady\n0,0\n1,1\n", encoding="utf-8")
+    with pytest.raises(mechc.SimulationError, match=said):
+        mechc.loads(text).ensemble(**{"lanes": "on", **settings})
+    if settings.get("lanes") is None:
+        assert mechc.loads(text).ensemble(**settings).build.startswith("compiled C")
