@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 import mechc
 from mechc.compiler import lanes as compiled_lanes
+from mechc.compiler.program import Program
 from mechc.runtime.ensembles import lanes as chosen
 from mechc.runtime.ensembles import run as ensemble_run
 from mechc.runtime.ensembles.result import Ensemble
@@ -122,9 +124,7 @@ def test_all_widths_give_the_same_bits(
         pytest.skip("this processor does not fuse products and sums")
     whole, builds = compiled_lanes.build_lanes, set()
     for width in (2, 4, 8):
-        monkeypatch.setattr(
-            compiled_lanes, "build_lanes", lambda *given, width=width: whole(*given, width=width)
-        )
+        monkeypatch.setattr(compiled_lanes, "build_lanes", partial(whole, width=width))
         other = driven.ensemble(**asked, lanes="on")
         builds.add(other.build)
         for name in ARRAYS:
@@ -196,9 +196,14 @@ def test_an_interrupted_ensemble_leaves_no_half_members(driven: mechc.Model) -> 
 
 
 def test_lanes_are_compiled_where_they_pay(driven: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[int] = []
+    made: list[str] = []
     whole = compiled_lanes.build_lanes
-    monkeypatch.setattr(compiled_lanes, "build_lanes", lambda *given: (made.append(1), whole(*given))[1])
+
+    def noted(program: Program, wanted: chosen.Wanted, method: str) -> Path:
+        made.append(method)
+        return whole(program, wanted, method)
+
+    monkeypatch.setattr(compiled_lanes, "build_lanes", noted)
     few = driven.ensemble("k = 0 .. 0.4, 20", "final(x)", stop="0.1 s")
     assert not made and few.build == "compiled C" and not few.remarks
     many = driven.ensemble(f"k = 0 .. 0.4, {chosen.ENOUGH}", "final(x)", stop="0.1 s")

@@ -13,7 +13,7 @@ from native_code import Both, Floats, bits
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operations import Operation
 from mechc.compiler.lanes import lane_sources
-from mechc.compiler.program.model import Load, Operate, Store
+from mechc.compiler.program.model import Body, Load, Operate, Store
 from mechc.compiler.targets.lane_forms import FORMS
 from mechc.compiler.targets.lanes import _Printer, function_lines
 from mechc.runtime.native.build import build_shared, lane_flags
@@ -136,7 +136,7 @@ def test_errors_are_as_stated(code: int, ranges: tuple[float, ...], lanes: Mappi
 
 
 def test_products_are_fused_where_sums_alone_read_them() -> None:
-    body = (
+    body: Body = (
         *(Load("y", i) for i in range(3)),
         Operate(ops.MUL, (0, 1)),
         Operate(ops.ADD, (3, 2)),
