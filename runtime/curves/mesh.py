@@ -38,6 +38,16 @@ class Mesh(Struct, frozen=True, eq=False):
         """Return the functions of each element and their derivatives by s: shape (depth + 1, elements, places, functions)."""
         return self._scaled(r, basis.values(self.degree, r, xi, depth)[:, None], slice(None))
 
+    def values_in(self, element: NDArray[np.int64], r: int, xi: Array, depth: int) -> Array:
+        """Return the functions at one place in each of some elements: shape (depth + 1, places, functions)."""
+        half = np.diff(self.nodes)[element, None] / 2
+        found = basis.values(self.degree, r, xi, depth)
+        for k in range(1, depth + 1):
+            found[k] /= half**k
+        for m in range(1, r):
+            found[:, :, [m, r + m]] *= half**m
+        return found
+
     def _scaled(self, r: int, by_xi: Array, which: slice | NDArray[np.bool_]) -> Array:
         half = np.diff(self.nodes)[which, None, None] / 2
         found = np.empty((len(by_xi), len(half), *by_xi.shape[2:]))
@@ -89,6 +99,15 @@ class Mesh(Struct, frozen=True, eq=False):
                 steep.append(side)
             nodes.append(right)
         return Mesh(np.array(nodes), np.array(steep, dtype=np.int64), self.degree)
+
+    def steeper(self, lower: bool, upper: bool) -> Mesh:
+        """Return the mesh with its first or its last element steep towards its end, too."""
+        steep = self.steep.copy()
+        if lower and steep[0] == 0:
+            steep[0] = -1
+        if upper and steep[-1] == 0:
+            steep[-1] = 1
+        return Mesh(self.nodes, steep, self.degree)
 
     def of_degree(self, degree: int) -> Mesh:
         return Mesh(self.nodes, self.steep, degree)

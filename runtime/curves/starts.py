@@ -218,14 +218,11 @@ def evaluate(discrete: Discrete, unknowns: Unknowns, s: Array, depth: int) -> Ar
     """Return y at places: coordinates and ``depth`` derivatives by s, (height, places)."""
     element, xi = discrete.mesh.find(s)
     n = discrete.layout.n
-    table = discrete.coordinates(unknowns)
+    table = discrete.coordinates(unknowns)[element]
     y = np.zeros((discrete._height(), len(s)))
-    for e in np.unique(element):
-        here = element == e
-        one = Mesh(discrete.mesh.nodes[e : e + 2], discrete.mesh.steep[e : e + 1], discrete.mesh.degree)
-        functions = one.derivatives(discrete.curve.order, xi[here], depth)[:, 0]
-        for k in range(depth + 1):
-            y[k * n : (k + 1) * n, here] = (functions[k] @ table[e]).T
+    functions = discrete.mesh.values_in(element, discrete.curve.order, xi, depth)
+    for k in range(depth + 1):
+        y[k * n : (k + 1) * n] = np.einsum("sj,sji->is", functions[k], table)
     return y
 
 

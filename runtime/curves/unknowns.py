@@ -106,17 +106,14 @@ def fitted(layout: Layout, mesh: Mesh, at: Array, xi: Array) -> tuple[Array, Arr
     functions = mesh.derivatives(r, xi, 0)[0]
     raw = np.linalg.lstsq(functions[0], np.eye(len(xi)), rcond=None)[0] if _alike(functions) else None
     count = mesh.count
-    table = np.empty((count, layout.degree + 1, n))
-    for e in range(count):
-        fit = raw if raw is not None else np.linalg.lstsq(functions[e], np.eye(len(xi)), rcond=None)[0]
-        table[e] = fit @ at[:, e].T
+    fits = np.array([raw] if raw is not None else [np.linalg.lstsq(f, np.eye(len(xi)), rcond=None)[0] for f in functions])
+    table = fits @ np.swapaxes(at, 0, 1).swapaxes(1, 2)
     border = np.zeros((count + 1, layout.width))
     share = np.zeros(count + 1)
-    for e in range(count):
-        border[e, : r * n] += table[e, :r].ravel()
-        border[e + 1, : r * n] += table[e, r : 2 * r].ravel()
-        share[e] += 1
-        share[e + 1] += 1
+    border[:-1, : r * n] += table[:, :r].reshape(count, -1)
+    border[1:, : r * n] += table[:, r : 2 * r].reshape(count, -1)
+    share[:-1] += 1
+    share[1:] += 1
     border /= share[:, None]
     inside = np.zeros((count, layout.inner))
     inside[:, : layout.bubbles * n] = table[:, 2 * r :].reshape(count, -1)
