@@ -37,6 +37,7 @@ from .model import (
     Terminate,
     Type,
     Variable,
+    Variation,
 )
 from .subscripts import element_name
 
@@ -69,7 +70,9 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield f"  space {model.space}"
     if model.dimensionless:
         yield "  dimensionless"
-    if model.independent != "time":
+    if model.variation is not None:
+        yield f"  independent {model.independent} from {text(model.variation.lower)} to {text(model.variation.upper)}"
+    elif model.independent != "time":
         yield f"  independent {model.independent}"
     for name, constant in model.structural.items():
         yield f"  structural {name} = {_constant(constant)}"
@@ -77,6 +80,8 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield from _variable(variable)
     for definition in model.definitions:
         yield _definition(definition)
+    if model.variation is not None:
+        yield from _variation(model.variation)
     for energy in model.energies:
         yield f"  {energy.kind} {text(energy.value)}"
     for mass in model.masses:
@@ -94,7 +99,8 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield f"  friction {friction.name}: {text(friction.kinetic)}{static} on {text(friction.on)}{options}"
     for constraint in model.constraints:
         word = f"{constraint.asserted} constraint" if constraint.asserted else "constraint"
-        yield f"  {word} {constraint.name}: {text(constraint.left)} = {text(constraint.right)}"
+        sign = ">=" if constraint.asserted == "inequality" else "="
+        yield f"  {word} {constraint.name}: {text(constraint.left)} {sign} {text(constraint.right)}"
     for drive in model.drives:
         yield f"  drive {text(drive.target)} = {text(drive.value)}"
     for contact in model.contacts:
@@ -162,6 +168,15 @@ def _is_rotation(variable: Variable) -> bool:
 
 def _start(start: StartValue) -> str:
     return f"{'~' if start.guess else '='} {text(start.value)}"
+
+
+def _variation(variation: Variation) -> Iterable[str]:
+    if variation.unknown:
+        yield f"  to be found: {', '.join(variation.unknown)}"
+    for end in variation.ends:
+        yield f"  {'final' if end.upper else 'initial'} {text(end.target)} = {text(end.value)}"
+    if variation.functional is not None:
+        yield f"  stationary {text(variation.functional)}"
 
 
 def _definition(definition: Definition) -> str:

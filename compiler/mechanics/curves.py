@@ -8,7 +8,8 @@ from msgspec.structs import replace
 
 from mechc.lang.units import DIMENSIONLESS, Dimension, preferred_unit
 
-from ..flat.model import End, Expression, FlatModel, Origin, Query, Variation
+from ..flat.model import Derivative, Element, End, Expression, FlatModel, Name, Origin, Query, Variation
+from ..flat.show import text
 from ..graph import Node
 from .energies import kinetic_energy, potential_energy
 from .matter import Matter
@@ -74,11 +75,11 @@ def _number(lowering: Lowering, symbol: Node, query: Query) -> WholeNumber:
     values = lowering.numbers(body)
     siblings = [n for n, q in lowering.questions.asked.items() if q is query]
     node = values[siblings.index(symbol)]
-    text = " ".join(query.span.text.split())
+    name = " ".join(query.span.text.split())
     if len(siblings) > 1:
-        text += f"[{siblings.index(symbol) + 1}]"
+        name += f"[{siblings.index(symbol) + 1}]"
     place = None if query.function == "integral" else lowering.scalar(query.arguments[1])
-    return WholeNumber(symbol, text, node, place, _unit(query.type.dimension), Origin(query.span))
+    return WholeNumber(symbol, name, node, place, _unit(query.type.dimension), Origin(query.span))
 
 
 def _action(lowering: Lowering, matter: Matter, variation: Variation, unit: str) -> WholeNumber:
@@ -92,10 +93,17 @@ def _action(lowering: Lowering, matter: Matter, variation: Variation, unit: str)
 
 def _end(lowering: Lowering, end: End) -> CurveRows:
     residuals = _differences(lowering, end.target, end.value)
-    text = " ".join(end.target.span.text.split())
+    name = _end_text(end.target)
     word = "final" if end.upper else "initial"
     units = (_unit(end.target.type.dimension),) * len(residuals)
-    return CurveRows(f"{word} {text}", residuals, False, False, end.upper, units, end.origin)
+    return CurveRows(f"{word} {name}", residuals, False, False, end.upper, units, end.origin)
+
+
+def _end_text(target: Expression) -> str:
+    """Return what an end is about as it is shown: with the components that it stands in, or as it is written."""
+    inner = target.operand if isinstance(target, Derivative) else target
+    base = inner.base if isinstance(inner, Element) else inner
+    return text(target) if isinstance(base, Name) else " ".join(target.span.text.split())
 
 
 def _constraints(

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ..graph import Node
 from ..graph.show import show_formulas
-from .system import MechanicalSystem
+from .system import Curve, MechanicalSystem
 
 
 def show(system: MechanicalSystem) -> str:
@@ -60,6 +60,8 @@ def _formulas(system: MechanicalSystem) -> Iterator[tuple[str, Node]]:
     for name, node in energies:
         if not graph.is_zero(node):
             yield name, node
+    if system.curve is not None:
+        yield from _of_curve(system.curve)
     for i, effort in enumerate(system.efforts, start=1):
         for rate, value in effort.pairs:
             yield f"force {effort.name or i} on a rate", rate
@@ -74,3 +76,22 @@ def _formulas(system: MechanicalSystem) -> Iterator[tuple[str, Node]]:
             yield f"drive of {system.v[i].name}", node
     for variable, rate in system.xdot.items():
         yield f"d/dt {graph.name(variable)}", rate
+
+
+def _of_curve(curve: Curve) -> Iterator[tuple[str, Node]]:
+    """Yield the range, what is stationary, the numbers of the whole, and the conditions at ends, along and on the whole."""
+    yield "lower end of the range", curve.lower
+    yield "upper end of the range", curve.upper
+    yield "stationary", curve.functional
+    for number in curve.numbers:
+        yield f"{'integrand' if number.place is None else 'value'} of {number.name}", number.node
+        if number.place is not None:
+            yield "  at", number.place
+    for rows in curve.rows:
+        where = (
+            "at every place" if rows.on_the_curve else "of the whole" if rows.upper is None else "at an end"
+        )
+        kind = "inequality" if rows.bound else "condition"
+        for i, node in enumerate(rows.residuals, start=1):
+            name = f"{rows.name}[{i}]" if len(rows.residuals) > 1 else rows.name
+            yield f"{kind} {where}, {name}", node

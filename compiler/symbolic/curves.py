@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 import sympy as sp
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
 from ..equations.curves.conditions import Conditions, conditions_of
-from ..equations.curves.first_integrals import density, first_integrals, momenta
+from ..equations.curves.first_integrals import density, first_integrals, momenta, special_places
 from ..equations.curves.forms import Forms, forms_of
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.differentiate import gradient
+from ..mechanics.energies import total_energy
 from ..mechanics.system import Curve, MechanicalSystem
 from .equations import SHOW_LIMIT, Account, Section, Statement, decimals
 from .express import express
@@ -19,6 +22,10 @@ from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
 SIMPLIFY_LIMIT = 400
+
+Moments = tuple[Sequence[Node], Sequence[Node]]
+"""dF/dq' - d/dx dF/dq'', and dF/dq'', of each coordinate."""
+Write = Callable[[str, Node], Statement]
 
 
 def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Account:
@@ -58,7 +65,9 @@ def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Acc
         Section("Conditions", tuple(write(row.name, g) for row, g in found.wholes), "each expression vanishes"),
         Section("Constraints at every place", tuple(write(row.name, g) for row, g in found.points), "each expression vanishes, or is not negative where it is an inequality"),
         Section("Euler-Lagrange equations", euler),
-        *_natural(forms, found, firsts, seconds, write),
+        *_natural(system, curve, forms, found, (firsts, seconds), write),
+        _shared_ends(system, curve, found, symbols, write, latex),
+        _corners(system, curve, forms, found, write),
         Section("First integrals", tuple(write(row.name, n) for row, n in first_integrals(system, curve, forms, found)), "each is the same all along the curve"),
     )  # fmt: skip
     empty = Account(
@@ -99,30 +108,120 @@ def _with_plain_weights(
 ) -> dict[Node, sp.Symbol]:
     """Write the multipliers of integrals as what they are where that is plain: 1, or the multiplier of a constraint."""
     graph = system.graph
-    total = graph.add(
-        found.functional,
-        graph.sum(graph.mul(m, g) for m, (_, g) in zip(found.multipliers, found.wholes, strict=True)),
-    )
-    slopes = gradient(graph, total, [w.symbol for w in found.integrals])
+    slopes = gradient(graph, _total(system, found), [w.symbol for w in found.integrals])
     for m, slope in zip(found.lam, slopes, strict=False):
         (expression,) = express(graph, [slope], symbols)
         symbols[m] = expression
     return symbols
 
 
-def _natural(forms: Forms, found: Conditions, firsts, seconds, write) -> list[Section]:  # type: ignore[no-untyped-def]
-    """Return what holds at ends that are free."""
-    held: dict[bool, set[Node]] = {False: set(), True: set()}
-    for w in found.places:
-        held[w.name.endswith("upper end")].add(w.node)
+def _total(system: MechanicalSystem, found: Conditions) -> Node:
+    """Return what is stationary with the conditions on the whole and their multipliers."""
+    graph = system.graph
+    rows = (graph.mul(m, g) for m, (_, g) in zip(found.multipliers, found.wholes, strict=True))
+    return graph.add(found.functional, graph.sum(rows))
+
+
+def _natural(
+    system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, moments: Moments, write: Write
+) -> list[Section]:
+    """Return what holds at ends that are free, or on which something else depends than that they are given."""
+    graph, total = system.graph, _total(system, found)
     sections = []
-    for upper in (False, True):
-        rows = [write("0", p) for p, q in zip(firsts, forms.rates[0], strict=True) if q not in held[upper]]
-        if found.order > 1:
-            rows += [
-                write("0", p) for p, v in zip(seconds, forms.rates[1], strict=True) if v not in held[upper]
-            ]
+    for upper, place in ((False, curve.lower), (True, curve.upper)):
+        here = [w for w in found.places if w.place == place]
+        weights = gradient(graph, total, [w.symbol for w in here])
+        ends = graph.sum(graph.mul(m, w.node) for m, w in zip(weights, here, strict=True))
+        rows = []
+        for level, momenta_there in enumerate(moments[: found.order]):
+            by = gradient(graph, ends, forms.rates[level])
+            for p, b in zip(momenta_there, by, strict=True):
+                rows.append(graph.add(p, b) if upper else graph.sub(b, p))
+        rows += _transversal(system, curve, forms, found, moments, upper)
+        word = "upper" if upper else "lower"
+        kept = _without_mere_multipliers(graph, found, rows)
         sections.append(
-            Section(f"Natural conditions at the {'upper' if upper else 'lower'} end", tuple(rows))
+            Section(f"Natural conditions at the {word} end", tuple(write("0", node) for node in kept))
         )
     return sections
+
+
+def _without_mere_multipliers(graph: Graph, found: Conditions, rows: list[Node]) -> list[Node]:
+    """Return the rows but for those that only say what the multiplier of one end is."""
+    ends = {m for m, (row, _) in zip(found.multipliers, found.wholes, strict=True) if row.kind != "whole"}
+    supports = [ends.intersection(graph.support(node)) for node in rows]
+    return [
+        node
+        for k, node in enumerate(rows)
+        if not any(all(m not in s for i, s in enumerate(supports) if i != k) for m in supports[k])
+    ]
+
+
+def _transversal(
+    system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, moments: Moments, upper: bool
+) -> list[Node]:
+    """Return what holds because this end of the range is to be found: F - q' dF/dq' and what else depends on it."""
+    graph = system.graph
+    ends = (curve.lower, curve.upper)
+    whole, rows = density(system, found), []
+    energy = total_energy(graph, whole, forms.rates[1], forms.rates[2], *moments)
+    for scalar in curve.unknown:
+        moves = [gradient(graph, end, [scalar.node])[0] for end in ends]
+        if graph.is_zero(moves[upper]):
+            continue
+        if not graph.is_zero(moves[not upper]):  # what both ends share is a condition of its own
+            continue
+        (explicit,) = gradient(graph, _total(system, found), [scalar.node])
+        passed = graph.mul(moves[upper], energy)
+        rows.append(graph.sub(explicit, passed) if upper else graph.add(explicit, passed))
+    return rows
+
+
+def _shared_ends(
+    system: MechanicalSystem,
+    curve: Curve,
+    found: Conditions,
+    symbols: dict[Node, sp.Symbol],
+    write: Write,
+    latex: bool,
+) -> Section:
+    """Return what holds because both ends of the range move with a number that is to be found."""
+    graph = system.graph
+    energies = [graph.symbol(f"?energy at the {word} end") for word in ("lower", "upper")]
+    shown = r"\mathrm{{{}}}" if latex else "({})"
+    symbols |= {e: sp.Symbol(shown.format(graph.name(e)[1:])) for e in energies}
+    rows = []
+    for scalar in curve.unknown:
+        moves = [gradient(graph, end, [scalar.node])[0] for end in (curve.lower, curve.upper)]
+        if any(graph.is_zero(m) for m in moves):
+            continue
+        (explicit,) = gradient(graph, _total(system, found), [scalar.node])
+        passed = [graph.mul(m, e) for m, e in zip(moves, energies, strict=True)]
+        rows.append(write("0", graph.add(graph.sub(passed[0], passed[1]), explicit)))
+    return Section(
+        "Ends that move together",
+        tuple(rows),
+        "the energy is q' dF/dq' - F of the integrand with its multipliers",
+    )
+
+
+def _corners(
+    system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, write: Write
+) -> Section:
+    """Return by what momenta leap inside of the range, as at a point load."""
+    graph, total = system.graph, _total(system, found)
+    over, names = system.model.independent, symbols_of(system, False)
+    statements = []
+    for w in special_places(curve, found):
+        assert w.place is not None
+        (place,) = express(graph, [w.place], names)
+        (weight,) = gradient(graph, total, [w.symbol])
+        for level in range(found.order):
+            leaps = gradient(graph, graph.mul(weight, w.node), forms.rates[level])
+            for scalar, leap in zip(forms.scalars, leaps, strict=True):
+                if graph.is_zero(leap):
+                    continue
+                primes = "'" * level
+                statements.append(write(f"leap of p[{scalar.name}{primes}] at {over} = {place}", leap))
+    meaning = "p = dF/dq' of the integrand with its multipliers, and with second derivatives what follows it"
+    return Section("Corner conditions", tuple(statements), meaning)

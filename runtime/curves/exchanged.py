@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 
 from ..problem import Array
+from .discrete import Discrete
 from .posed import Posed
 from .search import Answer
-from .starts import evaluate
+from .starts import Source, evaluate
+from .unknowns import Unknowns
 
 STEEP = 1e-4
 """Of its mean rate: a slower independent variable at an end stands still there."""
 HALVINGS = 60
+PIECES = 33
+"""Places in an element at which a curve is drawn."""
+
+
+def drawn(posed: Posed, discrete: Discrete, unknowns: Unknowns) -> Source:
+    """Return coordinates and the independent variable of a curve over its length, all measured by how far they range."""
+    nodes = discrete.mesh.nodes
+    s = np.unique(np.concatenate([np.linspace(a, b, PIECES) for a, b in itertools.pairwise(nodes)]))
+    a, b = posed.range(unknowns.whole[: posed.curve.unknown])
+    at = np.vstack([evaluate(discrete, unknowns, s, 0)[: posed.curve.coordinates], a + (b - a) * s])
+    ranges = np.ptp(at, axis=1, keepdims=True)
+    steps = np.diff(at / np.where(ranges > 0, ranges, 1.0), axis=1)
+    length = np.concatenate([[0.0], np.cumsum(np.sqrt(np.sum(steps**2, axis=0)))])
+
+    def source(share: Array) -> Array:
+        return np.array([np.interp(share * length[-1], length, row) for row in at])
+
+    return source
 
 
 def rates(answer: Answer, s: Array) -> tuple[Array, Array]:

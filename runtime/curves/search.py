@@ -55,12 +55,15 @@ class Answer(Struct, eq=False):
 
 
 class Failed(Exception):
-    """No stationary curve was found: ``tried`` says what was done."""
+    """No stationary curve was found: ``tried`` says what was done; ``last``: the curve on the elements that were too coarse."""
 
-    def __init__(self, why: str, tried: Sequence[str]) -> None:
+    def __init__(
+        self, why: str, tried: Sequence[str], last: tuple[Discrete, Unknowns] | None = None
+    ) -> None:
         super().__init__(why)
         self.why = why
         self.tried = tuple(tried)
+        self.last = last
 
 
 def search(
@@ -175,6 +178,7 @@ def _again(posed: Posed, discrete: Discrete, unknowns: Unknowns, mesh: Mesh) -> 
         raise Failed(
             "no elements are small enough for it",
             (f"it was lost between {discrete.mesh.count} and {mesh.count} elements",),
+            (discrete, unknowns),
         )
     return other, solved, solved.steps
 

@@ -106,7 +106,9 @@ def fitted(layout: Layout, mesh: Mesh, at: Array, xi: Array) -> tuple[Array, Arr
     functions = mesh.derivatives(r, xi, 0)[0]
     raw = np.linalg.lstsq(functions[0], np.eye(len(xi)), rcond=None)[0] if _alike(functions) else None
     count = mesh.count
-    fits = np.array([raw] if raw is not None else [np.linalg.lstsq(f, np.eye(len(xi)), rcond=None)[0] for f in functions])
+    fits = np.array(
+        [raw] if raw is not None else [np.linalg.lstsq(f, np.eye(len(xi)), rcond=None)[0] for f in functions]
+    )
     table = fits @ np.swapaxes(at, 0, 1).swapaxes(1, 2)
     border = np.zeros((count + 1, layout.width))
     share = np.zeros(count + 1)

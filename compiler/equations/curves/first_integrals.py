@@ -10,7 +10,7 @@ from ...graph import Node
 from ...graph.differentiate import gradient
 from ...graph.rewrite import substitute
 from ...mechanics.energies import momenta_of, total_energy
-from ...mechanics.system import Curve, MechanicalSystem
+from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
 from ..model import CurveRow
 from .conditions import Conditions, asked
 from .forms import Forms
@@ -24,6 +24,11 @@ def density(system: MechanicalSystem, found: Conditions) -> Node:
     terms = [graph.mul(m, w.node) for m, w in zip(found.lam, kept, strict=False)]
     terms += [graph.mul(m, g) for m, (_, g) in zip(found.densities, found.points, strict=True)]
     return graph.sum(terms)
+
+
+def special_places(curve: Curve, found: Conditions) -> list[WholeNumber]:
+    """Return the values inside of the range that decide the curve: momenta leap there, as at a point load."""
+    return [w for w in found.places if w.place not in (curve.lower, curve.upper)]
 
 
 def momenta(
@@ -48,10 +53,12 @@ def first_integrals(
         *firsts, belonging = gradient(graph, over, forms.by_s[1])
     rows = []
     by_q = gradient(graph, whole, [*forms.rates[0], system.symbols.time])
+    within = special_places(curve, found)
+    leaps = set(graph.support(*(w.node for w in within)))
     for k, scalar in enumerate(forms.scalars[: len(firsts)]):
-        if graph.is_zero(by_q[k]) and not graph.is_zero(firsts[k]):
+        if graph.is_zero(by_q[k]) and not graph.is_zero(firsts[k]) and forms.rates[0][k] not in leaps:
             rows.append((CurveRow(f"momentum({scalar.name})", "momentum", ""), firsts[k]))
-    if graph.is_zero(by_q[-1]) and found.order <= 2:
+    if graph.is_zero(by_q[-1]) and found.order <= 2 and not within:
         if forms.exchanged:  # homogeneous: what belongs to x is minus the energy, without large differences
             energy = graph.neg(belonging)
         else:

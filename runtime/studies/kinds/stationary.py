@@ -13,7 +13,7 @@ from msgspec import Struct
 from ...case import find_experiment
 from ...curves.beside import jumping, plain
 from ...curves.diagnosis import contradiction, ends_of, obstructions
-from ...curves.exchanged import exchange_told
+from ...curves.exchanged import drawn, exchange_told
 from ...curves.found import CurveSolution
 from ...curves.further import further
 from ...curves.posed import Posed, pose
@@ -124,12 +124,16 @@ def _first(posed: Posed, other: Callable[[], Posed | None]) -> tuple[Posed, Answ
         failure, why = failed, failed.why
     swapped = other() if posed.curve.exchangeable else None
     if swapped is not None:
-        try:
-            found = search(swapped)
-        except Failed as failed:
-            found = None
-            more = f"with '{posed.problem.time.name}' as a coordinate over a parameter, too: {failed.why}"
-            failure = failure and Failed(failure.why, (*failure.tried, more))
+        last = failure.last if failure else answer and (answer.discrete, answer.solved)
+        found = None
+        for start in ([drawn(posed, *last)] if last else []) + [None]:
+            try:
+                found = search(swapped, start=start)
+                break
+            except Failed as failed:
+                if start is None:
+                    more = f"with '{posed.problem.time.name}' as a coordinate over a parameter, too: {failed.why}"
+                    failure = failure and Failed(failure.why, (*failure.tried, more))
         if found is not None and (answer is None or found.value_error < answer.value_error):
             found.remarks.append(exchange_told(posed, swapped, found, why))
             return swapped, found
