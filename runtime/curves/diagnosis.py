@@ -32,7 +32,7 @@ def contradiction(posed: Posed) -> str:
     """Say which condition at every place the given ends contradict; empty if none does."""
     if not posed.curve.points:
         return ""
-    discrete, first = _start(posed, posed.guess, 2)
+    discrete, first = begun(posed, posed.guess, 2)
     size = float(np.max(discrete.sizes(first)))
     for upper in (False, True):
         ends, rows, values = ends_given(discrete, first, upper)
@@ -57,7 +57,7 @@ def contradiction(posed: Posed) -> str:
 
 def obstructions(posed: Posed, jumps: str) -> Iterator[str]:
     """Yield why there may be no curve, the surest reasons first; ``jumps``: what is said of one that jumps."""
-    discrete, first = _start(posed, posed.guess, ELEMENTS)
+    discrete, first = begun(posed, posed.guess, ELEMENTS)
     if undefined(discrete, first):
         return
     if said := _dependent(discrete, first):
@@ -77,13 +77,13 @@ def obstructions(posed: Posed, jumps: str) -> Iterator[str]:
 
 def ends_of(posed: Posed) -> tuple[float, float]:
     """Return the values of the first coordinate at both ends that a guess bent to them has."""
-    discrete, first = _start(posed, posed.guess, 2)
+    discrete, first = begun(posed, posed.guess, 2)
     low, high = evaluate(discrete, first, np.array([0.0, 1.0]), 0)[0]
     least = ZERO * max(abs(low), abs(high))
     return (float(low) if abs(low) > least else 0.0), (float(high) if abs(high) > least else 0.0)
 
 
-def _start(posed: Posed, source: Source, count: int) -> tuple[Discrete, Unknowns]:
+def begun(posed: Posed, source: Source, count: int) -> tuple[Discrete, Unknowns]:
     degree = max(DEGREE, 2 * posed.curve.order + 2)
     mesh = mesh_of(posed.borders(), count, degree, (False, False))
     discrete = Discrete(posed.problem, mesh, posed.p, gauge(posed, source))
@@ -125,7 +125,7 @@ def _unmet(posed: Posed) -> str:
     starts = [posed.guess, *(s for _, s in bent(posed.guess, size, (0.5, -0.5)))][:5]
     best, said = np.inf, ""
     for source in starts:
-        discrete, first = _start(posed, source, ELEMENTS)
+        discrete, first = begun(posed, source, ELEMENTS)
         if undefined(discrete, first):
             continue
         found = with_numbers(discrete, projected(discrete, first, every=True))

@@ -13,6 +13,7 @@ from ..problem import Array, Problem, Quantity
 from ..results.files import json_number, write_results
 from ..results.quantities import Display
 from .beside import conjugate_points, plain
+from .divergence import diverging
 from .exchanged import parameters_at, rates, turns_back
 from .posed import Posed
 from .search import Answer, reported_z
@@ -59,6 +60,7 @@ class CurveSolution:
                 self.output_errors[q.name] = float(error)
         self.multipliers = self._multipliers()
         self.first_integrals = self._drifts()
+        self.doubted = False
 
     # ------------------------------------------------------------ the curve
 
@@ -195,7 +197,19 @@ class CurveSolution:
 
     def _doubts(self) -> bool:
         size = max(abs(self.stationary), self._answer.size)
-        return not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
+        return self.doubted or not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
+
+    @property
+    def deciding(self) -> frozenset[str]:
+        """Names of the integrals on which the curve depends."""
+        return frozenset(row.name for row in self._posed.curve.numbers if row.kind == "integral")
+
+    def endless(self) -> dict[str, str]:
+        """Return integrals that have no finite value, by name, with the place that they fail at; empty where errors are small."""
+        known = [(self.stationary, self.error), *((v, self.output_errors[n]) for n, v in self.outputs.items())]
+        if all(error <= max(1e3 * self.tolerance, 1e-6) * abs(value) for value, error in known):
+            return {}
+        return diverging(self._posed, self._answer.discrete, self._answer.solved, self._z)
 
     @property
     def runs(self) -> tuple[()]:

@@ -19,6 +19,8 @@ FAR = 0.1
 """Of the size of its terms by which a guess misses a condition, so that it is told."""
 MISSED = 1e-6
 """Of the size of the curve by which a guess misses an end, beyond rounding and polynomials."""
+GROWN = 1e8
+"""Times that what is beside an end is larger there, so that it counts as infinite: rounding may leave a zero that is none."""
 Source = Callable[[Array], Array]
 """Coordinates at places s: (n, places)."""
 
@@ -252,7 +254,12 @@ def steep_ends(posed: Posed, source: Source) -> tuple[bool, bool]:
     further = posed.functions["integrand_gradients"](s, y, np.zeros(0), posed.z(posed.ends), posed.p)
     table = np.concatenate([found, further])
     inner = np.isfinite(table[:, 1:4]).all(axis=1)
-    return bool((inner & ~np.isfinite(table[:, 0])).any()), bool((inner & ~np.isfinite(table[:, 4])).any())
+
+    def grows(end: int, beside: int) -> bool:
+        steep = ~(np.abs(table[:, end]) <= GROWN * np.max(np.abs(table[:, 1:4]), axis=1))
+        return bool((inner & steep & (table[:, beside] != 0)).any())
+
+    return grows(0, 1), grows(4, 3)
 
 
 def gauge(posed: Posed, source: Source) -> Array:

@@ -142,6 +142,30 @@ def test_why_there_is_no_curve(text: str, said: str) -> None:
     assert said in "; ".join((caught.value.message, *caught.value.notes))
 
 
+@pytest.mark.parametrize(
+    ("integrand", "place"),
+    [
+        ("sqrt(1 + der(z)^2)/x", "x = 0 m"),
+        ("der(z)^2 + 1 m/(1 m - x)", "x = 1 m"),
+        pytest.param("sqrt(1 + der(z)^2)/(x - 0.3 m)^2", "x = 0.3 m", marks=pytest.mark.slow),
+    ],
+)
+def test_an_integral_without_a_value_is_named(integrand: str, place: str) -> None:
+    with pytest.raises(mechc.SimulationError) as caught:
+        mechc.loads(line(integrand=integrand)).solve()
+    said = "; ".join((caught.value.message, *caught.value.notes))
+    assert f"the integrand of 'integral({integrand})' grows like 1/distance, or faster, towards {place}" in said
+
+
+def test_an_output_without_a_value_is_told() -> None:
+    text = line("output finite = integral(1 m^(1/2)/sqrt(x)); output endless = integral(1 m/x);")
+    found = mechc.loads(text).solve()
+    assert found.outcome.value == "doubtful"
+    assert found.remarks == [
+        "an output has no finite value: the integrand of 'integral(1 m/x)' grows like 1/distance, or faster, towards x = 0 m"
+    ]
+
+
 @pytest.mark.slow
 def test_rings_too_far_apart_leave_two_discs() -> None:
     """Goldschmidt: no film is left beyond b = 0.6627, and two discs have 2 pi."""

@@ -12,7 +12,8 @@ from msgspec import Struct
 
 from ...case import find_experiment
 from ...curves.beside import jumping, plain
-from ...curves.diagnosis import contradiction, ends_of, obstructions
+from ...curves.diagnosis import begun, contradiction, ends_of, obstructions
+from ...curves.divergence import GROWS, diverging
 from ...curves.exchanged import drawn, exchange_told
 from ...curves.found import CurveSolution
 from ...curves.further import further
@@ -75,7 +76,7 @@ class Stationary(Struct, frozen=True, kw_only=True):
             raise SimulationError(
                 f"no stationary curve of '{posed.problem.name}' was found: {failed.why}",
                 posed.problem.time.origin,
-                notes=(*_reasons(posed), *failed.tried),
+                notes=(*_endless(posed, failed), *_reasons(posed), *failed.tried),
                 help=f"give a guess that is nearer: 'coordinate {posed.problem.states[0].name} ~ f({posed.problem.time.name});', "
                 "in an experiment too; or ask whether there is a smooth curve at all",
             ) from None
@@ -88,8 +89,31 @@ class Stationary(Struct, frozen=True, kw_only=True):
         seconds = time.perf_counter() - begun
         found = tuple(CurveSolution(posed, one, coarse=None, seconds=seconds) for one in answers)
         for one in found:
+            _check_values(one)
             _check_assertions(one)
         return found
+
+
+def _endless(posed: Posed, failed: Failed) -> list[str]:
+    """Return which integrals had no finite value along the curve that was followed last, or along the guess."""
+    discrete, unknowns = failed.last or begun(posed, posed.guess, 2)
+    which = "along the curve that was followed" if failed.last else "with the guess"
+    ends = diverging(posed, discrete, unknowns, discrete._z(unknowns))
+    return [f"{which} {GROWS.format(name, place)}" for name, place in ends.items()]
+
+
+def _check_values(found: CurveSolution) -> None:
+    """Raise SimulationError where what is stationary has no finite value; tell of outputs that have none."""
+    ends = found.endless()
+    for name, place in ends.items():
+        if name in found.deciding:
+            raise SimulationError(
+                f"what is stationary has no finite value: {GROWS.format(name, place)}",
+                found.problem.time.origin,
+                help="leave the term out that decides nothing, or let the range end beside that place",
+            )
+        found.remarks.append(f"an output has no finite value: {GROWS.format(name, place)}")
+        found.doubted = True
 
 
 def _reasons(posed: Posed) -> list[str]:
