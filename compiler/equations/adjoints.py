@@ -1,12 +1,12 @@
 """The adjoint of a model: its rates, its start and a goal, pulled back to the state, parameters and inputs.
 
 For a scalar goal the transposed derivative costs a few evaluations of the rates, however many parameters there are. The seeds
-are further numbers behind the discrete variables: one for each rate, then one for the goal.
+are further numbers behind the discrete variables: one for each rate, then one for the goal; or one for each row of the assembly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
@@ -29,7 +29,8 @@ def adjoint_equations(equations: Equations, asked: Adjoint) -> Equations:
 
     ``pull_back``: the transposed derivative of rates and goal times the seeds, out[ny + free]: by the state, by parameters and
     by inputs; ``start_pull_back`` the same of the initial state. What follows from parameters (other parameters, defaults of
-    inputs, initial values) is in both. Raises ValueError where an experiment lets two of them change at once.
+    inputs, initial values) is in both. With constraints ``pull_back_position``, ``pull_back_velocity`` and ``pull_back_assembly``
+    are the same of the projections and of the assembly. Raises ValueError where an experiment lets two of them change at once.
     """
     return _Adjoints(equations, asked).equations()
 
@@ -45,7 +46,8 @@ class _Adjoints:
         self.y = [self.places[Slot("y", i)] for i in range(len(base.states))]
         self.p = [self.places[Slot("p", i)] for i in asked.parameters]
         self.u = [self.places[Slot("u", i)] for i in asked.inputs]
-        self.seeds = [self.graph.symbol(f"seed of the adjoint {i}") for i in range(len(self.y) + 1)]
+        count = max(len(self.y) + 1, len(self.own("assembly")))
+        self.seeds = [self.graph.symbol(f"seed of the adjoint {i}") for i in range(count)]
 
     def equations(self) -> Equations:
         base, asked = self.base, self.asked
@@ -53,15 +55,20 @@ class _Adjoints:
         goal = self.own("outputs")[index] if array == "out" else self.y[index]
         entry = (base.outputs if array == "out" else base.states)[index]
         rates = {k: (n, self.seeds[k]) for k, n in enumerate(self.own("rhs")) if k not in self.unread(goal)}
-        nodes, seeds = zip(*rates.values(), (goal, self.seeds[-1]), strict=True)
+        nodes, seeds = zip(*rates.values(), (goal, self.seeds[len(self.y)]), strict=True)
         pulled = self.pulled(nodes, seeds, self.y)
         free = [*(base.parameters[i] for i in asked.parameters), *(base.inputs[i] for i in asked.inputs)]
         rows = [*base.states, *free]
         unit = entry.unit if not asked.integral else _times(entry.unit, base.time.unit)
         labels = tuple((r.name, quotient(unit, r.unit)) for r in rows)
-        shape = (len(rows),)
         doc = "transposed derivative of the rates and the goal, times the seeds"
         zeros = (self.graph.zero,) * len(self.seeds)
+        made = [
+            Function("goal", "what is differentiated", (goal,)),
+            Function("pull_back", doc, tuple(pulled)),
+            Function("start_pull_back", "the same of the initial state", tuple(self.start())),
+            *self.constrained(),
+        ]
         return replace(
             base,
             layout={**base.layout, **{n: Slot("z", i) for i, n in enumerate(self.seeds)}},
@@ -69,32 +76,11 @@ class _Adjoints:
             functions=(
                 *base.functions,
                 Function("discretes", "seeds", zeros),
-                Function("goal", "what is differentiated", (goal,)),
-                Function("pull_back", doc, tuple(pulled)),
-                Function("start_pull_back", "the same of the initial state", tuple(self.start())),
+                *made,
             ),
             offers=(
-                Offer(
-                    entry.name,
-                    "goal",
-                    "what is differentiated",
-                    (),
-                    ((entry.name, unit),),
-                    (),
-                    True,
-                    "adjoint",
-                ),
-                Offer("gradient", "pull_back", doc, shape, labels, (), True, "adjoint"),
-                Offer(
-                    "start",
-                    "start_pull_back",
-                    "the same of the initial state",
-                    shape,
-                    labels,
-                    (),
-                    True,
-                    "adjoint",
-                ),
+                Offer(entry.name, "goal", made[0].doc, (), ((entry.name, unit),), (), True, "adjoint"),
+                *(Offer(f.name, f.name, f.doc, (len(rows),), labels, (), True, "adjoint") for f in made[1:]),
             ),
         )
 
@@ -123,6 +109,25 @@ class _Adjoints:
         for k, more in enumerate(through):
             own[first + k] = graph.add(own[first + k], more)
         return [*own, *(by_inputs[i] for i in self.asked.inputs)]
+
+    def constrained(self) -> Iterator[Function]:
+        """Yield the same of both projections, of what they change, and of the residuals of the assembly."""
+        base, nq, nv = self.base, self.base.nq, self.base.nv
+        if self.own("project_position"):
+            corrections = self.own("project_position")[:nv]
+            in_places = dict(zip(self.y[nq : nq + nv], corrections, strict=True))
+            moves = substitute(self.graph, self.own("displace"), in_places)
+            velocities = self.own("project_velocity")[:nv]
+            for name, nodes, first in (("position", moves, 0), ("velocity", velocities, nq)):
+                seeds = self.seeds[first : first + len(nodes)]
+                doc = f"the same of the {name} correction onto the constraints"
+                yield Function(f"pull_back_{name}", doc, tuple(self.pulled(nodes, seeds, self.y)))
+        if base.assembly:
+            rows = self.own("assembly")
+            doc = "the same of the residuals of the assembly"
+            yield Function(
+                "pull_back_assembly", doc, tuple(self.pulled(rows, self.seeds[: len(rows)], self.y))
+            )
 
     def start(self) -> list[Node]:
         """Return the initial state times the seeds, by initial values, parameters and inputs."""

@@ -7,34 +7,18 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Sequence
-from ctypes import c_double, c_int, c_ssize_t, c_void_p
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 from msgspec import Struct
-from msgspec.structs import replace
 
-from ..case import Case
-from ..functions import Functions, load_functions
-from ..integrate.kernel_failure import kernel_failure
-from ..integrate.solver import Solver
-from ..native import kernel as native
-from ..native.build import build_shared, kernel_flags
-from ..native.kernel import Status
-from ..outcome import Failure, SimulationError
+from ..case import Case, input_values
+from ..functions import load_functions
+from ..outcome import SimulationError
 from ..problem import Adjoint, Array, Problem
+from .backwards import METHOD, Sweep, address, call, steps
 from .directions import Direction, chosen, named
-
-METHOD = "dop853"
-SOURCE = Path(__file__).with_name("adjoint.c")
-FIRST, MOST_NUMBERS = 256, 4_000_000
-"""Steps of a run before it is looked at; later it is looked at after more, of so many numbers."""
-
-MOST_BYTES = 2e9
-"""Of the states at the beginning of all steps."""
+from .start import assembled
 
 
 class Gradient(Struct, frozen=True, eq=False):
@@ -49,18 +33,6 @@ class Gradient(Struct, frozen=True, eq=False):
     steps: int
     memory: int
     end: Array
-
-
-class SweepRecord(ctypes.Structure):
-    """sweep_record"""
-
-    _fields_ = (
-        *((name, c_void_p) for name in ("rhs", "inputs", "goal", "pull_back")),
-        *((n, c_ssize_t) for n in ("ny", "nu", "nz", "n_free", "n_steps", "n_tabled", "n_rotations")),
-        *((name, c_void_p) for name in ("rotations", "tabled", "z", "p", "t", "h", "y", "from_tables")),
-        ("rate", c_double),
-        *((name, c_void_p) for name in ("lambda", "gradient", "integral")),
-    )
 
 
 class Gradients:
@@ -100,101 +72,80 @@ class Gradients:
         self.functions = load_functions(self.problem)
         self.p = np.concatenate([case.p[: len(problem.parameters)], np.full(self.problem.nh, np.nan)])
         self.functions.parameters(self.p, np.ones(len(problem.parameters), dtype=np.uint8))
+        self.free = len(self.directions) - sum(d.array == "y" for d in self.directions)
+        count = {"y": 0, "p": problem.ny, "u": problem.ny + len(arrays["p"])}
+        places = []
+        for d in self.directions:
+            places.append(d.index if d.array == "y" else count[d.array])
+            count[d.array] += 1
+        self.places = np.array(places, dtype=np.intp)
+        rows = self.problem.offers[1].rows
+        self.units = tuple(rows[k][1] for k in places)
+        seeds = len(self.problem.discretes)
+        self.sweep = Sweep(case, self.functions, self.p, seeds, self.free, float(integral))
+        self.addresses = {f: address(self.functions, f) for f in ("goal", "pull_back", "start_pull_back")}
+        if problem.assembly:
+            self.addresses["pull_back_assembly"] = address(self.functions, "pull_back_assembly")
+        self.start = self._assembled() if case.assembled is not None else None
 
     def at(self, nominal: Array, tolerance: float) -> Gradient:
         """Run the case and differentiate its goal. Raises SimulationError where the run does not reach its end."""
-        case, problem = self.case, self.case.problem
-        t, h, y = _steps(case, nominal, tolerance)
-        end = y[-1]
-        free = len(self.directions) - sum(d.array == "y" for d in self.directions)
-        back, total, integral = np.zeros(problem.ny), np.zeros(free), np.zeros(1)
-        address = {name: _address(self.functions, name) for name in ("goal", "pull_back", "start_pull_back")}
-        seeds = np.zeros(problem.ny + 1)
-        value = 0.0
+        case, ny = self.case, self.case.problem.ny
+        t, h, y = steps(case, nominal, tolerance)
+        end, value = y[-1], 0.0
+        pulled = np.zeros(ny + self.free)
         if not self.integral:
-            seeds[-1] = 1.0
-            u = self._inputs(case.stop)
-            value = float(_call(address["goal"], case.stop, end, u, seeds, self.p, 1)[0])
-            pulled = _call(address["pull_back"], case.stop, end, u, seeds, self.p, problem.ny + free)
-            back, total = pulled[: problem.ny].copy(), pulled[problem.ny :].copy()
-        arrays = [np.ascontiguousarray(a, dtype=np.float64) for a in (t, h, y, back, total, integral)]
-        tables = [(index, table) for index, table in sorted(case.tables.items())]
-        stages = _library().mech_adjoint_stages()
-        times = np.minimum(t[:, None] + _nodes(stages) * h[:, None], np.nextafter(t + h, t)[:, None])
-        given = np.stack([table(times.ravel()) for _, table in tables], axis=-1) if tables else np.empty(0)
-        given = np.ascontiguousarray(given)
-        tabled = np.array([index for index, _ in tables], dtype=np.intc)
-        rotations = np.array(problem.rotations, dtype=np.intc)
-        struct = self.functions.struct
-        assert struct is not None
-        record = SweepRecord(
-            rhs=getattr(struct, "rhs"),  # noqa: B009, a field of the struct
-            inputs=getattr(struct, "inputs"),  # noqa: B009
-            goal=address["goal"],
-            pull_back=address["pull_back"],
-            ny=problem.ny,
-            nu=len(problem.inputs),
-            n_free=free,
-            n_steps=t.size,
-            n_tabled=len(tables),
-            n_rotations=rotations.size,
-            rotations=rotations.ctypes.data,
-            tabled=tabled.ctypes.data,
-            p=self.p.ctypes.data,
-            t=arrays[0].ctypes.data,
-            h=arrays[1].ctypes.data,
-            y=arrays[2].ctypes.data,
-            from_tables=given.ctypes.data,
-            rate=float(self.integral),
-            gradient=arrays[4].ctypes.data,
-            integral=arrays[5].ctypes.data,
-        )
-        setattr(record, "lambda", arrays[3].ctypes.data)
-        if not _library().mech_adjoint_sweep(ctypes.byref(record)):
-            raise MemoryError
-        back, total = arrays[3], arrays[4]
-        seeds = np.concatenate([back, [0.0]])
-        start = _call(
-            address["start_pull_back"],
-            case.begin,
-            case.y0,
-            self._inputs(case.begin),
-            seeds,
-            self.p,
-            problem.ny + free,
-        )
-        by_values, by_others = start[: problem.ny], start[problem.ny :] + total
-        places = {("p", d.index): k for k, d in enumerate(d for d in self.directions if d.array == "p")}
-        first = len(places)
-        places |= {
-            ("u", d.index): first + k for k, d in enumerate(d for d in self.directions if d.array == "u")
-        }
-        derivatives = np.array(
-            [
-                by_values[d.index] if d.array == "y" else by_others[places[d.array, d.index]]
-                for d in self.directions
-            ]
-        )
-        goal, rows = self.problem.offers[0], self.problem.offers[1].rows
-        units = [
-            rows[d.index if d.array == "y" else problem.ny + places[d.array, d.index]][1]
-            for d in self.directions
-        ]
+            value = float(self._call("goal", case.stop, end, np.empty(0), 1)[0])
+            pulled = self._call("pull_back", case.stop, end, self._unit(ny), pulled.size)
+        back, total = pulled[:ny].copy(), pulled[ny:].copy()
+        memory = self.sweep.back(t, h, y, back, total)
+        if self.start is None:
+            pulled = self._call("start_pull_back", case.begin, case.y0, back, pulled.size)
+            pulled[ny:] += total
+            derivatives = pulled[self.places]
+        else:
+            derivatives = np.concatenate([np.zeros(ny), total])[self.places] + back @ self.start
         return Gradient(
-            value=float(arrays[5][0]) if self.integral else value,
-            unit=goal.rows[0][1],
+            value=float(self.sweep.integral[0]) if self.integral else value,
+            unit=self.problem.offers[0].rows[0][1],
             directions=self.directions,
-            units=tuple(units),
+            units=self.units,
             derivatives=derivatives,
             steps=t.size,
-            memory=t.nbytes + h.nbytes + y.nbytes + given.nbytes,
+            memory=memory,
             end=end,
         )
 
-    def _inputs(self, t: float) -> Array:
-        from ..case import input_values
+    def _call(self, name: str, t: float, y: Array, seeds: Array, size: int) -> Array:
+        """Call a function of the adjoint; ``seeds`` are followed by zeros."""
+        case, z = self.case, np.zeros(len(self.problem.discretes))
+        z[: seeds.size] = seeds
+        u = input_values(self.functions, case.tables, t, self.p, len(case.problem.inputs))
+        return call(self.addresses[name], t, y, u, z, self.p, size)
 
-        return input_values(self.functions, self.case.tables, t, self.p, len(self.case.problem.inputs))
+    def _unit(self, k: int) -> Array:
+        """Give seeds of which one is 1."""
+        return np.eye(1, k + 1, k)[0]
+
+    def _assembled(self) -> Array:
+        """Give the derivatives of an assembled start in the directions, [ny, k]."""
+        case, problem = self.case, self.case.problem
+        size, ny = problem.ny + self.free, problem.ny
+        stated = [
+            self._call("start_pull_back", case.begin, case.wanted, self._unit(k), size) for k in range(ny)
+        ]
+        w = np.stack(stated)[:, self.places]
+        for i in problem.rotations:  # the stated numbers are scaled to unit length
+            q = case.wanted[i : i + 4]
+            w[i : i + 4] -= np.outer(q, q @ w[i : i + 4])
+        rows = [
+            self._call("pull_back_assembly", case.begin, case.y0, self._unit(k), size)
+            for k in range(len(problem.assembly))
+        ]
+        left = np.stack(rows) if rows else np.empty((0, size))
+        moved = np.array([d.array == "y" for d in self.directions])
+        own = np.where(moved, 0.0, left[:, self.places])
+        return assembled(case, self.directions, w, lambda w: left[:, :ny] @ w + own)
 
 
 def _check(case: Case) -> None:
@@ -219,12 +170,6 @@ def _check(case: Case) -> None:
         raise SimulationError(
             f"'{problem.name}' has discrete variables, which are not pulled back", help=instead
         )
-    if problem.constraints or problem.assembly:
-        raise SimulationError(
-            f"'{problem.name}' has constraints that its run projects onto after each step, and these projections are not "
-            "pulled back",
-            help=instead,
-        )
     if case.method not in ("auto", METHOD):
         raise SimulationError(
             f"the gradient is that of a run by {METHOD}; the steps of '{case.method}' are not pulled back",
@@ -238,83 +183,3 @@ def _place_of(problem: Problem, goal: str) -> tuple[str, int]:
             if quantity.name == goal:
                 return array, k
     raise SimulationError(f"'{problem.name}' has no state and no output '{goal}'")
-
-
-def _steps(case: Case, nominal: Array, tolerance: float) -> tuple[Array, Array, Array]:
-    """Run a case; give its steps (beginning, length) [n] and the states [n + 1, ny] at their ends."""
-    case = replace(case, grid=np.array([case.stop]), tolerance=tolerance)
-    kernel, made, ny = native.load_kernel(False), _library(), case.y0.size
-    times, states = [np.array([case.begin])], [case.y0[None, :]]
-    room, size, count, report = FIRST, 0, ctypes.c_ssize_t(), native.ReportStruct()
-    calls = [ctypes.cast(f, c_void_p) for f in (kernel.mech_advance, kernel.mech_read)]
-    with Solver(kernel, case, METHOD, tolerance, tolerance * nominal) as solver:
-        status = Status.RUNNING
-        while status is Status.RUNNING:
-            t, y = np.empty(room), np.empty((room, ny))
-            ends = (
-                ctypes.byref(report),
-                c_void_p(t.ctypes.data),
-                c_void_p(y.ctypes.data),
-                ctypes.byref(count),
-            )
-            status = Status(
-                made.mech_adjoint_steps(
-                    c_void_p(solver.handle),
-                    *calls,
-                    c_double(case.stop),
-                    c_ssize_t(ny),
-                    c_ssize_t(room),
-                    *ends,
-                )
-            )
-            times.append(t[: count.value])
-            states.append(y[: count.value])
-            size += 8 * count.value * (1 + ny)
-            room = min(2 * room, max(FIRST, MOST_NUMBERS // ny))
-            if size > MOST_BYTES:
-                raise SimulationError(
-                    f"the states of all steps up to t = {report.t:g} fill {size / 1e9:.2g} GB: the gradient goes back over all "
-                    "of them",
-                    help="a shorter run, or a looser tolerance",
-                )
-            if report.stiff_time == report.stiff_time:  # a number
-                raise SimulationError(
-                    f"the motion is stiff from t = {report.stiff_time:.4g} on, and the gradient goes back over explicit steps",
-                    help="derivatives along a stiff motion: sensitivity=[...] of a run with method = radau5",
-                )
-        if status != Status.REACHED:
-            failure: Failure | None = kernel_failure(case.problem, status, report, y[count.value - 1])
-            raise SimulationError(
-                f"the run ends before its last time: {failure.message if failure else status.name.lower()}"
-            )
-    t = np.concatenate(times)
-    return t[:-1].copy(), np.diff(t), np.concatenate(states)
-
-
-@cache
-def _library() -> ctypes.CDLL:
-    sources = {**native.kernel_sources(), SOURCE.name: SOURCE.read_text(encoding="utf-8")}
-    headers = {name: text for name, text in sources.items() if name.endswith(".h") or name == SOURCE.name}
-    loaded = ctypes.CDLL(str(build_shared(headers, kernel_flags(), name="adjoint")))
-    loaded.mech_adjoint_sweep.restype = c_int
-    return loaded
-
-
-def _nodes(stages: int) -> Array:
-    """Give the places of the stages in a step."""
-    from scipy.integrate._ivp import dop853_coefficients
-
-    return np.asarray(dop853_coefficients.C[:stages])
-
-
-def _address(functions: Functions, name: str) -> int:
-    found = ctypes.cast(getattr(functions.library, name), c_void_p).value
-    assert found is not None
-    return found
-
-
-def _call(address: int, t: float, y: Array, u: Array, z: Array, p: Array, size: int) -> Array:
-    out = np.empty(size)
-    arrays = [np.ascontiguousarray(a) for a in (y, u, z, p, out)]
-    native.MODEL_FUNCTION(address)(t, *(a.ctypes.data for a in arrays))
-    return out

@@ -7,7 +7,7 @@ assembly itself (Richardson), moved onto the linearised equations.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from msgspec.structs import replace
@@ -37,7 +37,7 @@ def start_tangents(augmented: Augmented, listed: Sequence[Direction]) -> Array:
     """
     case = augmented.case
     w = _stated(augmented, listed)
-    return w if case.assembled is None else _assembled(augmented, listed, w)
+    return w if case.assembled is None else assembled(case, listed, w, lambda w: _left(augmented, w))
 
 
 def _stated(augmented: Augmented, listed: Sequence[Direction]) -> Array:
@@ -115,8 +115,12 @@ def _place(direction: Direction) -> Setting:
 # ---------------------------------------------------------------- the assembly
 
 
-def _assembled(augmented: Augmented, listed: Sequence[Direction], w: Array) -> Array:
-    case, problem = augmented.case, augmented.case.problem
+def assembled(case: Case, listed: Sequence[Direction], w: Array, left_by: Callable[[Array], Array]) -> Array:
+    """Give W [ny, k] of an assembled start from those ``w`` of the stated one.
+
+    ``left_by`` gives [rows, k]: how the residuals of the assembly change where the state changes by W, in the directions.
+    """
+    problem = case.problem
     known = np.array([case.known[i] for i in problem.partner], dtype=bool)
     moved = basis(problem, case.y0)
     if not (_determined(case, 1, ~known) and _determined(case, 2, ~case.known[_rates(case)])):
@@ -129,10 +133,10 @@ def _assembled(augmented: Augmented, listed: Sequence[Direction], w: Array) -> A
         if not rows:
             continue
         matrix = _jacobian(case)[rows]
-        left = _left(augmented, w)[rows]
+        left = left_by(w)[rows]
         change = _onto(matrix[:, places], left)
         w = w + moved[:, first + places] @ change
-        _check(case, listed, _left(augmented, w)[rows], matrix, w)
+        _check(case, listed, left_by(w)[rows], matrix, w)
     return w
 
 
