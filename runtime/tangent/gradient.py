@@ -125,7 +125,9 @@ class Gradients:
 
     def _unit(self, k: int) -> Array:
         """Give seeds of which one is 1."""
-        return np.eye(1, k + 1, k)[0]
+        unit = np.zeros(k + 1)
+        unit[k] = 1.0
+        return unit
 
     def _assembled(self) -> Array:
         """Give the derivatives of an assembled start in the directions, [ny, k]."""
