@@ -141,6 +141,8 @@ class Store:
     def reach(self, outputs: Iterable[Node], known: Iterable[Node] = ()) -> list[Node]:
         """Return the outputs and all they depend on, ascending; neither ``known`` nodes nor what is below them."""
         wanted = list(outputs)
+        if len(wanted) == 1:
+            return self._reach_one(wanted[0], known)
         seen = bytearray(max(wanted, default=-1) + 1)
         for n in known:
             if n < len(seen):
@@ -165,6 +167,30 @@ class Store:
                         add(b)
                     if code[n] == SELECT and not seen[c := self._third[n]]:
                         seen[c] = 1
+                        add(c)
+        found.sort()
+        return found
+
+    def _reach_one(self, wanted: Node, known: Iterable[Node]) -> list[Node]:
+        """Do as ``reach``, where mostly little is found: without an entry for each node of the graph."""
+        seen = set(known)
+        left, right, code = self._left, self._right, self._code
+        found = [] if wanted in seen else [wanted]
+        add = found.append
+        seen.add(wanted)
+        for n in found:  # grows while it is walked through
+            a = left[n]
+            if a >= 0:
+                if a not in seen:
+                    seen.add(a)
+                    add(a)
+                b = right[n]
+                if b >= 0:
+                    if b not in seen:
+                        seen.add(b)
+                        add(b)
+                    if code[n] == SELECT and (c := self._third[n]) not in seen:
+                        seen.add(c)
                         add(c)
         found.sort()
         return found

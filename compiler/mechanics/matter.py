@@ -34,6 +34,8 @@ class Matter:
         self._masses: tuple[PointMass, ...] | None = None
         self._inertias: tuple[RotaryInertia, ...] | None = None
         self._values: dict[int, Node] = {}
+        self._placed: dict[int, Frame] = {}
+        """Frames that no question places, by identity."""
         self._drives: tuple[DriveRow, ...] | None = None
         lowering.questions.answer = self._answer
 
@@ -147,13 +149,17 @@ class Matter:
     def _check_place(self, frame: Frame, place: Expression) -> None:
         """Report a body on a frame that a question places."""
         nodes: list[Node] = []
+        passed: list[Frame] = []
         at: Frame | None = frame
-        while at is not None:
+        while at is not None and id(at) not in self._placed:
             nodes += [] if at.step is None else numbers_of(at.step)
+            passed.append(at)
             at = at.parent
-        self._lowering.questions.refuse_all(
+        allowed = self._lowering.questions.refuse_all(
             nodes, "the place of a mass", place, "let a joint or a constraint carry it there"
         )
+        if allowed:
+            self._placed.update((id(at), at) for at in passed)
 
     def _value(self, k: int) -> Node:
         """Return the formula of one statement of an energy."""

@@ -10,6 +10,7 @@ part like everything else, by Lagrange's operator for the displacement.
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterator, Mapping
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -43,21 +44,25 @@ def reactions_asked(model: FlatModel) -> frozenset[str]:
     return frozenset(q.target for q in _queries(model) if q.function in REACTIONS and q.target in joints)
 
 
+_PLAIN = (str, int, float, bool, Fraction, type(None))
+"""What holds nothing."""
+
+
 def _queries(root: object) -> Iterator[Query]:
     """Yield every query inside a tree of flat-model values."""
     pending: list[Any] = [root]
     while pending:
         at = pending.pop()
-        if isinstance(at, tuple):
+        kind = at.__class__
+        if kind is tuple:
             pending += at
-            continue
-        if isinstance(at, Mapping):
-            pending += at.values()
-            continue
-        if isinstance(at, Query):
+        elif kind is Query:
             yield at
-        for name in _branches(at.__class__):
-            pending.append(getattr(at, name))
+            pending += [getattr(at, name) for name in _branches(kind)]
+        elif branches := _branches(kind):
+            pending += [getattr(at, name) for name in branches]
+        elif kind not in _PLAIN and isinstance(at, Mapping):
+            pending += at.values()
 
 
 @cache

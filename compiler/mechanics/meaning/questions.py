@@ -114,12 +114,13 @@ class Questions:
             assert query is not None
             self._refuse(query, place, value, "the answer jumps where a contact opens or closes", help)
 
-    def refuse_all(self, nodes: Sequence[Node], place: str, value: Expression, help: str) -> None:
-        """Report any question whose answer is not put in yet."""
+    def refuse_all(self, nodes: Sequence[Node], place: str, value: Expression, help: str) -> bool:
+        """Report any question whose answer is not put in yet; return whether there is none."""
         found = self.symbols_in(nodes)
         if found:
             why = "the answer depends on where the masses are"
             self._refuse(self.asked[found[0]], place, value, why, help)
+        return not found
 
     def _refuse(self, query: Query, place: str, value: Expression, why: str, help: str) -> None:
         message = f"{place} must not depend on '{title(query)}'"

@@ -15,12 +15,13 @@ LEVELS = ((24, 6, 40), (6, 4, 40), (4, 4, 40))
 
 
 class Run:
-    """Iterations of equal shape: each a list of items."""
+    """Iterations of equal shape: each a list of items; ``size`` statements in all."""
 
-    __slots__ = ("iterations",)
+    __slots__ = ("iterations", "size")
 
-    def __init__(self, iterations: list[list[Entry]]) -> None:
+    def __init__(self, iterations: list[list[Entry]], size: int) -> None:
         self.iterations = iterations
+        self.size = size
 
 
 Entry = int | Run
@@ -47,7 +48,7 @@ def _level(
     n = len(items)
     if n < 2 * window:
         return items, tokens
-    weight = np.concatenate([[0], np.cumsum([_size(x) for x in items])])
+    weight = np.concatenate([[0], np.cumsum([x.size if type(x) is Run else 1 for x in items])])
     out: list[Entry] = []
     shapes: list[object] = []
     done = 0
@@ -58,9 +59,10 @@ def _level(
             first, count = start, (end - start) // period
         out += items[done:first]
         shapes += tokens[done:first]
-        out.append(Run([items[first + k * period : first + (k + 1) * period] for k in range(count)]))
-        shapes.append(tuple(tokens[first : first + period]))
         done = first + count * period
+        iterations = [items[k : k + period] for k in range(first, done, period)]
+        out.append(Run(iterations, int(weight[done] - weight[first])))
+        shapes.append(tuple(tokens[first : first + period]))
     out += items[done:]
     shapes += tokens[done:]
     numbers: dict[object, int] = {}
@@ -137,9 +139,3 @@ def _statements(item: Entry) -> Iterator[int]:
     else:
         assert type(item) is int
         yield item
-
-
-def _size(item: Entry) -> int:
-    if type(item) is Run:
-        return sum(_size(inner) for iteration in item.iterations for inner in iteration)
-    return 1

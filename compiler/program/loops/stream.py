@@ -56,7 +56,9 @@ def stream(function: ProgramFunction) -> Stream:
                 at = place[value] = -len(made.leaves)
             operands.append(at)
         if type(statement) is Operate and statement.code in COMMUTATIVE:
-            operands.sort(key=lambda a: (a >= 0, a if a >= 0 else 0))  # leaves first, then what is older
+            first, second = operands
+            if first >= 0 and second < first:  # leaves first, then what is older
+                operands = [second, first]
         place[position] = len(made.done)
         made.done.append(statement)
         made.operands.append(tuple(operands))
@@ -72,18 +74,17 @@ def tokens(made: Stream) -> list[int]:
     ]
     shapes: dict[object, int] = {}
     found = []
+    far = NEAR + 1
     for i, (statement, operands) in enumerate(zip(made.done, made.operands, strict=True)):
-        shape = (
-            _action(statement),
-            *[leaf[-1 - a] if a < 0 else (i - a if i - a <= NEAR else NEAR + 1) for a in operands],
-        )
-        found.append(shapes.setdefault(shape, len(shapes)))
+        shape: list[object] = [statement.code if type(statement) is Operate else _action(statement)]
+        for a in operands:
+            distance = i - a
+            shape.append(leaf[-1 - a] if a < 0 else distance if distance <= NEAR else far)
+        found.append(shapes.setdefault(tuple(shape), len(shapes)))
     return found
 
 
 def _action(statement: Done) -> object:
-    if type(statement) is Operate:
-        return statement.code
     if type(statement) is Lookup:
         return statement.table, statement.order
     assert type(statement) is Store
