@@ -198,8 +198,9 @@ class Shape(Struct, frozen=True):
     (12 numbers); then box: 3 edges; sphere, mesh, frame: 1 length; cylinder, cone, torus: 2 lengths and the axis in
     these axes; disk: 1 length and the axis; polygon: 3 for each corner; curve and surface: 3 for each point of
     ``grid``, the last variable fastest. line: 3 for each point; spring: both ends, radius, turns; trail: 3; arrow:
-    3 and the vector; text: 3; mass: 3 and the mass [kg]. ``relative``: its length is a factor of what
-    suits the picture. ``colour``: ``#rrggbb``, or empty. ``text``: of a text; of a mesh the path of its file.
+    3 and the vector; text: 3; mass: 3 and the mass [kg]; bead, dial: 1 value, which has no place. ``relative``: its length is a factor of what
+    suits the picture. ``colour``: ``#rrggbb``, or empty. ``text``: of a text; of a mesh the path of its file; of a bead or a dial what
+    its value is called.
     """
 
     kind: str

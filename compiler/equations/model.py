@@ -204,7 +204,7 @@ class SceneShape(Struct, frozen=True):
     curve and surface begin with origin and axes x, y, z (12 numbers); then box: 3 edges; sphere, mesh, frame: 1 length;
     cylinder, cone, torus: 2 lengths and the axis in these axes; disk: 1 length and the axis; polygon: 3 for each
     corner; curve and surface: 3 for each point of ``grid``, the last variable fastest. line: 3 for each point; spring:
-    both ends, radius, turns; trail: 3; arrow: 3 and the vector; text: 3; mass: 3 and the mass [kg].
+    both ends, radius, turns; trail: 3; arrow: 3 and the vector; text: 3; mass: 3 and the mass [kg]; bead, dial: 1 value.
     ``relative``: its length is a factor of what suits the picture. ``colour``: ``#rrggbb``, or empty. ``name``: the
     instance it belongs to. ``text``: of a text; of a mesh the path of its file.
     """

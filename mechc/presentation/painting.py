@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")
 TRAIL = 1500
 """Points of a path."""
+GAUGES = ("bead", "dial")
+"""Shapes without a place."""
 SMALL = 0.012
 """Of the whole picture: radius of what has no size of its own."""
 
@@ -70,7 +72,7 @@ class Painter:
     def _box(self, also: Sequence[Array]) -> tuple[Array, Array]:
         """Return two corners [3] that hold all that is drawn."""
         points: list[Array] = [*also]
-        for shape in self.scene.shapes:
+        for shape in (s for s in self.scene.shapes if s.kind not in GAUGES):
             values = self.paths[:: max(1, len(self.paths) // 200), list(shape.numbers)]
             if shape.kind in ("line", "spring"):
                 count = 6 if shape.kind == "spring" else values.shape[1]
@@ -86,8 +88,10 @@ class Painter:
                 if shape.kind == "box":
                     sizes = np.nanmax(np.abs(values[:, 12:15]), initial=0.0) / 2
                 points += [values[:, :3] - sizes, values[:, :3] + sizes]
-        found = np.concatenate(points)
+        found = np.concatenate([*points, np.empty((0, 3))])
         found = found[np.isfinite(found).all(axis=1)]
+        if not len(found):
+            return np.full(3, -1.0), np.ones(3)
         low, high = found.min(axis=0), found.max(axis=0)
         room = 0.05 * (float(np.linalg.norm(high - low)) or 1.0)
         return low - room, high + room
@@ -98,8 +102,12 @@ class Painter:
         if clear:
             axes.clear()
             self._prepare()
+        gauges = [s for s in self.scene.shapes if s.kind in GAUGES]
         for shape, ink in zip(self.scene.shapes, self.inks, strict=True):
             values = self.rows[k, list(shape.numbers)]
+            if shape in gauges:
+                self._gauge(shape, values[0], ink, opacity, 1 - (gauges.index(shape) + 0.5) / len(gauges))
+                continue
             if shape.kind == "trail":
                 upto = self.fine <= self.times[k]
                 self._line(self.paths[upto][:, list(shape.numbers)], ink, 1.0, 0.8 * opacity)
@@ -211,6 +219,30 @@ class Painter:
             return
         points = profile[:, None, :1] * e + profile[:, None, 1:] * around[None]
         self._surface(_placed(v, points.reshape(-1, 3)).reshape(*points.shape), ink, opacity)
+
+    def _gauge(self, shape: Shape, value: float, ink: str, opacity: float, height: float) -> None:
+        """Paint a value as a bead between its smallest and largest one, or as a hand on a dial, in a row of the picture."""
+        axes, place = self.axes, self.axes.transAxes
+        axes.set_axis_off()
+        axes.text(0.02, height, shape.text, transform=place, va="center", fontsize=9)
+        if shape.kind == "dial":
+            box = axes.get_window_extent()
+            reach = 0.4 / max(1, sum(s.kind in GAUGES for s in self.scene.shapes))
+            wide = reach * box.height / box.width
+            turn = np.linspace(0, 2 * np.pi, 61)
+            rim, hand = np.append(turn, np.nan), np.array([0.0, 1.0])
+            axes.plot(
+                0.6 + wide * np.cos(rim), height + reach * np.sin(rim), color="#9ca3af", lw=1, transform=place
+            )
+            x, y = 0.6 + hand * wide * np.cos(value), height + hand * reach * np.sin(value)
+            axes.plot(x, y, color=ink, lw=2, alpha=opacity, transform=place)
+            return
+        low, high = (f(self.paths[:, shape.numbers[0]]) for f in (np.nanmin, np.nanmax))
+        axes.plot([0.25, 0.95], [height, height], color="#9ca3af", lw=1, transform=place)
+        for x, end in ((0.25, low), (0.95, high)):
+            axes.text(x, height - 0.02, f"{end:.3g}", transform=place, va="top", ha="center", fontsize=7)
+        share = (value - low) / (high - low) if high > low else 0.5
+        axes.plot([0.25 + 0.7 * share], [height], "o", color=ink, alpha=opacity, ms=9, transform=place)
 
     # ------------------------------------------------------------ strokes
 

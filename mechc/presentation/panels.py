@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 
 from ..runtime.results.sensitivity import Sensitivity
+from .painting import GAUGES
 from .stillness import Stillness
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ def panels_of(solution: ShownSolution) -> list[Panel]:
 def _pictures(solution: ShownSolution, points: Mapping[str, int]) -> list[Panel]:
     """Return the panel of what is drawn, else those of the paths of points."""
     staged = solution.staged()
-    if staged is not None and staged[0].shapes:
+    if staged is not None and any(shape.kind not in GAUGES for shape in staged[0].shapes):
         drawn = _spread([*points], MOST_PATHS)
         return [Scenery(tuple(drawn), len(points) - len(drawn))]
     found: list[Panel] = []

@@ -9,6 +9,8 @@ async function unpack(base64) {
 const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
 
+const GAUGES = ['bead', 'dial'];
+
 /** The numbers of the picture at any time, and the box that all motion lies in. */
 function motion(run, plan) {
   const {nScene: m, scene, t, n} = run;
@@ -29,7 +31,7 @@ function motion(run, plan) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
     const see = (p, r) => { for (let k = 0; k < 3; k++) { if (p[k] - r < low[k]) low[k] = p[k] - r; if (p[k] + r > high[k]) high[k] = p[k] + r; } };
     const stride = Math.max(1, Math.floor(n / 200));
-    for (const shape of plan.shapes) for (let i = 0; i < n; i += stride) {
+    for (const shape of plan.shapes) if (!GAUGES.includes(shape.kind)) for (let i = 0; i < n; i += stride) {
       const v = shape.numbers.map(k => scene[i * m + k]);
       if (v.some(x => !Number.isFinite(x))) continue;
       const turned = (a, b, d) => [0, 1, 2].map(k => v[k] + a * v[3 + k] + b * v[6 + k] + d * v[9 + k]);
@@ -47,9 +49,14 @@ function motion(run, plan) {
     const size = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
     return {low, high, size};
   }
+  const ranges = new Map(plan.shapes.filter(s => GAUGES.includes(s.kind)).map(s => {
+    let low = Infinity, high = -Infinity;
+    for (let i = 0; i < n; i++) { const v = scene[i * m + s.numbers[0]]; if (v < low) low = v; if (v > high) high = v; }
+    return [s, [low, high]];
+  }));
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
   return {
-    go, box, heaviest, values: k => still[k],
+    go, box, heaviest, ranges, values: k => still[k],
     trail(shape) {
       const list = shape.numbers, points = new Float64Array(3 * (at.i + 2));
       for (let i = 0; i <= at.i; i++) for (let k = 0; k < 3; k++) points[3 * i + k] = scene[i * m + list[k]];

@@ -43,6 +43,23 @@ function makeScene(host, plan) {
   }
   const triples = (v, from) => { const found = []; for (let k = from; k + 2 < v.length; k += 3) found.push([v[k], v[k + 1]]); return found; };
 
+  /** A value without a place: a bead between its smallest and largest one, or a hand on a dial; each in a row of its own. */
+  function gauge(s, v, state) {
+    const all = [...state.ranges.keys()], w = host.clientWidth, h = host.clientHeight, row = Math.min(h / all.length, 110);
+    const y = h / 2 + (all.indexOf(s) - (all.length - 1) / 2) * row, left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
+    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left'; c.fillText(s.text, 12, y + 4);
+    c.strokeStyle = style('--faint'); c.lineWidth = 1; c.beginPath();
+    if (s.kind === 'dial') {
+      const r = row * 0.42, x = (left + right) / 2;
+      c.arc(x, y, r, 0, 7); c.moveTo(x + r, y); c.lineTo(x + r + 6, y); c.stroke();
+      c.strokeStyle = s.own; c.lineWidth = 3; c.beginPath(); c.moveTo(x, y); c.lineTo(x + r * Math.cos(v[0]), y - r * Math.sin(v[0])); return c.stroke();
+    }
+    c.moveTo(left, y); c.lineTo(right, y); c.stroke();
+    c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
+    c.fillText(number(low), left, y + 18); c.fillText(number(high), right, y + 18); c.textAlign = 'left';
+    c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, 8, 0, 7); return c.fill();
+  }
+
   function shape(s, v, state) {
     const colour = s.colour || s.own, small = extent * 0.012;
     c.lineJoin = 'round'; c.strokeStyle = colour; c.lineWidth = 2;
@@ -63,6 +80,7 @@ function makeScene(host, plan) {
       case 'spring': coil(v, s); c.lineWidth = 1.6; return c.stroke();
       case 'arrow': return arrow(v, [v[3], v[4]], colour);
       case 'text': c.fillStyle = s.colour || style('--text'); c.font = '13px system-ui, sans-serif'; { const [x, y] = px(v[0], v[1]); return c.fillText(s.text, x + 6, y - 6); }
+      case 'bead': case 'dial': return gauge(s, v, state);
       case 'frame': { const l = s.relative ? extent * 0.08 : v[12]; c.lineWidth = 2; c.strokeStyle = '#d1493f'; path([[v[0], v[1]], corner(v, l, 0)]); c.stroke(); c.strokeStyle = '#3f9b57'; path([[v[0], v[1]], corner(v, 0, l)]); return c.stroke(); }
       case 'trail': { const p = state.trail(s); c.lineWidth = 1.4; c.globalAlpha = 0.75; c.beginPath(); for (let k = 0; k < p.length; k += 3) c.lineTo(...px(p[k], p[k + 1])); c.stroke(); c.globalAlpha = 1; return null; }
     }
@@ -83,7 +101,8 @@ function makeScene(host, plan) {
       canvas.width = Math.round(w * scale); canvas.height = Math.round(h * scale);
       if (view.fitted && view.box) fit(view.box);
     }
-    c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h); grid(w, h);
+    c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h);
+    if (!plan.shapes.some(s => GAUGES.includes(s.kind))) grid(w, h);
     if (!state) return;
     for (const kinds of [k => k === 'trail' || k === 'curve', k => k !== 'trail' && k !== 'curve'])
       plan.shapes.forEach((s, k) => kinds(s.kind) && shape(s, state.values(k), state));

@@ -28,6 +28,9 @@ from .entries import Layout
 PIECES = {1: 96, 2: 24}
 """Pieces of a curve, and of each side of a surface."""
 
+GAUGES = 12
+"""At most so many numbers are shown as beads and dials."""
+
 BY_AXIS = {"cylinder": (1, 0, 0), "cone": (1, 0, 0), "torus": (0, 0, 1), "disk": (0, 0, 1)}
 """The axis of a shape that does not say one."""
 
@@ -46,7 +49,10 @@ def scene_of(
     instances = {draw.origin.instance for draw in system.model.draws}
     by_rule = "" not in instances and not system.model.quiet
     if by_rule:
-        drawn += [(shape, list(solved.resolve(nodes))) for shape, nodes in maker.by_rule(instances)]
+        ruled = list(maker.by_rule(instances))
+        if not drawn and not ruled:
+            ruled = list(maker.without_places())
+        drawn += [(shape, list(solved.resolve(nodes))) for shape, nodes in ruled]
     return _numbered(system.graph, layout, drawn, by_rule, maker.size)
 
 
@@ -254,8 +260,9 @@ class _Maker(Struct):
                     yield ball, [*nodes, *self.pose(None)[3:], self.graph.one]
 
     def _cartesian(self) -> list[Node]:
-        """Return the coordinates called x and y, and z, of one unit: in a model without frames they are a place."""
-        named = {s.name: s for s in self.system.q if s.name in ("x", "y", "z")}
+        """Return the coordinates, or states, called x and y, and z, of one unit: in a model without frames they are a place."""
+        of = self.system.q or self.system.symbols.states
+        named = {s.name: s for s in of if s.name in ("x", "y", "z")}
         found = [named[name] for name in ("x", "y", "z") if name in named]
         units = {s.variable.type.dimension for s in found}
         lengths = units <= {LENGTH} or self.system.model.dimensionless
@@ -264,6 +271,57 @@ class _Maker(Struct):
             if len(found) >= 2 and "x" in named and "y" in named and lengths
             else []
         )
+
+    def without_places(self) -> Iterator[tuple[SceneShape, list[Node]]]:
+        """Yield what stands for a model whose places nothing tells: the rows of matrices of coordinates as points, else the
+        axes of frames, else each coordinate, state or output as a bead on a line of its own, or a hand on a dial."""
+        yield from self._rows() or self._turning() or self._gauges()
+
+    def _rows(self) -> list[tuple[SceneShape, list[Node]]]:
+        found: list[tuple[SceneShape, list[Node]]] = []
+        for coordinate in self.system.symbols.coordinates:
+            type, name = coordinate.variable.type, coordinate.variable.name
+            if len(type.shape) != 2 or type.shape[1] not in (2, 3):
+                continue
+            if type.dimension != LENGTH and not self.system.model.dimensionless:
+                continue
+            width = type.shape[1]
+            for k in range(0, len(coordinate.q), width):
+                place = self.solid([s.node for s in coordinate.q[k : k + width]])
+                row = f"{name}[{k // width + 1}]"
+                found.append((SceneShape("trail", (), row), place))
+                ball = SceneShape("sphere", (), row, relative=True)
+                found.append((ball, [*place, *self.pose(None)[3:], self.graph.one]))
+        return found
+
+    def _turning(self) -> list[tuple[SceneShape, list[Node]]]:
+        """Return the axes of the frames of the model that move."""
+        found: list[tuple[SceneShape, list[Node]]] = []
+        for definition in self.system.model.definitions:
+            value = definition.value
+            if definition.role is DefinitionRole.FRAME and value is not None and "." not in definition.name:
+                frame = self.lowering.frame(value)
+                pose = [*self.origin(frame), *self.axes(frame)]
+                if not all(self.graph.is_constant(n) for n in pose):
+                    axes = SceneShape("frame", (), definition.name, relative=True)
+                    found.append((axes, [*pose, self.graph.one]))
+        return found
+
+    def _gauges(self) -> list[tuple[SceneShape, list[Node]]]:
+        free = [s for c in self.system.symbols.coordinates if not c.is_rotation for s in c.q]
+        scalars = (free or self.system.symbols.states)[:GAUGES]
+        found = [
+            (SceneShape("dial" if s.variable.type.angle else "bead", (), s.name, text=s.name), [s.node])
+            for s in scalars
+        ]
+        for definition in self.system.model.definitions if not scalars else ():
+            type = definition.type
+            if definition.role is DefinitionRole.OUTPUT and type.kind is Kind.REAL and definition.value:
+                nodes, name = self.vector(definition.value), definition.name
+                for k, node in enumerate(nodes if len(found) < GAUGES else (), start=1):
+                    text = name if len(nodes) == 1 else f"{name}[{k}]"
+                    found.append((SceneShape("dial" if type.angle else "bead", (), text, text=text), [node]))
+        return found
 
     def _links(self) -> dict[tuple[Node, ...], str]:
         """Return lines from the joint that carries a mass or a joint to it, with the name of the joint."""

@@ -124,12 +124,45 @@ def test_coordinates_called_x_and_y_are_a_place() -> None:
     scene, (trail, ball), _ = numbers(text, np.array([0.0]))
     assert [s.kind for s in scene.shapes] == ["trail", "sphere"] and scene.size == 2
     assert np.array_equal(trail[0], [1, 2, 0]) and np.array_equal(ball[0, :3], [1, 2, 0])
-    bare = (
-        text.replace("y", "angle")
-        .replace("2 m", "2 rad")
-        .replace("1 kg*(der(x)^2 + der(angle)^2)", "(1 kg*der(x)^2 + 1 kg.m^2*der(angle)^2)")
-    )
-    assert numbers(bare, np.array([0.0]))[0].shapes == ()
+
+
+def test_rows_of_a_matrix_are_points_and_states_called_x_and_y_a_place() -> None:
+    text = "dimensionless; coordinate r[2, 2] = {{1, 2}, {3, 4}}; kinetic sum(1/2*dot(der(r[i]), der(r[i])) for i in 1:2);"
+    scene, found, _ = numbers(text + "experiment(stop = 1);", np.array([0.0]))
+    assert [f"{s.name} {s.kind}" for s in scene.shapes] == [
+        "r[1] trail",
+        "r[1] sphere",
+        "r[2] trail",
+        "r[2] sphere",
+    ]
+    assert np.array_equal(found[2][0], [3, 4, 0]) and scene.by_rule
+    text = "dimensionless; state x = 1; state y = 2; state z = 3; equation der(x) = y; equation der(y) = z; equation der(z) = x;"
+    scene, (trail, _), _ = numbers(text + "experiment(stop = 1);", np.array([0.0]))
+    assert scene.size == 3 and np.array_equal(trail[0], [1, 2, 3])
+
+
+def test_a_frame_that_turns_is_three_axes() -> None:
+    text = """
+coordinate Rotation R;
+initial der(R) = {0, 0, 2} rad/s;
+frame body = world * R;
+inertia diag({1, 2, 3})*1 kg.m^2 on body;
+experiment(stop = 1 s);
+"""
+    scene, (axes,), _ = numbers(text, np.array([0.5]))
+    assert [(s.kind, s.name, s.relative) for s in scene.shapes] == [("frame", "body", True)]
+    assert np.allclose(axes[0, 3:6], [np.cos(1), np.sin(1), 0], rtol=0, atol=1e-7)
+
+
+def test_what_has_no_place_is_a_bead_or_a_dial() -> None:
+    text = "coordinate a = 0.5 rad; coordinate s = 3 m; kinetic 1/2*1 kg.m^2*der(a)^2 + 1/2*1 kg*der(s)^2; experiment(stop = 1 s);"
+    scene, found, _ = numbers(text, np.array([0.0]))
+    assert [(s.kind, s.text) for s in scene.shapes] == [("dial", "a"), ("bead", "s")]
+    assert [values[0, 0] for values in found] == [0.5, 3]
+    alone = "input Force u = 2 N; output double = {2*u, 3*u}; experiment(stop = 1 s);"
+    scene, found, _ = numbers(alone, np.array([0.0]))
+    assert [s.text for s in scene.shapes] == ["double[1]", "double[2]"] and found[1][0, 0] == 6
+    assert not numbers(text + "draw none;", np.array([0.0]))[0].shapes
 
 
 HEAD = "parameter m = 1 kg;\ncoordinate Length x = 0.2 m;\nkinetic 1/2*m*der(x)^2;\ninput Force u = 0 N;\nforce pull: u on x;\n"

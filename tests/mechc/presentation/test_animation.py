@@ -80,7 +80,7 @@ def test_what_cannot_be_shown_is_said(tmp_path: Path, monkeypatch: pytest.Monkey
         animate(found, tmp_path / "motion.mp4")
     with pytest.raises(UsageMistake, match="nothing of 'model' is drawn"):
         snapshot(
-            solution(BALL.replace('draw sphere(10 cm) at {x, 0 m}, colour = "red";', "")),
+            solution(BALL.replace('draw sphere(10 cm) at {x, 0 m}, colour = "red";', "draw none;")),
             tmp_path / "s.png",
             [0],
         )
