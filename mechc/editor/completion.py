@@ -15,7 +15,7 @@ from ..lang.builtins import BUILTINS, CONSTANTS
 from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS
 from ..lang.source import SourceFile, Span
 from ..lang.units import NAMED_TYPES, UNIT_NAMES
-from .document import Document, class_of, declarations, type_of
+from .document import Document, class_of, declarations
 from .words import WORDS
 
 _MEMBER = re.compile(r"([A-Za-z_][\w.\[\], ]*)\.[ \t]*\w*$")
@@ -55,7 +55,7 @@ def completions(document: Document, offset: int) -> list[Offer]:
         return [Offer(unit, "unit") for unit in dict.fromkeys((*COMMON_UNITS, *UNIT_NAMES))]
     if match := _MEMBER.search(before):
         parts = [part for part in re.sub(r"\[[^\]]*\]|[ \t]", "", match[1]).split(".") if part]
-        return list(_members(parts, cls))
+        return list(_members(document, parts, cls))
     offers: list[Offer] = []
     if _SETTINGS.search(so_far):
         offers += _settings()
@@ -93,14 +93,12 @@ def _offer(declaration: ast.Declaration) -> Offer:
     return Offer(declaration.name, kind, " ".join(declaration.span.text.split())[:80], declaration.doc)
 
 
-def _members(parts: list[str], cls: Class | None) -> Iterator[Offer]:
+def _members(document: Document, parts: list[str], cls: Class | None) -> Iterator[Offer]:
     """Yield the members of the component that a dotted name stands for."""
     here = cls
     for part in parts:
-        if here is None:
-            return
-        found = next(((d, n) for d, n in declarations(here) if d.name == part), None)
-        here = type_of(*found) if found is not None else None
+        found = None if here is None else document.members(here).get(part)
+        here = None if found is None else document.type_of(*found)
     if here is not None:
         yield from (_offer(declaration) for declaration, _ in declarations(here))
 

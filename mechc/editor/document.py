@@ -7,7 +7,8 @@ text gets answers, too. Nothing here raises for a wrong text.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from bisect import bisect_right
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -19,10 +20,14 @@ from ..compiler.flat.names.namespace import Library, Namespace
 from ..compiler.mechanics.build import build
 from ..compiler.parts import is_part, looked_at
 from ..compiler.recursion import deep_recursion
+from ..compiler.uncollected import uncollected
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
 from ..lang.parser import parse
 from ..lang.source import SourceFile
+
+Members = Mapping[str, tuple[ast.Declaration, Namespace]]
+"""Declarations by name, with the names that each sees."""
 
 _MODEL = re.compile(r"^[ \t]*(?:partial[ \t]+)?model[ \t]+(\w+)", re.MULTILINE)
 _END = re.compile(r"^[ \t]*end[ \t]+(\w+)[ \t]*;", re.MULTILINE)
@@ -45,7 +50,8 @@ class Document:
         self._front: tuple[Diagnostic, ...] | None = None
         reporter = Reporter()
         try:
-            self.tree = parse(self.source, reporter)
+            with uncollected():
+                self.tree = parse(self.source, reporter)
             self.broken = False
         except CompileError:
             self.broken = True
@@ -56,6 +62,9 @@ class Document:
             )
             self._namespace: Namespace | None = None
             self._classes: dict[str, Class | None] = {}
+            self._members: dict[int, tuple[Class, Members]] = {}
+            self._components: dict[int, list[tuple[ast.Component, Namespace]]] = {}
+            self._types: dict[tuple[int, str], Class | None] = {}
 
     @property
     def text(self) -> str:
@@ -181,6 +190,37 @@ class Document:
         span = bare[0].span
         return class_of(ast.Model(name="", name_span=span, body=bare, span=span), namespace)
 
+    def members(self, cls: Class) -> Members:
+        """Return what a model declares or inherits, by name."""
+        if id(cls) not in self._members:
+            self._members[id(cls)] = (cls, {d.name: (d, n) for d, n in reversed(list(declarations(cls)))})
+        return self._members[id(cls)][1]
+
+    def component_at(self, cls: Class, offset: int) -> tuple[ast.Component, Namespace] | None:
+        """Return the component of a model whose declaration surrounds a place of this text."""
+        if id(cls) not in self._components:
+            mine = [
+                (d, n)
+                for d, n in self.members(cls).values()
+                if isinstance(d, ast.Component) and d.span.file is self.source
+            ]
+            self._components[id(cls)] = sorted(mine, key=lambda found: found[0].span.start)
+        mine = self._components[id(cls)]
+        before = bisect_right(mine, offset, key=lambda found: found[0].span.start)
+        return mine[before - 1] if before and offset < mine[before - 1][0].span.end else None
+
+    def type_of(self, declaration: ast.Declaration, namespace: Namespace) -> Class | None:
+        """Return the model that a component is of; None for what is no component, and for unknown ones."""
+        if not isinstance(declaration, ast.Component):
+            return None
+        key = (id(namespace), declaration.type)
+        if key not in self._types:
+            found = namespace.look_up(declaration.type, declaration.span)
+            self._types[key] = None
+            if found is not None and isinstance(found.definition, ast.Model):
+                self._types[key] = class_of(found.definition, found.namespace)
+        return self._types[key]
+
     def flat_of(self, name: str) -> FlatModel | None:
         """Return the last flat form of a model that there was."""
         return self._typed.get(name)
@@ -192,16 +232,6 @@ def class_of(model: ast.Model, namespace: Namespace) -> Class | None:
         return Classes(Reporter()).of(model, namespace)
     except CompileError:
         return None
-
-
-def type_of(declaration: ast.Declaration, namespace: Namespace) -> Class | None:
-    """Return the model that a component is of; None for what is no component, and for unknown ones."""
-    if not isinstance(declaration, ast.Component):
-        return None
-    found = namespace.look_up(declaration.type, declaration.span)
-    if found is None or not isinstance(found.definition, ast.Model):
-        return None
-    return class_of(found.definition, found.namespace)
 
 
 def declarations(cls: Class) -> Iterator[tuple[ast.Declaration, Namespace]]:

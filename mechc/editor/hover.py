@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ..compiler.flat import types
 from ..compiler.flat.model import FlatModel, Type
 from ..lang import ast
@@ -49,9 +51,17 @@ def _declared(document: Document, declaration: ast.Declaration, path: str, model
 
 def type_in(flat: FlatModel, path: str) -> Type | None:
     """Return the type of a variable, output, let or place of a flat model by its name in results."""
-    found = [v.type for v in flat.variables if path in (v.name, _plain(v.name))]
-    found += [d.type for d in flat.definitions if path in (d.name, _plain(d.name))]
-    return found[0] if found else None
+    return types_in(flat).get(path)
+
+
+def types_in(flat: FlatModel) -> Mapping[str, Type]:
+    """Return the types of all variables, outputs, lets and places by their names in results, with and without indices."""
+    found: dict[str, Type] = {}
+    typed = [(v.name, v.type) for v in flat.variables] + [(d.name, d.type) for d in flat.definitions]
+    for name, type in typed:
+        found.setdefault(name, type)
+        found.setdefault(_plain(name), type)
+    return found
 
 
 def _plain(name: str) -> str:

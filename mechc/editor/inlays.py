@@ -12,7 +12,7 @@ from ..compiler.flat.values.evaluate import Value, constant
 from ..lang import ast
 from ..lang.units import parse_unit, preferred_unit
 from .document import Document
-from .hover import type_in
+from .hover import types_in
 
 
 class Inlay(Struct, frozen=True):
@@ -23,26 +23,30 @@ class Inlay(Struct, frozen=True):
     about: str
 
 
+class _Known(Struct, frozen=True):
+    """What the compiler knows of a model, by names: types, variables, default values of parameters."""
+
+    types: Mapping[str, Type]
+    variables: Mapping[str, Variable]
+    values: Mapping[str, Value]
+
+
 def inlays(document: Document, start: int, end: int) -> list[Inlay]:
     """Return what is shown between [start, end); nothing for a text that cannot be read."""
     found: list[Inlay] = []
-    if document.broken:
-        return found
-    values: dict[str, Mapping[str, Value]] = {}
-    for model, statement in document.statements():
+    knowledge: dict[str, _Known] = {}
+    for model, statement in () if document.broken else document.statements():
         flat = document.flat_of(model)
         if flat is None or not isinstance(statement, ast.Declaration) or isinstance(statement, ast.Component):
             continue
         if statement.span.end < start or statement.span.start > end:
             continue
-        known = type_in(flat, statement.name)
-        if known is None:
-            continue
-        if model not in values:
-            values[model] = values_of(flat)
-        found += _sizes(statement, known)
-        found += _units(statement, known)
-        found += _values(statement, flat, values[model])
+        if model not in knowledge:
+            knowledge[model] = _Known(types_in(flat), {v.name: v for v in flat.variables}, values_of(flat))
+        known = knowledge[model]
+        type = known.types.get(statement.name)
+        if type is not None:
+            found += [*_sizes(statement, type), *_units(statement, type), *_values(statement, known)]
     return sorted(found, key=lambda inlay: inlay.offset)
 
 
@@ -61,33 +65,32 @@ def values_of(flat: FlatModel) -> Mapping[str, Value]:
         known |= new
 
 
-def _sizes(statement: ast.Declaration, known: Type) -> list[Inlay]:
+def _sizes(statement: ast.Declaration, type: Type) -> list[Inlay]:
     """Say how many elements an array has, where a formula gives its size."""
     if not statement.dimensions or all(d.span.text.strip().isdigit() for d in statement.dimensions):
         return []
-    shape = known.shape[-len(statement.dimensions) :]
+    shape = type.shape[-len(statement.dimensions) :]
     text = ", ".join(str(size) for size in shape)
     return [Inlay(statement.dimensions[-1].span.end, f" = {text}", "number of elements")] if shape else []
 
 
-def _units(statement: ast.Declaration, known: Type) -> list[Inlay]:
+def _units(statement: ast.Declaration, type: Type) -> list[Inlay]:
     """Say the unit of a formula whose declaration names no type."""
-    if not isinstance(statement, ast.Let | ast.Output) or statement.type or known.kind is not Kind.REAL:
+    if not isinstance(statement, ast.Let | ast.Output) or statement.type or type.kind is not Kind.REAL:
         return []
-    unit = preferred_unit(known.dimension, known.angle)
+    unit = preferred_unit(type.dimension, type.angle)
     if unit == "1":
         return []
     end = max([statement.name_span.end, *(d.span.end + 1 for d in statement.dimensions)])
     return [Inlay(end, f" [{unit}]", "unit of the formula")]
 
 
-def _values(statement: ast.Declaration, flat: FlatModel, values: Mapping[str, Value]) -> list[Inlay]:
+def _values(statement: ast.Declaration, known: _Known) -> list[Inlay]:
     """Say the value of a parameter that a formula of others gives."""
     if not isinstance(statement, ast.Parameter) or statement.value is None or _is_plain(statement.value):
         return []
-    variable = next((v for v in flat.variables if v.name == statement.name), None)
-    value = values.get(statement.name)
-    if variable is None or isinstance(value, bool | str | tuple) or value is None:
+    variable, value = known.variables.get(statement.name), known.values.get(statement.name)
+    if variable is None or not isinstance(value, Fraction):
         return []
     return [Inlay(statement.value.span.end, f" = {_shown(value, variable)}", "default value")]
 

@@ -14,7 +14,7 @@ from ..lang import ast
 from ..lang.builtins import BUILTINS, Builtin
 from ..lang.grammar.keywords import KEYWORDS
 from ..lang.source import Span
-from .document import Document, declarations, type_of
+from .document import Document
 
 _PATH = re.compile(
     r"[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?(?:[ \t]*\.[ \t]*[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?)*"
@@ -89,10 +89,10 @@ def meaning(document: Document, word: Word, model: str) -> Meaning | None:
     """Say what a word means inside a model of the document."""
     namespace = document.namespace()
     cls = document.class_of(model)
-    if cls is not None and (component := _modifies(document, cls, word)):
-        inner = type_of(*component)
-        return None if inner is None else _declared(word, inner)
-    if cls is not None and (found := _declared(word, cls)):
+    if cls is not None and (component := _modified(document, cls, word)):
+        inner = document.type_of(*component)
+        return None if inner is None else _declared(document, word, inner)
+    if cls is not None and (found := _declared(document, word, cls)):
         return found
     if namespace is not None:
         seen = cls.namespace if cls is not None else namespace
@@ -107,34 +107,25 @@ def meaning(document: Document, word: Word, model: str) -> Meaning | None:
     return None
 
 
-def _modifies(document: Document, cls: Class, word: Word) -> tuple[ast.Declaration, Namespace] | None:
+def _modified(document: Document, cls: Class, word: Word) -> tuple[ast.Declaration, Namespace] | None:
     """Return the component whose member a word names: in ``Bar bar(l = l)`` the first l is that of the bar."""
-    if document.broken:
-        return None
-    for declaration, namespace in declarations(cls):
-        if not isinstance(declaration, ast.Component) or declaration.span.file is not document.source:
-            continue
-        if not declaration.span.start <= word.start < declaration.span.end:
-            continue
-        for modification in declaration.modifications:
-            if modification.target.span.start <= word.start < modification.target.span.end:
-                return declaration, namespace
+    component = None if document.broken else document.component_at(cls, word.start)
+    for modification in component[0].modifications if component is not None else ():
+        if modification.target.span.start <= word.start < modification.target.span.end:
+            return component
     return None
 
 
-def _declared(word: Word, cls: Class) -> Meaning | None:
+def _declared(document: Document, word: Word, cls: Class) -> Meaning | None:
     """Follow the parts of a name through components."""
     here: Class | None = cls
     for k, part in enumerate(word.parts):
-        if here is None:
-            return None
-        found = next(((d, n) for d, n in declarations(here) if d.name == part), None)
+        found = None if here is None else document.members(here).get(part)
         if found is None:
             return None
-        declaration, seen = found
         if k == len(word.parts) - 1:
-            return Meaning(word, declaration, declaration.name_span, ".".join(word.parts))
-        here = type_of(declaration, seen)
+            return Meaning(word, found[0], found[0].name_span, ".".join(word.parts))
+        here = document.type_of(*found)
     return None
 
 

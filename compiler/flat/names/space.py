@@ -6,7 +6,10 @@ even where it stands before that.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterator, Mapping
+from fractions import Fraction
+from functools import cache
+from typing import get_type_hints
 
 from msgspec import Struct
 
@@ -115,6 +118,9 @@ def _of_statement(
             return next((h for e in nodes(statement, ast.Draw) if (h := _of_expression(e, names))), None)
 
 
+_LEAVES = (str, bool, int, Fraction, Span)
+
+
 def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.Node]:
     """Yield a node and everything inside it, except for what stands in nodes of the kind ``apart``."""
     pending = [node]
@@ -124,13 +130,21 @@ def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.N
             continue
         yield at
         inner: list[ast.Node] = []
-        for name in at.__struct_fields__:
+        for name in _branches(at.__class__):
             value = getattr(at, name)
             if isinstance(value, ast.Node):
                 inner.append(value)
             elif isinstance(value, tuple):
                 inner += [v for v in value if isinstance(v, ast.Node)]
         pending.extend(reversed(inner))
+
+
+@cache
+def _branches(kind: Hashable) -> tuple[str, ...]:
+    """Return the fields of a kind of node in which nodes may stand."""
+    assert isinstance(kind, type) and issubclass(kind, ast.Node)
+    kinds = get_type_hints(kind)
+    return tuple(name for name in kind.__struct_fields__ if kinds[name] not in _LEAVES)
 
 
 def _of_expression(node: ast.Node, names: _Names) -> Hint | None:
