@@ -197,7 +197,9 @@ class CurveSolution:
 
     def _doubts(self) -> bool:
         size = max(abs(self.stationary), self._answer.size)
-        return self.doubted or not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
+        return (
+            self.doubted or not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
+        )
 
     @property
     def deciding(self) -> frozenset[str]:
@@ -206,7 +208,10 @@ class CurveSolution:
 
     def endless(self) -> dict[str, str]:
         """Return integrals that have no finite value, by name, with the place that they fail at; empty where errors are small."""
-        known = [(self.stationary, self.error), *((v, self.output_errors[n]) for n, v in self.outputs.items())]
+        known = [
+            (self.stationary, self.error),
+            *((v, self.output_errors[n]) for n, v in self.outputs.items()),
+        ]
         if all(error <= max(1e3 * self.tolerance, 1e-6) * abs(value) for value, error in known):
             return {}
         return diverging(self._posed, self._answer.discrete, self._answer.solved, self._z)

@@ -57,9 +57,7 @@ class Answer(Struct, eq=False):
 class Failed(Exception):
     """No stationary curve was found: ``tried`` says what was done; ``last``: the curve on the elements that were too coarse."""
 
-    def __init__(
-        self, why: str, tried: Sequence[str], last: tuple[Discrete, Unknowns] | None = None
-    ) -> None:
+    def __init__(self, why: str, tried: Sequence[str], last: tuple[Discrete, Unknowns] | None = None) -> None:
         super().__init__(why)
         self.why = why
         self.tried = tuple(tried)

@@ -154,7 +154,9 @@ def test_an_integral_without_a_value_is_named(integrand: str, place: str) -> Non
     with pytest.raises(mechc.SimulationError) as caught:
         mechc.loads(line(integrand=integrand)).solve()
     said = "; ".join((caught.value.message, *caught.value.notes))
-    assert f"the integrand of 'integral({integrand})' grows like 1/distance, or faster, towards {place}" in said
+    assert (
+        f"the integrand of 'integral({integrand})' grows like 1/distance, or faster, towards {place}" in said
+    )
 
 
 def test_an_output_without_a_value_is_told() -> None:

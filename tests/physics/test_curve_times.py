@@ -71,9 +71,7 @@ def actions(time: float, turn: float) -> list[tuple[mp.mpf, mp.mpf]]:
             a, beta = shape(alpha)
             energy = -MU / (2 * a)
             # T - V = energy + 2 mu/r, and dt/r is sqrt(a/mu) times the eccentric anomaly
-            found.append(
-                (energy, energy * time + 2 * mp.sqrt(MU * a) * (2 * mp.pi * rounds + alpha - beta))
-            )
+            found.append((energy, energy * time + 2 * mp.sqrt(MU * a) * (2 * mp.pi * rounds + alpha - beta)))
     return found
 
 
