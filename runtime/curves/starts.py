@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from ..problem import Array
 from . import basis
 from .discrete import Discrete
-from .mesh import Mesh
 from .newton import projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted

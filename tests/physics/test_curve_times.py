@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import mpmath as mp
 import pytest
 
@@ -65,7 +67,7 @@ def actions(time: float, turn: float) -> list[tuple[mp.mpf, mp.mpf]]:
 
     found = []
     grid = [mp.mpf(k) / 400 * 2 * mp.pi for k in range(1, 400)]
-    for low, high in zip(grid[:-1], grid[1:], strict=True):
+    for low, high in itertools.pairwise(grid):
         if late(low) * late(high) < 0:
             alpha = mp.findroot(late, (low, high), solver="anderson")
             a, beta = shape(alpha)
