@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from .options import PICTURES, Command, ending, model_argument, model_option, no_model, set_option
+
+if TYPE_CHECKING:
+    from ..model import CompiledModel
 
 
 def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
@@ -44,7 +48,8 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     "--plot", metavar="FILE", callback=ending(PICTURES, "pictures"), help="Draw the diagram (png, pdf, svg)."
 )
 def command(file: str, **given: Any) -> None:
-    """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision."""
+    """Measure the error of MODEL.mech over the run time that it takes, against a reference in higher precision;
+    of a curve, over the unknowns of its elements."""
     from ..api import load
     from ..asking.given_values import UsageMistake, read_value
     from ..measurement.benchmark import benchmark
@@ -57,6 +62,9 @@ def command(file: str, **given: Any) -> None:
         raise click.BadParameter("tolerances are numbers such as 1e-6,1e-9") from None
     try:
         model = load(file, model=given["model"], set=given["settings"]).for_experiment(given["experiment"])
+        if model.compilation.equations.curve is not None:
+            _bench_curve(model, given)
+            return
         stop = None
         if given["stop"]:
             stop = read_value(given["stop"]).in_unit(model.compilation.equations.time.unit, "stop")[0]
@@ -85,4 +93,21 @@ def command(file: str, **given: Any) -> None:
     if given["plot"]:
         from ..measurement.benchmark_report import draw
 
+        draw(made, Path(given["plot"]))
+
+
+def _bench_curve(model: CompiledModel, given: dict[str, Any]) -> None:
+    from ..asking.given_values import UsageMistake
+    from ..measurement.curve_convergence import convergence, draw, report
+
+    context = click.get_current_context()
+    for name in ("stop", "methods", "tolerances", "against", "seconds"):
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            raise UsageMistake(f"--{name} belongs to a motion, and '{model.name}' is a curve")
+    made = convergence(model, given["experiment"])
+    text = json.dumps(made.summary(), indent=1)
+    click.echo(text if given["json_file"] == "-" else report(made))
+    if given["json_file"] not in (None, "-"):
+        Path(given["json_file"]).write_text(text + "\n", encoding="utf-8")
+    if given["plot"]:
         draw(made, Path(given["plot"]))

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from .options import Command, model_argument, model_option, no_model, set_option
+
+if TYPE_CHECKING:
+    from ..measurement.stress import Row
 
 
 @click.command(
@@ -41,13 +44,13 @@ def command(file: str, **given: Any) -> int:
         str(Path(file)), given["model"], given["settings"], given["experiment"], given["seconds"]
     )
     aloud = given["json_file"] != "-"
-    if aloud:
-        click.echo(line_of(None))
-    made = stress(
-        subject,
-        full=not given["quick"],
-        progress=(lambda row: click.echo(line_of(row))) if aloud else None,
-    )
+    head = iter([line_of(None)])  # above the first row: there may be none
+
+    def tell(row: Row) -> None:
+        for line in (*head, line_of(row)):
+            click.echo(line)
+
+    made = stress(subject, full=not given["quick"], progress=tell if aloud else None)
     text = json.dumps(made.summary(), indent=1)
     if not aloud:
         click.echo(text)

@@ -64,6 +64,8 @@ def solved_with_bounds(discrete: Discrete, first: Solved, again) -> Solved:  # t
             break
         solved = again(solved.unknowns)
         steps += solved.steps
+    else:
+        return Solved(solved.unknowns, False, steps, solved.last, "the places that touch do not settle")
     return Solved(solved.unknowns, solved.converged, steps, solved.last, solved.why)
 
 

@@ -104,7 +104,7 @@ def test_numbers_of_the_whole_read_each_other() -> None:
         assert abs(found.outputs[name] - exact) <= 30 * found.output_errors[name] <= 1e-11
 
 
-@pytest.mark.parametrize("command", ["bench", "init", "stress"])
+@pytest.mark.parametrize("command", ["fit", "init", "stress", "view"])
 def test_commands_of_motions_refuse_curves(command: str, tmp_path) -> None:  # type: ignore[no-untyped-def]
     from importlib import import_module
 
@@ -115,7 +115,9 @@ def test_commands_of_motions_refuse_curves(command: str, tmp_path) -> None:  # t
     ran = CliRunner().invoke(import_module(f"mechc.cli.{command}").command, [str(tmp_path / "line.mech")])
     assert ran.exit_code
     assert isinstance(ran.exception, (UsageError, mechc.UsageMistake, SystemExit))
-    assert "is a curve" in ran.output + str(ran.exception)
+    said = ran.output + str(ran.exception)
+    assert "is a curve" in said
+    assert "claimed" not in said
 
 
 @pytest.mark.parametrize(
