@@ -19,6 +19,8 @@ from .posed import Posed
 from .search import Answer, reported_z
 from .starts import densities, evaluate
 
+BESIDE = 1e-12
+"""Share of the range beside a kink at which its two sides are taken."""
 POINTS = 501
 """Places at which the curve is written and drawn, beside the borders of its elements."""
 
@@ -48,6 +50,7 @@ class CurveSolution:
         self._z = reported_z(posed, answer.discrete, answer.solved)
         self.negative_directions, self.kind = _kind(posed, answer, coarse)
         self.conjugate_points: list[float] = conjugate_points(posed, answer) if plain(posed) else []
+        self._kinks = posed.bends()
         self.places = self._sample()
         self._table = self._tabulated()
         self.outputs: dict[str, float] = {}
@@ -76,7 +79,10 @@ class CurveSolution:
                 raise ValueError(f"the curve is no function of '{self.problem.time.name}': it turns back")
             table = self._values(parameters_at(self._answer, at))
         else:
-            table = self._values((at - a) / (b - a))
+            s = (at - a) / (b - a)
+            for kink in self._kinks:  # there the values of its right side
+                s = np.where(np.abs(s - kink) < BESIDE, kink + BESIDE, s)
+            table = self._values(s)
         return {n: v if np.ndim(x) else float(v[0]) for n, v in table.items()}
 
     def __getitem__(self, name: str) -> Array:
@@ -117,6 +123,8 @@ class CurveSolution:
     def _sample(self) -> Array:
         nodes = self._answer.discrete.mesh.nodes
         s = np.unique(np.concatenate([np.linspace(0, 1, POINTS), nodes[(nodes > 1e-9) & (nodes < 1 - 1e-9)]]))
+        for kink in self._kinks:  # both sides of it, each with its own slope
+            s = np.concatenate([s[s < kink - BESIDE], [kink - BESIDE, kink + BESIDE], s[s > kink + BESIDE]])
         a, b = self.interval
         self._s = s
         return rates(self._answer, s)[0] if self._posed.curve.exchanged else a + (b - a) * s

@@ -68,7 +68,7 @@ class Posed(Struct, frozen=True, eq=False):
     def borders(self) -> list[float]:
         """Return where elements must end: kinks, and places at which values are asked for."""
         found = [s for s in self._places() if 0 < s < 1]
-        return found + self._bends()
+        return found + self.bends()
 
     def _places(self) -> list[float]:
         shares = self.functions["places"](np.zeros(1), self._nothing(1), _NONE, self.z(self.ends), self.p)[
@@ -88,7 +88,9 @@ class Posed(Struct, frozen=True, eq=False):
                 )
         return [float(s) for s in shares]
 
-    def _bends(self) -> list[float]:
+    def bends(self) -> list[float]:
+        """Return where the integrand makes a choice by place."""
+
         def values(s: Array) -> Array:
             return self.functions["bends"](s, self._nothing(len(s)), _NONE, self.z(self.ends), self.p)
 

@@ -68,6 +68,26 @@ def test_where_a_rod_buckles() -> None:
         assert off <= 30 * special["error"]
 
 
+@pytest.mark.slow
+def test_where_a_strut_buckles() -> None:
+    """Both ends turn freely and stay level: Euler's load is pi^2. Branches of the strut turned by half and whole turns, too."""
+    found: Any = mechc.loads("""
+        model Strut
+          dimensionless;
+          parameter P = 5;
+          independent s from 0 to 1;
+          coordinate theta ~ cos(pi*s);
+          stationary integral(1/2*der(theta)^2 + P*cos(theta));
+          constraint level: integral(sin(theta)) = 0;
+        end Strut;
+    """).study("curves", over="P = 5 .. 15")
+    (fork,) = found.special
+    assert fork["kind"] == "fork"
+    off = abs(fork["parameter"]["P"] - math.pi**2)
+    assert off < 1e-7
+    assert off <= 30 * fork["error"]
+
+
 def test_studies_of_motions_and_of_curves_are_told_apart() -> None:
     with pytest.raises(mechc.UsageMistake, match="this study is not asked about it"):
         mechc.load(FILM).study("modes")

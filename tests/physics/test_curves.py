@@ -121,6 +121,7 @@ def test_light_through_two_media_bends_where_they_meet() -> None:
           let n = if z > 0 m then n1 else n2;
           stationary integral(n*sqrt(1 + der(x)^2));
           output cross = at(x, 0 m);
+          output invariant = n*der(x)/sqrt(1 + der(x)^2);
         end Fermat;
     """)
     c = mpmath.findroot(
@@ -129,6 +130,11 @@ def test_light_through_two_media_bends_where_they_meet() -> None:
     exact = 1.5 * mpmath.sqrt(1 + c**2) + mpmath.sqrt(1 + (1 - c) ** 2)
     near(found.stationary, float(exact), found.error)
     near(found.outputs["cross"], float(c), found.output_errors["cross"])
+    snell = float(1.5 * c / mpmath.sqrt(1 + c**2))
+    assert abs(found["invariant"] - snell).max() < 1e-9  # on either side of the kink, and nowhere between
+    slopes = found["der(x)"][abs(found.places) < 1e-9]
+    assert slopes == pytest.approx([float(c), float(1 - c)], rel=1e-9)
+    assert found(0.0)["der(x)"] == pytest.approx(float(1 - c), rel=1e-9)
 
 
 def test_a_geodesic_of_the_half_plane_is_a_circle() -> None:

@@ -205,7 +205,7 @@ def _distinct(specials: list[tuple[int, Special]]) -> list[tuple[int, Special]]:
     found: list[tuple[int, Special]] = []
     for k, s in sorted(specials, key=lambda row: row[1].kind != "fork"):
         if not any(
-            abs(s.share - o.share) < 1e-4
+            abs(s.share - o.share) < 1e-4 + min(s.error + o.error, 1e-2)
             and abs(s.answer.value - o.answer.value) < 1e-3 * (abs(o.answer.value) + 1e-300)
             for _, o in found
         ):
