@@ -101,7 +101,7 @@ def write_pages(live: Mapping[str, Path]) -> None:
         shutil.copyfile(HERE / name, PAGES / name)
     (PAGES / "live").mkdir()
     for name, page in live.items():
-        shutil.copyfile(page, PAGES / "live" / f"{name}.html")
+        shutil.copyfile(page, PAGES / "live" / f"{name}{page.suffix}")
 
 
 def decisions() -> str:
@@ -126,7 +126,9 @@ def example_page(path: Path, live: Mapping[str, Path]) -> str:
             f"Its known answer is checked in `tests/{test}`.",
             "",
         ]
-    if name in live:
+    if name in live and live[name].suffix == ".png":
+        lines += [f"![{name}](../live/{name}.png)", ""]
+    elif name in live:
         lines += [
             f'<iframe class="live" src="../live/{name}.html" title="{name}, moving" loading="lazy"></iframe>',
             "",
@@ -137,7 +139,7 @@ def example_page(path: Path, live: Mapping[str, Path]) -> str:
 
 
 def make_live(examples: Sequence[Path]) -> dict[str, Path]:
-    """Return the moving page of each example that has one, made where it is not there yet."""
+    """Return the moving page of each example, of a curve its picture, made where it is not there yet."""
     LIVE.mkdir(parents=True, exist_ok=True)
     state = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(_sources()))).digest()
 
@@ -153,8 +155,14 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
             done = subprocess.run(
                 [*command, "--recorded"], capture_output=True, text=True, check=False, cwd=ROOT
             )
+        if page.exists():
+            return name, page, ""
         said = (done.stderr.strip() or done.stdout.strip()).rpartition("\n")[2]
-        return name, page if page.exists() else None, said
+        picture = page.with_suffix(".png")  # a curve does not move
+        command = [sys.executable, "-m", "mechc", "run", str(example), "-q", "--plot", str(picture)]
+        if "does not move" in said and not picture.exists():
+            subprocess.run(command, capture_output=True, check=False, cwd=ROOT)
+        return name, picture if picture.exists() else None, said
 
     made: dict[str, Path] = {}
     with ThreadPoolExecutor(os.cpu_count()) as pool:

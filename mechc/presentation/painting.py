@@ -20,6 +20,8 @@ TRAIL = 1500
 """Points of a path."""
 GAUGES = ("bead", "dial")
 """Shapes without a place."""
+ROADS = 6
+"""Of more bodies no paths are drawn."""
 SMALL = 0.012
 """Of the whole picture: radius of what has no size of its own."""
 
@@ -120,6 +122,11 @@ class Painter:
     def trails(self) -> list[Array]:
         """Return the paths [n, 3] that are drawn."""
         return [self.paths[:, list(s.numbers)] for s in self.scene.shapes if s.kind == "trail"]
+
+    def roads(self) -> list[Array]:
+        """Return the paths [n, 3] of masses and balls, where there are few."""
+        balls = [s for s in self.scene.shapes if s.kind in ("mass", "sphere")]
+        return [self.paths[:, list(s.numbers[:3])] for s in balls] if len(balls) <= ROADS else []
 
     def _prepare(self) -> None:
         axes = self.axes

@@ -117,10 +117,13 @@ def panels_of(solution: ShownSolution) -> list[Panel]:
 def _pictures(solution: ShownSolution, points: Mapping[str, int]) -> list[Panel]:
     """Return the panel of what is drawn, else those of the paths of points."""
     staged = solution.staged()
-    if staged is not None and any(shape.kind not in GAUGES for shape in staged[0].shapes):
-        drawn = _spread([*points], MOST_PATHS)
-        return [Scenery(tuple(drawn), len(points) - len(drawn))]
     found: list[Panel] = []
+    if staged is not None and any(shape.kind not in GAUGES for shape in staged[0].shapes):
+        pure = not solution.problem.time.unit
+        places = [n for n in points if pure or solution.quantities[element(n, 1)].unit == "m"]
+        drawn = _spread(places, MOST_PATHS)
+        found.append(Scenery(tuple(drawn), len(places) - len(drawn)))
+        points = {name: d for name, d in points.items() if name not in places}
     for dimension in (2, 3):
         chosen = [name for name, d in points.items() if d == dimension]
         if chosen:

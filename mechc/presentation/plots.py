@@ -138,8 +138,9 @@ def _draw(axes: Any, panel: Panel, view: View) -> None:
 
 
 def _draw_curves(axes: Any, panel: Curves, view: View) -> None:
+    mark = "o" if len(view.time) == 1 else None
     for name, colour in zip(panel.names, COLOURS, strict=False):
-        axes.plot(view.time, view[name], color=colour, label=letters(name))
+        axes.plot(view.time, view[name], color=colour, label=letters(name), marker=mark)
     if len(panel.names) == 1:
         axes.set_title(letters(panel.names[0]))
     else:

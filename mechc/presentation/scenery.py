@@ -14,6 +14,8 @@ from .panels import Scenery, element
 if TYPE_CHECKING:
     from ..runtime.problem import Array
 
+ROAD = "#9ca3af"
+"""Colour of the paths of bodies without a trail."""
 GHOSTS = 4
 """How often what is drawn without a path is painted."""
 
@@ -35,6 +37,9 @@ def draw_scenery(axes: Any, panel: Scenery, view: View) -> None:
     painter = Painter(solution, times, axes, paths)
     for k in range(len(times)):
         painter.paint(k, opacity=1.0 if k == len(times) - 1 else 0.3, clear=k == 0)
+    for path in painter.roads() if still else ():
+        parts = path.T[:2] if painter.flat else path.T
+        axes.plot(*parts, color=ROAD, linewidth=0.9, zorder=1.7)
     drawn = painter.trails()
     for k, (name, path) in enumerate(zip(panel.names, paths, strict=True)):
         if any(
@@ -43,7 +48,7 @@ def draw_scenery(axes: Any, panel: Scenery, view: View) -> None:
             continue
         parts = path.T[:2] if painter.flat else path.T
         axes.plot(*parts, color=COLOURS[k % len(COLOURS)], linewidth=1.1, label=point_name(name), zorder=1.8)
-    text = "motion" if len(paths) != 1 else f"motion, and path of {point_name(panel.names[0])}"
+    text = "motion" if len(paths) != 1 else f"motion, with the trail of {point_name(panel.names[0])}"
     axes.set_title(title(text, panel.left_out, len(panel.names)))
     axes.set_title("", loc="right")
     for axis in "xy" if painter.flat else "xyz":

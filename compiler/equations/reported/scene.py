@@ -303,7 +303,8 @@ class _Maker(Struct):
                 frame = self.lowering.frame(value)
                 pose = [*self.origin(frame), *self.axes(frame)]
                 if not all(self.graph.is_constant(n) for n in pose):
-                    axes = SceneShape("frame", (), definition.name, relative=True)
+                    moves = not all(self.graph.is_constant(n) for n in pose[:3])
+                    axes = SceneShape("frame", (), definition.name, relative=moves)
                     found.append((axes, [*pose, self.graph.one]))
         return found
 

@@ -150,7 +150,7 @@ inertia diag({1, 2, 3})*1 kg.m^2 on body;
 experiment(stop = 1 s);
 """
     scene, (axes,), _ = numbers(text, np.array([0.5]))
-    assert [(s.kind, s.name, s.relative) for s in scene.shapes] == [("frame", "body", True)]
+    assert [(s.kind, s.name, s.relative) for s in scene.shapes] == [("frame", "body", False)]
     assert np.allclose(axes[0, 3:6], [np.cos(1), np.sin(1), 0], rtol=0, atol=1e-7)
 
 
