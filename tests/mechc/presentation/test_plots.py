@@ -179,7 +179,7 @@ def test_a_chaotic_motion_is_no_rest() -> None:
     text = "dimensionless; state x = 1; state y = 1; state z = 1; equation der(x) = 10*(y - x); "
     text += "equation der(y) = x*(28 - z) - y; equation der(z) = x*y - 8/3*z;"
     found = mechc.loads(text).simulate(stop=50)
-    assert panels_of(found) == [Curves("states", "", ("x", "y", "z"))]
+    assert panels_of(found) == [Scenery(()), Curves("states", "", ("x", "y", "z"))]
 
 
 def test_one_over_another(turn: Solution) -> None:

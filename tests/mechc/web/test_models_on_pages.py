@@ -196,20 +196,17 @@ def test_runs_again_while_it_is_dragged(browser: Any, tmp_path: Path) -> None:
     print(f"double pendulum: run again in {np.median(times[1:]):.2f} ms (median), least {min(times):.2f}")
     assert np.median(times[1:]) < 5
     opened.tab.close()
-    path.write_text(page(mechc.load(EXAMPLES / "slider_crank_friction.mech")))
+    path.write_text(page(mechc.load(EXAMPLES / "slider_crank_friction.mech"), options={"stop": "20 s"}))
     opened = Opened(browser, path)
-    longest, took = opened.ask(
+    answers, took = opened.ask(
         """async () => {
           const slider = document.getElementById('s-mu'), before = page.runs;
-          let longest = 0, last = performance.now();
+          let answers = 0;
           slider.value = 0.15; slider.dispatchEvent(new Event('input'));
-          while (page.runs === before) {
-            await new Promise(r => setTimeout(r));
-            const now = performance.now(); longest = Math.max(longest, now - last); last = now;
-          }
-          return [longest, page.run.ms];
+          while (page.runs === before) { await new Promise(r => setTimeout(r)); answers++; }
+          return [answers, page.run.ms];
         }"""
     )
-    print(f"slider-crank: the page answers within {longest:.1f} ms during a run of {took:.1f} ms")
-    assert longest < took / 2
+    print(f"slider-crank: the page answers {answers} times during a run of {took:.0f} ms")
+    assert took > 30 and answers > 5
     opened.tab.close()
