@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec.structs import replace
 
@@ -12,6 +12,7 @@ from mechc.lang.units import preferred_unit
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
 from ..graph.differentiate import is_affine
+from ..graph.hollow import hollow_parts
 from .forces import rate_of
 from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
@@ -58,49 +59,70 @@ def contact_rows(
     return tuple(rows)
 
 
+def gap_parts(lowering: Lowering, contact: Contact, positions: Collection[Node]) -> tuple[Node, ...]:
+    """Return the gaps of which the stated one is the least, as of a groove min(l, r): each is a contact of its own, as a body
+    in the corner touches both. A gap that is no least, or of which a part does not move, is one."""
+    (gap,) = lowering.numbers(contact.gap)
+    parts = hollow_parts(lowering.graph, gap)
+    alone = len(parts) == 1 or any(
+        positions.isdisjoint(lowering.graph.support(undisplaced(lowering.graph, part))) for part in parts
+    )
+    return (gap,) if alone else parts
+
+
+def part_names(name: str, count: int) -> tuple[str, ...]:
+    """Return the names of the rows of a contact, one for each part of its gap."""
+    return (name,) if count == 1 else tuple(f"{name}[{k + 1}]" for k in range(count))
+
+
 def _contact(
     lowering: Lowering, contact: Contact, symbols: Symbols, switched: bool, reporter: Reporter
 ) -> list[ConstraintRows]:
-    """Return the row of the gap, then those of the friction."""
+    """Return the row of the gap, then those of the friction; so for each part of a gap that is the least of several."""
     graph, name = lowering.graph, contact.name
-    (gap,) = lowering.switching(lowering.numbers(contact.gap))
-    lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
-    support = set(graph.support(undisplaced(graph, gap)))
-    if support & symbols.velocities or not support & symbols.positions:
-        reporter.error(
-            "E0702",
-            f"the gap of contact '{name}' must depend on coordinates",
-            contact.gap.span,
-            caption="this contains velocities" if support & symbols.velocities else "nothing here can move",
-            help="write the distance that stays positive or zero",
-        )
-        return []
+    parts = gap_parts(lowering, contact, symbols.positions)
+    names = part_names(name, len(parts))
     restitution = _coefficient(lowering, symbols, contact.restitution, "restitution", reporter, most=1)
     rest = contact.options.get("rest")
-    mode = Mode(
-        "contact",
-        graph.symbol(f"closed({name})"),
-        (graph.symbol(f"#impulse {name}"),),
-        enabled=graph.symbol(f"enabled({name})") if switched else None,
-        restitution=restitution,
-        rest=graph.minus_one if rest is None else lowering.scalar(rest),
-    )
-    unit = base_unit(contact.gap)
-    row = ConstraintRows(name, "position", (gap,), (unit,), "", "", contact.origin, mode)
-    return [row, *_contact_friction(lowering, symbols, contact, reporter)]
+    rows: list[ConstraintRows] = []
+    for own, part in zip(names, parts, strict=True):
+        (gap,) = lowering.switching((part,))
+        lowering.questions.refuse((gap,), "a gap", contact.gap, "write the distance of what touches")
+        support = set(graph.support(undisplaced(graph, gap)))
+        if support & symbols.velocities or not support & symbols.positions:
+            reporter.error(
+                "E0702",
+                f"the gap of contact '{name}' must depend on coordinates",
+                contact.gap.span,
+                caption="this contains velocities" if support & symbols.velocities else "nothing here can move",
+                help="write the distance that stays positive or zero",
+            )
+            return []
+        mode = Mode(
+            "contact",
+            graph.symbol(f"closed({own})"),
+            (graph.symbol(f"#impulse {own}"),),
+            enabled=graph.symbol(f"enabled({name})") if switched else None,
+            restitution=restitution,
+            rest=graph.minus_one if rest is None else lowering.scalar(rest),
+            whole=name,
+        )
+        row = ConstraintRows(own, "position", (gap,), (base_unit(contact.gap),), "", "", contact.origin, mode)
+        rows += [row, *_contact_friction(lowering, symbols, contact, own, reporter)]
+    return rows
 
 
 def _contact_friction(
-    lowering: Lowering, symbols: Symbols, contact: Contact, reporter: Reporter
+    lowering: Lowering, symbols: Symbols, contact: Contact, name: str, reporter: Reporter
 ) -> list[ConstraintRows]:
-    """Return a row for each component of the slip; none where the contact is smooth."""
-    graph, name = lowering.graph, contact.name
+    """Return a row for each component of the slip; none where the contact is smooth. ``name``: of the row of the gap."""
+    graph = lowering.graph
     if contact.friction is None:
         return []
     if contact.along is None:
         reporter.error(
             "E0703",
-            f"contact '{name}' has friction, but does not say along what it slides",
+            f"contact '{contact.name}' has friction, but does not say along what it slides",
             contact.origin.span,
             help="add 'along s' with the slip velocity s",
         )

@@ -52,7 +52,7 @@ def _flags(constraints: tuple[ConstraintRows, ...]) -> dict[str, Node]:
             continue
         flag = rows.mode.enabled if rows.mode.kind == "contact" else rows.mode.flag
         if flag is not None and rows.mode.kind != "friction":
-            found[rows.name] = flag
+            found[rows.mode.whole or rows.name] = flag
     return found
 
 

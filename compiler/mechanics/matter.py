@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 
 from mechc.lang.diagnostics import Reporter
@@ -9,7 +10,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query
 from ..graph import Graph, Node
 from .bodies import inertia_tensor, mass_centre
-from .contacts import switched_names
+from .contacts import gap_parts, part_names, switched_names
 from .drives import drive_rows
 from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
 from .forces import damping_power, virtual_power
@@ -263,6 +264,8 @@ class Matter:
         switched = switched_names(self._model) | {contact.name for contact in self._model.contacts}
         if target not in switched:
             return [self.graph.one]
-        flag = self.graph.symbol(f"closed({target})")
-        self._lowering.questions.modes[flag] = None
-        return [flag]
+        contact = next((c for c in self._model.contacts if c.name == target), None)
+        count = 1 if contact is None else len(gap_parts(self._lowering, contact, self._symbols.positions))
+        flags = [self.graph.symbol(f"closed({name})") for name in part_names(target, count)]
+        self._lowering.questions.modes |= dict.fromkeys(flags)
+        return [functools.reduce(self.graph.logical_or, flags)]

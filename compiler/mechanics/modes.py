@@ -27,7 +27,7 @@ class Mode(Struct, frozen=True):
     ``sign`` is the direction of slip, -1, 0 or 1; ``enabled`` 0 for what was released. A friction has the limits
     ``kinetic`` and ``static`` of its force, or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
-    negative for the default.
+    negative for the default. ``whole``: the name of the contact, of whose gap this may be a part.
     """
 
     kind: Literal["contact", "friction", "constraint"]
@@ -41,6 +41,7 @@ class Mode(Struct, frozen=True):
     smooth: Regularized | None = None
     restitution: Node | None = None
     rest: Node | None = None
+    whole: str = ""
 
 
 class SetAction(Struct, frozen=True):

@@ -129,6 +129,12 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: native.ReportS
                 "for something that bounces or rests, write a 'contact', which comes to rest",
                 origin=branch.origin,
             )
+        case Status.CHATTER if report.failed_part == 1:
+            return _Told(
+                "chattering",
+                f"impacts follow each other without end where a gap bends, until {at}: a body in a corner touches both sides, "
+                "and a gap has one side at a time; write a contact for each of them",
+            )
         case Status.CHATTER:
             return _Told(
                 "chattering",

@@ -124,7 +124,7 @@ def _mode_symbols(system: MechanicalSystem) -> list[Node]:
     found += [n for clock in clocks for n in (clock.pulse, clock.count)]
     if system.lowering.initial is not None:
         found.append(system.lowering.initial)
-    return found
+    return list(dict.fromkeys(found))
 
 
 def _z_symbols(

@@ -312,6 +312,11 @@ def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequenc
     """Return what is known of forces by name, while no row is left out."""
     named: dict[str, tuple[Node, ...]] = {}
     for constraint, symbols in zip(system.constraints, multipliers, strict=True):
+        whole = constraint.mode.whole if constraint.mode is not None else ""
+        if whole and whole != constraint.name:  # a part of its gap
+            known = named.get(whole, (system.graph.zero,))
+            named[whole] = (system.graph.add(known[0], *symbols),)
+            continue
         named[constraint.name] = named.get(constraint.name, ()) + tuple(symbols)
     drives = {name: raw[i] for row in system.drives for name, i in zip(row.names, row.v, strict=True)}
     return Replies(named, frozenset(), drives, joint_reactions(system, multipliers))

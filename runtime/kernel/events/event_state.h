@@ -35,12 +35,13 @@ typedef struct mech_event_state {
     mech_real *y_at, *move; /* [ny] a state; a displacement                                  */
     mech_real *y_before, *z_before, *outputs, *times;
     mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
+    mech_real *jolted;      /* [ny] the state where impacts at bends of gaps began to follow each other */
     mech_real *counters;    /* [MECH_COUNTERS]                                               */
 } mech_event_state;
 
 /* Places in counters. */
 enum {
-    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_COUNTERS
+    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_COUNTERS
 };
 
 /* Lets a size grow to |x|; what is infinite or not a number has no size, and must not spoil those to come. */

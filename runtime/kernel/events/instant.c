@@ -129,6 +129,29 @@ static int check_progress(mech_solver *s, int hit)
     return MECH_RUNNING;
 }
 
+/* Impacts again and again where a gap bends, after which the state is where it was: a corner between two sides of one gap,
+ * which has one normal at a time and throws what rests there from side to side. */
+static int check_jolts(mech_solver *s, int hit)
+{
+    mech_event_state *e = s->events;
+    const mech_model *m = s->model;
+    if (hit < 0 || hit >= m->hybrid->n_switches || !e->n_rows) return MECH_RUNNING;
+    int jolt = 0, moved = 0;
+    for (int i = m->nq; i < m->nq + m->nv; i++) jolt |= s->y[i] != e->y_before[i];
+    if (!jolt) {
+        e->counters[MECH_JOLTS] = 0;
+        return MECH_RUNNING;
+    }
+    if (e->counters[MECH_JOLTS] == 0) memcpy(e->jolted, s->y, (size_t)s->ny * sizeof(mech_real));
+    if ((e->counters[MECH_JOLTS] += 1) < CROWD) return MECH_RUNNING;
+    e->counters[MECH_JOLTS] = 0;
+    for (int i = 0; i < m->nq; i++)
+        moved |= mech_abs(s->y[i] - e->jolted[i]) > MECH_C(1e-3) * (mech_nominal(s, i) + mech_abs(s->y[i]));
+    if (moved) return MECH_RUNNING;
+    s->run->report.failed_part = 1;
+    return mech_fail(s, MECH_CHATTER, hit);
+}
+
 int mech_instant_happen(mech_solver *s, int hit, int ticks)
 {
     mech_event_state *e = s->events;
@@ -173,6 +196,7 @@ int mech_instant(mech_solver *s, int hit)
     if (status) return status;
     const long events = run->report.n_events;
     status = mech_instant_happen(s, hit, 1);
+    if (status >= 0) status = check_jolts(s, hit) < 0 ? MECH_CHATTER : status;
     if (status < 0) return status;
     mech_journal_modes(s, 0);
     if (s->o.events && run->report.n_events >= s->o.event_capacity) return mech_fail(s, MECH_EVENT_LOOP, -1);

@@ -83,44 +83,45 @@ def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
 
 
 def _no_rounding(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
-    """Keep those that are no rounding beside the states of their unit, whether by their size or because they hardly feel them."""
+    """Keep those that are no rounding beside the states of their unit, by what they feel of it; where projections round as
+    well, by their size."""
     problem, found = case.problem, []
     groups = problem.groups or (0,) * problem.ny
-    heard: Array | None = None
-    held = bool(problem.constraints)  # projections move what they hold by roundings
+    if small and not problem.constraints:
+        heard = _heard(case, run, reached)
+        return [i for i in small if heard[i] < HEARD]
     for i in small:
         alike = [k for k, other in enumerate(problem.states) if other.unit == problem.states[i].unit]
         felt = max(reached[k] for k in alike if groups[k] == groups[i])
-        if reached[i] <= max(NOISE * felt, ROUNDING * max(reached[k] for k in alike)):
-            if heard is None and not held:
-                heard = _heard(case, run, reached)
-            if heard is None or not heard[i] < HEARD:
-                continue
-        found.append(i)
+        if reached[i] > max(NOISE * felt, ROUNDING * max(reached[k] for k in alike)):
+            found.append(i)
     return found
 
 
 def _heard(case: Case, run: Trajectory, reached: Array) -> Array:
-    """Give [ny] what rounding of all states does to the rate of each one, over what changes it: for a coordinate and its
-    velocity what accelerates them."""
+    """Give [ny] what rounding does to each state, over what it does: by the rates, for a coordinate those of its velocity,
+    and by the jumps at events.
+
+    States are moved at random by a small share of what they reach, which shows how strongly they are felt, and by roundings,
+    with the time, which shows what cancels.
+    """
     problem = case.problem
     rows = np.unique(np.linspace(0, len(run.t) - 1, PLACES).astype(int))
-    t = np.repeat(run.t[rows], SHAKES + 1)
-    moved = np.repeat(run.y[rows], SHAKES + 1, axis=0)
-    signs = np.random.default_rng(1).choice([-1.0, 1.0], size=moved.shape)
-    signs[:: SHAKES + 1] = 0.0
+    t, y = np.repeat(run.t[rows], SHAKES + 1), np.repeat(run.y[rows], SHAKES + 1, axis=0)
     z = None if run.happened is None else run.happened.discretes(t, problem.ny)
-    rates = evaluate_rows(case, "rhs", t, moved + SHARE * reached * signs, z)
-    rates = rates.reshape(len(rows), SHAKES + 1, -1)
-    noise = np.abs(rates[:, 1:] - rates[:, :1]).max(axis=(0, 1)) * EPSILON / SHARE
-    own = reached / max(float(run.t[-1] - run.t[0]), np.finfo(float).tiny)
+    signs = np.random.default_rng(1).choice([-1.0, 1.0], size=(len(t), problem.ny + 1))
+    signs[:: SHAKES + 1] = 0.0
+    noise, own = np.zeros(problem.ny), reached / max(float(run.t[-1] - run.t[0]), np.finfo(float).tiny)
+    for size, share, counts in ((reached, SHARE, EPSILON / SHARE), (np.abs(y), 2 * EPSILON, 1.0)):
+        at = t * (1 + EPSILON * signs[:, -1]) if counts == 1 else t
+        rates = evaluate_rows(case, "rhs", at, y + share * size * signs[:, :-1], z)
+        rates = rates.reshape(len(rows), SHAKES + 1, -1)
+        noise = np.maximum(noise, np.abs(rates[:, 1:] - rates[:, :1]).max(axis=(0, 1)) * counts)
+        own = np.maximum(own, np.abs(rates[:, 0]).max(axis=0))
     for velocity, q in enumerate(problem.partner, problem.nq):
-        if reached[q] > 0:
-            own[velocity] = reached[velocity] ** 2 / reached[q]
         own[q], noise[q] = own[velocity], noise[velocity]
     with np.errstate(divide="ignore", invalid="ignore"):
-        heard: Array = np.maximum(noise / own, _jumps(problem, run) / reached)
-    return heard
+        return np.maximum(np.where(noise > 0, noise / own, 0.0), _jumps(problem, run) / reached)
 
 
 def _jumps(problem: Problem, run: Trajectory) -> Array:
