@@ -11,7 +11,7 @@ from mechc.lang.units import preferred_unit
 
 from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
 from ..graph import Node
-from ..graph.differentiate import is_affine
+from ..graph.differentiate import is_affine, vjp
 from ..graph.hollow import hollow_parts
 from .forces import rate_of
 from .kinematics.reactions import undisplaced
@@ -61,13 +61,14 @@ def contact_rows(
 
 def gap_parts(lowering: Lowering, contact: Contact, positions: Collection[Node]) -> tuple[Node, ...]:
     """Return the gaps of which the stated one is the least, as of a groove min(l, r): each is a contact of its own, as a body
-    in the corner touches both. A gap that is no least, or of which a part does not move, is one."""
+    in the corner touches both. A gap that is no least, of which a part does not move, or whose parts have one normal, is one."""
+    graph = lowering.graph
     (gap,) = lowering.numbers(contact.gap)
-    parts = hollow_parts(lowering.graph, gap)
-    alone = len(parts) == 1 or any(
-        positions.isdisjoint(lowering.graph.support(undisplaced(lowering.graph, part))) for part in parts
-    )
-    return (gap,) if alone else parts
+    parts = hollow_parts(graph, gap)
+    if len(parts) == 1 or any(positions.isdisjoint(graph.support(undisplaced(graph, p))) for p in parts):
+        return (gap,)
+    normals = {tuple(vjp(graph, [(part, graph.one)], sorted(positions))) for part in parts}
+    return parts if len(normals) > 1 else (gap,)
 
 
 def part_names(name: str, count: int) -> tuple[str, ...]:
