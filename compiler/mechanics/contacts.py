@@ -95,7 +95,9 @@ def _contact(
                 "E0702",
                 f"the gap of contact '{name}' must depend on coordinates",
                 contact.gap.span,
-                caption="this contains velocities" if support & symbols.velocities else "nothing here can move",
+                caption="this contains velocities"
+                if support & symbols.velocities
+                else "nothing here can move",
                 help="write the distance that stays positive or zero",
             )
             return []
