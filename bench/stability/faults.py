@@ -137,6 +137,22 @@ def _tables_unchecked() -> None:
     _put(inputs, "make_table", spread)
 
 
+def _checks_silent() -> None:
+    _put(companion, "contradictions", lambda *_, **__: ())
+
+
+def _not_repeated(*looks: str) -> Callable[[], None]:
+    def plant() -> None:
+        for look in looks:
+            _put(simulate, look, lambda plan, main, progress: (plan, main, ()))
+
+    return plant
+
+
+def _one_gap() -> None:
+    _put(_module("compiler.mechanics.contacts"), "hollow_parts", lambda graph, gap: (gap,))
+
+
 FAULTS = {
     "sign": Fault(
         "the first acceleration has the wrong sign",
@@ -191,6 +207,16 @@ FAULTS = {
     "checks ignored": Fault("values out of range begin a run", _checks_ignored),
     "masses unchecked": Fault("a zero pivot is not explained", _masses_unchecked),
     "tables unchecked": Fault("times of tables are made to increase", _tables_unchecked),
+    "checks silent": Fault("no check is compared with the estimated errors", _checks_silent),
+    "own size ignored": Fault(
+        "states that stay small are measured by the sizes of others", _not_repeated("by_own_size")
+    ),
+    "passed over": Fault("nothing is looked for between steps", _not_repeated("_looked_at", "seen_between")),
+    "one gap": Fault("a gap that is the least of several is one", _one_gap),
+    "first come": Fault(
+        "of contacts that depend on each other the first ones carry all",
+        _in_kernel("rows.c", "if (shared && rank && rank < n)", "if (shared < 0)"),
+    ),
     "missed times": Fault(
         "events at known times are not seen",
         _in_kernel(

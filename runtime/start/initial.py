@@ -52,12 +52,17 @@ def assemble(
     other.
     """
     facts = start_facts(problem)
-    assert facts is not None and functions.assembly is not None and functions.assembly_jacobian is not None
-    task = make_task(facts, functions.assembly, functions.assembly_jacobian, t, known, u, z, p)
+    assert facts is not None and functions.assembly is not None
+    task = make_task(facts, functions.assembly, functions.assembly_jacobian or _immovable, t, known, u, z, p)
     found = assembled_by_kernel(functions, t, y0, known, u, z, p, reproducible) if functions.struct else None
     y, steps = found or _assembled(problem, task, y0)
     before = functions.assembly(t, y0, u, z, p)
     return Assembled(y, task.weights, before, steps, _second_assembly(problem, task, y))
+
+
+def _immovable(*_: object) -> Array:
+    """The derivatives of conditions by the velocities of a model that has none."""
+    return np.empty(0)
 
 
 def _assembled(problem: Problem, task: Task, y0: Array) -> tuple[Array, tuple[int, int]]:

@@ -28,7 +28,7 @@ FEW = {
 
 
 def test_all_groups_are_there_and_every_fault_is_used() -> None:
-    assert sorted(titles()) == list(range(1, 23))
+    assert sorted(titles()) == list(range(1, 25))
     cases = [case_of(q) for q in questions(quick=False)]
     assert len({(q[0], case_of(q).name) for q in questions(quick=False)}) == len(cases)
     assert {case.fault for case in cases} == set(FAULTS)

@@ -273,3 +273,41 @@ def test_ball_rolls_on_a_turning_table() -> None:
     assert np.hypot(*speed.values()) > 0.1
     assert solution["pose.position[1]"] == pytest.approx(x, abs=1e-8)
     assert solution["pose.position[2]"] == pytest.approx(y, abs=1e-8)
+
+
+def test_a_wheel_rolls_on_a_circle_while_an_arm_holds_its_centre() -> None:
+    """One of both equations repeats the arm, the other one is regular all the way round; the energy gives the speed. Before,
+    the equation that was kept was singular where it looks along the path."""
+    solution = run(
+        """
+        import mech.planar.*;
+        gravity {0, -9.81} m/s^2;
+        Body wheel(m = 1 kg, J = 0.5 kg.m^2);
+        Body arm(m = 1 kg, J = 0.1 kg.m^2, com = {1 m, 0 m});
+        Revolute pin(world -> arm.a, angle = 30 deg);
+        Revolute axle(arm.a * trans({2, 0} m) -> wheel.a);
+        RollingOnCircle roll(world -> wheel.a, track = 1 m, r = 1 m);
+        """,
+        stop=20.0,
+    )
+    assert not any("singular" in remark for remark in solution.remarks)
+    angle = solution["pin.angle"]
+    inertia = 0.1 + 1 + 2**2 + 0.5 * 2**2  # the wheel turns twice as fast as the arm
+    square = 2 * g * (1 + 2) * (np.sin(np.pi / 6) - np.sin(angle)) / inertia
+    np.testing.assert_allclose(solution["der(pin.angle)"] ** 2, square, atol=1e-7)
+    assert np.ptp(angle) > np.pi
+
+
+@pytest.mark.parametrize(
+    "joints", ["Weld w({0}*trans({{4e-17, 0, 0}} m) -> one.a); Universal u({0} -> one.a);",
+               "Universal u({0} -> one.a); Weld w({0}*trans({{4e-17, 0, 0}} m) -> one.a);"],
+)  # fmt: skip
+def test_a_weld_beside_a_universal_joint_that_is_off_by_rounding(joints: str) -> None:
+    place = "world*rotx(0.3 rad)*roty(0.7 rad)"
+    solution = run(
+        "import mech.spatial.*;\ngravity {0, 0, -9.81} m/s^2;\n"
+        "Body one(m = 1 kg, J = diag({1, 1, 1})*(1 kg.m^2), com = {0.1, 0.2, -0.3} m);\n"
+        + joints.format(place)
+        + "\noutput where = pos(one.a);"
+    )
+    assert np.abs([solution[f"where[{i}]"] for i in (1, 2, 3)]).max() < 1e-15

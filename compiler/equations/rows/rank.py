@@ -25,6 +25,9 @@ SAMPLES = 4
 TOLERANCE = 1e-9
 """A row is dependent if its part orthogonal to the earlier ones is smaller than this share of it."""
 
+VANISHED = 1e-11
+"""A row below this share of what it is off the manifold is rounding: it says there what others imply."""
+
 REACHED = 1e-6
 """A residual below this, in SI units, counts as none."""
 
@@ -60,17 +63,21 @@ def rank(
     chosen: tuple[int, ...] = ()
     unfulfilled = set(range(len(rows)))
     positions = [graph.zero if row.position is None else row.position for row in rows]
+    shape = (len(rows), len(velocities))
+    away = np.zeros(len(rows))
     for sample in range(SAMPLES):
         values = dict(start)
         if sample:
             values |= {s.node: values[s.node] + 0.3 * seeds.standard_normal() for s in system.q}
+        norms = np.linalg.norm(_matrix(graph, flat, shape, values), axis=1)
+        away = np.maximum(away, np.where(np.isfinite(norms), norms, 0.0))
         values = _assembled(system, rows, entries, velocities, values)
         residuals = evaluate(graph, positions, values)
         unfulfilled = {k for k in unfulfilled if not abs(residuals[k]) <= REACHED}
-        matrix = _matrix(graph, flat, (len(rows), len(velocities)), values)
+        matrix = _matrix(graph, flat, shape, values)
         sizes = np.abs(matrix).max(axis=1, keepdims=True, initial=0.0)
         touched |= np.abs(matrix) > TOLERANCE * sizes
-        independent = _independent(matrix)
+        independent = _independent(matrix, VANISHED * away)
         if len(independent) > len(chosen):
             chosen = independent
     supports = tuple(frozenset(int(j) for j in np.flatnonzero(row)) for row in touched)
@@ -153,13 +160,14 @@ def _normalised(system: MechanicalSystem, values: Mapping[Node, float]) -> dict[
     return result
 
 
-def _independent(matrix: Vector) -> tuple[int, ...]:
-    """Return the rows that are no combination of earlier ones (Gram-Schmidt, twice for accuracy)."""
+def _independent(matrix: Vector, least: Vector) -> tuple[int, ...]:
+    """Return the rows that are no combination of earlier ones (Gram-Schmidt, twice for accuracy); those that are no larger
+    than the ``least`` say nothing."""
     basis: list[Vector] = []
     chosen: list[int] = []
     for i, row in enumerate(matrix):
         size = float(np.linalg.norm(row))
-        if size == 0 or not np.isfinite(size):  # undefined here; another sample decides
+        if size == 0 or size <= least[i] or not np.isfinite(size):  # undefined here; another sample decides
             continue
         rest = row / size
         for _ in range(2):
