@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
 
 from msgspec.structs import replace
 
@@ -59,7 +60,7 @@ def contact_rows(
     return tuple(rows)
 
 
-def gap_parts(lowering: Lowering, contact: Contact, positions: Collection[Node]) -> tuple[Node, ...]:
+def gap_parts(lowering: Lowering, contact: Contact, positions: AbstractSet[Node]) -> tuple[Node, ...]:
     """Return the gaps of which the stated one is the least, as of a groove min(l, r): each is a contact of its own, as a body
     in the corner touches both. A gap that is no least, of which a part does not move, or whose parts have one normal, is one."""
     graph = lowering.graph
