@@ -216,12 +216,9 @@ def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question:
     """Let single members be followed by other builds of the model, as single runs are: with the Jacobian, or compliant."""
     from .runtime.ensembles.run import Other
 
-    def make_lanes(wanted: Wanted, method: str) -> Path:
-        from .compiler.lanes import build_lanes
-
+    def make_lanes(wanted: Wanted, by: str) -> Path:
         said = str(asked.given.get("method") or model.method(asked.experiment))
-        program = _with_formulas(model, asked).program_for(said, _needs(asked))
-        return build_lanes(program, wanted, method)
+        return _with_formulas(model, asked).lanes(said, _needs(asked), wanted, by)
 
     question = replace(question, make_lanes=make_lanes)
     others = []

@@ -36,6 +36,7 @@ class Code(Struct, eq=False):
     formulas: tuple[tuple[str, str], ...] = ()
     """Outputs that a question adds: names and texts."""
     problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
+    lanes: dict[tuple[object, ...], Path] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
     asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .compiler.equations.model import Entry
     from .compiler.flat.model import Experiment, Expression, Study
     from .compiler.program.model import Program
+    from .runtime.ensembles.lanes import Wanted
     from .runtime.problem import Adjoint, Directions, Problem
 
 Structural = Mapping[str, Exact]
@@ -237,11 +238,19 @@ class CompiledModel:
             )
         return problems[key]
 
-    def program_for(self, method: str, parts: Collection[str] = ()) -> Program:
-        """Return the program that ``problem`` is made of."""
+    def lanes(self, method: str, parts: Collection[str], wanted: Wanted, by: str) -> Path:
+        """Return the library in which several members of an ensemble run side by side: of the program that ``problem`` with
+        this method and these parts is made of, stepped ``by`` another name of it. Raises NoLanes and BuildError.
+        """
         from .runtime.methods import parts_for
 
-        return self._program(parts_for(method).union(parts))
+        needed = parts_for(method).union(parts)
+        made, key = self._code.lanes, (needed, wanted, by)
+        if key not in made:
+            from .compiler import lanes
+
+            made[key] = lanes.build_lanes(self._program(needed), wanted, by)
+        return made[key]
 
     def _program(self, parts: frozenset[str]) -> Program:
         if parts <= self.compilation.parts:

@@ -17,12 +17,13 @@ from ..program.chunk import split
 from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
 from .c_forms import OWN, literal
 from .lane_forms import AS_CONDITION, AS_NUMBER, FORMS, FUSED_DIFFERENCE, FUSED_SUM
+from .lane_series import moved_statement, series_functions
 from .literal import PI_DIGITS
 
 CHUNK = 400
 """Operations in one body."""
 
-METHODS = {"dop853": "lane_dop853.h"}
+METHODS = {"dop853": "lane_dop853.h", "taylor": "lane_taylor.h"}
 """The header that holds each method in lanes."""
 
 _PRELUDE = """\
@@ -78,7 +79,12 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str) -> It
         yield f"#define {name} {size}"
     if program.rotations:
         yield f"static const int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
+    further: tuple[str, ...] = ()
+    if method == "taylor":
+        series, further = series_functions(program)
+        functions += series
     yield from function_lines(program, functions)
+    yield from further
     yield f'#include "{METHODS[method]}"\n#include "lane_model.h"'
 
 
@@ -105,7 +111,7 @@ def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:
         moved: dict[Value, Value] = {}
         for value in sorted(needed):
             moved[value] = len(body)
-            body.append(_moved(given[value], moved))
+            body.append(moved_statement(given[value], moved))
         where = {index: moved[value] for index, value in stores.items() if value in moved}
     for k, (array, index) in enumerate(kept):
         if array == "outputs":
@@ -113,16 +119,6 @@ def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:
         else:
             body += [Load("y", index) if array else Literal(Fraction(0)), Store("out", k, len(body))]
     return ProgramFunction("kept", "what is kept along a step", len(kept), (tuple(body),))
-
-
-def _moved(statement: Statement, moved: dict[Value, Value]) -> Statement:
-    match statement:
-        case Operate(code, operands):
-            return Operate(code, tuple(moved[a] for a in operands))
-        case Lookup(table, order, operand):
-            return Lookup(table, order, moved[operand])
-        case _:
-            return statement
 
 
 def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[str]:

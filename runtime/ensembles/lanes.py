@@ -44,8 +44,8 @@ class LanesStruct(ctypes.Structure):
     """mech_lanes"""
 
     _fields_ = (
-        *((name, c_int) for name in ("version", "width", "fused", "ny", "n_all", "nz", "nu")),
-        *((name, c_int) for name in ("n_kept", "n_dense", "n_extra")),
+        *((name, c_int) for name in ("version", "width", "groups", "fused", "ny", "n_all", "nz", "nu")),
+        *((name, c_int) for name in ("n_kept", "n_dense", "n_extra", "plain")),
         ("build", c_char_p),
         ("look_every", c_int),
         ("stiffness_bound", c_double),

@@ -74,7 +74,7 @@ def model_flags(reproducible: bool = False, loops: bool = False) -> tuple[str, .
 
 def lane_flags() -> tuple[str, ...]:
     """What is fused stands in the text of lanes: the compiler adds nothing, so that all widths give the same bits."""
-    return ("-O2", *_COMMON, NATIVE, "-ffp-contract=off")
+    return ("-O3", *_COMMON, NATIVE, "-ffp-contract=off")
 
 
 def find_compiler() -> Compiler | None:

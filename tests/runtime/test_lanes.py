@@ -58,6 +58,25 @@ model Stiff
 end Stiff;
 """
 
+WHIRL = """\
+model Whirl
+  parameter m = 0.5 kg;
+  coordinate a = 1 rad;
+  coordinate b = 40 deg;
+  kinetic 1/2*2 kg*(1 m*der(a))^2 + 1/2*m*(1 m*der(b))^2 + m*(1 m)^2*der(a)*der(b)*cos(a - b);
+  potential -9.81 m/s^2*1 m*(2 kg*cos(a) + m*cos(b));
+  experiment(stop = 2 s, tolerance = 1e-10);
+end Whirl;
+"""
+WHIRL_ASKED: dict[str, Any] = {
+    "vary": "m ~ uniform(0.4, 0.6 kg), a ~ normal(1 rad, 0.2 rad)",
+    "keep": "final(a), max(b), min(der(a)), mean(a*b), first(a < 0 rad), a, energy.total",
+    "samples": 60,
+    "every": "0.25 s",
+    "errors": "0.4",
+    "lanes": "on",
+}
+
 KEEP = (
     "final(x), max(theta), min(energy.total), mean(x^2), first(theta < 0 rad), last = final(theta + x/(1 m))"
 )
@@ -117,21 +136,43 @@ def test_threads_batches_and_neighbours_change_no_bit(
     np.testing.assert_array_equal(few.numbers, beside.numbers[[41, 7, 23]])
 
 
-def test_all_widths_give_the_same_bits(
-    driven: mechc.Model, asked: dict[str, Any], beside: Ensemble, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.mark.parametrize("method", ["dop853", "taylor"])
+def test_all_widths_give_the_same_bits(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = {**WHIRL_ASKED, "method": method}
+    beside = mechc.loads(WHIRL).ensemble(**asked)
     if "not fused" in beside.build:
         pytest.skip("this processor does not fuse products and sums")
     whole, builds = compiled_lanes.build_lanes, set()
     for width in (2, 4, 8):
         monkeypatch.setattr(compiled_lanes, "build_lanes", partial(whole, width=width))
-        other = driven.ensemble(**asked, lanes="on")
+        other = mechc.loads(WHIRL).ensemble(**asked)  # a model remembers its lanes
         builds.add(other.build)
         for name in ARRAYS:
             np.testing.assert_array_equal(
                 getattr(other, name), getattr(beside, name), err_msg=f"{name} {width}"
             )
     assert len(builds) == 3
+
+
+def test_taylor_series_in_lanes() -> None:
+    """Lanes of members and of their companions, which have other orders, side by side."""
+    model = mechc.loads(WHIRL)
+    on = model.ensemble(**WHIRL_ASKED, method="taylor")
+    exact = model.ensemble(
+        **{**WHIRL_ASKED, "tolerance": 1e-14, "lanes": "off", "errors": "none"}, method="taylor"
+    )
+    assert "lanes" in on.build and on.counts() == {"completed": 60}
+    # steps of 1e-10, some 25 of them
+    np.testing.assert_allclose(on.numbers, exact.numbers, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(on.rows, exact.rows, rtol=1e-8, atol=1e-8)
+    estimated = np.isfinite(on.errors)
+    assert 10 < estimated.sum() < 40 and 1e-14 < np.median(on.errors[estimated]) < 1e-8
+    alone = model.ensemble(**{**WHIRL_ASKED, "lanes": "off"}, method="taylor")
+    assert abs(on.steps.sum() / alone.steps.sum() - 1) < 0.05
+    again = model.ensemble(**WHIRL_ASKED, method="taylor", threads=3)
+    without = model.ensemble(**{**WHIRL_ASKED, "errors": "none"}, method="taylor")
+    np.testing.assert_array_equal(again.rows, on.rows)
+    np.testing.assert_array_equal(without.numbers, on.numbers)
 
 
 def test_rotations_keep_their_length() -> None:
@@ -195,9 +236,10 @@ def test_an_interrupted_ensemble_leaves_no_half_members(driven: mechc.Model) -> 
     assert np.isnan(part["final(x)"][waiting]).all() and np.isfinite(part["final(x)"][~waiting]).all()
 
 
-def test_lanes_are_compiled_where_they_pay(driven: mechc.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_lanes_are_compiled_where_they_pay(monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[str] = []
     whole = compiled_lanes.build_lanes
+    driven = mechc.loads(DRIVEN)  # that has no lanes yet
 
     def noted(program: Program, wanted: chosen.Wanted, method: str) -> Path:
         made.append(method)

@@ -8,7 +8,7 @@
 #include "member.h"
 #include "threads.h"
 
-enum { ALIGNED = 64, MOST_WIDTH = 16, STIFF_HITS = 15, CALM_HITS = 6 };
+enum { ALIGNED = 64, MOST_WIDTH = 16, MOST_GROUPS = 4, STIFF_HITS = 15, CALM_HITS = 6 };
 
 enum phase { MAIN = 0, TIGHT, LOOSE };
 
@@ -29,8 +29,9 @@ typedef struct team {
     const mech_ensemble *e;
     mech_crew *crew;
     const mech_lanes *of;
-    mech_lane_room x;
-    lane *lanes;
+    mech_lane_room x[MOST_GROUPS];
+    lane *lanes;         /* of all rooms; lane l is `l % width` of room `l / width`             */
+    int n;
 } team;
 
 /* ---- the room of a thread */
@@ -42,13 +43,11 @@ static mech_real *take(char **next, int count, int width)
     return taken;
 }
 
-static size_t lay_out(team *c, char *block)
+static size_t lay_out(const mech_lanes *of, mech_lane_room *x, char *block)
 {
-    const mech_lanes *of = c->of;
-    mech_lane_room *x = &c->x;
     char *next = block;
     mech_real **const single[] = {&x->t,         &x->rtol,      &x->longest,   &x->limit, &x->next_row, &x->most,     &x->dt,
-                                  &x->error_old, &x->steps,     &x->next_look, &x->from,  &x->h,        &x->stiffness};
+                                  &x->error_old, &x->steps,     &x->next_look, &x->order, &x->from,  &x->h,        &x->stiffness};
     for (size_t i = 0; i < sizeof single / sizeof *single; i++) *single[i] = take(&next, 1, of->width);
     x->y = take(&next, of->ny, of->width);
     x->dy = take(&next, of->ny, of->width);
@@ -64,40 +63,49 @@ static size_t lay_out(team *c, char *block)
 
 /* ---- a member into a lane, and out of it */
 
+static mech_lane_room *room_of(team *c, int l) { return &c->x[l / c->of->width]; }
+
 static void put(team *c, int l, const mech_real *from, int n, mech_real *to)
 {
-    for (int i = 0; i < n; i++) to[i * c->of->width + l] = from[i];
+    const int width = c->of->width;
+    for (int i = 0; i < n; i++) to[i * width + l % width] = from[i];
 }
 
-static void read_state(const team *c, int l, mech_real *y)
+static void read_state(team *c, int l, mech_real *y)
 {
-    for (int i = 0; i < c->of->ny; i++) y[i] = c->x.y[i * c->of->width + l];
+    const int width = c->of->width;
+    for (int i = 0; i < c->of->ny; i++) y[i] = room_of(c, l)->y[i * width + l % width];
 }
 
 static void next_limit(team *c, int l)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
     const mech_options *o = e->options;
     lane *it = &c->lanes[l];
-    while (it->next_stop < o->n_stops && o->stops[it->next_stop] <= c->x.t[l]) it->next_stop++;
+    while (it->next_stop < o->n_stops && o->stops[it->next_stop] <= x->t[s]) it->next_stop++;
     const int stop = it->next_stop < o->n_stops && o->stops[it->next_stop] < e->stop;
-    c->x.limit[l] = stop ? o->stops[it->next_stop] : e->stop;
+    x->limit[s] = stop ? o->stops[it->next_stop] : e->stop;
 }
 
 static mech_real *rows_of(const lane *it) { return it->phase == MAIN ? it->room.grid_y : it->room.other_y; }
 
 static void next_row(team *c, int l)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_options *o = c->e->options;
     const lane *it = &c->lanes[l];
-    c->x.next_row[l] = it->n_grid < o->n_grid ? o->grid[it->n_grid] : (mech_real)INFINITY;
+    x->next_row[s] = it->n_grid < o->n_grid ? o->grid[it->n_grid] : (mech_real)INFINITY;
 }
 
 /* Lets the member of a lane begin a run at a tolerance. */
 static void set_out(team *c, int l, int phase, mech_real rtol, mech_real dt_max, long bound)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
-    mech_lane_room *x = &c->x;
     lane *it = &c->lanes[l];
     mech_room *r = &it->room;
     const size_t ny = (size_t)c->of->ny;
@@ -112,20 +120,20 @@ static void set_out(team *c, int l, int phase, mech_real rtol, mech_real dt_max,
     put(c, l, r->p, c->of->n_all, x->p);
     put(c, l, r->z, c->of->nz, x->z);
     for (int k = 0; k < e->options->n_tables; k++)
-        x->u[r->tables[k].input * c->of->width + l] = r->tables[k].value[0];
-    x->t[l] = e->options->t0;
-    x->rtol[l] = rtol;
-    x->longest[l] = dt_max;
-    x->most[l] = bound ? (mech_real)bound : (mech_real)INFINITY;
-    x->next_look[l] = c->of->look_every ? (mech_real)c->of->look_every : (mech_real)INFINITY;
+        x->u[r->tables[k].input * c->of->width + s] = r->tables[k].value[0];
+    x->t[s] = e->options->t0;
+    x->rtol[s] = rtol;
+    x->longest[s] = dt_max;
+    x->most[s] = bound ? (mech_real)bound : (mech_real)INFINITY;
+    x->next_look[s] = c->of->look_every ? (mech_real)c->of->look_every : (mech_real)INFINITY;
     next_limit(c, l);
-    for (; it->n_grid < e->options->n_grid && e->options->grid[it->n_grid] <= x->t[l]; it->n_grid++)
+    for (; it->n_grid < e->options->n_grid && e->options->grid[it->n_grid] <= x->t[s]; it->n_grid++)
         memcpy(rows_of(it) + (size_t)it->n_grid * ny, r->y, ny * sizeof(mech_real));
     next_row(c, l);
     mech_watch_begin(r);
-    if (x->watched) mech_watch_jump(r, x->t[l], r->y, r->z);
-    x->fresh |= 1u << l;
-    x->alive |= 1u << l;
+    if (x->watched) mech_watch_jump(r, x->t[s], r->y, r->z);
+    x->fresh |= 1u << s;
+    x->alive |= 1u << s;
 }
 
 static void keep(team *c, int l)
@@ -138,10 +146,12 @@ static void keep(team *c, int l)
 /* Gives a lane the next member of the queue that can begin; none: the lane stays open. */
 static void enter(team *c, int l)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
     lane *it = &c->lanes[l];
     const size_t ny = (size_t)c->of->ny;
-    c->x.alive &= ~(1u << l);
+    x->alive &= ~(1u << s);
     while (!*e->stopped) {
         it->k = mech_count(&c->crew->next);
         if (it->k >= e->n) return;
@@ -176,6 +186,8 @@ static long companion_bound(const mech_companion *c, long long steps)
 
 static void leave(team *c, int l, int status)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
     const mech_companion *second = &e->companion;
     lane *it = &c->lanes[l];
@@ -183,8 +195,8 @@ static void leave(team *c, int l, int status)
     mech_outcome *told = it->phase == MAIN ? &it->main : &it->other;
     mech_real *end = it->phase == MAIN ? r->end : r->before;
     *told = (mech_outcome){.status = status};
-    told->report.t = c->x.t[l];
-    told->report.steps = (long long)c->x.steps[l];
+    told->report.t = x->t[s];
+    told->report.steps = (long long)x->steps[s];
     told->report.n_grid = it->n_grid;
     told->report.stiff_time = it->stiff_time;
     told->report.failed_index = -1;
@@ -211,20 +223,21 @@ static void leave(team *c, int l, int status)
 
 static void write_rows(team *c, int l)
 {
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     const mech_options *o = c->e->options;
-    const mech_lane_room *x = &c->x;
     lane *it = &c->lanes[l];
     mech_room *r = &it->room;
     const size_t ny = (size_t)c->of->ny;
-    const mech_real end = x->t[l];
+    const mech_real end = x->t[s];
     for (; it->n_grid < o->n_grid && o->grid[it->n_grid] <= end; it->n_grid++) {
         mech_real *row = rows_of(it) + (size_t)it->n_grid * ny;
         if (o->grid[it->n_grid] == end) {
             read_state(c, l, row);
             continue;
         }
-        const mech_real s = (o->grid[it->n_grid] - x->from[l]) / x->h[l];
-        mech_dense_beside(x->dense + l, c->of->n_dense, c->of->ny, c->of->width, s, row);
+        const mech_real place = (o->grid[it->n_grid] - x->from[s]) / x->h[s];
+        mech_dense_beside(x->dense + s, x->terms, c->of->ny, c->of->width, c->of->plain, place, row);
         mech_normalise(r->e->model, row);
     }
     next_row(c, l);
@@ -233,22 +246,24 @@ static void write_rows(team *c, int l)
 /* Of stiffness as stepping/step.c tells it. */
 static void look(team *c, int l)
 {
-    mech_lane_room *x = &c->x;
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
     lane *it = &c->lanes[l];
-    if (x->stiffness[l] > c->of->stiffness_bound) {
+    if (x->stiffness[s] > c->of->stiffness_bound) {
         it->calm_hits = 0;
-        if (++it->stiff_hits == STIFF_HITS && !(it->stiff_time == it->stiff_time)) it->stiff_time = x->from[l];
+        if (++it->stiff_hits == STIFF_HITS && !(it->stiff_time == it->stiff_time)) it->stiff_time = x->from[s];
     } else if (it->stiff_hits && ++it->calm_hits == CALM_HITS) {
         it->stiff_hits = it->calm_hits = 0;
     }
     const mech_real every = (mech_real)c->of->look_every;
-    x->next_look[l] = it->stiff_hits ? x->steps[l] + 1 : (mech_floor(x->steps[l] / every) + 1) * every;
+    x->next_look[s] = it->stiff_hits ? x->steps[s] + 1 : (mech_floor(x->steps[s] / every) + 1) * every;
 }
 
 static void after_step(team *c, int l)
 {
-    const mech_lane_room *x = &c->x;
-    const unsigned bit = 1u << l;
+    mech_lane_room *x = room_of(c, l);
+    const int s = l % c->of->width;
+    const unsigned bit = 1u << s;
     lane *it = &c->lanes[l];
     if (x->troubled & bit) {
         by_scalar(c, l);
@@ -261,69 +276,86 @@ static void after_step(team *c, int l)
     }
     if (x->passed & bit) write_rows(c, l);
     if (x->watched && x->took & bit) {
-        const mech_beside step = {x->from[l], x->h[l], x->dense + l, x->samples + l, c->of->n_dense, c->of->width};
+        const mech_beside step = {x->from[s], x->h[s], x->dense + s, x->samples + s, x->terms, c->of->width, c->of->plain};
         mech_watch_beside(&it->room, &step);
     }
-    if (x->landed & bit && x->limit[l] == c->e->stop) leave(c, l, MECH_REACHED);
+    if (x->landed & bit && x->limit[s] == c->e->stop) leave(c, l, MECH_REACHED);
     else if (x->full & bit) leave(c, l, MECH_RUNNING);
     else if (x->landed & bit) next_limit(c, l);
 }
 
 static void begin_fresh(team *c)
 {
-    mech_lane_room *x = &c->x;
-    while (x->fresh) {
-        x->troubled = 0;
-        c->of->begin(x);
-        const unsigned troubled = x->troubled;
-        x->fresh = 0;
-        for (int l = 0; l < c->of->width; l++)
-            if (troubled >> l & 1) by_scalar(c, l);
+    const int width = c->of->width;
+    for (int g = 0; g < c->of->groups; g++) {
+        mech_lane_room *x = &c->x[g];
+        while (x->fresh) {
+            x->troubled = 0;
+            c->of->begin(x);
+            const unsigned troubled = x->troubled;
+            x->fresh = 0;
+            for (int s = 0; s < width; s++)
+                if (troubled >> s & 1) by_scalar(c, g * width + s);
+        }
     }
+}
+
+static unsigned alive(const team *c)
+{
+    unsigned some = 0;
+    for (int g = 0; g < c->of->groups; g++) some |= c->x[g].alive;
+    return some;
 }
 
 static void run_team(team *c)
 {
-    mech_lane_room *x = &c->x;
-    for (int l = 0; l < c->of->width; l++) {
-        x->t[l] = x->limit[l] = c->e->stop; /* lanes that never get a member stand still */
+    const int width = c->of->width;
+    for (int l = 0; l < c->n; l++) {
+        mech_lane_room *x = room_of(c, l);
+        x->t[l % width] = x->limit[l % width] = c->e->stop; /* lanes that never get a member stand still */
         enter(c, l);
     }
     begin_fresh(c);
-    while (x->alive && !*c->e->stopped) {
-        c->of->attempt(x);
-        const unsigned told = x->troubled | x->landed | x->full | (x->looked & x->took) | x->passed |
-                              (x->watched ? x->took : 0);
-        for (int l = 0; told >> l; l++)
-            if (told >> l & 1) after_step(c, l);
+    while (alive(c) && !*c->e->stopped) {
+        c->of->attempt(c->x);
+        for (int g = 0; g < c->of->groups; g++) {
+            const mech_lane_room *x = &c->x[g];
+            const unsigned told = x->troubled | x->landed | x->full | (x->looked & x->took) | x->passed |
+                                  (x->watched ? x->took : 0);
+            for (int s = 0; told >> s; s++)
+                if (told >> s & 1) after_step(c, g * width + s);
+        }
         begin_fresh(c);
     }
-    for (int l = 0; l < c->of->width; l++)
-        if (x->alive >> l & 1) mech_member_waits(c->e, c->lanes[l].k, &c->lanes[l].told);
+    for (int l = 0; l < c->n; l++)
+        if (room_of(c, l)->alive >> l % width & 1) mech_member_waits(c->e, c->lanes[l].k, &c->lanes[l].told);
 }
 
 void mech_members_in_lanes(void *shared)
 {
     mech_crew *crew = shared;
     const mech_ensemble *e = crew->e;
-    team c = {.e = e, .crew = crew, .of = e->lanes};
-    const int width = c.of->width;
-    const size_t each = (mech_room_bytes(e) + ALIGNED - 1) / ALIGNED * ALIGNED, own = lay_out(&c, NULL);
-    const size_t given = ((size_t)c.of->nu + ALIGNED) / ALIGNED * ALIGNED, lanes = (size_t)width * sizeof(lane);
-    char *memory = calloc(1, ALIGNED + own + given + (size_t)width * each + lanes);
-    if (!memory || width > MOST_WIDTH) {
+    const mech_lanes *of = e->lanes;
+    team c = {.e = e, .crew = crew, .of = of, .n = of->width * of->groups};
+    const size_t each = (mech_room_bytes(e) + ALIGNED - 1) / ALIGNED * ALIGNED, own = lay_out(of, &c.x[0], NULL);
+    const size_t given = ((size_t)of->nu + ALIGNED) / ALIGNED * ALIGNED, n = (size_t)c.n;
+    char *memory = calloc(1, ALIGNED + (size_t)of->groups * own + given + n * (each + sizeof(lane)));
+    if (!memory || of->width > MOST_WIDTH || of->groups > MOST_GROUPS) {
         mech_count(&crew->troubles);
         free(memory);
         return;
     }
-    char *block = memory + (ALIGNED - (size_t)memory % ALIGNED) % ALIGNED;
-    lay_out(&c, block);
-    unsigned char *inputs = (unsigned char *)(block + own);
+    char *next = memory + (ALIGNED - (size_t)memory % ALIGNED) % ALIGNED;
+    for (int g = 0; g < of->groups; g++, next += own) lay_out(of, &c.x[g], next);
+    unsigned char *inputs = (unsigned char *)next;
+    next += given;
     for (int k = 0; k < e->options->n_tables; k++) inputs[e->options->tables[k].input] = 1;
-    c.x.given = inputs;
-    c.x.watched = c.of->n_kept > 0;
-    c.lanes = (lane *)(block + own + given + (size_t)width * each);
-    for (int l = 0; l < width; l++) mech_room_in(&c.lanes[l].room, e, block + own + given + (size_t)l * each);
+    for (int g = 0; g < of->groups; g++) {
+        c.x[g].given = inputs;
+        c.x[g].watched = of->n_kept > 0;
+    }
+    c.lanes = (lane *)(next + n * each);
+    for (int l = 0; l < c.n; l++) mech_room_in(&c.lanes[l].room, e, next + (size_t)l * each);
     run_team(&c);
     free(memory);
 }

@@ -6,6 +6,7 @@
 static const mech_lanes lanes = {
     .version = MECH_LANES_VERSION,
     .width = WIDTH,
+    .groups = GROUPS,
     .fused = LANE_FUSED,
     .ny = NY,
     .n_all = N_ALL,
@@ -14,6 +15,7 @@ static const mech_lanes lanes = {
     .n_kept = N_KEPT,
     .n_dense = N_DENSE,
     .n_extra = N_EXTRA,
+    .plain = LANE_PLAIN,
     .build = LANE_TEXT(MECH_LANE_WIDTH) " lanes (" LANE_NAME LANE_HOW ")",
     .look_every = LOOK_EVERY,
     .stiffness_bound = STIFFNESS_BOUND,

@@ -93,20 +93,15 @@ static V first_step(const mech_lane_room *r, V t, const V *y, const V *dy, int e
     return lane_pick(lane_finite(curvature), lane_smaller(lane_smaller(100 * h, h1), longest), h);
 }
 
-/* Gives fresh lanes a derivative and a first step; `order` 0: the method suggests its steps itself. */
-LANE void begin_lanes(mech_lane_room *r, int error_order)
+/* Lets fresh lanes begin, whose derivatives are known, with a first step. */
+LANE void begin_with(mech_lane_room *r, M fresh, V first)
 {
-    const M fresh = lane_set(r->fresh);
-    V *y = (V *)r->y, *dy = (V *)r->dy, found[NY];
-    const V t = AT(r->t);
-    rates_apart(r, t, y, found);
-    for (int i = 0; i < NY; i++) dy[i] = lane_pick(fresh, found[i], dy[i]);
-    const V first = error_order ? first_step(r, t, y, dy, error_order) : AT(r->longest);
+    const V *dy = (const V *)r->dy;
     AT(r->dt) = lane_pick(fresh, lane_smaller(first, AT(r->longest)), AT(r->dt));
     AT(r->error_old) = lane_pick(fresh, lane(0), AT(r->error_old));
     AT(r->steps) = lane_pick(fresh, lane(0), AT(r->steps));
     r->after_rejection &= ~r->fresh;
-    r->troubled = r->fresh & lane_bits(~finite_all(dy) | broken(r, t, y));
+    r->troubled = r->fresh & lane_bits(~finite_all(dy) | broken(r, AT(r->t), (const V *)r->y));
 }
 
 /* ---- one step */
@@ -124,13 +119,14 @@ LANE trial next_trial(const mech_lane_room *r)
     return (trial){t, lane_pick(lands, limit, wanted), lane_pick(lands, limit - t, dt), lands};
 }
 
-/* The polynomial of the step at one place (solver.h, point 6). */
+/* The polynomial of the step at one place: as in solver.h, point 6, or LANE_PLAIN, in powers of s alone. */
 LANE void state_at(const mech_lane_room *r, int n_dense, double s, V *y)
 {
     const V *c = (const V *)r->dense;
     for (int i = 0; i < NY; i++) {
         V sum = c[(n_dense - 1) * NY + i];
-        for (int k = n_dense - 2; k >= 0; k--) sum = lane_fma(lane(k % 2 ? 1 - s : s), sum, c[k * NY + i]);
+        for (int k = n_dense - 2; k >= 0; k--)
+            sum = lane_fma(lane(k % 2 && !LANE_PLAIN ? 1 - s : s), sum, c[k * NY + i]);
         y[i] = sum;
     }
 #if N_ROTATIONS

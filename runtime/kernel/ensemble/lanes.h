@@ -16,7 +16,7 @@
 
 #define MECH_LANES_VERSION 1
 
-/* The lanes of one thread. Sets of lanes are bits: lane l is 1 << l. */
+/* The lanes of one vector. Sets of lanes are bits: lane l is 1 << l. */
 typedef struct mech_lane_room {
     /* of each lane, set where a member enters it */
     mech_real *t, *rtol, *longest;  /* `longest`: the longest step                                  */
@@ -26,12 +26,13 @@ typedef struct mech_lane_room {
     mech_real *y, *atol;            /* [ny]                                                         */
     mech_real *p, *z, *u;           /* parameters with hoisted constants; u: inputs that are given  */
     /* of each lane, kept from step to step */
-    mech_real *dt, *error_old, *steps, *next_look, *next_check;
+    mech_real *dt, *error_old, *steps, *next_look, *order;
     mech_real *dy;                  /* [ny]                                                         */
     /* of the last step */
     mech_real *from, *h;            /* where it began, its size                                     */
     mech_real *stiffness;           /* |h lambda| as it saw it, of lanes that `looked`              */
-    mech_real *dense;               /* [n_dense][ny] coefficients of its polynomial (solver.h)      */
+    mech_real *dense;               /* [n_dense][ny] coefficients of its polynomial (solver.h), of which */
+    int terms;                      /* there are so many                                            */
     mech_real *samples;             /* [MECH_LANE_SAMPLES][n_kept] what is kept, along it           */
     mech_real *extra;               /* [n_extra] of the method                                      */
     const unsigned char *given;     /* [nu] of all lanes: the input is that of `u`                  */
@@ -52,16 +53,17 @@ enum { MECH_LANE_SAMPLES = 5 };
 #define MECH_LANE_PLACES {0, MECH_C(0.17267316464601143), MECH_C(0.5), MECH_C(0.82732683535398857), 1}
 
 typedef struct mech_lanes {
-    int version, width, fused;
+    int version, width, groups, fused;
     int ny, n_all, nz, nu;          /* n_all: parameters with hoisted constants                     */
     int n_kept, n_dense, n_extra;
+    int plain;                      /* the polynomial of a step is one in powers of s, not as in solver.h */
     const char *build;              /* in words: the vectors, and whether operations are fused      */
     int look_every;                 /* steps between two looks at stiffness; 0: never               */
     mech_real stiffness_bound;
     /* Begins the members of `fresh` lanes: derivative and first step. Tells `troubled`. */
     void (*begin)(mech_lane_room *room);
-    /* Attempts one step in each lane. */
-    void (*attempt)(mech_lane_room *room);
+    /* Attempts one step in each lane of rooms[groups], which do not feel each other either. */
+    void (*attempt)(mech_lane_room *rooms);
 } mech_lanes;
 
 #endif

@@ -59,15 +59,15 @@ void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const m
 typedef struct mech_beside {
     mech_real t, h;
     const mech_real *dense, *samples;
-    int n_dense, width;
+    int n_dense, width, plain;
 } mech_beside;
 void mech_watch_beside(mech_room *r, const mech_beside *step);
 void mech_watch_jump(mech_room *r, mech_real t, const mech_real *y, const mech_real *z);
 void mech_watch_events(mech_room *r, const mech_event *events, long n);
 void mech_watch_end(mech_room *r, mech_real t, const mech_real *y, const mech_real *z, mech_real *out);
 
-/* As mech_dense_at, of numbers that stand `width` apart. */
-void mech_dense_beside(const mech_real *c, int n_dense, int ny, int width, mech_real s, mech_real *y);
+/* As mech_dense_at, of numbers that stand `width` apart; `plain`: of a polynomial in powers of s alone. */
+void mech_dense_beside(const mech_real *c, int n_dense, int ny, int width, int plain, mech_real s, mech_real *y);
 
 /* Values of places of y, outputs and z. */
 void mech_member_outputs(const mech_room *r, mech_real t, const mech_real *y, const mech_real *z, mech_real *u,

@@ -16,7 +16,7 @@ static const mech_real GOLDEN = MECH_C(0.3819660112501051);
 typedef struct mech_watch {
     mech_real t, h;              /* of the present step, with the coefficients of its polynomial */
     const mech_real *dense, *z;
-    int n_dense, width;          /* numbers of the polynomial stand `width` apart   */
+    int n_dense, width, plain;   /* numbers of the polynomial stand `width` apart   */
     int n_outputs;
     mech_real from;              /* where what is kept begins                       */
     mech_real *y, *u, *out;      /* room for a state, inputs, outputs               */
@@ -87,7 +87,7 @@ static mech_real upright(const mech_kept *kept, mech_real x) { return kept->kind
 static void look(mech_room *r, mech_real s)
 {
     watch *w = r->watch;
-    mech_dense_beside(w->dense, w->n_dense, r->e->model->nq + r->e->model->nv + r->e->model->nx, w->width, s, w->y);
+    mech_dense_beside(w->dense, w->n_dense, r->e->model->nq + r->e->model->nv + r->e->model->nx, w->width, w->plain, s, w->y);
     mech_normalise(r->e->model, w->y);
     if (w->n_outputs) mech_member_outputs(r, w->t + s * w->h, w->y, w->z, w->u, w->out);
 }
@@ -197,9 +197,9 @@ static mech_real first_time(mech_room *r, int k)
     return r->watch->t + b * r->watch->h;
 }
 
-void mech_dense_beside(const mech_real *c, int n_dense, int ny, int width, mech_real s, mech_real *y)
+void mech_dense_beside(const mech_real *c, int n_dense, int ny, int width, int plain, mech_real s, mech_real *y)
 {
-    const mech_real r = 1 - s;
+    const mech_real r = plain ? s : 1 - s;
     for (int i = 0; i < ny; i++) {
         mech_real sum = c[((n_dense - 1) * ny + i) * width];
         for (int k = n_dense - 2; k >= 0; k--) sum = c[(k * ny + i) * width] + (k % 2 ? r : s) * sum;
@@ -243,6 +243,7 @@ void mech_watch_step(mech_room *r, const mech_real *record, int n_dense, const m
     w->dense = record + 2;
     w->n_dense = n_dense;
     w->width = 1;
+    w->plain = 0;
     w->z = z;
     for (int j = 0; j < SAMPLES; j++) {
         look(r, PLACES[j]);
@@ -262,6 +263,7 @@ void mech_watch_beside(mech_room *r, const mech_beside *step)
     w->dense = step->dense;
     w->n_dense = step->n_dense;
     w->width = step->width;
+    w->plain = step->plain;
     w->z = r->z;
     for (int i = 0; i < SAMPLES * e->n_kept; i++) w->samples[i] = step->samples[i * step->width];
     reduce(r);
