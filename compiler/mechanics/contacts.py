@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.lang.units import preferred_unit
 
-from ..flat.model import Contact, Expression, FlatModel, Friction, Literal
+from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch
 from ..graph import Node
 from ..graph.differentiate import is_affine, vjp
 from ..graph.hollow import hollow_parts
@@ -29,11 +29,24 @@ def switched_names(model: FlatModel) -> frozenset[str]:
     return frozenset[str]().union(*(event.switched for event in model.events))
 
 
+def open_at_start(model: FlatModel) -> frozenset[str]:
+    """Return the names of what ``when initial() then release …`` leaves open: no state need fulfil it until it is engaged."""
+    first = (event.branches[0] for event in model.events)
+    asked = (b for b in first if isinstance(b.condition, Apply) and b.condition.function == "initial")
+    return frozenset(
+        action.target
+        for b in asked
+        for action in b.actions
+        if isinstance(action, Switch) and not action.engage
+    )
+
+
 def switchable(
     lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
 ) -> tuple[ConstraintRows, ...]:
-    """Give a mode to the constraints that are released or engaged; they hold at the start."""
-    switched = switched_names(model)
+    """Give a mode to the constraints that are released or engaged; they hold at the start if nothing leaves them open."""
+    switched, left = switched_names(model), open_at_start(model)
+    stated = {constraint.name for constraint in model.constraints}
     result = []
     for k, rows in enumerate(constraints):
         if rows.name in switched:
@@ -41,7 +54,13 @@ def switchable(
                 lowering.graph.symbol(f"#impulse {rows.name} {k}.{i}") for i in range(len(rows.residuals))
             )
             rows = replace(
-                rows, mode=Mode("constraint", lowering.graph.symbol(f"closed({rows.name})"), impulses)
+                rows,
+                mode=Mode(
+                    "constraint",
+                    lowering.graph.symbol(f"closed({rows.name})"),
+                    impulses,
+                    begins=rows.name not in left or not (rows.joint or rows.name in stated),
+                ),
             )
         result.append(rows)
     return tuple(result)

@@ -28,6 +28,7 @@ class Mode(Struct, frozen=True):
     ``kinetic`` and ``static`` of its force, or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
     negative for the default. ``whole``: the name of the contact, of whose gap this may be a part.
+    ``begins``: whether a constraint holds at the start.
     """
 
     kind: Literal["contact", "friction", "constraint"]
@@ -42,6 +43,7 @@ class Mode(Struct, frozen=True):
     restitution: Node | None = None
     rest: Node | None = None
     whole: str = ""
+    begins: bool = True
 
 
 class SetAction(Struct, frozen=True):

@@ -39,7 +39,9 @@ def assembly(
         gradients.append(gradient)
 
     held = tuple(
-        row for row in solved.switched if row.constraint.mode and row.constraint.mode.kind == "constraint"
+        row
+        for row in solved.switched
+        if (mode := row.constraint.mode) and mode.kind == "constraint" and mode.begins
     )
     support = {row: set(system.graph.support(n)) for row, n in conditions}
     for row in (*solved.all_rows, *held):
