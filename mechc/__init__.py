@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from .runtime.outcome import SimulationError as SimulationError
     from .solution import Solution as Solution
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 __all__ = [
     "CompileError",

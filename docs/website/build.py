@@ -50,7 +50,12 @@ NAMES = """# Names of the Python interface
 def places() -> dict[str, str]:
     """Return, for each path in the repository that the site has, the path there."""
     found = {"README.md": "index.md", "CHANGELOG.md": "changes.md", "ARCHITECTURE.md": "architecture.md"}
-    found |= {"CONTRIBUTING.md": "contributing.md", "bench/report/README.md": "figures.md"}
+    found["CITATION.cff"] = "CITATION.cff"
+    found |= {
+        "CONTRIBUTING.md": "contributing.md",
+        "SECURITY.md": "security.md",
+        "bench/report/README.md": "figures.md",
+    }
     found |= {f"mechc/errors/{page.name}": f"errors/{page.name}" for page in errors()}
     for path in tracked("docs", "bench/report"):
         if path.suffix in (".md", ".png", ".svg", ".gif"):

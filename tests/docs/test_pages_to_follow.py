@@ -1,4 +1,4 @@
-"""The tutorial and the how-tos do what they say: all files, commands, printed lines and programs, in order."""
+"""The how-tos and the explanations do what they say: all files, commands, printed lines and programs, in order."""
 
 from __future__ import annotations
 
@@ -10,6 +10,9 @@ import pytest
 from page_blocks import blocks, follow, unlike
 
 ROOT = Path(__file__).resolve().parents[2]
+EXPLANATIONS = sorted(
+    path for path in (ROOT / "docs" / "explanation").glob("*.md") if path.name != "README.md"
+)
 HOW_TO = sorted(path for path in (ROOT / "docs" / "how_to").glob("*.md") if path.name != "README.md")
 LONG = {"fmu_in_co_simulation", "c_for_embedded_use"}
 """Pages that build libraries or pages."""
@@ -33,13 +36,23 @@ def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     assert follow(page.read_text(encoding="utf-8")) > 0
 
 
-def test_every_how_to_is_listed() -> None:
-    listed = (ROOT / "docs" / "how_to" / "README.md").read_text(encoding="utf-8")
-    assert set(re.findall(r"\]\((\w+\.md)\)", listed)) == {path.name for path in HOW_TO}
+@pytest.mark.parametrize("page", EXPLANATIONS, ids=lambda path: path.stem)
+def test_explanation(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = page.read_text(encoding="utf-8")
+    assert follow(text) > 0
+    assert "\n## Sources\n" in text
 
 
-def test_links_of_how_tos() -> None:
-    for path in (*HOW_TO, ROOT / "docs" / "how_to" / "README.md"):
+@pytest.mark.parametrize("pages", [HOW_TO, EXPLANATIONS], ids=["how_to", "explanation"])
+def test_every_page_is_listed(pages: list[Path]) -> None:
+    listed = (pages[0].parent / "README.md").read_text(encoding="utf-8")
+    assert set(re.findall(r"\]\((\w+\.md)\)", listed)) == {path.name for path in pages}
+
+
+def test_links() -> None:
+    indices = (pages[0].parent / "README.md" for pages in (HOW_TO, EXPLANATIONS))
+    for path in (*HOW_TO, *EXPLANATIONS, *indices):
         text = re.sub(r"^```.*?^```$", "", path.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
         text = re.sub(r"`[^`\n]*`", "", text)
         targets = re.findall(r"\]\((?!https?:)([^)#]+)[^)]*\)", text)
