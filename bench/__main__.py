@@ -31,6 +31,7 @@ PAGES = (
     "calibration",
     "doubts",
     "fits",
+    "exponents",
     "leaving_out",
     "ensembles",
 )

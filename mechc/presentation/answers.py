@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..runtime.ensembles.result import Ensemble
 from ..runtime.outcome import Outcome
-from ..runtime.studies.findings import Cell, Findings, Panel, Table, Value
+from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
 from ..shown import ShownSolution
 from .numbers import number, with_unit
@@ -147,18 +147,71 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         "points": {"linestyle": "", "marker": "o", "markersize": 4},
         "dots": {"linestyle": "", "marker": ".", "markersize": 1.2, "markeredgewidth": 0},
     }
+    if panel.landscape is not None:
+        _landscape(axes, panel.landscape, colours)
     for k, curve in enumerate(panel.curves):
         colour = colours[(k if curve.colour is None else curve.colour) % len(colours)]
-        axes.plot(curve.x, curve.y, color=colour, label=curve.name or None, **styles[curve.style])
+        if curve.style == "cells":
+            _cells(axes, curve, panel, colour)
+        else:
+            axes.plot(curve.x, curve.y, color=colour, label=curve.name or None, **styles[curve.style])
+    if panel.x_names:
+        _named(axes, panel.x_names)
     for axis in panel.logarithmic:
         axes.set(**{f"{axis}scale": "log"})
     axes.set_title(panel.title)
-    axes.set_xlabel(_label(panel.x_label, panel.x_unit))
+    if panel.x_label:
+        axes.set_xlabel(_label(panel.x_label, panel.x_unit))
     axes.set_ylabel(_label(panel.y_label, panel.y_unit))
     if panel.equal:
         axes.set_aspect("equal")
     if sum(bool(curve.name) for curve in panel.curves) > 1:
         legend(axes)
+
+
+MOST_NAMES, NAME_CHARACTERS = 24, 90
+
+
+def _named(axes: Any, names: tuple[str, ...]) -> None:
+    """Write names below 1, 2, ...: as many as there is room for."""
+    shown, room = len(names), min(MOST_NAMES, NAME_CHARACTERS // max(map(len, names)))
+    every = -(-shown // max(room, 1))
+    places = list(range(1, shown + 1, every))
+    axes.set_xticks(places, [names[k - 1] for k in places])
+    axes.set_xlim(0.75 if shown < 4 else 0.5, shown + (0.25 if shown < 4 else 0.5))
+
+
+def _cells(axes: Any, curve: Curve, panel: Panel, colour: str) -> None:
+    """Fill the cells of a grid round some of its places."""
+    import numpy as np
+    from matplotlib.collections import PatchCollection
+    from matplotlib.patches import Rectangle
+
+    sides = []
+    for of in ("x", "y"):
+        places = np.unique(np.concatenate([getattr(c, of) for c in panel.curves if c.style == "cells"]))
+        sides.append(float(np.diff(places).min()) if len(places) > 1 else 1.0)
+    width, height = sides
+    boxes = [Rectangle((x - width / 2, y - height / 2), width, height) for x, y in zip(curve.x, curve.y, strict=True)]
+    axes.add_collection(PatchCollection(boxes, facecolor=colour, edgecolor="none", alpha=0.75, linewidth=0))
+    axes.plot([], [], "s", color=colour, alpha=0.75, label=curve.name)
+    axes.autoscale_view()
+    axes.grid(False)
+
+
+def _landscape(axes: Any, land: Landscape, colours: tuple[str, ...]) -> None:
+    """Draw lines of equal value, and fill what is below the level."""
+    import numpy as np
+
+    grid = (land.x, land.y, np.ma.masked_invalid(land.values))
+    lowest = float(grid[2].min())
+    if lowest < land.level:
+        axes.contourf(*grid, levels=[lowest, land.level], colors=[colours[0]], alpha=0.18)
+    if land.others:
+        lines = axes.contour(*grid, levels=land.others, colors="0.55", linewidths=0.8, linestyles="solid")
+        axes.clabel(lines, fontsize=7, fmt="%.3g")
+    border = axes.contour(*grid, levels=[land.level], colors=[colours[0]], linewidths=2, linestyles="solid")
+    axes.clabel(border, fontsize=8, fmt=f"{land.level:.4g} {land.unit}".rstrip())
 
 
 def _label(name: str, unit: str) -> str:

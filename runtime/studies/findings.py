@@ -27,13 +27,26 @@ class Value(Struct, frozen=True):
 
 
 class Curve(Struct, frozen=True, eq=False):
-    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, points, or dots (of many); curves of one ``colour`` number look alike."""
+    """``x`` [n] and ``y`` [n], in SI. ``style``: line, dashed, points, dots (of many), or cells (of a grid of places);
+    curves of one ``colour`` number look alike. A line is broken where there is no number."""
 
     name: str
     x: Array
     y: Array
     style: str = "line"
     colour: int | None = None
+
+
+class Landscape(Struct, frozen=True, eq=False):
+    """``values`` [len(y), len(x)] over a grid, not-a-number where there are none: drawn as lines of equal value; what is at
+    most ``level`` is filled, and its border is thick."""
+
+    x: Array
+    y: Array
+    values: Array
+    level: float
+    others: tuple[float, ...]
+    unit: str
 
 
 class Panel(Struct, frozen=True, eq=False):
@@ -50,6 +63,9 @@ class Panel(Struct, frozen=True, eq=False):
     logarithmic: str = ""
     tall: bool = False
     """A picture of its own rather than a strip beside others."""
+    x_names: tuple[str, ...] = ()
+    """What stands at 1, 2, ... of x, which counts."""
+    landscape: Landscape | None = None
 
 
 Cell = str | float | complex | None

@@ -18,7 +18,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number
 from ...settings import Range, settable
-from ..findings import Curve, Findings, Panel, Table, Value
+from ..findings import Curve, Findings, Landscape, Panel, Table, Value
 from ..formulas.sampling import Sampler
 from ..study import OF_A_MOTION, Study
 from .symmetries import case_of
@@ -26,7 +26,7 @@ from .symmetries import case_of
 GRID = 241
 """Points of each axis of the region."""
 
-CURVES = 5
+CURVES = 8
 """Zero-velocity curves beside that of the energy asked for."""
 
 
@@ -133,12 +133,7 @@ class Energy(Study, frozen=True, kw_only=True):
         parts = _parts(inside)
         touches = bool(inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any())
         finite = values[np.isfinite(values)]
-        low, high = np.quantile(finite, [0.05, 0.7])
-        curves = [Curve(f"{level:.4g}", *border(x, y, values, level), style="points", colour=0)]
-        for n, other in enumerate(np.linspace(low, high, CURVES), start=1):
-            curves.append(
-                Curve(f"{other:.4g}", *border(x, y, values, float(other)), style="points", colour=n)
-            )
+        others = np.linspace(*np.quantile(finite, [0.02, 0.8]), CURVES) if len(finite) else np.zeros(0)
         remarks = ["the region reaches the edge of the picture"] if touches else ["the region is bounded"]
         remarks += rest.remarks()
         return Findings(
@@ -159,8 +154,10 @@ class Energy(Study, frozen=True, kw_only=True):
                     axes[0].unit,
                     axes[1].name,
                     axes[1].unit,
-                    tuple(curve for curve in curves if len(curve.x)),
+                    (),
                     equal=axes[0].unit == axes[1].unit,
+                    tall=True,
+                    landscape=Landscape(x, y, values, level, tuple(map(float, others)), unit),
                 ),
             ),
             details={

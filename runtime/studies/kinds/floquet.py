@@ -199,5 +199,5 @@ def _chart(study: Floquet, axes: list[Array], sizes: Array) -> Panel:
     unstable = sizes > 1 + 1e-6
     one, other = study.over
     return Panel("stability", one.name, one.unit, other.name, other.unit, (
-        Curve("stable", x[~unstable], y[~unstable], "points"),
-        Curve("unstable", x[unstable], y[unstable], "points")), tall=True)  # fmt: skip
+        Curve("stable", x[~unstable], y[~unstable], "cells"),
+        Curve("unstable", x[unstable], y[unstable], "cells")), tall=True)  # fmt: skip

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time as clock
 from collections.abc import Callable
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from msgspec.structs import replace
@@ -36,7 +36,14 @@ from .orbit import depends_on_time
 TOLERANCE = 1e-8
 HORIZON = 100.0
 STEPS = 12
-"""Steps of the motion between two times at which the changes are made orthogonal."""
+"""Steps of the motion between two times at which the changes are made orthogonal, to begin with."""
+DIGITS_SPENT = 0.5
+"""Share of the digits of the tolerance by which the largest and the smallest growth may differ from one such time to the
+next: so many the smallest one loses."""
+WATCHED = 64
+"""Intervals after which their length is set anew, from the largest growth among them."""
+LONGEST = 32.0
+"""Times the first interval, at most."""
 BATCHES = 32
 CONFIDENCE = 0.95
 WANTED = 0.012
@@ -46,6 +53,9 @@ SECONDS = 40.0
 SETTLING = 0.1
 """Share of the motion that is left out at its beginning."""
 FEWEST = 40 * BATCHES
+"""First intervals, at least, before a study without a time may end."""
+LATER = 1.03
+"""Times the length at which it was looked at whether enough is known, when that is looked at again."""
 NOTHING = 1e-3
 """Growth from one time of orthogonality to the next, below which an exponent that may be zero is looked at no longer."""
 POWER = 2.0
@@ -87,18 +97,21 @@ def _followed(
     linear = Linearised(plan)
     allowed = linear.allowed(case.y0)
     count = min(study.count or allowed.shape[1], allowed.shape[1])
-    interval = _interval(problem, plan)
+    interval = shortest = _interval(problem, plan)
+    longest, most = LONGEST * interval, -DIGITS_SPENT * math.log(plan.case.tolerance)
     if study.time is not None:
         if study.time < BATCHES * interval / STEPS:
             message = f"the motion is too short to tell an exponent: say a longer --time than {study.time:g}"
             return np.zeros(1), np.zeros((1, count)), Outcome.FAILED, message
-        interval = min(interval, study.time / (MOST_SHARE * BATCHES))
+        longest = min(longest, study.time / (MOST_SHARE * BATCHES))
+        interval = min(interval, longest)
     carrier = _Carrier(plan, linear, count)
     random = np.random.default_rng(0)
     first, _ = np.linalg.qr(allowed @ random.standard_normal((allowed.shape[1], count)))
     carrier.begin(basis(problem, case.y0) @ (first * linear.scale[:, None]))
     times, growth = [case.begin], [np.zeros(count)]
     begun, stop = clock.perf_counter(), math.inf if study.time is None else case.begin + study.time
+    looked, spread = case.begin + FEWEST * interval, 0.0
     outcome, message = Outcome.COMPLETED, ""
     try:
         while times[-1] < stop * (1 - 1e-12) - 1e-300:
@@ -106,17 +119,27 @@ def _followed(
                 outcome, message = Outcome.INTERRUPTED, f"interrupted at {time_text(problem, times[-1])}"
                 break
             until = min(stop, times[-1] + interval)
-            growth.append(growth[-1] + carrier.advance(until))
+            grown = carrier.advance(until)
+            growth.append(growth[-1] + grown)
             times.append(until)
-            if study.progress is not None and len(times) % 50 == 0:
-                done = (until - case.begin) / study.time if study.time else 0.0
-                study.progress(max(done, 0.0 if study.time else (clock.perf_counter() - begun) / SECONDS))
-            if study.time is None and len(times) > FEWEST and len(times) % 500 == 0:
+            spread = max(spread, float(np.append(grown, 0.0).max() - np.append(grown, 0.0).min()))
+            if len(times) % WATCHED == 0:
+                wanted = interval * min(max(most / max(spread, 1e-300), 0.5), 2.0)
+                interval, spread = min(max(wanted, min(shortest, longest)), longest), 0.0
+                if study.progress is not None:
+                    done = (until - case.begin) / study.time if study.time else 0.0
+                    study.progress(
+                        max(done, 0.0 if study.time else (clock.perf_counter() - begun) / SECONDS)
+                    )
+            late = clock.perf_counter() - begun > SECONDS and len(times) > 8 * BATCHES
+            if study.time is None and (until > looked or late):
                 means, halves = estimated(np.array(times), np.array(growth))
                 known = halves[0] < WANTED * abs(means[0])
-                none = means[0] < 2 * halves[0] < 2 * NOTHING / interval and len(times) > 4 * FEWEST
-                if known or none or clock.perf_counter() - begun > SECONDS:
+                far = until - case.begin > 4 * FEWEST * shortest
+                none = means[0] < 2 * halves[0] < 2 * NOTHING / shortest and far
+                if known or none or late:
                     break
+                looked = case.begin + LATER * (until - case.begin)
     except _Ended as ended:
         outcome, message = Outcome.FAILED, str(ended)
     finally:
@@ -149,6 +172,7 @@ class _Carrier:
         self.tangents = Tangents(plan.case, plan.method, plan.nominal, (), count)
         self.time, self.y = plan.case.begin, plan.case.y0
         self.solver: Solver | None = None
+        self.fixed = None if self.problem.rotations else basis(self.problem, self.y)
 
     def begin(self, w: Array) -> None:
         self.w = w
@@ -190,19 +214,26 @@ class _Carrier:
                 raise _Ended(failure.message if failure is not None else f"the motion ended at {report.t:g}")
             self.y, w = augmented.split(row, problem.ny)
             self.w = linear.onto(self.tangents, until, self.y, w) if problem.constraints else w
-        reduced = minimal(problem, self.y, self.w) / linear.scale[:, None]
+        reduced = minimal(problem, self.y, self.w) if self.fixed is None else self.fixed.T @ self.w
         own = np.zeros_like(reduced)
-        own[linear.kept] = reduced[linear.kept]
+        own[linear.kept] = (reduced / linear.scale[:, None])[linear.kept]
         q, r = np.linalg.qr(own)
         sizes = np.abs(np.diag(r))
         if not np.isfinite(sizes).all() or (sizes == 0).any():
             raise _Ended(f"changes of the motion are lost at {time_text(problem, until)}")
-        self.w = basis(problem, self.y) @ (q * linear.scale[:, None])
+        turned = basis(problem, self.y) if self.fixed is None else self.fixed
+        self.w = turned @ (q * linear.scale[:, None])
         self.time = until
         if self.solver is not None:
             self.solver.write(augmented.joined(self.y, self.w))
         found: Array = np.log(sizes)
         return found
+
+
+def _index(times: Array, of: Array | float) -> Any:
+    """Give the indices of the increasing times next to some."""
+    right = np.clip(np.searchsorted(times, of), 1, len(times) - 1)
+    return np.where(of - times[right - 1] < times[right] - of, right - 1, right)
 
 
 def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
@@ -211,10 +242,10 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
     What grows, or falls, by a power of time has the exponent zero, at which means arrive like log(t)/t: an interval holds
     zero as well where the whole growth is no more than such a power, and where the exponent still falls.
     """
-    first = int(SETTLING * len(times))
+    first = _index(times, times[0] + SETTLING * (times[-1] - times[0]))
     span = times[-1] - times[first]
     means: Array = (growth[-1] - growth[first]) / span
-    edges = np.linspace(first, len(times) - 1, BATCHES + 1).astype(int)
+    edges = _index(times, np.linspace(times[first], times[-1], BATCHES + 1))
     batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
     spread = batches.std(axis=0, ddof=1) / math.sqrt(BATCHES)
     halves: Array = student.ppf((1 + CONFIDENCE) / 2, BATCHES - 1) * spread

@@ -26,6 +26,8 @@ from ..study import OF_A_MOTION, Study
 
 DRAWN = 6
 """Shapes in the picture."""
+FEW = 3
+"""Coordinates whose shapes a strip has room for."""
 MOVES = 0.05
 """Parts of a shape below this share of the largest one are not told."""
 NAMED = 4
@@ -212,5 +214,9 @@ def _panels(names: tuple[str, ...], frequencies: Array, shapes: Any, unit: str) 
         label = f"{frequencies[k]:.4g} {unit}".rstrip()
         curves.append(Curve(label, places, shape / size, colour=k))
         curves.append(Curve("", places, shape / size, style="points", colour=k))
-    listed = ", ".join(names) if len(", ".join(names)) < 60 else f"{names[0]} to {names[-1]}"
-    return (Panel("shapes", f"coordinate: {listed}", "", "displacement", "", tuple(curves)),)
+    return (
+        Panel(
+            "shapes", "", "", "displacement over the largest", "", tuple(curves), x_names=names,
+            tall=len(names) > FEW,
+        ),
+    )  # fmt: skip

@@ -165,7 +165,7 @@ class _Drawn:
         """Follow paths from places spread over the picture."""
         turn = 2 * np.pi if self.turns else None
         found = []
-        for begin in self._seeds(count):
+        for begin in self._seeds(count, lines):
             found.append(
                 self.plane.path(begin, self.time, self.window, self.rests, closes=self.closes, turn=turn)
             )
@@ -177,7 +177,7 @@ class _Drawn:
                 )
         return found
 
-    def _seeds(self, count: int) -> list[Array]:
+    def _seeds(self, count: int, lines: list[Line]) -> list[Array]:
         """Return beginnings: the start, then outwards from points of rest that are no saddles, then above and below."""
         x, v = self.window
         seeds = (
@@ -201,10 +201,13 @@ class _Drawn:
                 seeds.append(place + np.array([way * (k + 0.7) / (each + 0.2), 0.0]))
         rest = max(count - len(seeds), 2)
         middle = float(np.mean([p[0] for p in inner])) if inner else float(np.mean(x))
+        within = max((float(np.abs(line.path.points[:, 1]).max()) for line in lines), default=0.0) / v[1]
+        pairs = -(-rest // 2)
         for k in range(rest):
             share = 0.75 - 0.5 * (k // 2) / max(rest / 2, 1)
-            edge = (x[1], x[0])[k % 2] if self.turns else middle
-            seeds.append(np.array([edge, (v[1] if k % 2 else v[0]) * share]))
+            if self.turns and within < 1:  # they turn round, beyond the separatrices, and are fastest in the middle
+                share = within + (1 - within) * (k // 2 + 0.6) / pairs
+            seeds.append(np.array([middle, (v[1] if k % 2 else v[0]) * share]))
         return [seed for seed in seeds if np.isfinite(self.plane.rates(seed)).all()]
 
     def _moves(self, point: Array) -> bool:
@@ -323,7 +326,13 @@ def _kind(path: Path, drawn: _Drawn) -> str:
 
 def _panel(drawn: _Drawn, lines: list[Line], paths: list[Path]) -> Panel:
     plane = drawn.plane
-    curves = [Curve("", *_inside(drawn, path.points), colour=0) for path in paths]
+    curves = []
+    for path in paths:
+        turns = (-1, 0, 1) if _kind(path, drawn) == "rotation" else (0,)
+        for k in turns:
+            x, y = _inside(drawn, path.points + np.array([2 * np.pi * k, 0.0]))
+            if np.isfinite(x).any():
+                curves.append(Curve("", x, y, colour=0))
     named = False
     for line in lines:
         curves.append(Curve("" if named else "separatrix", *_inside(drawn, line.path.points), colour=1))
@@ -331,12 +340,12 @@ def _panel(drawn: _Drawn, lines: list[Line], paths: list[Path]) -> Panel:
     for k, kind in enumerate(dict.fromkeys(one.kind for one in drawn.rests)):
         places = np.array([one.place for one in drawn.rests if one.kind == kind])
         curves.append(Curve(kind, places[:, 0], places[:, 1], "points", 2 + k))
-    x, y = plane.names
-    return Panel("phase portrait", x, plane.units[0], y, plane.units[1], tuple(curves), tall=True)
+    name, rate = plane.names
+    return Panel("phase portrait", name, plane.units[0], rate, plane.units[1], tuple(curves), tall=True)
 
 
 def _inside(drawn: _Drawn, points: Array) -> tuple[Array, Array]:
-    """Return a path within the picture: outside it is not drawn, an angle comes back on the other side."""
+    """Return a path within the picture: outside it is not drawn."""
     (low, high), (least, most) = drawn.window
     x, y = points[:, 0].copy(), points[:, 1].copy()
     outside = (x < low) | (x > high) | (y < least) | (y > most)
