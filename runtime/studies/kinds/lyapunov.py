@@ -317,7 +317,7 @@ def _findings(
         Curve(f"exponent {k + 1}", times[1::step], grown[::step, i]) for k, i in enumerate(order[:6])
     )
     curves = curves if len(grown) > 1 else ()
-    panel = Panel("exponents up to then", "time", problem.time.unit, "exponent", per, curves, tall=True)
+    panel = Panel("exponents up to then", "time", problem.time.unit, "exponent", per, curves, logarithmic="x" if curves and times[1] > 0 else "", tall=True)
     return Findings(
         study="lyapunov",
         model=problem.name,

@@ -203,7 +203,7 @@ class _Drawn:
         middle = float(np.mean([p[0] for p in inner])) if inner else float(np.mean(x))
         within = max((float(np.abs(line.path.points[:, 1]).max()) for line in lines), default=0.0) / v[1]
         pairs = -(-rest // 2)
-        for k in range(rest):
+        for k in range(2 * pairs):
             share = 0.75 - 0.5 * (k // 2) / max(rest / 2, 1)
             if self.turns and within < 1:  # they turn round, beyond the separatrices, and are fastest in the middle
                 share = within + (1 - within) * (k // 2 + 0.6) / pairs
