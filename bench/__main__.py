@@ -32,6 +32,7 @@ PAGES = (
     "doubts",
     "fits",
     "exponents",
+    "studies",
     "leaving_out",
     "ensembles",
 )

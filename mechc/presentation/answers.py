@@ -192,7 +192,10 @@ def _cells(axes: Any, curve: Curve, panel: Panel, colour: str) -> None:
         places = np.unique(np.concatenate([getattr(c, of) for c in panel.curves if c.style == "cells"]))
         sides.append(float(np.diff(places).min()) if len(places) > 1 else 1.0)
     width, height = sides
-    boxes = [Rectangle((x - width / 2, y - height / 2), width, height) for x, y in zip(curve.x, curve.y, strict=True)]
+    boxes = [
+        Rectangle((x - width / 2, y - height / 2), width, height)
+        for x, y in zip(curve.x, curve.y, strict=True)
+    ]
     axes.add_collection(PatchCollection(boxes, facecolor=colour, edgecolor="none", alpha=0.75, linewidth=0))
     axes.plot([], [], "s", color=colour, alpha=0.75, label=curve.name)
     axes.autoscale_view()

@@ -16,7 +16,9 @@ from mechc.runtime.studies.table import STUDIES
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
 SECTIONS = {part.partition("\n")[0]: part for part in re.split(r"^## ", PAGE, flags=re.MULTILINE)[1:]}
-ELSEWHERE = {"fit": "its measured data are in no file of the repository; tests/runtime/test_fit.py repeats such a search"}
+ELSEWHERE = {
+    "fit": "its measured data are in no file of the repository; tests/runtime/test_fit.py repeats such a search"
+}
 CLOSE = 1e-3
 
 
@@ -29,7 +31,10 @@ def example(name: str) -> tuple[str, str]:
         line
         for line in lines
         if re.match(rf"\w+, {name}: ", line)
-        or (name in ("simulate", "sweep", "ensemble") and re.match(r"[A-Z]\w+(, \w+)?( of| ensemble|:).*\d", line))
+        or (
+            name in ("simulate", "sweep", "ensemble")
+            and re.match(r"[A-Z]\w+(, \w+)?( of| ensemble|:).*\d", line)
+        )
     ]
     assert commands and answers, f"the section '{name}' of docs/studies.md shows no worked example"
     return commands[0].partition("#")[0], answers[0]

@@ -133,7 +133,8 @@ class Energy(Study, frozen=True, kw_only=True):
         parts = _parts(inside)
         touches = bool(inside[0].any() or inside[-1].any() or inside[:, 0].any() or inside[:, -1].any())
         finite = values[np.isfinite(values)]
-        others = np.linspace(*np.quantile(finite, [0.02, 0.8]), CURVES) if len(finite) else np.zeros(0)
+        low, high = map(float, np.quantile(finite, [0.02, 0.8]) if len(finite) else (0.0, 0.0))
+        others = tuple(map(float, np.linspace(low, high, CURVES))) if high > low else ()
         remarks = ["the region reaches the edge of the picture"] if touches else ["the region is bounded"]
         remarks += rest.remarks()
         return Findings(
@@ -157,7 +158,7 @@ class Energy(Study, frozen=True, kw_only=True):
                     (),
                     equal=axes[0].unit == axes[1].unit,
                     tall=True,
-                    landscape=Landscape(x, y, values, level, tuple(map(float, others)), unit),
+                    landscape=Landscape(x, y, values, level, others, unit),
                 ),
             ),
             details={

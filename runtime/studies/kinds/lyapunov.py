@@ -128,9 +128,7 @@ def _followed(
                 interval, spread = min(max(wanted, min(shortest, longest)), longest), 0.0
                 if study.progress is not None:
                     done = (until - case.begin) / study.time if study.time else 0.0
-                    study.progress(
-                        max(done, 0.0 if study.time else (clock.perf_counter() - begun) / SECONDS)
-                    )
+                    study.progress(max(done, 0.0 if study.time else (clock.perf_counter() - begun) / SECONDS))
             late = clock.perf_counter() - begun > SECONDS and len(times) > 8 * BATCHES
             if study.time is None and (until > looked or late):
                 means, halves = estimated(np.array(times), np.array(growth))
@@ -317,7 +315,16 @@ def _findings(
         Curve(f"exponent {k + 1}", times[1::step], grown[::step, i]) for k, i in enumerate(order[:6])
     )
     curves = curves if len(grown) > 1 else ()
-    panel = Panel("exponents up to then", "time", problem.time.unit, "exponent", per, curves, logarithmic="x" if curves and times[1] > 0 else "", tall=True)
+    panel = Panel(
+        "exponents up to then",
+        "time",
+        problem.time.unit,
+        "exponent",
+        per,
+        curves,
+        logarithmic="x" if curves and times[1] > 0 else "",
+        tall=True,
+    )
     return Findings(
         study="lyapunov",
         model=problem.name,

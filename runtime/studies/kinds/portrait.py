@@ -205,7 +205,9 @@ class _Drawn:
         pairs = -(-rest // 2)
         for k in range(2 * pairs):
             share = 0.75 - 0.5 * (k // 2) / max(rest / 2, 1)
-            if self.turns and within < 1:  # they turn round, beyond the separatrices, and are fastest in the middle
+            if (
+                self.turns and within < 1
+            ):  # they turn round, beyond the separatrices, and are fastest in the middle
                 share = within + (1 - within) * (k // 2 + 0.6) / pairs
             seeds.append(np.array([middle, (v[1] if k % 2 else v[0]) * share]))
         return [seed for seed in seeds if np.isfinite(self.plane.rates(seed)).all()]
