@@ -323,3 +323,23 @@ def test_options_of_a_run_that_mean_nothing_are_refused(
     file.write_text(text, encoding="utf-8")
     assert run_command(["run", str(file), *options]) == 2
     assert said in " ".join(capsys.readouterr().err.split())
+
+
+def test_actions_are_within_their_errors_which_hold_those_of_the_run() -> None:
+    """q = A cos(w t) with m = 1: S and W in closed form, I = E/w; at a tolerance that is anything but tight."""
+    text = (
+        "model Swing dimensionless; coordinate q = 1.5; kinetic 1/2*der(q)^2; potential 2*q^2; "
+        "experiment(stop = 20); end Swing;"
+    )
+    for tolerance in (1e-5, 1e-8):
+        found = mechc.loads(text).action(tolerance=tolerance)
+        exact = {
+            "S": -(1.5**2) * math.sin(80) / 2,
+            "W": 1.5**2 * (40 - math.sin(80) / 2),
+            "I": 1.5**2,
+            "period": math.pi,
+        }
+        assert {value.name for value in found.values} == set(exact)
+        for value in found.values:
+            assert value.error is not None
+            assert abs(value.value - exact[value.name]) <= value.error < 1e3 * tolerance, value.name

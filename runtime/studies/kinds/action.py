@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from msgspec.structs import replace
 from scipy.integrate import simpson
 
 from ...case import Case, find_experiment, inputs_at
@@ -14,7 +15,9 @@ from ..study import Study
 from .symmetries import case_of
 
 SAMPLES = 4000
-"""Of a path; half of them give the error."""
+"""Of a path; half of them give the error of the integrals."""
+TIGHTER, TIGHTEST = 1e-2, 1e-13
+"""Times the tolerance, and the least one, of the run from which the answer is; the difference from the run itself is its error."""
 
 
 class Action(Study, frozen=True, kw_only=True):
@@ -36,35 +39,59 @@ class Action(Study, frozen=True, kw_only=True):
         solution = track.solution
         begin, end = float(solution.time[0]), float(solution.time[-1])
         times = np.linspace(begin, end, 2 * (SAMPLES // 2) + 1)
+        good = solution.outcome in ENDED
         lagrangian, flow = _along(case, solution, times)
-        unit = "J.s" if problem.time.unit else ""
-        values = [
-            _integral("S", unit, times, lagrangian),
-            _integral("W", unit, times, flow),
-        ]
-        values += _swings(case, solution, times, unit) if problem.nv == 1 and not problem.rotations else []
+        values = _values(case, solution, times, lagrangian, flow) if good else []
+        if good:
+            tolerance = max(TIGHTER * case.tolerance, TIGHTEST)
+            closer = replace(self, tolerance=tolerance, stop=end, progress=None)
+            better = tracked(case_of(problem, closer), closer)
+            assert better is not None, "there is a stop"
+            if better.solution.outcome in ENDED and float(better.solution.time[-1]) == end:
+                tight = _along(case, better.solution, times)
+                values = _differing(values, _values(case, better.solution, times, *tight))
+            else:
+                values = [replace(value, error=None) for value in values]
         running = np.concatenate([[0.0], np.cumsum(np.diff(times) * (lagrangian[1:] + lagrangian[:-1]) / 2)])
         whole = np.concatenate([[0.0], np.cumsum(np.diff(times) * (flow[1:] + flow[:-1]) / 2)])
-        good = solution.outcome in ENDED
         return Findings(
             study="action",
             model=problem.name,
             outcome=solution.outcome,
             message=solution.message,
-            values=tuple(values) if good else (),
-            errors_from="Simpson's rule with half of the points, and the error of the run is beside it",
+            values=tuple(values),
+            errors_from="the same at a looser tolerance, and Simpson's rule with half of the points",
             panels=(
                 Panel(
                     "action along the path",
                     "time",
                     problem.time.unit,
                     "S, W",
-                    unit,
+                    "J.s" if problem.time.unit else "",
                     (Curve("S", times, running), Curve("W", times, whole)),
                 ),
             ),
             runs=(solution,),
         )
+
+
+def _values(case: Case, solution: object, times: Array, lagrangian: Array, flow: Array) -> list[Value]:
+    """Return what a run gives, with the errors of the integrals."""
+    problem = case.problem
+    unit = "J.s" if problem.time.unit else ""
+    values = [_integral("S", unit, times, lagrangian), _integral("W", unit, times, flow)]
+    return values + (
+        _swings(case, solution, times, unit) if problem.nv == 1 and not problem.rotations else []
+    )
+
+
+def _differing(loose: list[Value], tight: list[Value]) -> list[Value]:
+    """Return the values of the tighter run, with their differences from the other in the errors."""
+    before = {value.name: value.value for value in loose}
+    return [
+        replace(one, error=(one.error or 0.0) + abs(one.value - before[one.name]) if one.name in before else None)
+        for one in tight
+    ]
 
 
 def _along(case: Case, solution: object, times: Array) -> tuple[Array, Array]:
@@ -116,5 +143,5 @@ def _swings(case: Case, solution: object, times: Array, unit: str) -> list[Value
     period = (ends[1] - ends[0]) / count
     return [
         Value("I", unit, whole.value / share, (whole.error or 0.0) / share),
-        Value("period", case.problem.time.unit, period, 1e-9 * period),
+        Value("period", case.problem.time.unit, period, 1e-15 * period),
     ]
