@@ -343,3 +343,19 @@ def test_actions_are_within_their_errors_which_hold_those_of_the_run() -> None:
         for value in found.values:
             assert value.error is not None
             assert abs(value.value - exact[value.name]) <= value.error < 1e3 * tolerance, value.name
+
+
+def test_divergence_and_curl_at_the_start() -> None:
+    """F = (a x y z, c y x^2, z^3): div = a y z + c x^2 + 3 z^2, curl = (0, a x y, 2 c x y - a x z), within the errors."""
+    found = mechc.load(ROOT / "examples" / "curl_of_two.mech").field(set={"y": 0.7})
+    exact = {
+        "divergence at the start": 0.7 * 0.4 + 2 + 3 * 0.16,
+        "curl at the start, x to y": 2 * 2 * 0.7 - 0.4,
+        "curl at the start, x to z": -0.7,
+        "curl at the start, y to z": 0.0,
+    }
+    for value in found.values:
+        if value.name in exact:
+            assert value.error is not None and value.error < 1e-9
+            assert abs(value.value - exact.pop(value.name)) <= value.error, value.name
+    assert not exact

@@ -70,8 +70,10 @@ class Plane:
             )
         if problem.constraints or problem.rotations:
             raise SimulationError(
-                f"'{problem.name}' has constraints or rotations: a portrait needs coordinates that are free",
-                help="describe it by the one coordinate that is left",
+                f"'{problem.name}' has constraints or rotations: over one of its coordinates it can stand in several positions, "
+                "whose paths would cross in the picture",
+                help="describe it by a coordinate that is free and tells the others; a section of its motion needs none: "
+                "mechc study section",
             )
         check_autonomous(site, site.derivatives(site.y), site.y)
         self.site, self.case = site, site.case

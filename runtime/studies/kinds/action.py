@@ -89,7 +89,9 @@ def _differing(loose: list[Value], tight: list[Value]) -> list[Value]:
     """Return the values of the tighter run, with their differences from the other in the errors."""
     before = {value.name: value.value for value in loose}
     return [
-        replace(one, error=(one.error or 0.0) + abs(one.value - before[one.name]) if one.name in before else None)
+        replace(
+            one, error=(one.error or 0.0) + abs(one.value - before[one.name]) if one.name in before else None
+        )
         for one in tight
     ]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import combinations
 from typing import Annotated, Any
 
 import numpy as np
@@ -67,6 +68,13 @@ class Field(Study, frozen=True, kw_only=True):
         if problem.nq >= 2:
             circle = forces.circulation(radius)
             values.append(Value("circulation", "J" if problem.phase[0].unit else "", *circle))
+        here, off = forces.at_start()
+        names, units = forces.names, {state.unit for state in problem.states[: problem.nq]}
+        if len(units) == 1:
+            values.append(Value("divergence at the start", "", float(np.trace(here)), float(np.trace(off))))
+        for a, b in combinations(range(len(names)), 2):
+            name = f"curl at the start, {names[a]} to {names[b]}"
+            values.append(Value(name, "", float(here[b, a] - here[a, b]), float(off[b, a] + off[a, b])))
         potential = forces.potential() if free else ""
         sought = self._sought(case, forces)
         around = circle is not None and abs(circle[0]) > max(10 * circle[1], 1e-9 * forces.size * radius)
@@ -82,7 +90,6 @@ class Field(Study, frozen=True, kw_only=True):
             ["no potential in the span of short formulas"] if free and not around and not potential else []
         )
         remarks += [sought["text"]] if sought else []
-        names = forces.names
         pairs = [(a, b) for a in range(len(names)) for b in range(a + 1, len(names))]
         table = Table(
             "curl",
@@ -106,6 +113,7 @@ class Field(Study, frozen=True, kw_only=True):
                 "conservative": free and not around,
                 "curl_free": free,
                 "curl": [[float(x) for x in row] for row in curl[:3]],
+                "derivatives_at_start": here.tolist(),
                 "circulation": None if circle is None else json_number(circle[0]),
                 "radius": radius,
                 "potential": potential or None,
@@ -172,18 +180,29 @@ class Forces:
         n = len(self.names)
         found, slopes = [], []
         for q in self.places:
-            jacobian = np.zeros((n, n))
-            for j in range(n):
-                dt = STEP * self.sampler.width[j]
-                e = np.eye(n)[j] * dt
-                jacobian[:, j] = (
-                    8 * (self.at(q + e, p) - self.at(q - e, p))
-                    - self.at(q + 2 * e, p)
-                    + self.at(q - 2 * e, p)
-                ) / (12 * dt)
+            jacobian = self.slopes(q, p)
             slopes.append(jacobian)
             found.append([jacobian[b, a] - jacobian[a, b] for a in range(n) for b in range(a + 1, n)])
         return np.array(found).reshape(len(self.places), -1), np.array(slopes)
+
+    def slopes(self, q: Array, p: Array, step: float = STEP) -> Array:
+        """Return dF_i/dq_j [n, n] at a place."""
+        n = len(self.names)
+        jacobian = np.zeros((n, n))
+        for j in range(n):
+            dt = step * self.sampler.width[j]
+            e = np.eye(n)[j] * dt
+            jacobian[:, j] = (
+                8 * (self.at(q + e, p) - self.at(q - e, p)) - self.at(q + 2 * e, p) + self.at(q - 2 * e, p)
+            ) / (12 * dt)
+        return jacobian
+
+    def at_start(self) -> tuple[Array, Array]:
+        """Return dF_i/dq_j at the start [n, n], and by how much they differ with steps twice as long, and rounding."""
+        q, p = self.case.y0[: len(self.names)], self.case.p
+        found, coarse = self.slopes(q, p), self.slopes(q, p, 2 * STEP)
+        rounding = 1e-15 * self.size / (STEP * self.sampler.width[: len(q)])
+        return found, np.abs(found - coarse) + rounding
 
     def size_of(self, slopes: Array) -> float:
         """Return the largest derivative, at least that of a force over its width."""

@@ -44,7 +44,9 @@ WATCHED = 64
 """Intervals after which their length is set anew, from the largest growth among them."""
 LONGEST = 32.0
 """Times the first interval, at most."""
-BATCHES = 32
+BATCHES, LONG_BATCHES = 32, 8
+"""Parts of the motion whose means tell the spread; the longer ones too, as motions that stay long near regular ones make
+neighbouring parts alike, and means over short parts seem surer than they are."""
 CONFIDENCE = 0.95
 WANTED = 0.012
 """Half of the interval over the largest exponent, at which a study without a time ends."""
@@ -243,10 +245,12 @@ def estimated(times: Array, growth: Array) -> tuple[Array, Array]:
     first = _index(times, times[0] + SETTLING * (times[-1] - times[0]))
     span = times[-1] - times[first]
     means: Array = (growth[-1] - growth[first]) / span
-    edges = _index(times, np.linspace(times[first], times[-1], BATCHES + 1))
-    batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
-    spread = batches.std(axis=0, ddof=1) / math.sqrt(BATCHES)
-    halves: Array = student.ppf((1 + CONFIDENCE) / 2, BATCHES - 1) * spread
+    halves: Array = np.zeros_like(means)
+    for count in (BATCHES, LONG_BATCHES):
+        edges = _index(times, np.linspace(times[first], times[-1], count + 1))
+        batches = np.diff(growth[edges], axis=0) / np.diff(times[edges])[:, None]
+        spread = batches.std(axis=0, ddof=1) / math.sqrt(count)
+        halves = np.maximum(halves, student.ppf((1 + CONFIDENCE) / 2, count - 1) * spread)
     powers = POWER * math.log((times[-1] - times[0]) / (times[first] - times[0]))
     middle = int(np.searchsorted(times, (times[first] + times[-1]) / 2))
     early = (growth[middle] - growth[first]) / (times[middle] - times[first])
@@ -331,7 +335,7 @@ def _findings(
         outcome=outcome,
         message=message or f"{words}, over a time of {span:.6g}",
         values=tuple(values),
-        errors_from=f"half of the intervals of {CONFIDENCE:.0%} confidence, by {BATCHES} means over parts of the motion",
+        errors_from=f"half of the intervals of {CONFIDENCE:.0%} confidence, by means over {BATCHES} and over {LONG_BATCHES} parts of the motion",
         remarks=tuple(remarks),
         tables=(),
         panels=(panel,) if curves else (),

@@ -49,7 +49,8 @@ class SteadySearch:
             what = "switches" if problem.hybrid is not None else "has constraints or rotations"
             raise SimulationError(
                 f"'{problem.name}' {what}: steady motions are sought in coordinates that are free",
-                help="describe it by free coordinates, rotations by Euler angles",
+                help="describe it by free coordinates, rotations by Euler angles; or drive the turn (drive phi = w*time) and "
+                "ask 'equilibria', which goes over constraints",
             )
         if problem.nq == 0 or any(q.kind not in ("coordinate", "rate", "account") for q in problem.states):
             raise SimulationError(
