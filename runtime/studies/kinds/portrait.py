@@ -204,13 +204,20 @@ class _Drawn:
         within = max((float(np.abs(line.path.points[:, 1]).max()) for line in lines), default=0.0) / v[1]
         pairs = -(-rest // 2)
         for k in range(2 * pairs):
-            share = 0.75 - 0.5 * (k // 2) / max(rest / 2, 1)
-            if (
-                self.turns and within < 1
-            ):  # they turn round, beyond the separatrices, and are fastest in the middle
+            share = 0.75 - 0.5 * (k // 2) / pairs
+            begin = np.array([(x[1], x[0])[k % 2] if self.turns else middle, v[k % 2] * share])
+            if self.turns and self.conserves and within < 1:  # beyond the separatrices, fastest in the middle
                 share = within + (1 - within) * (k // 2 + 0.6) / pairs
-            seeds.append(np.array([middle, (v[1] if k % 2 else v[0]) * share]))
+                begin = self._at_edge(begin[0], np.array([middle, v[k % 2] * share]))
+            seeds.append(begin)
         return [seed for seed in seeds if np.isfinite(self.plane.rates(seed)).all()]
+
+    def _at_edge(self, x: float, point: Array) -> Array:
+        """Return the place at ``x`` on the level of the energy through a point, with the rate in the same direction."""
+        level = self.plane.energy(point)
+        rates = np.linspace(0.0, 1.0, 201) * point[1]
+        heights = np.array([self.plane.energy(np.array([x, rate])) for rate in rates])
+        return np.array([x, float(np.interp(level, heights, rates)) if point[1] else 0.0])
 
     def _moves(self, point: Array) -> bool:
         sizes = self.window[:, 1] - self.window[:, 0]
