@@ -40,7 +40,8 @@ def symbol(latex: str) -> str:
     dotted = re.fullmatch(r"\\(d+)ot\{(.*?)\}(_\{.*\})?", latex)
     if dotted:
         dots, base, index = dotted.groups()
-        over = f"<mover>{symbol(base)}<mo>{'˙' if len(dots) == 1 else '¨'}</mo></mover>"
+        mark = "˙" if len(dots) == 1 else "¨"
+        over = f'<mover accent="true">{symbol(base)}<mo>{mark}</mo></mover>'
         return f"<msub>{over}{symbol(index[2:-1])}</msub>" if index else over
     indexed = re.fullmatch(r"(.+?)_\{(.*)\}", latex)
     if indexed:

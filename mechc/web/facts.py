@@ -13,6 +13,7 @@ from mechc.answering import answer, plan
 from mechc.asking.given_values import UsageMistake
 from mechc.asking.question import asked
 from mechc.display import factor
+from mechc.presentation.stillness import Stillness
 from mechc.presentation.stl import triangles
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
@@ -201,16 +202,20 @@ class Facts(Struct, frozen=True):
     # ------------------------------------------------------------ what is shown first
 
     def curves(self) -> list[str]:
-        """Return the quantities whose curves are shown first: coordinates of one unit."""
+        """Return the quantities whose curves are shown first: coordinates of one unit, those that move if any do."""
         first = [
             q for q in (*self.problem.states, *self.problem.outputs) if q.kind in ("coordinate", "state")
         ]
+        still = Stillness(self.solution)
+        first = [q for q in first if not still.constant(q.name)] or first
         first = first or [q for q in self.problem.outputs if q.kind == "output"] or list(self.problem.outputs)
         return [q.name for q in first if q.unit == first[0].unit][:6]
 
     def phase(self) -> list[str]:
         names = [q.name for q in (*self.problem.states, *self.problem.outputs)]
-        moving = [n for n in names if f"der({n})" in names]
+        still = Stillness(self.solution)
+        paired = [n for n in names if f"der({n})" in names]
+        moving = [n for n in paired if not still.steady(f"der({n})")] or paired
         if moving:
             return [moving[0], f"der({moving[0]})"]
         return [names[0], names[min(1, len(names) - 1)]]
@@ -243,12 +248,13 @@ class Facts(Struct, frozen=True):
         }
 
     def record_facts(self) -> dict[str, object]:
-        error = self.solution.accuracy.error
+        error, energy = self.solution.accuracy.error, self.solution.accuracy.energy
         kinds = {name: k for k, name in enumerate(KINDS)}
         return {
             "recorded": "This page holds one motion, not the model: its sliders are there where it is written "
             "with zig (pip install ziglang).",
             "events": [{"t": e.time, "kind": kinds.get(e.kind, 0), "index": 0} for e in self.solution.events],
+            "energy": {"worst": energy.absolute, "relative": energy.relative} if energy else None,
             "error": {"largest": error.largest, "atEnd": error.at_end} if error else None,
             "ms": 1e3 * self.solution.statistics.run_time,
             "steps": self.solution.statistics.steps,

@@ -45,7 +45,9 @@ function makePlot(canvas, {onTime, ink}) {
       c.beginPath();
       for (let i = 0; i < n; i++) c.lineTo(px(x[i]), py(data[i * stride + offset]));
       c.stroke();
-      c.fillRect(at, 9, 14, 3); c.fillText(curve.name, at + 18, 4); at += 30 + c.measureText(curve.name).width;
+      const wide = 30 + c.measureText(curve.name).width;
+      if (at + wide > w + 12) { if (at < w) c.fillText('…', Math.min(at, w - 14), 4); at = w; return; }
+      c.fillRect(at, 9, 14, 3); c.fillText(curve.name, at + 18, 4); at += wide;
     });
   }
 

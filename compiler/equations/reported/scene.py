@@ -28,6 +28,9 @@ from .entries import Layout
 PIECES = {1: 96, 2: 24}
 """Pieces of a curve, and of each side of a surface."""
 
+FEW = 6
+"""Of more masses no paths are drawn by rule."""
+
 GAUGES = 12
 """At most so many numbers are shown as beads and dials."""
 
@@ -239,7 +242,7 @@ class _Maker(Struct):
     # ------------------------------------------------------------ by rule
 
     def by_rule(self, instances: Collection[str]) -> Iterator[tuple[SceneShape, list[Node]]]:
-        """Yield what is drawn of a model that says nothing itself: paths of outputs that are points, masses of parts
+        """Yield what is drawn of a model that says nothing itself: paths of outputs that are points, or of few masses, masses of parts
         that do not draw themselves (``instances`` do), and, where no part does, what its joints carry."""
         system = self.system
         for ends, name in self._links().items() if not instances else ():
@@ -251,13 +254,17 @@ class _Maker(Struct):
         if place:
             yield SceneShape("trail", ()), place
             yield SceneShape("sphere", (), relative=True), [*place, *self.pose(None)[3:], self.graph.one]
-        for definition in system.model.definitions:
-            if definition.value is not None and _is_point(definition):
-                nodes = self.position(definition.value)
-                yield SceneShape("trail", (), definition.name), nodes
-                if not masses and not instances:
-                    ball = SceneShape("sphere", (), definition.name, relative=True)
-                    yield ball, [*nodes, *self.pose(None)[3:], self.graph.one]
+        points = [d for d in system.model.definitions if d.value is not None and _is_point(d)]
+        for definition in points:
+            assert definition.value is not None
+            nodes = self.position(definition.value)
+            yield SceneShape("trail", (), definition.name), nodes
+            if not masses and not instances:
+                ball = SceneShape("sphere", (), definition.name, relative=True)
+                yield ball, [*nodes, *self.pose(None)[3:], self.graph.one]
+        if not points and not instances and len(masses) <= FEW:
+            for mass in masses:
+                yield SceneShape("trail", (), mass.origin.instance), self.at(mass.point)
 
     def _cartesian(self) -> list[Node]:
         """Return the coordinates, or states, called x and y, and z, of one unit: in a model without frames they are a place."""

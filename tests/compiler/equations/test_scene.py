@@ -117,6 +117,11 @@ experiment(stop = 1 s);
     assert scene.by_rule and [s.kind for s in scene.shapes] == ["mass", "trail"]
     assert np.allclose(mass[0], [1 + 2 * np.cos(0.1), 2 * np.sin(0.1), 0, 8])
     assert np.allclose(trail[0], [1 + 3 * np.cos(0.1), 3 * np.sin(0.1), 0])
+    scene, (_, trail), _ = numbers(text.replace("output tip = F * {3 m, 0};", ""), np.array([0.0]))
+    assert [s.kind for s in scene.shapes] == ["mass", "trail"]
+    assert np.allclose(trail[0], [1 + 2 * np.cos(0.1), 2 * np.sin(0.1), 0]), (
+        "that of the mass, where there is no other"
+    )
 
 
 def test_coordinates_called_x_and_y_are_a_place() -> None:

@@ -107,6 +107,10 @@ def test_a_recorded_page_moves_on_a_phone(browser: Any, tmp_path: Path) -> None:
     opened = Opened(browser, path, viewport={"width": 360, "height": 640})
     assert opened.ask("document.documentElement.scrollWidth") <= 360
     assert opened.ask("document.querySelectorAll('fieldset:not([hidden])').length") == 0
+    drift = mechc.loads(BALL).simulate().accuracy.energy
+    assert drift is not None and opened.ask("page.energy.worst") == drift.absolute, (
+        "not that of rounded numbers"
+    )
     before = opened.ask("page.values(0)[0]")
     opened.tab.keyboard.press("End")
     assert opened.ask("page.values(0)[0]") > before + 0.5
