@@ -18,10 +18,10 @@ from .asking.given_values import (
     UsageMistake,
     elements_of,
     one_of,
-    settings_in_si,
     tidy,
     unknown_name,
 )
+from .asking.in_si import settings_in_si
 from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
 from .compiler.compilation import Compilation
 from .lang.diagnostics import Diagnostic

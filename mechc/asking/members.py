@@ -13,7 +13,8 @@ import numpy as np
 from ..lang.units import UnitError, parse_unit
 from ..runtime.ensembles.members import NUMBERS, Axis, Listed, Spread
 from ..suggest import closest
-from .given_values import UsageMistake, read_value_of, settings_in_si, tidy, unknown_name
+from .given_values import UsageMistake, read_value_of, tidy, unknown_name
+from .in_si import settings_in_si
 from .measured_data import columns_of
 
 _SIGN = re.compile(r"[=~]")

@@ -37,10 +37,10 @@ from .given_values import (
     elements_of,
     read_point,
     read_value_of,
-    settings_in_si,
     tidy,
     unknown_name,
 )
+from .in_si import settings_in_si
 from .ranges import free, ranges
 
 if TYPE_CHECKING:

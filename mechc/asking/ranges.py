@@ -9,7 +9,8 @@ from typing import Any
 from msgspec import Struct
 
 from ..runtime.settings import Free, Range
-from .given_values import UsageMistake, elements_of, settings_in_si, tidy, unknown_name
+from .given_values import UsageMistake, elements_of, tidy, unknown_name
+from .in_si import settings_in_si
 
 _COMMA = re.compile(r",(?![^\[\](){}]*[\])}])")
 """A comma that stands in no brackets."""

@@ -25,6 +25,8 @@ from .options import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ..api import Model
     from ..display import Display
     from ..runtime.studies.kinds.sweep import Runs
@@ -74,7 +76,11 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Find constants of the motion, and check them along the run like the energy.",
 )
-@click.option("--outputs", metavar="A,B", help="Which quantities to write and draw; all without it.")
+@click.option(
+    "--outputs",
+    metavar="A,B",
+    help="Which quantities to write, draw and list derivatives of; all without it.",
+)
 @click.option(
     "--plot",
     "plots",
@@ -211,9 +217,9 @@ def _run_all(
             solution.display = display or solution.display
             outcomes.append(solution.outcome.value)
         if given["as_json"]:
-            objects += _objects(sweep)
+            objects += _objects(sweep, names)
         elif not given["quiet"]:
-            _print_report(sweep, first=experiment is experiments[0])
+            _print_report(sweep, names, first=experiment is experiments[0])
         many = f"-{experiment or 'default'}" if len(experiments) > 1 else ""
         for i, solution in enumerate(sweep.solutions, start=1):
             digits = len(str(len(sweep.solutions)))  # so that names sort as the runs do
@@ -271,10 +277,10 @@ def _run_one(model: Model, given: dict[str, Any], experiment: str | None) -> Run
         )
 
 
-def _objects(sweep: Runs[Solution]) -> list[dict[str, object]]:
-    """Return the report of each run as plain data, with the swept values where there are any."""
+def _objects(sweep: Runs[Solution], names: Sequence[str]) -> list[dict[str, object]]:
+    """Return the report of each run as plain data, with the swept values where there are any; derivatives of ``names``."""
     return [
-        solution.summary() | ({"sweep": dict(point)} if point else {})
+        solution.summary(names or None) | ({"sweep": dict(point)} if point else {})
         for point, solution in zip(sweep.points, sweep.solutions, strict=True)
     ]
 
@@ -313,14 +319,14 @@ def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> l
     return [*(chosen_pairs if pairs else chosen_names)(names_in(text), known)]
 
 
-def _print_report(sweep: Runs[Solution], *, first: bool) -> None:
+def _print_report(sweep: Runs[Solution], names: Sequence[str], *, first: bool) -> None:
     from ..presentation.report import report, sweep_report
     from ..presentation.style import style_for
     from .failures import write_to_nobody
 
     style = style_for(sys.stdout)
     solution = sweep.solutions[0]
-    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, style)
+    text = sweep_report(sweep, style) if sweep.points[0] else report(solution, style, names)
     try:
         click.echo(("" if first else "\n") + text, color=True)
     except BrokenPipeError:  # results and pictures are still to be written

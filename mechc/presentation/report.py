@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -30,11 +30,11 @@ MOST_COLUMNS = 6
 """Last values in the table of a sweep; the results hold all."""
 
 
-def report(solution: ShownSolution, style: Style = PLAIN) -> str:
-    """Return the whole report as text, without an end of line."""
+def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = ()) -> str:
+    """Return the whole report as text, without an end of line; ``of``: quantities whose derivatives are listed, all without."""
     blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
-    blocks.append(_sensitivities(solution, style))
+    blocks.append(_sensitivities(solution, style, of))
     blocks.append(_condition(solution, style))
     blocks.append(_energy(solution, style))
     blocks.append(_invariants(solution.accuracy, style))
@@ -208,14 +208,16 @@ def _condition(solution: ShownSolution, style: Style) -> list[str]:
     return rows
 
 
-def _sensitivities(solution: ShownSolution, style: Style) -> list[str]:
+def _sensitivities(solution: ShownSolution, style: Style, of: Collection[str]) -> list[str]:
     """The last derivatives of coordinates, states and outputs, with their estimated errors."""
     found = solution.motion.sensitivities
     if found is None:
         return []
     shown = ("coordinate", "rate", "state", "output")
     names = [n for n, q in solution.quantities.items() if q.kind in shown and n in found.columns]
-    listed = found.listed(names)
+    listed = found.listed([n for n in names if n in of] if of else names)
+    if not listed:
+        return []
     end = f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}"
     table = [["derivatives", end, "", *(["estimated error", "largest"] if found.errors is not None else [])]]
     for one in listed[:MOST_DERIVATIVES]:

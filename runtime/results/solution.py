@@ -205,8 +205,8 @@ class Solution(Results):
         shown = ("input", "discrete")
         return {name: float(self[name][-1]) for name, q in self.quantities.items() if q.kind not in shown}
 
-    def summary(self) -> dict[str, Any]:
-        """Give the report of the run as JSON knows it: not-a-number and infinity are null."""
+    def summary(self, names: Sequence[str] | None = None) -> dict[str, Any]:
+        """Give the report of the run as JSON knows it: not-a-number and infinity are null; derivatives of all, or of ``names``."""
         shown = {name: json_number(value) for name, value in self.final().items()}
         accuracy = _accuracy_summary(self.accuracy)
         if self.true_errors:
@@ -222,7 +222,7 @@ class Solution(Results):
             "remarks": list(self.remarks),
             "time": float(self.time[-1]),
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
-            **self._sensitivity_summary(),
+            **self._sensitivity_summary(names),
             **({} if self.motion.condition is None else {"condition": self.motion.condition.summary()}),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
@@ -230,12 +230,16 @@ class Solution(Results):
             "accuracy": accuracy,
         }
 
-    def _sensitivity_summary(self) -> dict[str, Any]:
+    def _sensitivity_summary(self, names: Sequence[str] | None) -> dict[str, Any]:
         found = self.motion.sensitivities
         if found is None:
             return {}
+        wanted = set(found.columns if names is None else self.named(names))
         errors = found.errors_at_end()
-        return {"sensitivities": found.at_end(), "sensitivity_errors": errors}
+        return {
+            "sensitivities": {n: v for n, v in found.at_end().items() if n in wanted},
+            "sensitivity_errors": errors and {n: v for n, v in errors.items() if n in wanted},
+        }
 
 
 def quantities(problem: Problem) -> tuple[Quantity, ...]:

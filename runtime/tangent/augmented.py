@@ -19,6 +19,9 @@ from ..problem import Array, Directions, ModelFunction, Problem
 MOST = 40_000
 """Numbers in the state of the motion and its derivatives."""
 
+BEHIND = 1e-2
+"""Tolerances, of the time to go: where a motion begins that leaves a state at which a formula has no derivative."""
+
 
 class Augmented(Struct, frozen=True, eq=False):
     """A case and the problem of its motion with k derivatives. ``p`` and ``z``: those of that problem at the start."""
@@ -70,6 +73,11 @@ class Augmented(Struct, frozen=True, eq=False):
         self, method: Method, tolerance: float, nominal: Array, begin: float, y: Array, z: Array, grid: Array
     ) -> Trajectory:
         """Integrate from ``begin`` over the times of ``grid`` [n]. ``y``: state and derivatives, ``nominal`` their sizes."""
+        first, began = begin, y
+        begin, y = self.behind(begin, y, z, float(grid[-1]), tolerance)
+        early, grid = grid[grid < begin], grid[grid >= begin]
+        if not grid.size:
+            begin, y, early, grid = first, began, grid, early
         case = replace(
             self.case,
             problem=self.problem,
@@ -86,7 +94,24 @@ class Augmented(Struct, frozen=True, eq=False):
         )
         run = run_kernel if method.in_kernel else run_scipy
         step = case.step if method.fixed_step else None
-        return run(case, SolverOptions(method.name, tolerance, nominal, step))
+        found = run(case, SolverOptions(method.name, tolerance, nominal, step))
+        if not early.size:
+            return found
+        states = np.concatenate([np.tile(began, (early.size, 1)), found.y])
+        return replace(found, t=np.concatenate([early, found.t]), y=states)
+
+    def behind(self, t: float, y: Array, z: Array, until: float, tolerance: float) -> tuple[float, Array]:
+        """Give a time and state with derivatives at which rates are numbers: just behind (t, y) where a formula has no
+        derivative there, as |v| v at rest, and the motion leaves that at once; the derivatives are as at t."""
+        rates = self.functions.rhs(t, y, self.inputs(t), z, self.p)
+        size = self.case.problem.ny
+        if np.isfinite(rates).all() or not np.isfinite(rates[:size]).all():
+            return t, y
+        dt = BEHIND * tolerance * (until - t)
+        moved = y.copy()
+        moved[:size] += dt * rates[:size]
+        there = self.functions.rhs(t + dt, moved, self.inputs(t + dt), z, self.p)
+        return (t + dt, moved) if t + dt > t and np.isfinite(there).all() else (t, y)
 
 
 def augment(case: Case, directions: Directions) -> Augmented:

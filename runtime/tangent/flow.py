@@ -208,10 +208,21 @@ class Tangents:
             outputs=outputs[0],
             output_tangents=outputs[1][:, :, self._order],
             statistics=rows.run.statistics,
-            failure=rows.failure,
+            failure=self._named(rows.failure),
             units=self._units(),
             remarks=rows.remarks,
         )
+
+    def _named(self, failure: Failure | None) -> Failure | None:
+        """Name the directions of the start in what is told: the compiler knows their number only."""
+        if failure is None:
+            return None
+        first = self._vectors
+        names = [*("time" for _ in range(self._probes)), *(d.name for d in self._listed if d.array == "y")]
+        message = failure.message
+        for k in reversed(range(len(names))):
+            message = message.replace(f"/d(direction {first + k + 1})", f"/d({names[k]})")
+        return replace(failure, message=message)
 
     def _smooth(self, begin: float, y: Array, w: Array, times: Array) -> Rows:
         """Follow a motion in which nothing switches."""

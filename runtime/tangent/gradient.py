@@ -11,11 +11,13 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 
-from ..case import Case, input_values
+from ..case import Case, input_values, inputs_at
 from ..functions import load_functions
 from ..outcome import SimulationError
 from ..problem import Adjoint, Array, Problem
+from .augmented import BEHIND
 from .backwards import METHOD, Sweep, address, call, steps
 from .directions import Direction, chosen, named
 from .start import assembled
@@ -90,7 +92,21 @@ class Gradients:
 
     def at(self, nominal: Array, tolerance: float) -> Gradient:
         """Run the case and differentiate its goal. Raises SimulationError where the run does not reach its end."""
-        case, ny = self.case, self.case.problem.ny
+        found = self._back(self.case, nominal, tolerance)
+        if np.isfinite(found.value) and not np.isfinite(found.derivatives).all():
+            found = self._back(self._behind(tolerance), nominal, tolerance)
+        return found
+
+    def _behind(self, tolerance: float) -> Case:
+        """Give the case just behind its start, where a formula may have no derivative, as |v| v at rest."""
+        case = self.case
+        rates = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
+        dt = BEHIND * tolerance * (case.stop - case.begin)
+        return replace(case, begin=case.begin + dt, y0=case.y0 + dt * rates)
+
+    def _back(self, case: Case, nominal: Array, tolerance: float) -> Gradient:
+        """Run and go back; ``case`` may begin somewhat later than that whose start is differentiated."""
+        ny = self.case.problem.ny
         t, h, y = steps(case, nominal, tolerance)
         end, value = y[-1], 0.0
         pulled = np.zeros(ny + self.free)
@@ -100,7 +116,7 @@ class Gradients:
         back, total = pulled[:ny].copy(), pulled[ny:].copy()
         memory = self.sweep.back(t, h, y, back, total)
         if self.start is None:
-            pulled = self._call("start_pull_back", case.begin, case.y0, back, pulled.size)
+            pulled = self._call("start_pull_back", self.case.begin, self.case.y0, back, pulled.size)
             pulled[ny:] += total
             derivatives = pulled[self.places]
         else:

@@ -69,6 +69,10 @@ def test_the_command_line_gives_it_everywhere(tmp_path: Path) -> None:
     picture = (tmp_path / "a.svg").read_text()
     assert picture.count('<g id="axes_') == 8
     said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "-o", str(files[0])])
+    assert "d(tip[1])/d(der(theta))" in said.output and "d(theta)/d(" not in said.output
+    said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "--json"])
+    assert [*json.loads(said.stdout)["sensitivities"]] == ["tip[1]", "tip[2]"]
+    said = CliRunner().invoke(program, arguments)
     assert "d(der(theta))/d(l)" in said.output and "rad/m/s" in said.output
     assert [n for n in read_results(files[0]) if "d(" in n] == [
         f"d(tip[{i}])/d({to})" for i in (1, 2) for to in ("l", "theta", "der(theta)")

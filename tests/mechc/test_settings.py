@@ -6,16 +6,17 @@ import math
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from mechc.asking.given_values import (
     Given,
     UsageMistake,
     elements_of,
     read_value,
-    settings_in_si,
     split_assignment,
     structural_value,
 )
+from mechc.asking.in_si import settings_in_si
 
 UNITS = {
     "l": "m",
@@ -93,6 +94,15 @@ def test_numbers_of_numpy_are_numbers() -> None:
     assert settings_in_si(given, UNITS) == {"l": 2.0, "theta": 0.5, "r[1]": 1.0, "r[2]": 2.0, "mu": 0.5}
 
 
+def test_rotations_are_written_as_in_models() -> None:
+    """Products turn the outer frame first; SciPy's Rotation has its scalar part last."""
+    of_scipy = Rotation.from_euler("z", 30, degrees=True) * Rotation.from_rotvec(
+        0.2 * np.array([1, 2, 2]) / 3
+    )
+    found = settings_in_si({"Q": " rotz(30 deg) * axis_angle({1, 2, 2}, 0.2)"}, UNITS, {"Q"})
+    np.testing.assert_allclose([found[f"Q[{k}]"] for k in (2, 3, 4, 1)], of_scipy.as_quat(), atol=1e-15)
+
+
 @pytest.mark.parametrize(
     ("given", "message", "help"),
     [
@@ -104,7 +114,7 @@ def test_numbers_of_numpy_are_numbers() -> None:
         (
             {"Q": 1},
             "'Q' is a rotation, which has 4 numbers",
-            "give all of them, as in Q={1, 0, 0, 0}: a unit quaternion",
+            "give it whole, as in Q='rotz(30 deg)*rotx(0.2)', or as a unit quaternion: Q={1, 0, 0, 0}",
         ),
         (
             {"l": [1.0, 2.0]},
@@ -124,6 +134,18 @@ def test_numbers_of_numpy_are_numbers() -> None:
             "the unit stands after the brace: {1, 2} mm",
         ),
         ({"r": "{1, 2"}, "'r': '{1, 2' has no closing brace", ""),
+        ({"Q": "rotx(2 m)"}, "'Q': 'the angle' is given in m; it has the unit rad", ""),
+        (
+            {"Q": "rotx(1)*rotz(1"},
+            "'Q': 'rotz(1' is no rotation",
+            "one is written as rotz(30 deg)*axis_angle({1, 1, 0}, 0.2)",
+        ),
+        (
+            {"Q": "axis_angle(1, 2)"},
+            "'Q': axis_angle takes an axis and an angle, not '1, 2'",
+            "axis_angle({1, 1, 0}, 0.2)",
+        ),
+        ({"Q": "axis_angle({0, 0, 0}, 2)"}, "'Q': the axis {0, 0, 0} has no direction", ""),
     ],
 )
 def test_mistakes(given: dict[str, Given], message: str, help: str) -> None:

@@ -202,3 +202,32 @@ def test_derivatives_are_formed_apart_from_the_model() -> None:
 def test_accounts_of_energy_may_be_goals() -> None:
     model = mechc.load("examples/double_pendulum.mech")
     agree(*both(model.problem(), "energy.dissipated", ["lower.l", "elbow.angle"], stop=2.0))
+
+
+FROM_REST = """
+model FromRest
+  parameter Length h = 20 m;
+  parameter g = 9.81 m/s^2;
+  parameter vT = 6.8 m/s;
+  coordinate y = h;
+  kinetic 1/2*(1 kg)*der(y)^2;
+  potential (1 kg)*g*y;
+  force -(1 kg)*g/vT^2*sqrt(der(y)^2)*der(y) on y;
+  experiment(stop = 3 s);
+end FromRest;
+"""
+
+
+def test_drag_from_rest_has_derivatives() -> None:
+    """y = h - vT^2/g log cosh(g t/vT); at rest the formula of the drag has none, the motion leaves that at once."""
+    g, v, t = 9.81, 6.8, 3.0
+    fallen, slope = math.log(math.cosh(g * t / v)), math.tanh(g * t / v)
+    expected = [1.0, v**2 / g**2 * fallen - v / g * t * slope, -2 * v / g * fallen + t * slope]
+    found, forward = both(mechc.loads(FROM_REST).problem(), "y", ["h", "g", "vT"])
+    np.testing.assert_allclose(forward, expected, rtol=1e-10)
+    np.testing.assert_allclose(found.derivatives, expected, rtol=1e-10)
+
+
+def test_what_is_no_number_is_said() -> None:
+    with pytest.raises(SimulationError, match="is not a number at the end of the motion"):
+        mechc.loads(FROM_REST).gradient("sqrt(-abs(y)/h)", "h", stop="0.1 s")

@@ -43,6 +43,7 @@ class FindGradient(Study, frozen=True, kw_only=True):
         case = plan.case
         begun = Gradients(case, self.goal.name, self.to, integral=self.integral)
         found = begun.at(plan.nominal, case.tolerance)
+        _check(found, self.goal.text, case)
         errors: list[float | None] = [None] * (1 + len(self.to))
         words = "no second run was asked for"
         if self.estimate_error:
@@ -79,6 +80,23 @@ class FindGradient(Study, frozen=True, kw_only=True):
                 "memory": found.memory,
             },
             arrays={"gradient": found.derivatives},
+        )
+
+
+def _check(found: Gradient, goal: str, case: Case) -> None:
+    """Refuse what is no number. Raises SimulationError."""
+    if not np.isfinite(found.value):
+        raise SimulationError(
+            f"'{goal}' is not a number at the end of the motion, at t = {case.stop:g}",
+            help="a goal must be defined there: roots and logarithms of positive values, no division by zero",
+        )
+    wrong = [
+        d.name for d, value in zip(found.directions, found.derivatives, strict=True) if not np.isfinite(value)
+    ]
+    if wrong:
+        raise SimulationError(
+            f"the derivative of '{goal}' by '{wrong[0]}' is not a number: somewhere on the way a formula has none, as the root at zero",
+            help="where that is: sensitivity=[...] of a run tells the time",
         )
 
 
