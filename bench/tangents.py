@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from fractions import Fraction
@@ -72,10 +73,30 @@ def ours(text: str, n: int) -> list[float]:
     return seconds_of(problems)
 
 
-def by_script(script: str, n: int) -> list[float]:
+def exported(text: str, n: int, target: str) -> list[float]:
+    """The same of the functions that mechc writes for CasADi or JAX."""
+    with tempfile.TemporaryDirectory() as folder:
+        source, module = Path(folder) / "chain.mech", Path(folder) / "chain.py"
+        source.write_text(text)
+        command = [
+            sys.executable,
+            "-m",
+            "mechc",
+            "compile",
+            str(source),
+            "--set",
+            f"n={n}",
+            "--target",
+            target,
+        ]
+        subprocess.run([*command, "-o", str(module)], check=True, capture_output=True)
+        return by_script(f"{target}_tangents.py", str(module))
+
+
+def by_script(script: str, system: str) -> list[float]:
     """What a script of bench/peers measures, alone and with derivatives; nothing where its package is not installed."""
     done = subprocess.run(
-        [sys.executable, str(PEERS / script), str(n), *map(str, COUNTS)], capture_output=True, text=True
+        [sys.executable, str(PEERS / script), system, *map(str, COUNTS)], capture_output=True, text=True
     )
     return [float(word) for word in done.stdout.split()] if done.returncode == 0 else []
 
@@ -89,7 +110,15 @@ def main(quick: bool = False) -> None:
     ):
         makers = {"mechc": ours(text, n)}
         if text is POINTS_ABSOLUTE and not quick:
-            makers |= {"CasADi": by_script("casadi_tangents.py", n), "JAX": by_script("jax_tangents.py", n)}
+            makers |= {
+                "CasADi": by_script("casadi_tangents.py", str(n)),
+                "JAX": by_script("jax_tangents.py", str(n)),
+            }
+        elif not quick:
+            makers |= {
+                "CasADi, exported": exported(text, n, "casadi"),
+                "JAX, exported": exported(text, n, "jax"),
+            }
         for maker, found in makers.items():
             if not found:
                 continue
@@ -102,7 +131,8 @@ def main(quick: bool = False) -> None:
         "Processor time of one evaluation of all rates together with k directional derivatives, over that of the rates alone, "
         "and what each derivative adds; best of many batches in turns. mechc: the right-hand side of the tangent of the model, "
         "compiled as it is for `--sensitivity`; CasADi: generated C of M and h with LDL and its forward mode; JAX: `jvp` of the "
-        "same functions, vectorised over the directions, compiled by XLA on one thread. Goal: at most 1.5 for each."
+        "same functions, vectorised over the directions, compiled by XLA on one thread; exported: what `mechc compile --target casadi` "
+        "and `--target jax` write, differentiated by them. Goal: at most 1.5 for each."
     )
     write("tangents", "Derivatives of one evaluation", [words, table(head, rows)])
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..outcome import SimulationError
 from ..problem import Array
 from .chart import Chart
-from .independent import null_space
+from .independent import independent, null_space
 from .site import Derivatives, Site
 
 EPSILON = float(np.finfo(float).eps)
@@ -29,6 +29,9 @@ UNRESOLVED = 1e-7
 """Of the forces that a displacement of the size of the coordinates makes: what remains counts as none."""
 SMALL = 1e-3
 """Of the largest row: where there are more equations than unknowns, smaller ones are not made as large as the others."""
+BESIDE = 8.0
+"""Newton steps to both sides of a state, within which no force of an equilibrium gets half as steep: towards a place where
+forces are infinite steps become as short."""
 REGULAR = 1e9
 """Equations whose condition is below have no such directions."""
 
@@ -198,12 +201,32 @@ def certified(
     )
     if (np.abs(rows @ solved.step + left) > UNRESOLVED * scale + rounding + 1e-300).any():
         return None  # the least squares have a minimum here, the forces no zero
+    if _singular(site, y, moved, here, solved.step):
+        return None
     errors = np.abs(solved.inverse) @ (np.abs(left) + EPSILON * scale) + EPSILON * sizes
     everything = np.zeros(site.chart.size)
     everything[moved] = errors
     still = np.zeros((site.chart.size, solved.free.shape[1]))
     still[moved] = solved.free
     return Equilibrium(y, everything, float(np.abs(left).max(initial=0.0)), solved.condition, still)
+
+
+def _singular(site: Site, y: Array, moved: NDArray[np.intp], here: Rest, step: Array) -> bool:
+    """Whether forces become infinite so near to a state that Newton's steps are short for that alone.
+
+    Of independent coordinates: what is computed of the others may lose digits near places that are regular.
+    """
+    free = independent(site.chart, here.found)
+    steep = np.linalg.norm((here.found.rates @ free.tangent)[free.chosen], axis=1)
+    falls = steep > SMALL * float(steep.max(initial=0.0))
+    for sign in (1.0, -1.0):
+        beside = site.chart.moved(y, spread(site.chart, moved, sign * BESIDE * step))
+        try:
+            there = rest(site, beside, moved)
+        except SimulationError:  # a derivative is undefined there
+            return False
+        falls &= np.linalg.norm((there.found.rates @ free.tangent)[free.chosen], axis=1) < steep / 2
+    return bool(falls.any())
 
 
 def resting(site: Site, y: Array) -> Equilibrium | None:

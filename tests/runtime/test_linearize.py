@@ -22,10 +22,11 @@ import mechc
 from mechc.cli.main import run as run_command
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.local.independent import independent
-from mechc.runtime.local.site import edges, site_of
+from mechc.runtime.local.site import Site, edges, site_of
+from mechc.runtime.local.standing import arrived
 from mechc.runtime.local.zeros import poles, zeros
 from mechc.runtime.outcome import SimulationError
-from mechc.runtime.settings import Place
+from mechc.runtime.settings import EQUILIBRIUM, Place
 from mechc.runtime.studies.kinds.linearize import Linearization, Linearize
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -336,14 +337,12 @@ def test_a_state_that_depends_on_time_says_so() -> None:
     assert any("depends on time" in remark for remark in found.remarks)
 
 
-def differences(path: Path) -> float:
+def differences(site: Site, y: Array) -> float:
     """Compare A with differences of the rates along the independent coordinates; return how far it is off."""
-    model = mechc.load(path)
-    problem = model.problem(parts=Linearize.needs)
-    site = site_of(problem, SimulationOptions(values=model.settings), Place())
-    if edges(site, site.y).sharp:
+    problem = site.problem
+    if edges(site, y).sharp:
         return 0.0
-    found = site.derivatives(site.y)
+    found = site.derivatives(y)
     free = independent(site.chart, found)
     h, n = 1e-6, site.chart.size
     off = 0.0
@@ -351,10 +350,10 @@ def differences(path: Path) -> float:
     spin = np.zeros((n, n))  # rates of a turn are those of a body that turns itself
     for j, i in enumerate(site.chart.places):
         if i in problem.rotations and site.chart.places.index(i) == j:
-            w = site.rates(site.y)[j : j + 3]
+            w = site.rates(y)[j : j + 3]
             spin[j : j + 3, j : j + 3] = -np.cross(np.eye(3), w).T @ np.eye(3)
     for k, along in enumerate(free.tangent.T):
-        ahead, behind = (site.rates(site.chart.moved(site.y, sign * h * along)) for sign in (1, -1))
+        ahead, behind = (site.rates(site.chart.moved(y, sign * h * along)) for sign in (1, -1))
         change = (ahead - behind) / (2 * h)
         wanted = found.rates @ along
         mask = np.ones(n, dtype=bool)
@@ -369,9 +368,64 @@ def differences(path: Path) -> float:
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
 def test_examples_against_differences(path: Path) -> None:
     """Second differences of step 1e-6 are off by rounding over the step, 1e-10, times what conditions the rates."""
+    model = mechc.load(path)
+    problem = model.problem(parts=Linearize.needs)
+    site = site_of(problem, SimulationOptions(values=model.settings), Place())
     try:
-        off = differences(path)
+        off = differences(site, site.y)
     except SimulationError as refused:
         assert "undefined" in str(refused) or "depend on each other" in str(refused)
         return
     assert off < 1e-6
+
+
+NONE = (
+    "no equilibrium was found",
+    "depends on time",
+    "holds",
+    "moves by itself",
+    "is driven",
+    "lies beyond",
+    "undefined",
+    "depend on each other",
+)
+"""Why there is no equilibrium to look at, in words of the messages."""
+
+RESTING = (
+    "bricard",
+    "double_pendulum",
+    "heavy_symmetric_top",
+    "n_four_bar",
+    "rolling_coin",
+    "stewart_platform",
+)
+LOSES_DIGITS = {
+    "wheel_on_curve": "its slope there is computed by a division by it: differences lose all digits"
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.stem)
+def test_examples_at_their_equilibria_against_differences(path: Path) -> None:
+    model = mechc.load(path)
+    problem = model.problem(parts=Linearize.needs)
+    if problem.ny > 60 or path.stem in LOSES_DIGITS:
+        assert path.stem not in RESTING
+        return
+    site = site_of(problem, SimulationOptions(values=model.settings), Place(word=EQUILIBRIUM))
+    try:
+        site, rest = arrived(site, site.y)
+    except SimulationError as refused:
+        assert any(words in str(refused) for words in NONE) and path.stem not in RESTING
+        return
+    assert differences(site, rest.y) < 1e-6
+
+
+@pytest.mark.parametrize(
+    "force", ["potential -(1 N.m^2)/sqrt(x^2 + y^2);", "potential (1 N.m)*log((x^2 + y^2)/(1 m^2));"]
+)
+def test_a_place_where_forces_are_infinite_is_no_equilibrium(force: str) -> None:
+    """Strong damping leads into the centre, where Newton's steps are as short as the distance to it."""
+    text = "coordinate x = 1 m; coordinate y = 0.3 m; kinetic 1/2*(1 kg)*(der(x)^2 + der(y)^2);" + force
+    with pytest.raises(SimulationError, match="no equilibrium was found"):
+        linear(mechc.loads(text), at="equilibrium")

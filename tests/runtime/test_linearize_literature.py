@@ -9,7 +9,16 @@ import numpy as np
 import pytest
 import sympy as sp
 from msgspec import Struct
-from sympy.physics.mechanics import LagrangesMethod, ReferenceFrame, dynamicsymbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    dot,
+    dynamicsymbols,
+    inertia,
+)
 
 import mechc
 from mechc.runtime.studies.kinds.linearize import Linearization
@@ -154,3 +163,51 @@ def _cubic(inertia: float, damping: float) -> list[float]:
         omega**2 * s**2 + turn * 2 * m * l**2 * s * c * omega,
         turn * k * s,
     ]
+
+
+WHEEL = """
+model Wheel "a wheel, thicker at its rim than a disk, that rolls on a table"
+  parameter r = 0.5 m;
+  parameter m = 2 kg;
+  coordinate Length x = 0 m; coordinate Length y = 0 m;
+  coordinate yaw = 0 rad; coordinate lean = 0 rad; coordinate roll = 0 rad;
+  kinetic 1/2*m*(der(x)^2 + der(y)^2 + (r*sin(lean)*der(lean))^2)
+    + 1/2*m*r^2*(0.4*der(lean)^2 + 0.4*(der(yaw)*cos(lean))^2 + 0.7*(der(roll) + der(yaw)*sin(lean))^2);
+  potential m*(9.81 m/s^2)*r*cos(lean);
+  constraint der(x) = r*(der(roll)*cos(yaw) + der(lean)*cos(lean)*sin(yaw) + der(yaw)*sin(lean)*cos(yaw));
+  constraint der(y) = r*(der(roll)*sin(yaw) - der(lean)*cos(lean)*cos(yaw) + der(yaw)*sin(lean)*sin(yaw));
+end Wheel;
+"""
+
+
+@pytest.mark.parametrize("rate", [7.0, 1.5])
+def test_a_rolling_wheel_against_the_linearizer_of_kanes_method(rate: float) -> None:
+    """SymPy's rolling disc (its page on Kane's method) with other inertias; it has angles and their rates alone."""
+    q, u = dynamicsymbols("q1 q2 q3"), dynamicsymbols("u1 u2 u3")
+    ground, (r, m) = ReferenceFrame("N"), (sp.Rational(1, 2), 2)
+    yaw = ground.orientnew("Y", "Axis", [q[0], ground.z])
+    lean = yaw.orientnew("L", "Axis", [q[1], yaw.x])
+    wheel = lean.orientnew("R", "Axis", [q[2], lean.y])
+    by_angles = wheel.ang_vel_in(ground)
+    wheel.set_ang_vel(ground, sum((s * e for s, e in zip(u, lean, strict=True)), start=0 * lean.x))
+    contact = Point("C")
+    contact.set_vel(ground, 0)
+    centre = contact.locatenew("D", r * lean.z)
+    centre.v2pt_theory(contact, ground, wheel)
+    central = inertia(lean, *(sp.Rational(k, 10) * m * r**2 for k in (4, 7, 4)))
+    body = RigidBody("wheel", centre, wheel, m, (central, centre))
+    equations = [dot(wheel.ang_vel_in(ground) - by_angles, e) for e in lean]
+    method = KanesMethod(ground, q_ind=q, u_ind=u, kd_eqs=equations)
+    method.kanes_equations([body], [(centre, -m * sp.Float(G) * yaw.z)])
+    still = dict.fromkeys([*q, u[0], u[2], *(x.diff() for x in (q[0], q[1], *u))], 0)
+    a, _ = method.linearize(A_and_B=True, op_point=[{**still, u[1]: rate, q[2].diff(): rate}])[:2]
+    expected = np.linalg.eigvals(np.array(a, dtype=float))
+    found = mechc.loads(WHEEL).study("linearize", at=f"der(roll) = {rate}, der(x) = {0.5 * rate}")
+    assert isinstance(found, Linearization)
+    for poles in (expected, found.poles):
+        assert (np.abs(poles) > 0.1).sum() == 2
+    np.testing.assert_allclose(
+        np.sort_complex(found.poles[np.abs(found.poles) > 0.1]),
+        np.sort_complex(expected[np.abs(expected) > 0.1]),
+        atol=1e-12 * np.abs(expected).max(),
+    )
