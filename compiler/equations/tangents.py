@@ -145,6 +145,7 @@ class _Tangents:
             assembly=(),
             separable=False,
             hybrid=None,
+            scene=None,
         )
 
     # ------------------------------------------------------------ functions
