@@ -67,7 +67,7 @@ def test_the_command_line_gives_it_everywhere(tmp_path: Path) -> None:
         assert back["d(tip[1])/d(theta)"][-1] == report["sensitivities"]["tip[1]"]["theta"]
         assert back.unit("d(der(theta))/d(l)") == "rad/m/s"
     picture = (tmp_path / "a.svg").read_text()
-    assert picture.count('<g id="axes_') == 8
+    assert picture.count('<g id="axes_') == 4 + 3  # motion, angle, portrait, energies; the derivatives
     said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "-o", str(files[0])])
     assert "d(tip[1])/d(der(theta))" in said.output and "d(theta)/d(" not in said.output
     said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "--json"])
