@@ -31,6 +31,8 @@ from .truth import ROUNDING, compile_for_reference, true_errors
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
+ROUGH = 0.1
+"""From this error on, claimed or true, a run is not right, whatever it says of it."""
 OPINION = 1e-10
 """Tolerance of the other method where there is no reference."""
 MARGIN = 20.0
@@ -38,6 +40,7 @@ MARGIN = 20.0
 
 WORDS = {
     "right": "right within its claim",
+    "rough": "inaccurate, says so",
     "refused": "refused",
     "doubtful": "doubtful, and says so",
     "open": "not checked",
@@ -222,7 +225,7 @@ def _checked(
     worst = max(errors, key=lambda n: errors[n] / max(owed[n], ROUNDING))
     largest = max(errors.values())
     if errors[worst] <= UNDERSTATED * max(owed[worst], ROUNDING):
-        return "right", largest, against, why
+        return "right" if max(largest, estimate.largest) < ROUGH else "rough", largest, against, why
     if errors[worst] <= UNDERSTATED * _conditioning(model, request, solution).get(worst, 0.0):
         return "right", largest, against, "as far as the rounding of its parameters lets it be"
     words = f"the error of {worst} is {errors[worst]:.1e}, {estimate.by_state[worst]:.1e} was claimed"

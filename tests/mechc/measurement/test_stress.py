@@ -60,6 +60,12 @@ def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None
         made: ErrorEstimate = make(*given)
         return replace(made, by_state=dict.fromkeys(made.by_state, 1e-16))
 
+    def large(*given: object) -> object:
+        made: ErrorEstimate = make(*given)
+        return replace(made, largest=0.7, by_state=dict.fromkeys(made.by_state, 0.7))
+
+    monkeypatch.setattr(companion, "compare", large)
+    assert judge(short).kind == "rough"  # an estimate of 70 % makes no run right
     monkeypatch.setattr(companion, "compare", understated)
     assert judge(short).kind == "doubtful"  # the run says itself that its balance contradicts its estimate
     monkeypatch.setattr(companion, "contradictions", lambda *given, **more: ())
@@ -73,5 +79,5 @@ def test_the_command_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixt
     shown = capsys.readouterr().out
     assert "m = 0 kg" in shown and "right within its claim" in shown
     rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
-    assert {row["kind"] for row in rows} <= {"right", "refused", "long", "open", "doubtful"}
+    assert {row["kind"] for row in rows} <= {"right", "rough", "refused", "long", "open", "doubtful"}
     assert sum(row["kind"] == "right" for row in rows) > 15
