@@ -6,7 +6,7 @@ The sides of slots are rows of coefficients; a series that is a side of several 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from mechc.runtime.ensembles.lanes import NoLanes
 
@@ -14,8 +14,8 @@ from ..program import Program, ProgramFunction
 from ..program.model import Body, Load, Lookup, Operate, Statement, Store, Value
 from ..program.series import NEXT, START, padded
 
-GROUP = 20
-"""Sums that are formed at once: as many as registers hold beside what they read."""
+GROUP = 6
+"""Sums of two orders that are formed at once: as many as registers hold beside what they read."""
 
 
 def series_functions(program: Program) -> tuple[tuple[ProgramFunction, ProgramFunction], tuple[str, ...]]:
@@ -73,32 +73,58 @@ def moved_statement(statement: Statement, moved: dict[Value, Value]) -> Statemen
             return statement
 
 
-def _sums(sides: list[tuple[str, str]]) -> Iterator[str]:
-    """Yield ``series_sums``: of all slots, the sum of A_j B_(k-j) for j from 1 to k - 1."""
-    groups = [sides[first : first + GROUP] for first in range(0, len(sides), GROUP)]
-    arguments = "int k, const V (*x)[NY], const V (*rows)[N_ROWS], V *restrict out"
+def _sums(sides: Sequence[tuple[str, str]]) -> Iterator[str]:
+    """Yield ``series_sums``: of all slots, the sums of A_j B_(k-j) for j from 1 to k - 1.
+
+    For even k those of the next order are begun with them, as each number that is read serves both, and completed when
+    that comes. What needs the coefficients of order k - 1, which are just being computed, comes last.
+    """
+    order = sorted(range(len(sides)), key=lambda slot: sides[slot])
+    groups = [order[first : first + GROUP] for first in range(0, len(order), GROUP)]
+    arguments = "int k, const V (*x)[NY], const V (*rows)[N_ROWS], V *restrict out, V *restrict later"
     for number, group in enumerate(groups):
         yield f"static void series_sums_{number}({arguments})"
         yield "{"
-        yield f"    V {', '.join(f'm{i} = lane(0)' for i in range(len(group)))};"
-        yield "#define TERMS(j) \\"
-        yield "    { \\"
-        yield "        const V *xa = x[j], *xb = x[k - (j)], *ra = rows[j], *rb = rows[k - (j)]; \\"
-        yield "        (void)xa, (void)xb, (void)ra, (void)rb; \\"
-        for i, (a, b) in enumerate(group):
-            yield f"        m{i} = lane_fma({a.format('a')}, {b.format('b')}, m{i}); \\"
+        yield "    const V *x1 = x[1], *r1 = rows[1], *xl = x[k - 1], *rl = rows[k - 1];"
+        yield "    (void)x1, (void)r1, (void)xl, (void)rl;"
+        yield "    if (k % 2) {"
+        for slot in group:
+            a, b = sides[slot]
+            ends = f"lane_fma({a.format('1')}, {b.format('l')}, later[{slot}])"
+            ends = f"lane_fma({a.format('l')}, {b.format('1')}, {ends})"
+            yield f"        out[{slot}] = k > 1 ? {ends} : lane(0);"
+        yield "        return;"
         yield "    }"
-        # the coefficients of the order before are just being computed: what needs them comes last
-        yield "    for (int j = 2; j < k - 1; j++) TERMS(j)"
-        yield "    if (k > 1) TERMS(1)"
-        yield "    if (k > 2) TERMS(k - 1)"
-        yield "#undef TERMS"
-        for i in range(len(group)):
-            yield f"    out[{number * GROUP + i}] = m{i};"
+        yield f"    V {', '.join(f'm{slot} = lane(0), n{slot} = lane(0)' for slot in group)};"
+        seconds = list(dict.fromkeys(sides[slot][1] for slot in group))
+        yield f"    V {', '.join(f'before{i} = lane(0)' for i in range(len(seconds)))};"
+        yield "    for (int j = 2; j < k - 1; j++) {"
+        yield "        const V *xa = x[j], *xb = x[k - j], *ra = rows[j], *rb = rows[k - j];"
+        yield "        (void)xa, (void)xb, (void)ra, (void)rb;"
+        for slot in group:
+            a, b = sides[slot]
+            yield f"        m{slot} = lane_fma({a.format('a')}, {b.format('b')}, m{slot});"
+            yield f"        n{slot} = lane_fma({a.format('a')}, before{seconds.index(b)}, n{slot});"
+        for i, b in enumerate(seconds):
+            yield f"        before{i} = {b.format('b')};"
+        yield "    }"
+        yield "    if (k > 2) {"
+        yield "        const V *x2 = x[2], *r2 = rows[2];"
+        yield "        (void)x2, (void)r2;"
+        for slot in group:
+            a, b = sides[slot]
+            yield f"        m{slot} = lane_fma({a.format('l')}, {b.format('1')}, m{slot});"
+            yield f"        n{slot} = lane_fma({a.format('2')}, {b.format('l')}, n{slot});"
+            yield f"        n{slot} = lane_fma({a.format('l')}, {b.format('2')}, n{slot});"
+        yield "    }"
+        for slot in group:
+            a, b = sides[slot]
+            yield f"    out[{slot}] = lane_fma({a.format('1')}, {b.format('l')}, m{slot});"
+            yield f"    later[{slot}] = n{slot};"
         yield "}\n"
     yield f"static inline void series_sums({arguments})"
     yield "{"
-    yield "    (void)k, (void)x, (void)rows, (void)out;"
+    yield "    (void)k, (void)x, (void)rows, (void)out, (void)later;"
     for number in range(len(groups)):
-        yield f"    series_sums_{number}(k, x, rows, out);"
+        yield f"    series_sums_{number}(k, x, rows, out, later);"
     yield "}\n"

@@ -45,7 +45,7 @@ static void begin(mech_lane_room *r)
 /* A step under way in the lanes of one room. */
 typedef struct work {
     V (*x)[NY], (*rows)[N_ROWS], *held; /* coefficients of the state and of the slots, what all orders read */
-    V weight[NY], slope[NY], y_new[NY], found[N_HELD];
+    V weight[NY], slope[NY], y_new[NY], found[N_HELD], later[N_SLOTS + 1]; /* `later`: sums that are begun */
     trial step;
     int most, least; /* orders of lanes that hold a member */
 } work;
@@ -74,7 +74,7 @@ static void begin_series(const mech_lane_room *r, work *w)
 LANE void next_order(const mech_lane_room *r, work *w, int k)
 {
     V sums[N_SLOTS + 2];
-    series_sums(k, (const V(*)[NY])w->x, (const V(*)[N_ROWS])w->rows, sums);
+    series_sums(k, (const V(*)[NY])w->x, (const V(*)[N_ROWS])w->rows, sums, w->later);
     sums[N_SLOTS] = lane(1.0 / k);
     sums[N_SLOTS + 1] = lane(k == 1);
     series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->rows[k]);
