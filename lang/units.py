@@ -171,6 +171,8 @@ def _symbols() -> dict[str, _Symbol]:
 _SYMBOLS = _symbols()
 
 UNIT_NAMES = tuple(sorted(_SYMBOLS))
+PREFIXES: Mapping[str, tuple[str, ...]] = {symbol: tuple(row[3]) for symbol, row in _TABLE.items()}
+"""Units -> the prefixes that each takes."""
 """Every single unit with its prefixes: what may stand between the dots and strokes."""
 
 _ONE = "(?:" + "|".join(sorted(_SYMBOLS, key=lambda s: (-len(s), s))) + r")(?![A-Za-z0-9_])"

@@ -81,7 +81,9 @@ FAMILIES = {
     "07": "Events, contact and friction",
     "08": "Experiments and structural parameters",
     "09": "Export",
+    "10": "What is drawn",
 }
+"""Titles by the first two digits of the codes."""
 
 
 def index() -> str:
@@ -91,6 +93,8 @@ def index() -> str:
         "",
         "`mechc explain E0301` prints a page. E are errors, W warnings, N notes.",
     ]
+    unknown = {code[1:3] for code in codes_with_a_page()} - set(FAMILIES)
+    assert not unknown, f"families without a title: {unknown}"
     for family, title in FAMILIES.items():
         codes = [code for code in codes_with_a_page() if code[1:3] == family]
         if codes:
