@@ -111,7 +111,7 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
     case, h = here.case, here.hybrid
     duration = max(case.stop - case.begin, 1e-300)
     found: list[tuple[str, Array]] = []
-    grazes = False
+    grazes = soft = False
     n_timed = h.n_times + h.n_clocks
     if n_timed:
         times, changes = here.own("crossing_times", n_timed), here.change("crossing_times", n_timed)
@@ -134,6 +134,8 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
             grazes |= bool(rates[k] == 0 and g[k] == 0)
             if rates[k] != 0 and abs(g[k]) <= NEAR * duration * abs(rates[k]):
                 found.append((what, -changes[k] / rates[k]))
+            else:
+                soft |= any(n.kind == "impact" and h.n_switches + n.index == k for n in notes)
         for k in range(h.n_switches) if not found else ():  # one that a branch has turned back at once
             if rates[k] != 0 and abs(g[k]) <= NEAR * duration * abs(rates[k]):
                 found.append((what, -changes[k] / rates[k]))
@@ -143,6 +145,11 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
         at = f"at {time_text(case.problem, here.t)} ({what})"
         if grazes:
             raise SimulationError(f"{at} the motion grazes: it has no derivative there")
+        if soft:
+            raise SimulationError(
+                f"{at} it hits so softly that the time of the impact is not known: where bodies rattle to rest, derivatives end",
+                help="derivatives until then: a stop before that time",
+            )
         raise SimulationError(
             f"{at} it cannot be told what the event comes from, so it is not differentiated"
         )

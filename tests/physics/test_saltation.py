@@ -250,3 +250,12 @@ def test_what_comes_to_rest_while_another_hits_loses_what_is_left_of_its_rate() 
     assert len(sides[0].events) == len(sides[1].events) > 90
     expected = np.array([(sides[0][q.name][-1] - sides[1][q.name][-1]) / (2 * step) for q in problem.states])
     np.testing.assert_allclose(flow.tangents[-1][:, 0], expected, atol=2e-5)
+
+
+@pytest.mark.slow
+def test_a_box_that_rattles_to_rest_is_refused_with_the_reason() -> None:
+    problem = mechc.load(EXAMPLES / "falling_box.mech").problem()
+    options = SimulationOptions(tolerance=1e-12, method="dop853", stop=0.9)
+    plan = plan_run(problem, options)
+    with pytest.raises(SimulationError, match="hits so softly that the time of the impact is not known"):
+        tangent_flow(plan.case, plan.method, plan.nominal, ["a"], estimate_error=False)
