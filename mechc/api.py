@@ -108,6 +108,7 @@ class Model(CompiledModel):
         """
         solution: Solution = self._answer("simulate", set, {"experiment": experiment, **options})
         seen = {name: value for name, value in options.items() if name not in NOT_SEEN}
+        solution.angles = self.angles
         solution.viewer = partial(self.view, set=set, experiment=experiment, **seen)  # type: ignore[arg-type]
         if "scene" not in self.compilation.parts:
             solution.pictured_again = partial(self._pictured, set, experiment, options)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import re
 from collections.abc import Callable, Collection, Mapping
 from fractions import Fraction
 from itertools import product
@@ -293,6 +294,12 @@ class CompiledModel:
         plan = self._experiment(experiment)
         said = plan.options.get("method") if plan else None
         return str(said.value) if isinstance(said, LiteralValue) else ""
+
+    @property
+    def angles(self) -> str:
+        """The unit in which pictures show angles that state none: ``deg`` where the text writes degrees and no radians."""
+        text = re.sub(r"//[^\n]*", "", self._code.source.text)
+        return "deg" if re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text) else ""
 
     def keeping(self, parts: Collection[str]) -> Self:
         """Return this model with parts built whether they are needed or not."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from .display import Display, factor
+from .display import Display, choose, factor
 from .runtime.results.quantities import Display as Unit
 from .runtime.results.solution import Motion
 from .runtime.results.solution import Solution as Run
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 class ShownSolution(Run):
     """A mapping from names to arrays over ``time``; see ``mechc.runtime.results.solution`` for what it holds.
 
-    ``display`` are the units that it is shown in; ``swept`` the values that this run of a sweep has, in SI: they are
+    ``display`` are the units that it is shown in, ``angles`` the unit in which pictures show angles; ``swept`` the values that this run of a sweep has, in SI: they are
     written into files as columns.
     """
 
@@ -33,7 +34,16 @@ class ShownSolution(Run):
     ) -> None:
         super().__init__(motion)
         self.display = display
+        self.angles = ""
         self.swept = swept
+
+    def in_picture(self) -> Self:
+        """Return the same run in the units of pictures: with angles as the text of the model writes them."""
+        if self.display.chosen or not self.angles:
+            return self
+        other = copy(self)
+        other.display = choose(self.angles)
+        return other
 
     def staged(self) -> tuple[Scene, Columns] | None:
         """Return what is drawn and the function that gives its numbers, or None where the run was made without."""

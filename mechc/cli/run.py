@@ -215,6 +215,7 @@ def _run_all(
             break
         for solution in sweep.solutions:
             solution.display = display or solution.display
+            solution.angles = model.angles
             outcomes.append(solution.outcome.value)
         if given["as_json"]:
             objects += _objects(sweep, names)

@@ -38,6 +38,7 @@ def figure(solution: ShownSolution, names: Sequence[str] = ()) -> Any:
 
     from .notebook import Picture
 
+    solution = solution.in_picture()
     view = View(solution)
     panels = curves_of(solution, _chosen(solution, names)) if names else panels_of(solution)
     with matplotlib.rc_context(STYLE):

@@ -267,6 +267,8 @@ def facts_of(
     """Run a model that has a scene, and return what its page is told. Raises what ``simulate`` raises."""
     solution = answer(*_posed(model, values, {**options, "experiment": experiment}))
     assert isinstance(solution, Solution)
+    solution.angles = model.angles
+    solution = solution.in_picture()
     said = solution.statistics.method
     method = "auto" if solution.statistics.switches else said
     if method not in KERNEL_METHODS:

@@ -82,6 +82,7 @@ async function start(info, parts) {
   const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
   paint();
   const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))];
+  for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; }
   const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
   const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});

@@ -47,7 +47,7 @@ function makeScene(host, plan) {
   function gauge(s, v, state) {
     const all = [...state.ranges.keys()], w = host.clientWidth, h = host.clientHeight, row = Math.min(h / all.length, 110);
     const y = h / 2 + (all.indexOf(s) - (all.length - 1) / 2) * row, left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
-    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left'; c.fillText(s.text, 12, y + 4);
+    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left'; c.fillText(s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text, 12, y + 4);
     c.strokeStyle = style('--faint'); c.lineWidth = 1; c.beginPath();
     if (s.kind === 'dial') {
       const r = row * 0.42, x = (left + right) / 2;
@@ -56,7 +56,7 @@ function makeScene(host, plan) {
     }
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
     c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-    c.fillText(number(low), left, y + 18); c.fillText(number(high), right, y + 18); c.textAlign = 'left';
+    c.fillText(number(low / s.factor), left, y + 18); c.fillText(number(high / s.factor), right, y + 18); c.textAlign = 'left';
     c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, 8, 0, 7); return c.fill();
   }
 

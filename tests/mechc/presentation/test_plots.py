@@ -182,6 +182,22 @@ def test_a_chaotic_motion_is_no_rest() -> None:
     assert panels_of(found) == [Scenery(()), Curves("states", "", ("x", "y", "z"))]
 
 
+def test_angles_are_in_degrees_where_the_text_says_degrees() -> None:
+    """Of a part, too, whose coordinate declares no unit; not where radians stand beside them."""
+    text = """
+import mech.planar.*;
+gravity {0, -9.81} m/s^2;
+Bar bar(m = 1 kg, l = 1 m);
+Revolute pin(world -> bar.a, angle = -30 deg, der(angle) = 1 rad/s);
+experiment(stop = 0.1 s);
+"""
+    for words, unit, first in (("-30 deg", "deg", -30.0), ("-0.5 rad", "rad", -0.5)):
+        found = mechc.loads(text.replace("-30 deg", words)).simulate()
+        (axes,) = figure(found, ["pin.angle"]).axes
+        assert axes.get_ylabel() == f"[{unit}]"
+        assert np.asarray(axes.get_lines()[0].get_ydata())[0] == pytest.approx(first)
+
+
 def test_one_over_another(turn: Solution) -> None:
     (axes,) = figure(turn, ["tip[1]:tip[2]"]).axes
     assert axes.get_title(loc="left") == "tip$_{2}$ over tip$_{1}$" and axes.get_aspect() == 1.0
