@@ -24,6 +24,7 @@ PAGES = (
     "long_runs",
     "events",
     "fmu",
+    "large",
     "startup",
     "around",
     "work_precision",

@@ -197,14 +197,15 @@ def _met(run: Run) -> bool:
 def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer]:
     """Answer by the method that was asked for; without one explicitly, and again with the Jacobian if that is stiff.
 
-    So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``.
+    So the Jacobian is compiled for stiff models only. What the first try costs at most is ``FEW_STEPS``: what is not stiff
+    after these goes on.
     """
     problem, question = _posed(model, asked)
     if question.of_members:
         return problem, solve(problem, _with_others(model, asked, problem, question))
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
-    found = solve(problem, replace(question, max_steps=FEW_STEPS))
+    found = solve(problem, replace(question, stiff_after=FEW_STEPS))
     if all(run.failure is None or run.failure.kind != TOO_MANY_STEPS for run in found.runs):
         return problem, found
     if any(run.statistics.stiff_time is not None for run in found.runs):

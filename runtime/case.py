@@ -48,7 +48,8 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     motion itself begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step
     methods. ``every``: output spacing; else ``points`` output times are spread evenly. ``dense`` keeps the
     polynomials of all steps for ``Solution(t)``. ``max_step``: the longest step, a tenth of the run if not given, so
-    that no motion is jumped over. ``max_steps`` bounds accepted steps.
+    that no motion is jumped over. ``max_steps`` bounds accepted steps; a run that is stiff when it
+    has taken ``stiff_after`` of them is given up there.
     """
 
     experiment: str | None = None
@@ -69,6 +70,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     method: Annotated[str | None, settable(METHODS, "text")] = None
     max_step: float | None = None
     max_steps: int | None = None
+    stiff_after: int | None = None
     estimate_error: Annotated[
         bool, settable("Make a second, tighter run that estimates the error.", "flag")
     ] = True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import math
 import time
 from collections.abc import Callable
 
@@ -76,11 +77,11 @@ def _advance(
     status, size = Status.RUNNING, FIRST_SLICE
     while not interrupted():
         report, _ = solver.report()
-        left = size if options.max_steps is None else options.max_steps - report.steps
+        left = _steps_left(options, report)
         if left <= 0 or report.seconds > options.seconds:
             break
         begun = time.perf_counter()
-        status = solver.advance(case.stop, min(size, left))
+        status = solver.advance(case.stop, int(min(size, left)))
         taken = time.perf_counter() - begun
         if status == Status.RECORD_FULL and record is not None:
             record.renew()
@@ -93,6 +94,15 @@ def _advance(
         if options.progress is not None:
             options.progress((solver.report()[0].t - case.begin) / (case.stop - case.begin))
     return status
+
+
+def _steps_left(options: SolverOptions, report: native.ReportStruct) -> float:
+    """Return how many steps may follow before it is looked again."""
+    left = math.inf if options.max_steps is None else options.max_steps - report.steps
+    look = options.stiff_after
+    if look is None or report.steps > look or (report.steps == look and math.isnan(report.stiff_time)):
+        return left
+    return min(left, look - report.steps)
 
 
 class _Record:
@@ -152,8 +162,8 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
 def _failure(
     problem: Problem, status: Status, report: native.ReportStruct, y: Array, options: SolverOptions
 ) -> Failure | None:
-    if status == Status.RUNNING and options.max_steps is not None and report.steps >= options.max_steps:
-        return too_many_steps(problem, options.max_steps, report.t, y)
+    if status == Status.RUNNING and _steps_left(options, report) <= 0:
+        return too_many_steps(problem, report.steps, report.t, y)
     if status == Status.RUNNING and report.seconds > options.seconds:
         return given_up(problem, report.seconds, report.evaluations, report.t, y)
     return kernel_failure(problem, status, report, y)

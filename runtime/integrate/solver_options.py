@@ -13,7 +13,7 @@ from ..problem import Array
 class SolverOptions(Struct, frozen=True, eq=False):
     """``nominal`` [ny]: sizes of the states; the absolute tolerance is ``tolerance`` times these. ``step`` is that of a
     method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps. A run of more than
-    ``max_steps`` accepted steps or ``seconds`` is given up. ``reproducible``: by the kernel that gives the same bits on
+    ``max_steps`` accepted steps or ``seconds`` is given up, and one that is stiff after ``stiff_after`` steps. ``reproducible``: by the kernel that gives the same bits on
     every machine."""
 
     method: str
@@ -22,6 +22,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     step: float | None = None
     dense: bool = False
     max_steps: int | None = None
+    stiff_after: int | None = None
     seconds: float = math.inf
     reproducible: bool = False
     progress: Progress | None = None

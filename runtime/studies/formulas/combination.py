@@ -73,6 +73,7 @@ def tracked(case: Case, options: SimulationOptions) -> Track | None:
         inputs=options.inputs,
         progress=options.progress,
         max_steps=options.max_steps,
+        stiff_after=options.stiff_after,
     )
     solution = run(problem, asked, as_stated=is_as_stated(problem, options))
     if solution.outcome not in ENDED and len(solution.time) < 3:

@@ -68,6 +68,7 @@ def trajectory_of(
         step,
         dense,
         plan.options.max_steps,
+        plan.options.stiff_after,
         reproducible=plan.options.reproducible,
         progress=progress,
     )
@@ -87,12 +88,12 @@ def estimate(plan: Plan, main: Trajectory, progress: Progress | None, parts: flo
         most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
     # half the longest step: where that bounds the steps of both runs, they would make the same error
     case = replace(plan.case, max_step=plan.case.max_step / 2)
-    bounded = replace(plan, options=replace(plan.options, max_steps=most), case=case)
+    bounded = replace(plan, options=replace(plan.options, max_steps=most, stiff_after=None), case=case)
     companion = trajectory_of(bounded, tolerance, step, False, progress)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
         tolerance, factor = looser_companion(plan.case.tolerance)
         tightened = tolerance
-        unbounded = replace(bounded, options=replace(plan.options, max_steps=None))
+        unbounded = replace(bounded, options=replace(bounded.options, max_steps=None))
         companion = trajectory_of(unbounded, tolerance, step, False, progress)
     if companion.interrupted:
         return Estimated("the companion run was interrupted", interrupted=True)

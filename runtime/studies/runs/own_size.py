@@ -50,7 +50,7 @@ def by_own_size(
     as_it_is = plan.method.fixed_step or main.statistics.jacobians > 0
     if not as_it_is:
         most = COSTLY * main.statistics.steps + AT_LEAST
-        bounded = replace(again, options=replace(plan.options, max_steps=most))
+        bounded = replace(again, options=replace(plan.options, max_steps=most, stiff_after=None))
         motion = trajectory_of(bounded, plan.case.tolerance, plan.case.step, plan.options.dense, progress)
         now = _reached(motion)[small] if motion.failure is None and motion.y.size else np.zeros(len(small))
         if np.any(now < reached[small] / SAME) or np.any(now > reached[small] * SAME):

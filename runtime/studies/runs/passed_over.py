@@ -58,7 +58,7 @@ def seen_between(
         if look.step is None or look.time is None:
             break
         finer = replace(shown, case=replace(shown.case, max_step=look.step))
-        bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY))
+        bounded = replace(finer, options=replace(plan.options, max_steps=COSTLY, stiff_after=None))
         again = trajectory_of(bounded, case.tolerance, case.step, plan.options.dense, progress)
         if again.failure is not None or again.interrupted or not _differs(plan, best, again):
             break
