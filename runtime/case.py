@@ -44,12 +44,11 @@ WORDS = ("method", "display")
 class SimulationOptions(Struct, frozen=True, kw_only=True):
     """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
 
-    ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the
-    motion itself begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step
-    methods. ``every``: output spacing; else ``points`` output times are spread evenly. ``dense`` keeps the
-    polynomials of all steps for ``Solution(t)``. ``max_step``: the longest step, a tenth of the run if not given, so
-    that no motion is jumped over. ``max_steps`` bounds accepted steps; a run that is stiff when it
-    has taken ``stiff_after`` of them is given up there.
+    ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the motion itself
+    begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step methods. ``every``: output spacing; else
+    ``points`` output times are spread evenly. ``dense`` keeps the polynomials of all steps for ``Solution(t)``. ``max_step``: the
+    longest step, a tenth of the run if not given, so that no motion is jumped over. ``max_steps`` bounds accepted steps,
+    ``stiff_after`` those of what is stiff then.
     """
 
     experiment: str | None = None

@@ -18,7 +18,16 @@ from ..uncollected import uncollected
 from ..verification import verified
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
 from .c_header import comment, header
-from .c_loops import THREADS, loop_lines, loop_tables, loops_of, needs_threads, touched
+from .c_loops import (
+    SIDE_BY_SIDE,
+    THREADS,
+    are_apart,
+    loop_lines,
+    loop_tables,
+    loops_of,
+    needs_threads,
+    touched,
+)
 from .c_plans import hybrid_text, indices, start_text
 from .description import make_problem
 from .expressions import lines
@@ -133,6 +142,8 @@ class _File:
         )
         if any(map(needs_threads, self.loops.values())):
             yield THREADS
+        if any(map(are_apart, self.loops.values())):
+            yield SIDE_BY_SIDE
         for code in sorted(self.used & OWN.keys()):
             yield OWN[code]
         for i, table in used_tables(program):

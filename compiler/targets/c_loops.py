@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from ..graph.operations import ADD, DIV, MUL, NEG, SQRT, SUB
 from ..program.loops.rolled import (
     Compute,
     Index,
@@ -33,6 +34,22 @@ THREADS = """\
 #endif
 """
 """Where ``needs_threads``."""
+
+SIDE_BY_SIDE = """\
+#if defined(__GNUC__) && !defined(__clang__)
+#define APART _Pragma("GCC ivdep")
+#else
+#define APART
+#endif
+"""
+"""Where ``are_apart``: nothing is carried from one iteration of a loop to another."""
+
+BLOCK = 64
+"""Iterations that are done side by side."""
+
+COSTLY = (DIV, SQRT)
+PLAIN = (ADD, SUB, MUL, NEG, *COSTLY)
+"""Operations that processors have for several numbers at once."""
 
 PLACES_IN_LINE = 24
 
@@ -97,6 +114,37 @@ def needs_threads(rolled: Rolled) -> bool:
     return rolled.workspace > ON_STACK
 
 
+def are_apart(rolled: Rolled) -> bool:
+    """Whether some loop is done side by side."""
+    pending = [*rolled.items]
+    while pending:
+        item = pending.pop()
+        if isinstance(item, Loop):
+            if in_blocks(item):
+                return True
+            pending += item.body
+    return False
+
+
+def in_blocks(loop: Loop) -> bool:
+    """Whether the iterations of a loop are done side by side: they are apart, and cost enough."""
+    if not loop.apart:
+        return False
+    sums = {number for number, _ in loop.kept}
+    costly = False
+    for item in loop.body:
+        if isinstance(item, Loop):
+            return False
+        if isinstance(item, Compute):
+            if not isinstance(item.statement, Operate) or item.statement.code not in PLAIN:
+                return False
+            costly |= item.statement.code in COSTLY
+        operands = item.operands if isinstance(item, Compute) else (item.operand,)
+        if any(isinstance(o, Local) and o.number in sums for o in operands):
+            return False
+    return costly
+
+
 def _numbered(items: Sequence[Item]) -> Iterator[int]:
     for item in items:
         if type(item) is Loop:
@@ -114,6 +162,8 @@ class _Loops:
         self.name = name
         self.conditions: set[int] = set()
         """Numbers of values that are truth values."""
+        self.gathered: dict[Operand, str] = {}
+        """What blocks have gathered, and where it lies."""
 
     def lines(self, items: Sequence[Item]) -> Iterator[str]:
         for item in items:
@@ -131,8 +181,9 @@ class _Loops:
                 case Loop():
                     yield from self.loop(item)
 
-    def compute(self, item: Compute) -> Iterator[str]:
-        operands = [self.text(operand) for operand in item.operands]
+    def compute(self, item: Compute, operands: list[Text] | None = None) -> Iterator[str]:
+        if operands is None:
+            operands = [self.text(operand) for operand in item.operands]
         if type(item.statement) is Operate:
             second = len(operands) == 2 and type(item.operands[1]) is Number
             value = applied(item.statement.code, operands, second, DIALECT)
@@ -150,6 +201,9 @@ class _Loops:
             yield f"w[{self.index(item.place)}] = {fitting(named, 0, False, DIALECT)};"
 
     def loop(self, item: Loop) -> Iterator[str]:
+        if in_blocks(item):
+            yield from self.blocks(item)
+            return
         i, trips = f"i{item.counter}", self.index(item.trips)
         for number, place in item.kept:
             yield f"mech_real s{number} = w[{self.index(place)}];"
@@ -161,6 +215,73 @@ class _Loops:
             yield f"w[{self.index(place)}] = s{number};"
         if item.numbered:
             yield f"n{item.counter} += {trips};"
+
+    def blocks(self, item: Loop) -> Iterator[str]:
+        """Yield a loop whose iterations compilers do side by side, some at a time: what lies scattered is gathered before, what
+        is added to numbers in registers is added afterwards, in order."""
+        c, trips = item.counter, self.index(item.trips)
+        gathered: dict[Operand, str] = {}
+        addends: list[str] = []
+        inside: list[str] = []
+        for one in item.body:
+            if isinstance(one, Compute):
+                operands = tuple([self.staged(o, c, gathered) for o in one.operands])
+                if one.kept:
+                    (k,) = (k for k, o in enumerate(one.operands) if type(o) is Kept)
+                    addends.append(f"a{one.number}")
+                    inside.append(f"a{one.number}[i{c} - b{c}] = {self.shown(operands[1 - k]).text};")
+                    continue
+                inside += self.compute(one, [self.shown(o) for o in operands])
+            else:
+                assert isinstance(one, Put)
+                value = fitting(self.shown(self.staged(one.operand, c, gathered)), 0, False, DIALECT)
+                inside.append(f"{one.array}[{self.index(one.index)}] = {value};")
+        for number, place in item.kept:
+            yield f"mech_real s{number} = w[{self.index(place)}];"
+        yield f"for (int b{c} = 0; b{c} < {trips}; b{c} += {BLOCK}) {{"
+        yield f"    const int e{c} = b{c} + {BLOCK} < {trips} ? b{c} + {BLOCK} : {trips};"
+        if scattered := [*gathered.values(), *addends]:
+            yield f"    mech_real {', '.join(f'{name}[{BLOCK}]' for name in scattered)};"
+        head = f"    for (int i{c} = b{c}; i{c} < e{c}; i{c}++) {{"
+        if gathered:
+            yield head
+            for operand, name in gathered.items():
+                yield f"        {name}[i{c} - b{c}] = {self.text(operand).text};"
+            yield "    }"
+        yield "    APART"
+        yield head
+        yield from (f"        {line}" for line in inside)
+        yield "    }"
+        if addends:
+            yield head
+            for one in item.body:
+                if isinstance(one, Compute) and one.kept:
+                    assert isinstance(one.statement, Operate)
+                    parts = [Text(f"a{one.number}[i{c} - b{c}]", ATOM), Text(f"s{one.number}", ATOM)]
+                    first = 1 if type(one.operands[0]) is Kept else 0
+                    added = applied(one.statement.code, [parts[first], parts[1 - first]], False, DIALECT)
+                    yield f"        s{one.number} = {added.text};"
+            yield "    }"
+        yield "}"
+        for number, place in item.kept:
+            yield f"w[{self.index(place)}] = s{number};"
+        if item.numbered:
+            yield f"n{c} += {trips};"
+
+    def staged(self, operand: Operand, counter: int, gathered: dict[Operand, str]) -> Operand:
+        """Note what a block reads from places that are not side by side, of arrays that nobody writes."""
+        if isinstance(operand, Read) and operand.array in ("y", "u", "z", "p"):
+            index = operand.index
+            stride = dict(index.strides).get(counter, 0)
+            if abs(stride) > 1 or index.numbered == counter:
+                gathered.setdefault(operand, f"r{counter}_{len(gathered)}")
+                self.gathered[operand] = f"{gathered[operand]}[i{counter} - b{counter}]"
+        return operand
+
+    def shown(self, operand: Operand) -> Text:
+        """Return an operand in a block, where it may have been gathered."""
+        name = self.gathered.get(operand)
+        return self.text(operand) if name is None else Text(name, ATOM)
 
     def text(self, operand: Operand) -> Text:
         match operand:

@@ -66,11 +66,16 @@ class NativeModel:
     """The functions of a compiled program, by name."""
 
     def __init__(
-        self, program: Program, folder: Path, chunk_size: int | None = None, name: str = "model"
+        self,
+        program: Program,
+        folder: Path,
+        chunk_size: int | None = None,
+        name: str = "model",
+        flags: Sequence[str] = REPRODUCIBLE,
     ) -> None:
         self.program = program
         text = emit_c(program, chunk_size)
-        self.library = ctypes.CDLL(str(compile_c(text, folder, name=name)))
+        self.library = ctypes.CDLL(str(compile_c(text, folder, flags, name)))
         get = self.library.mech_model_get
         get.restype = ctypes.POINTER(ModelStruct)
         self.model = get().contents

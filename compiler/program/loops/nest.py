@@ -34,7 +34,7 @@ class Nest:
     """One loop of the text. Instance k of it, of those around it, has ``trips[k]`` iterations, which are numbered
     through all instances from ``starts[k]`` on."""
 
-    __slots__ = ("children", "depth", "independent", "kept", "number", "starts", "total", "trips")
+    __slots__ = ("apart", "children", "depth", "kept", "number", "starts", "total", "trips")
 
     def __init__(self, number: int, depth: int, trips: Numbers) -> None:
         self.number = number
@@ -43,10 +43,14 @@ class Nest:
         self.starts = np.cumsum(trips) - trips
         self.total = int(trips.sum())
         self.children: list[Site | Nest] = []
-        self.independent = False
-        """Whether no iteration reads or writes what another one writes."""
+        self.apart = False
+        """Whether no iteration reads or writes what another one writes, but for what is kept."""
         self.kept: dict[int, Numbers] = {}
         """Sites whose place is the same through each instance, and that place by instance."""
+
+    @property
+    def independent(self) -> bool:
+        return self.apart and not self.kept
 
     def instances(self) -> Numbers:
         """Return the instance of each iteration."""

@@ -6,6 +6,8 @@ largest loop, so that indices are affine; what is left over is in the order of m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ...graph.operations import ADD, SUB
@@ -90,7 +92,7 @@ class Places:
         return np.where(shared >= 0, at[np.maximum(shared, 0)], -1)
 
     def _analyse(self, nest: Nest) -> None:
-        """Find what an innermost loop may keep in a register, and whether its iterations are independent."""
+        """Find what an innermost loop may keep in a register, and whether its iterations are apart."""
         children = nest.children
         sites = [child for child in children if type(child) is Site]
         if len(sites) < len(children):
@@ -111,25 +113,27 @@ class Places:
             others += [r for key, r in read.items() if key != (site.number, site.updates)]
             if not any(np.isin(instance * self.count + places, own).any() for places in others):
                 nest.kept[site.number] = written[site.number][nest.starts]
-        nest.independent = not nest.kept and self._independent(nest, instance, written, read)
+        updated = {(s.number, s.updates) for s in sites if s.number in nest.kept}
+        nest.apart = self._apart(
+            nest,
+            instance,
+            [places for number, places in written.items() if number not in nest.kept],
+            [places for key, places in read.items() if key not in updated],
+        )
 
-    def _independent(
-        self,
-        nest: Nest,
-        instance: Numbers,
-        written: dict[int, Numbers],
-        read: dict[tuple[int, int], Numbers],
+    def _apart(
+        self, nest: Nest, instance: Numbers, written: Sequence[Numbers], read: Sequence[Numbers]
     ) -> bool:
         if not written:
             return True
         iteration = np.arange(nest.total)
-        keys = np.concatenate([instance * self.count + places for places in written.values()])
+        keys = np.concatenate([instance * self.count + places for places in written])
         by = np.tile(iteration, len(written))
         order = np.lexsort((by, keys))
         keys, by = keys[order], by[order]
         if ((keys[1:] == keys[:-1]) & (by[1:] != by[:-1])).any():
             return False
-        for places in read.values():
+        for places in read:
             wanted = instance * self.count + places
             found = np.minimum(np.searchsorted(keys, wanted), len(keys) - 1)
             if ((keys[found] == wanted) & (by[found] != iteration)).any():

@@ -19,6 +19,10 @@ WORTH = 4
 """A function becomes loops where these have at most this part of its statements."""
 
 
+MANY = 16
+"""Iterations of a loop, on average, that are worth being done side by side."""
+
+
 def roll(function: ProgramFunction) -> Rolled | None:
     """Return a function as loops; None where it is short, or holds too little that repeats itself."""
     if not function.made:
@@ -72,7 +76,8 @@ class _Writer:
         trips = self.indices.index(nest.trips, chain[:-1])
         kept = tuple((n, self.indices.index(places, chain[:-1])) for n, places in nest.kept.items())
         numbered = nest.number in self.indices.numbered
-        return [*before, Loop(nest.number, trips, tuple(body), kept, numbered)]
+        apart = nest.apart and nest.total >= MANY * len(nest.trips) and not _writes_parameters(body)
+        return [*before, Loop(nest.number, trips, tuple(body), kept, numbered, apart)]
 
     def _statement(self, site: Site, nest: Nest | None, before: list[Item]) -> Item:
         statement = self.nests.stream.done[site.statements[0]]
@@ -139,6 +144,10 @@ class _Writer:
 
     def _begin(self, nest: Nest) -> int:
         return min(int(site.statements[0]) for site in self.nests.sites_in([nest]))
+
+
+def _writes_parameters(body: Sequence[Item]) -> bool:
+    return any(isinstance(item, Put) and item.array == "p" for item in body)
 
 
 def _index(leaf: object) -> int:

@@ -73,7 +73,8 @@ class Put(Struct, frozen=True):
 
 class Loop(Struct, frozen=True):
     """``body`` for each value of ``counter`` below ``trips``. ``kept``: numbers of registers, which are read from a place
-    in w before the first iteration and written there after the last one."""
+    in w before the first iteration and written there after the last one. ``apart``: iterations are many, and but for these
+    numbers none reads or writes what another one writes."""
 
     counter: int
     trips: Index
@@ -81,6 +82,7 @@ class Loop(Struct, frozen=True):
     kept: tuple[tuple[int, Index], ...] = ()
     numbered: bool = False
     """Whether some index counts its iterations."""
+    apart: bool = False
 
 
 Item = Compute | Put | Loop

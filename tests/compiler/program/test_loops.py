@@ -26,6 +26,7 @@ from mechc.compiler.targets import c_loops
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.python import load_python
 from mechc.lang.source import SourceFile
+from mechc.runtime.native.build import model_flags
 
 CHAIN = """
 import mech.planar.*;
@@ -108,6 +109,7 @@ def size(items: tuple[rolled.Item, ...]) -> int:
     "name", ["chain", *(pytest.param(n, marks=pytest.mark.slow) for n in ("pairs", "closed"))]
 )
 def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mechc.compiler.program.loops.roll.MANY", 2)
     program = compiled(monkeypatch, name)
     verify(program)
     shrunk = 0
@@ -119,9 +121,10 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     assert shrunk >= 1
     text = emit_c(program)
     assert "for (int i" in text
+    assert ("    APART\n" in text) == (name == "pairs")
     assert len(text) < 0.8 * len(emit_c(as_straight_lines(program)))
     (tmp_path / "straight").mkdir()
-    as_loops = NativeModel(program, tmp_path)
+    as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
     straight = NativeModel(as_straight_lines(program), tmp_path / "straight")
     rng = np.random.default_rng(1)
     p = np.full(program.size("p"), np.nan)
@@ -202,7 +205,7 @@ def test_random_loops(seed: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     assert found is not None
     replay.verify(rhs, found)
     (tmp_path / "straight").mkdir()
-    as_loops = NativeModel(program, tmp_path)
+    as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
     straight = NativeModel(program, tmp_path / "straight", 0)
     p = straight.default_parameters()
     assert bits(as_loops.default_parameters()) == bits(p)
