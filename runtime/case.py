@@ -47,8 +47,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     ``values``: parameters, initial values and constant inputs by name. ``start`` is the first output time: the motion itself
     begins at 0, or at ``start`` where that is negative. ``step`` belongs to fixed-step methods. ``every``: output spacing; else
     ``points`` output times are spread evenly. ``dense`` keeps the polynomials of all steps for ``Solution(t)``. ``max_step``: the
-    longest step, a tenth of the run if not given, so that no motion is jumped over. ``max_steps`` bounds accepted steps,
-    ``stiff_after`` those of what is stiff then.
+    longest step, else a tenth of the run: no motion is jumped over. ``max_steps`` bounds steps, ``stiff_after`` those of the stiff.
     """
 
     experiment: str | None = None
