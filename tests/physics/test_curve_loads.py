@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import mpmath as mp
 import pytest
 
@@ -9,20 +11,7 @@ import mechc
 
 mp.mp.dps = 30
 
-FIXED = """
-model Fixed "the load hangs at a place of the chain"
-  parameter w = 10 N/m;
-  parameter W = 5 N;
-  parameter L = 3 m;
-  independent s from 0 m to L;
-  coordinate Length r[2] ~ {2*s/3, s/6 - s*(3 m - s)/3 m};
-  initial r = {0, 0} m;
-  final r = {2, 0.5} m;
-  stationary integral(w*r[2]) + W*at(r[2], L/3);
-  constraint inextensible: dot(der(r), der(r)) = 1;
-  output low = at(r[2], L/3);
-end Fixed;
-"""
+FIXED = Path(__file__).parents[2] / "examples" / "curves" / "loaded_chain.mech"
 
 SLIDING = """
 model Sliding "the load is a ring on the chain, guided at x = a"
@@ -85,7 +74,7 @@ def sliding() -> mp.mpf:
 
 
 def test_a_load_on_a_chain_of_unequal_heights() -> None:
-    found = mechc.loads(FIXED).solve()
+    found = mechc.load(FIXED).solve()
     exact, h, low = fixed()
     assert abs(found.stationary - exact) <= 30 * found.error <= 1e-9 * abs(exact)
     assert abs(found.outputs["low"] - low) <= 30 * found.output_errors["low"]
