@@ -49,11 +49,11 @@ class Begun(Struct, eq=False):
 
 def first_from(
     posed: Posed, source: Source, meshes: Sequence[tuple[int, int]], deflated: Sequence[tuple[Discrete, Unknowns]],
-    tried: list[Tried], remarks: list[str], *, once: bool,
+    tried: list[Tried], remarks: list[str], *, once: bool, weights: Array | None = None,
 ) -> tuple[Begun | None, int]:  # fmt: skip
     """Return the first curve that a start leads to, on whatever mesh and in whatever way, and the steps of all ways."""
     steps = 0
-    weights = gauge(posed, source)
+    weights = gauge(posed, source) if weights is None else weights
     for count, coarse in meshes:
         discrete, first, off = _start(posed, source, count, max(coarse, 2 * posed.curve.order + 2), weights)
         without_repeats(discrete, first)

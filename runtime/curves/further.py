@@ -36,9 +36,10 @@ def further(
         if len(known) >= MOST or idle == patience:
             break
         idle += 1
-        for away in (known, []):
+        # known curves are points of the search only where all are passed at the same speed
+        for away, weights in ((known, first.discrete.gauge), ([], None)):
             try:
-                found = search(posed, deflated=away, start=source, once=True)
+                found = search(posed, deflated=away, start=source, once=True, weights=weights)
             except Failed:
                 continue
             if all(_apart(found, other, size) for other in known):
@@ -55,9 +56,19 @@ def _starts(posed: Posed, size: Array, shares: Sequence[float]) -> Iterator[Sour
 
 def _apart(a: Answer, b: Answer, least: Array) -> bool:
     """Tell whether two curves differ; ``least``: sizes below which a coordinate counts as zero."""
-    n = a.discrete.layout.n
-    s = np.linspace(0, 1, 201)
-    x, y = evaluate(a.discrete, a.solved, s, 0)[:n], evaluate(b.discrete, b.solved, s, 0)[:n]
+    x, y = _passed(a, a.discrete.gauge), _passed(b, a.discrete.gauge)
     size = np.maximum(least, np.maximum(np.max(np.abs(x), axis=1), np.max(np.abs(y), axis=1)))
     off = np.max(np.abs(x - y), axis=1)
     return bool(np.any(off > APART * np.maximum(size, float(size.max()) * 1e-3)))
+
+
+def _passed(answer: Answer, weights: Array) -> Array:
+    """Return a curve at equal steps; where its speed is free, of its length in coordinates of these weights."""
+    n, s = answer.discrete.layout.n, np.linspace(0, 1, 201)
+    if not len(weights):
+        return evaluate(answer.discrete, answer.solved, s, 0)[:n]
+    fine = np.linspace(0, 1, 20 * 200 + 1)
+    at = evaluate(answer.discrete, answer.solved, fine, 0)[:n]
+    steps = np.sqrt(weights @ np.diff(at, axis=1) ** 2)
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    return np.array([np.interp(s * length[-1], length, row) for row in at])

@@ -66,9 +66,12 @@ class Failed(Exception):
 
 def search(
     posed: Posed, *, deflated: Sequence[Answer] = (), start: Source | None = None, degree: int = DEGREE, adapt: bool = True, once: bool = False,
-    elements: int = ELEMENTS,
+    elements: int = ELEMENTS, weights: Array | None = None,
 ) -> Answer:  # fmt: skip
-    """Find a stationary curve from the guess, or from ``start``. Raises Failed."""
+    """Find a stationary curve from the guess, or from ``start``; ``weights`` of coordinates in a speed that is kept constant.
+
+    Raises Failed.
+    """
     tried: list[Tried] = []
     remarks: list[str] = []
     before = ""
@@ -78,7 +81,7 @@ def search(
         1 if alone else 0 : 2 if alone else None
     ]
     known = [(a.discrete, a.solved) for a in deflated]
-    found, steps = first_from(posed, source, meshes, known, tried, remarks, once=once)
+    found, steps = first_from(posed, source, meshes, known, tried, remarks, once=once, weights=weights)
     if found is not None:
         if not adapt:
             return answer_of(posed, found.discrete, found.unknowns, None, steps, 1, remarks)

@@ -151,3 +151,21 @@ def test_four_bent_rods_and_the_straight_one(guess: str) -> None:
         assert abs(value - exact) < 1e-9 * 30
     signs = {round(float(s["theta"][-1]), 3) for s in found}
     assert len(signs) == 5
+
+
+@pytest.mark.slow
+def test_both_arcs_of_a_great_circle_each_once() -> None:
+    """The speed along them is free: curves that are passed differently are the same. The long arc goes beyond the other pole."""
+    found = mechc.loads("""
+        model Sphere
+          dimensionless;
+          independent s from 0 to 1;
+          coordinate r[3] ~ {1 - s, s, 0.3*s*(1 - s)};
+          initial r = {1, 0, 0};
+          final r = {0, 0.6, 0.8};
+          constraint surface: dot(r, r) = 1;
+          stationary integral(norm(der(r)));
+        end Sphere;
+    """).solve(all=True)
+    arcs = [(s.stationary, s.negative_directions) for s in found.solutions[0]]
+    assert arcs == [(pytest.approx(mp.pi / 2, rel=1e-9), 0), (pytest.approx(3 * mp.pi / 2, rel=1e-9), 1)]

@@ -68,7 +68,8 @@ class FollowCurves(Study, frozen=True, kw_only=True):
         failures: list[str] = []
         for share in (self._own(problem, over, posed), *SEEDS):
             try:
-                first = search(posed(share), once=share in SEEDS)
+                weights = branches[0].points[0].discrete.gauge if branches else None
+                first = search(posed(share), once=share in SEEDS, weights=weights)
             except Failed as failed:
                 failures.append(f"{over.name} = {_value(over, share):.6g}: {failed.why}")
                 continue
