@@ -54,7 +54,7 @@ model Stiff
   state v = 0;
   equation der(x) = v;
   equation der(v) = mu*(1 - x^2)*v - x;
-  experiment(stop = 10);
+  experiment(stop = 30);
 end Stiff;
 """
 
@@ -228,7 +228,13 @@ def test_an_interrupted_ensemble_leaves_no_half_members(driven: mechc.Model) -> 
 
     presses: list[float] = []
     part = driven.ensemble(
-        "l ~ uniform(0.8, 1.2 m)", "final(x)", samples=60_000, lanes="on", threads=1, progress=pressed
+        "l ~ uniform(0.8, 1.2 m)",
+        "final(x)",
+        samples=60_000,
+        lanes="on",
+        errors="all",
+        threads=1,
+        progress=pressed,
     )
     made = part.counts()
     assert presses and made.get("not made", 0) > 0
