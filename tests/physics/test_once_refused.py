@@ -24,8 +24,8 @@ from mechc.runtime.outcome import Outcome
 from mechc.solution import Solution
 
 
-def run(text: str, stop: float, **options: float) -> Solution:
-    solution = mechc.loads(text).simulate(stop=stop, estimate_error=False, **options)
+def run(text: str, stop: float, tolerance: float | None = None) -> Solution:
+    solution = mechc.loads(text).simulate(stop=stop, tolerance=tolerance, estimate_error=False)
     assert solution.outcome is Outcome.COMPLETED, solution.message
     return solution
 
