@@ -288,7 +288,10 @@ def _relaxed(site: Site, y: Array, moved: NDArray[np.intp]) -> Array:
         away = float(np.linalg.eigvals(slopes).real.max(initial=0.0)) if np.isfinite(slopes).all() else 0.0
         if away > 0:  # downhill from a top: longer steps would be Newton's, which lead back to it
             tau = min(tau, 0.5 / away)
-        step = basis @ np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
+        shortest = np.linalg.lstsq(np.eye(m + k) / tau - slopes, pull, rcond=None)[0]
+        if not np.isfinite(shortest).all():
+            break
+        step = basis @ shortest
         if len(here.phi):
             step -= np.linalg.lstsq(here.phi_slopes, here.phi, rcond=CUT)[0]
         length = float(np.abs(step / sizes_of(site, y, moved)).max(initial=0.0))
