@@ -29,6 +29,18 @@ AGREE: dict[str, tuple[str, Literal["c", "python"]]] = {
         output o = reaction(j);""",
         "python",
     ),
+    "a torque between both sides of a joint jumps with the joint's own moment, and cancels in the equations": (
+        PLANE
+        + """Bar b1;
+        Revolute j2(world -> b1.a);
+        Rod b5;
+        Revolute j6(b1.a -> b5.a);
+        Body b8;
+        Rolling j9(b5.b -> b8.a);
+        torque T: if moment(j9) >= 1 N.m then 1920 mJ else 1 J on b8.a from b5.b;
+        output o = moment(j9);""",
+        "c",
+    ),
     "two bodies welded together are one, whose reaction is asked for": (
         """import mech.spatial.*;
         Disk disk(r = 0.2 m);

@@ -39,7 +39,11 @@ class LinearSystem(Struct, frozen=True):
 
 
 def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[Node]) -> LinearSystem:
-    """Return the residuals as sparse rows. Raises NotAffine."""
+    """Return the residuals as sparse rows. Raises NotAffine.
+
+    What is not affine may stand in a residual as long as it cancels: nodes are joined by their values, so that one that
+    had it when it was made may stand for the same without it.
+    """
     code, left, right = graph._code, graph._left, graph._right
     zero, one = graph.zero, graph.one
     order = graph.reach(residuals)
@@ -62,6 +66,7 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
     rows: dict[int, Coefficients] = {}
     offsets: dict[int, Node] = {}
     terms: dict[Node, tuple[Coefficients, Node]] = {n: ({n: one}, zero) for n in unknowns}
+    strange: set[Node] = set()
 
     def affine(n: Node) -> tuple[Coefficients, Node]:
         return terms[n] if n in uses else ({}, n)
@@ -80,14 +85,17 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
             case c if c == SELECT and a not in uses:
                 found = _choose(graph, a, affine(b), affine(graph.args(n)[2]))
             case _:
-                raise NotAffine(n)
-        if uses[n] > 1 and len(found[0]) > 1:
+                found = ({n: one}, zero)
+                strange.add(n)
+        if uses[n] > 1 and len(found[0]) > 1 and strange.isdisjoint(found[0]):
             rows[n], offsets[n] = found
             found = ({n: one}, zero)
         terms[n] = found
     for i, n in enumerate(residuals):
         coefficients, offsets[~i] = affine(n)
-        rows[~i] = dict(coefficients)
+        if left_over := [v for v, c in coefficients.items() if v in strange and c != zero]:
+            raise NotAffine(left_over[0])
+        rows[~i] = {v: c for v, c in coefficients.items() if v not in strange}
     return LinearSystem(tuple(unknowns), rows, offsets)
 
 

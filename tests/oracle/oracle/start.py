@@ -42,10 +42,14 @@ def shift(meaning: Meaning, state: Mapping[str, Any], d: Array, freedoms: list[i
     return out
 
 
-def settle(meaning: Meaning, state: State, rows: Rows, freedoms: list[int], rates: bool) -> State:
-    """Newton's method with the least change of the freedoms given."""
-    best = np.inf
-    for _ in range(60):
+def settle(
+    meaning: Meaning, state: State, rows: Rows, freedoms: list[int], rates: bool, sizes: Array | None = None
+) -> State:
+    """Newton's method with the least change of the freedoms given; with ``sizes`` the nearest state, as shares of them."""
+    best, guess, moved, share = np.inf, state, np.inf, 1.0
+    if sizes is not None:
+        state = settle(meaning, state, rows, freedoms, rates)
+    for _ in range(60 if sizes is None else 300):
         n = len(freedoms)
         batch = shift(meaning, state, 1j * STEP * np.eye(n), freedoms, rates) if n else state
         values = np.array(
@@ -56,16 +60,64 @@ def settle(meaning: Meaning, state: State, rows: Rows, freedoms: list[int], rate
         r, J = values[:, 0].real, (values.imag / STEP)[:, :n]
         scale = 1 + np.abs(J).max(axis=1, initial=0)
         error = float((np.abs(r) / scale).max())
-        if error <= 1e-15 or (error <= 1e-11 and error >= best / 2):
+        done = error <= 1e-15 or (error <= 1e-11 and error >= best / 2)
+        if done and (sizes is None or moved <= 1e-11):
             return state
         best = min(best, error)
-        d = -np.linalg.lstsq(J / scale[:, None], r / scale, rcond=1e-9)[0] if n else np.zeros(0)
+        if not n:
+            d = np.zeros(0)
+        elif sizes is None:
+            d = -np.linalg.lstsq(J / scale[:, None], r / scale, rcond=1e-9)[0]
+        else:  # the least |(off + d)/sizes| with J d = -r, by shorter steps along the constraints where that swings
+            off = deviation(meaning, state, guess, freedoms, rates) / sizes
+            A = J / scale[:, None] * sizes
+            along = np.linalg.lstsq(A, A @ off, rcond=1e-9)[0] - off
+            share /= 1 if np.abs(along).max() < moved else 2
+            moved = float(np.abs(along).max())
+            d = sizes * (share * along - np.linalg.lstsq(A, r / scale, rcond=1e-9)[0])
         size = np.abs(d).max(initial=0)
         state = shift(meaning, state, d / max(1.0, size), freedoms, rates)
         state = {k: float(np.real(v)) for k, v in state.items()}
     if best <= 1e-9:
         return state
     raise Undetermined(f"no state on the constraints: off by {best:.1e}")
+
+
+def deviation(meaning: Meaning, state: State, guess: State, freedoms: list[int], rates: bool) -> Array:
+    """How far a state is from a guess along its freedoms: the turn in the body, where it is a rotation."""
+    out: dict[int, float] = {}
+    for _, shape, elements, names, first in meaning.coordinate_layout:
+        if rates or shape is not None:
+            for i, x in enumerate(names if rates else elements):
+                out[first + i] = state[x] - guess[x]
+            continue
+        back = poses.vector(*(s * guess[x] for s, x in zip((1, -1, -1, -1), elements, strict=True)))
+        turn = poses.times(back, poses.vector(*(state[x] for x in elements)))
+        turn = turn * (1 if turn[0] >= 0 else -1)
+        size = float(np.sqrt(sum(x * x for x in turn[1:])))
+        share = 2 * np.arctan2(size, float(turn[0])) / size if size > 1e-300 else 2.0
+        out.update({first + k: float(turn[1 + k]) * share for k in range(3)})
+    return np.array([out[i] for i in freedoms])
+
+
+def sizes_of(meaning: Meaning, freedoms: list[int]) -> Array:
+    """What a change of each freedom is a share of (section 11)."""
+    lengths = [
+        abs(float(meaning.parameters[x]))
+        for v in meaning.flat.variables
+        if v.role is flat.Role.PARAMETER and str(v.type.dimension) == "m" and v.type.kind is flat.Kind.REAL
+        for x in meaning.parameters
+        if x == v.name or x.startswith(f"{v.name}[")
+    ]
+    lengths = [x for x in lengths if x]
+    mean = float(np.exp(np.mean(np.log(lengths)))) if lengths else 1.0
+    out = {}
+    for name, _, _elements, rates, first in meaning.coordinate_layout:
+        v = meaning.variables[name]
+        size = 1.0 if v.type.kind is flat.Kind.ROTATION or str(v.type.dimension) != "m" else mean
+        size = size if v.attributes.nominal is None else abs(float(v.attributes.nominal))
+        out.update(dict.fromkeys(range(first, first + len(rates)), size))
+    return np.array([out[i] for i in freedoms])
 
 
 def position_rows(point: Point) -> list[Any]:
@@ -226,16 +278,11 @@ def assemble(meaning: Meaning, time: float) -> State:
             raise NotCovered("a guess of an expression")
         rate = _depends_on_rates(m, state, c.target)
         conditions[rate].append((lambda p, e=c.target: p.at(e), c.start.value))
-    state = settle(
-        m,
-        state,
-        lambda p: position_rows(p) + _off(p, conditions[False]),
-        _loose(m, fixed[False], False),
-        False,
-    )
-    return settle(
-        m, state, lambda p: rate_rows(p) + _off(p, conditions[True]), _loose(m, fixed[True], True), True
-    )
+    for rates, rows in ((False, position_rows), (True, rate_rows)):
+        loose = _loose(m, fixed[rates], rates)
+        wanted = lambda p, f=rows, r=rates: f(p) + _off(p, conditions[r])  # noqa: E731
+        state = settle(m, state, wanted, loose, rates, sizes_of(m, loose))
+    return state
 
 
 def _loose(meaning: Meaning, fixed: set[str], rates: bool) -> list[int]:

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import numpy as np
 
-from random_models.coordinates import initial_value, know
+from random_models.coordinates import begins, initial_value, know
 from random_models.operators import (
     add,
     call,
@@ -255,8 +255,8 @@ def joint(s: Scope, parent: E, frame: str, slender: bool, *, kind: str = "") -> 
         full = f"{name}.{coordinate_name}"
         d = LENGTH if what.startswith("length") else NUMBER
         count = {"lengths": n, "angles": 2, "rotation": 3}.get(what, 0)
-        sign = "~" if s.locked or s.chance(0.1) else "="
-        rate_sign = "~" if s.locked or s.chance(0.1) else "="
+        sign = "~" if s.chance(0.9 if s.locked else 0.1) else "="
+        rate_sign = "~" if s.chance(0.9 if s.locked else 0.1) else "="
         if what == "rotation":
             start: E = call(
                 "axis_angle",
@@ -281,11 +281,13 @@ def joint(s: Scope, parent: E, frame: str, slender: bool, *, kind: str = "") -> 
                 mods.append(mod(coordinate_name, sign, "modification.initial", start))
             else:
                 later.append((full, sign, "initial.value", start))
+            begins(s, full, sign, start)
         if s.chance(0.75):
             if s.chance(0.8):
                 mods.append(mod(f"der({coordinate_name})", rate_sign, "modification.rate", rate))
             else:
                 later.append((f"der({full})", rate_sign, "initial.rate", rate))
+            begins(s, f"der({full})", rate_sign, rate)
         if what == "rotation":
             w = der(reference(full, "rotation", NUMBER, (4,), level="q"))
             w = E(w.kind, w.parts, RATE, (3,), w.level | {"v"})

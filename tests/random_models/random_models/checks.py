@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 from random import Random
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -19,6 +21,7 @@ from random_models.motions import difference, errors, run, unbalanced
 from random_models.nesting import NESTED
 from random_models.rescaled import scaled_difference
 from random_models.structure import STRUCTURES
+from random_models.tabled import meant, tables
 from random_models.tree import Model
 from random_models.twins import TWINS, Twin, renamed_name
 
@@ -320,6 +323,19 @@ def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     return [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
 
 
+def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare outputs along a motion whose inputs are tables with the definition."""
+    if not base.problem.inputs or skipped(model):
+        return None
+    with TemporaryDirectory() as folder:
+        paths = tables(base, Path(folder), Random(seed))
+        solution = run(model.text(), inputs=paths)
+        given = meant(base, paths)
+    if str(solution.outcome) == "Outcome.FAILED":
+        return []
+    return [Disagreement("tabled", kind, said) for kind, said in along(base, solution, ignored(model), given)]
+
+
 def _exports(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare the exported Python module and C program with the run."""
     return [Disagreement("exports", what, said) for what, said in exported(model.text(), units=False)]
@@ -350,6 +366,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("targets", _targets),
     ("motion", _motion),
     ("events", _events),
+    ("tabled", _tabled),
     ("exports", _exports),
 )
 UNITS: tuple[tuple[str, Check], ...] = (("units", _units),)

@@ -55,8 +55,16 @@ def square(e: E) -> E:
 
 
 def start_sign(s: Scope) -> str:
-    """Choose known or guessed."""
-    return " ~ " if s.locked or s.chance(0.15) else " = "
+    """Choose known or guessed; where constraints decide some values, few are known."""
+    return " ~ " if s.chance(0.8 if s.locked else 0.15) else " = "
+
+
+def begins(s: Scope, name: str, sign: str, value: E) -> None:
+    """Remember what is known of the start."""
+    if "=" in sign:
+        s.notes.add("known:" + name)
+    if value.kind == "quantity" and isinstance(value.data, Fraction):
+        s.starts[name] = value.data
 
 
 def initial_value(s: Scope, d: Dim, low: float = -0.8, high: float = 0.8, *, angle: bool = False) -> E:
@@ -78,7 +86,7 @@ def coordinate(s: Scope, d: Dim, *, angle: bool = False, low: float = -0.8, high
     later = s.chance(0.25)
     value = initial_value(s, d, low, high, angle=angle)
     attributes = ""
-    if s.chance(0.05):
+    if s.chance(0.2 if s.locked else 0.05):
         attributes = "(nominal = 0.5 m)" if d == LENGTH else '(display = "deg")' if angle else ""
     if later:
         s.add("coordinate", f"coordinate {kind} {name}{attributes};", name=name)
@@ -95,10 +103,13 @@ def coordinate(s: Scope, d: Dim, *, angle: bool = False, low: float = -0.8, high
         s.add(
             "coordinate", head, Slot("coordinate.value", value), ";", name=name, data={"guess": "~" in sign}
         )
+    begins(s, name, sign, value)
     q = reference(name, "coordinate", d, level="q")
     if s.chance(0.8):
-        sign = start_sign(s)
-        s.add("initial", f"initial der({name}){sign}", Slot("initial.rate", initial_value(s, over(d, dim(0, 0, 1)))), ";",
+        sign = " ~ " if s.locked and "~" in sign else start_sign(s)
+        rate = initial_value(s, over(d, dim(0, 0, 1)))
+        begins(s, f"der({name})", sign, rate)
+        s.add("initial", f"initial der({name}){sign}", Slot("initial.rate", rate), ";",
               name=f"der({name})", data={"guess": "~" in sign})  # fmt: skip
     know(s, q)
     return q

@@ -9,6 +9,7 @@ import numpy as np
 from oracle import Meaning, NotCovered, Undetermined
 from oracle.expressions import EDGES
 
+from random_models.balance import unaccounted
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
 from random_models.limits import TooLong, limited
 from random_models.states import looks
@@ -91,6 +92,10 @@ def undone(
             if wrong:
                 lines = "".join(f"{n}: {x:.12g} compiled, {y:.12g} by definition\n" for n, x, y in wrong[:6])
                 return [(kind_of(wrong[0][0]), f"{lines}{where}, at {state}")]
+            if where == "start" and (said := _other_start(base, state)):
+                return [("start", said)]
+            if not ignored and (said := unaccounted(base, here)):
+                return [("balance", f"{said}{where}, at {state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
     except Exception as error:
@@ -98,6 +103,13 @@ def undone(
             raise OracleFails(repr(error)[:200]) from error
         raise
     return []
+
+
+def _other_start(base: Compiled, state: Values) -> str:
+    """Say how the start of a model differs from its start by definition."""
+    theirs = {n: state[n] for n in base.states if n in state}
+    wrong = differences(base.start(), theirs, relative=1e-7)
+    return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
 
 
 def _on_an_edge(
@@ -177,10 +189,12 @@ def moved(base: Compiled, solution: Any) -> list[tuple[str, str]]:
     return []
 
 
-def along(base: Compiled, solution: Any, ignored: tuple[str, ...] = ()) -> list[tuple[str, str]]:
+def along(
+    base: Compiled, solution: Any, ignored: tuple[str, ...] = (), inputs: dict[str, Any] | None = None
+) -> list[tuple[str, str]]:
     """List how outputs along a run differ from the definition at the same states; rows next to events are left out."""
     try:
-        meaning = Meaning(base.model.compilation.flat, experiment="")
+        meaning = Meaning(base.model.compilation.flat, experiment="", inputs=inputs or {})
         events = [float(e.time) for e in solution.events]
         names = [n for n in (*base.states, *(q.name for q in base.problem.discretes)) if n in solution]
         twice = {float(t) for t, u in zip(solution.time[1:], solution.time[:-1], strict=True) if t == u}

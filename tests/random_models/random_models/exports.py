@@ -28,7 +28,8 @@ KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel
 def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
     """List (what, how it differs from the run) of the programs that a model is exported to, or of its FMUs (``units``)."""
     model = mechc.loads(text)
-    native = run(text)
+    given = _given(model) if units else {}
+    native = run(text, values=given)
     if str(native.outcome) != "Outcome.COMPLETED":
         return []
     found: list[tuple[str, str]] = []
@@ -36,7 +37,7 @@ def exported(text: str, *, units: bool) -> list[tuple[str, str]]:
         warnings.simplefilter("ignore")
         here = Path(folder)
         if units:
-            return _units(text, native, here)
+            return _units(text, native, here, given)
         if native.events == () or not native.events:
             found += _said("python", native, _python(model, here))
         found += _said("c", native, _program(model, here))
@@ -140,8 +141,13 @@ def _cc(*words: str) -> None:
     subprocess.run(["cc", *words], capture_output=True, text=True, check=True)
 
 
-def _units(text: str, native: Any, here: Path) -> list[tuple[str, str]]:
-    """Export both versions, which checks them, and simulate both kinds by fmpy."""
+def _given(model: Any) -> dict[str, float]:
+    """Set every other input that has a name of its own; the others keep their defaults."""
+    return {q.name: 0.35 for q in model.problem("python").inputs[::2] if "[" not in q.name}
+
+
+def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[tuple[str, str]]:
+    """Export both versions, which checks them, and simulate both kinds by fmpy, which sets some inputs as they go on."""
     path = here / "m.mech"
     path.write_text(text)
     found: list[tuple[str, str]] = []
@@ -160,6 +166,7 @@ def _units(text: str, native: Any, here: Path) -> list[tuple[str, str]]:
                 output_interval=0.1,
                 relative_tolerance=1e-9,
                 solver="CVode",
+                input=_signals(given),
                 step_size=0.1,
             )
             other = {n: np.asarray(result[n]) for n in result.dtype.names}
@@ -168,3 +175,11 @@ def _units(text: str, native: Any, here: Path) -> list[tuple[str, str]]:
                 for _, said in _said(f"{unit.parent.name} {kind}", native, other)
             ]
     return found
+
+
+def _signals(given: dict[str, float]) -> Any:
+    """Return what fmpy sets inputs to, at both ends of a motion."""
+    if not given:
+        return None
+    kinds = [("time", float), *((name, float) for name in given)]
+    return np.array([(t, *given.values()) for t in (0.0, 1.0)], dtype=kinds)

@@ -41,6 +41,8 @@ def constraint(s: Scope) -> None:
     if len(s.coordinates) < 2:
         return
     a, b = s.random.sample(s.coordinates, 2)
+    if "known:" + a.ref in s.notes:
+        a, b = b, a
     if a in s.driven or b in s.driven or "held:" + a.ref in s.notes or "held:" + b.ref in s.notes:
         return
     s.notes |= {"held:" + a.ref}

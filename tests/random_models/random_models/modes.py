@@ -37,7 +37,7 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
     match name:
         case "motion":
             return seed % 10 == 0 or (base.switches and seed % 2 == 1)
-        case "events":
+        case "events" | "tabled":
             return seed % 4 == 3
         case "exports":
             return seed % 80 == 47
@@ -48,11 +48,11 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
 
 AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
 MODES = {
-    "mixed": Mode("c", (*AT_STATES, "motion", "events", "exports", "units"), _some),
+    "mixed": Mode("c", (*AT_STATES, "motion", "events", "tabled", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),
     "quick": Mode("python", AT_STATES, _one, recompiled=True),
-    "events": Mode("python", ("events",)),
-    "motions": Mode("c", ("motion", "events", "exports")),
+    "events": Mode("python", ("events", "tabled")),
+    "motions": Mode("c", ("motion", "events", "tabled", "exports")),
     "units": Mode("python", ("units",)),
 }
 """``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""

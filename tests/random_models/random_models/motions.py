@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,14 +20,27 @@ FLOOR = 1e-6
 """Relative; a thousand times the tolerance of a step."""
 
 
-def run(text: str, method: str = "auto", stop: float | None = None) -> Any:
+def run(
+    text: str,
+    method: str = "auto",
+    stop: float | None = None,
+    inputs: Mapping[str, Path] | None = None,
+    values: Mapping[str, float] | None = None,
+) -> Any:
     """Run a model on a grid of eleven times."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             model = mechc.loads(text)
             until = stop if stop is not None else 1.0
-            return model.simulate(stop=until, every=until / 10, tolerance=TOLERANCE, method=method)
+            return model.simulate(
+                stop=until,
+                every=until / 10,
+                tolerance=TOLERANCE,
+                method=method,
+                inputs=inputs or {},
+                set=dict(values or {}),
+            )
     except mechc.CompileError as error:
         wrong = [d for d in error.diagnostics if d.code.startswith("E")]
         raise Refused(tuple(d.code for d in wrong), mechc.render(wrong)) from None

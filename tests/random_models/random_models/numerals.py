@@ -9,11 +9,14 @@ from fractions import Fraction
 from random_models.operators import (
     add,
     call,
+    choose,
     der,
     divide,
     levels,
     multiply,
     power,
+    relation,
+    subtract,
     two,
     vector,
     whole,
@@ -130,7 +133,7 @@ class Numbers:
         if r < 0.67 and self.jumps:
             m = s.literal(NUMBER, s.size())
             if s.chance(0.4):
-                m = multiply(m, node("pi", "pi", value=lambda: math.pi))
+                m = multiply(m if s.chance(0.4) else whole(s, 1, 4), node("pi", "pi", value=lambda: math.pi))
             return call("mod", x, m, value=lambda a, b: a - math.floor(a / b) * b)
         if r < 0.72:
             y = self.number(depth)
@@ -182,13 +185,38 @@ class Numbers:
             vector(*(s.literal(NUMBER, v) for v in ys)),
         )
 
+    def _integrand(self, variable: E, inner: E) -> E:
+        """Return a function of the variable that waves, bends, jumps or begins steeply, and is shifted by something."""
+        s = self.s
+        edge = s.literal(NUMBER, s.number(0.1, 0.6))
+        x = subtract(variable, edge) if s.chance(0.5) or not self.kinks else subtract(variable, inner)
+        kind = s.pick(("wave", "bend", "root", "table", "choice", "abs of a wave", "step"))
+        if kind == "wave":
+            return call("cos", multiply(s.literal(NUMBER, s.number(3, 60)), x), value=math.cos)
+        if kind == "abs of a wave":
+            return call("abs", call("sin", multiply(s.literal(NUMBER, s.number(2, 9)), x), value=math.sin))
+        if kind == "root":
+            return multiply(call("sqrt", variable, value=math.sqrt), add(two(), inner))
+        if kind == "table":
+            return multiply(self.table(x), add(two(), inner))
+        if kind == "bend":
+            bent = call("abs", x) if s.chance(0.5) else call("max", node("number", "0"), x)
+            return multiply(bent, add(two(), inner))
+        if kind == "step":
+            return multiply(call("sign", x), variable)
+        condition = relation(s.pick(("<", ">")), variable, edge)
+        return choose(condition, multiply(inner, variable), call("cos", variable, value=math.cos))
+
     def quadrature(self, x: E) -> E:
         """Integrate over a variable of its own; the argument enters the integrand or a bound."""
         s = self.s
         name = s.fresh("s")
         variable = reference(name, "bound", NUMBER)
         inner = self._safe(x, "unit")
-        if s.chance(0.5):
+        if s.chance(0.6):
+            body = self._integrand(variable, inner)
+            upper = s.literal(NUMBER, s.number(0.6, 1.5)) if s.chance(0.6) else add(inner, two())
+        elif s.chance(0.5):
             body = (
                 call("cos", multiply(inner, variable))
                 if s.chance(0.5)

@@ -72,6 +72,11 @@ class Scope:
     locked: bool = False  # constraints are there: initial values are guesses
     conditions: list[E] = field(default_factory=list)  # truth values
     notes: set[str] = field(default_factory=set)
+    starts: dict[str, Fraction] = field(
+        default_factory=dict
+    )  # of coordinates and rates, where they are numbers
+    clocks: list[Fraction] = field(default_factory=list)  # periods
+    counters: list[E] = field(default_factory=list)  # discrete numbers
 
     @property
     def random(self) -> Random:

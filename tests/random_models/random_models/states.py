@@ -1,4 +1,4 @@
-"""States by name at which a model is compared with its definition: the start, random ones, at rest, on a contact."""
+"""States by name at which a model is compared with its definition: the start, random ones, at rest, on a contact, sliding."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+from oracle import Undetermined
+from oracle.start import project
 
 Values = dict[str, float]
 _STEP = 1e-6
@@ -28,6 +30,9 @@ def looks(meaning: Any, rng: np.random.Generator, n: int) -> Iterator[tuple[str,
         touching = on(meaning, at_rest(meaning, _floats(meaning.random(rng))), contact)
         if touching is not None:
             yield "on a contact", touching
+            moving = sliding(meaning, touching, contact, rng) if contact.friction is not None else None
+            if moving is not None:
+                yield "sliding", moving
 
 
 def at_rest(meaning: Any, state: Values) -> Values:
@@ -58,6 +63,17 @@ def on(meaning: Any, state: Values, contact: Any) -> Values | None:
     if abs(moved) > 1e-12 or any(_gap(meaning, state, c) <= 0 for c in others):
         return None
     return state
+
+
+def sliding(meaning: Any, touching: Values, contact: Any, rng: np.random.Generator) -> Values | None:
+    """Let what touches move at random, and go on touching."""
+    rates = {n: float(rng.normal()) for n in meaning.rates}
+    try:
+        state = _floats(project(meaning, touching | rates, lambda point: [point.at(contact.gap)]))
+    except Undetermined:
+        return None
+    others = [c for c in meaning.flat.contacts if c is not contact]
+    return None if any(_gap(meaning, state, c) <= 0 for c in others) else state
 
 
 def _gap(meaning: Any, state: Values, contact: Any) -> float:

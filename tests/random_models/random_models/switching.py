@@ -91,6 +91,8 @@ def input_(s: Scope) -> None:
     option = s.pick(("", "", '(interpolation = "step")', '(interpolation = "spline")'))
     s.add("input", f"input {kinds[d]} {name}{option} = ", Slot("input.value", default), ";", name=name)
     s.signals.append(reference(name, "input", d, level="u"))
+    if s.chance(0.3):
+        input_(s)
 
 
 def discrete(s: Scope) -> None:
@@ -112,7 +114,19 @@ def discrete(s: Scope) -> None:
     n = reference(name, "discrete", d, level="z", type="boolean" if kind == "Boolean" else "real")
     if kind != "Boolean":
         s.signals.append(n)
+        if d == NUMBER:
+            s.counters.append(n)
     when(s, (n, kind))
+    if s.chance(0.35):
+        discrete(s)
+
+
+def _period(s: Scope) -> Fraction:
+    """Choose the period of a clock, now and then a multiple of another or a part of it, so that ticks belong together."""
+    if s.clocks and s.chance(0.6):
+        return s.pick(s.clocks) * s.pick((F(1), F(2), F(3), F(1, 2), F(1, 3), F(2, 3)))
+    s.clocks.append(s.pick((F(1, 10), F(1, 5), F(1, 20), s.number(0.1, 0.6))))
+    return s.clocks[-1]
 
 
 def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
@@ -120,7 +134,7 @@ def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
     w = Writer(s, "tzxqv", kinks=False)
     r = s.random.random()
     if r < 0.4 or not s.signals:
-        period = s.literal(TIME, s.number(0.1, 0.6))
+        period = s.literal(TIME, _period(s))
         tail: list[str | Slot] = (
             [", ", Slot("sample.start", s.literal(TIME, s.number(0.05, 0.3)))] if s.chance(0.3) else []
         )
@@ -149,6 +163,8 @@ def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
                 if s.chance(0.7)
                 else add(node("pre", "pre(", n, ")", level="z"), node("number", "2"))
             )
+        elif kind == "Real" and len(s.counters) > 1 and s.chance(0.5):
+            value = add(multiply(s.literal(NUMBER, F("0.7")), n), s.pick(s.counters))
         else:
             value = look.scalar(n.dim, 1)
         actions.append(statement("assign", f"{n.ref} := ", Slot("assign.value", value), ";", name=n.ref))
@@ -204,7 +220,10 @@ def _after(s: Scope, n: E | None) -> S:
     s.add("discrete", f"discrete Real {name} = ", Slot("discrete.value", first), ";", name=name)
     k = reference(name, "discrete", NUMBER, level="z")
     s.signals.append(k)
-    value: E = add(k, s.literal(NUMBER, F("0.5")))
+    others = [c for c in s.counters if n is None or c.ref != n.ref]
+    step = multiply(s.literal(NUMBER, F("0.4")), s.pick(others)) if others and s.chance(0.6) else None
+    s.counters.append(k)
+    value: E = add(k, step or s.literal(NUMBER, F("0.5")))
     if n is not None and n.type == "real" and n.dim == NUMBER:
         before = node("pre", "pre(", n, ")", level="z")
         value = add(multiply(s.literal(NUMBER, s.number(0.3, 0.9)), before), k)
@@ -285,7 +304,12 @@ def contact(s: Scope) -> None:
     q = s.pick(free)
     name = s.fresh("C")
     sign = s.chance(0.5)
-    edge = s.literal(q.dim, s.number(1, 1.8))
+    far, rate = s.number(1, 1.8), s.starts.get(f"der({q.ref})")
+    near = q.ref in s.starts and rate and s.chance(0.6)
+    if near and rate is not None:  # reached soon
+        sign = rate < 0
+        far = s.number(0.01, 0.15) + (-1 if sign else 1) * s.starts[q.ref]
+    edge = s.literal(q.dim, far)
     gap = add(edge, q) if sign else subtract(edge, q)
     if s.chance(0.3):
         t = reference("time", "time", TIME, level="t")
@@ -299,7 +323,7 @@ def contact(s: Scope) -> None:
     elif s.chance(0.3) and len(free) > 1:
         other = s.pick([o for o in free if o != q])
         unit: E = other if other.dim == NUMBER else divide(other, s.literal(other.dim))
-        shape = s.pick(("abs", "sin", "max"))
+        shape = s.pick(("abs", "max") if near else ("abs", "sin", "max"))
         bend = (
             call("abs", unit)
             if shape == "abs"
