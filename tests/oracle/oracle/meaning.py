@@ -11,7 +11,7 @@ from mechc.compiler.flat import model as flat
 from oracle import questions, start
 from oracle.expressions import Evaluator, Value
 from oracle.motion import Motion, move
-from oracle.placement import sides, span
+from oracle.placement import base, sides, span
 from oracle.point import Point, Unknowns, now
 from oracle.poses import Pose
 from oracle.series import Series, real
@@ -243,7 +243,9 @@ class Meaning:
         point = self.point(self.fill(self._anything(np.random.default_rng(2))))
         frame = questions.frame_of(point, q)
         masses = [
-            i for i, m in enumerate(self.flat.masses) if questions.rigidly_with(point, frame, point.at(m.at))
+            i
+            for i, m in enumerate(self.flat.masses)
+            if questions.rigidly_with(point, frame, self._carrier(point, m.at))
         ]
         inertias = [
             i
@@ -251,6 +253,13 @@ class Meaning:
             if questions.rigidly_with(point, frame, point.at(j.on))
         ]
         return masses, inertias
+
+    def _carrier(self, point: Point, at: flat.Expression) -> Value:
+        """The frame that carries a point, which may turn where the point does not move; without one the point."""
+        try:
+            return point.at.name(base(at, self.definitions))
+        except (NotCovered, KeyError):
+            return point.at(at)
 
     # ------------------------------------------------------------ states
 

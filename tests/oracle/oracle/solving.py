@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -316,4 +317,11 @@ def solve(
             raise Undetermined("several combinations of touching, sticking and sliding fit")
     if frozen is not None:
         solve_in(meaning, state, first.modes, frozen)
+    stuck = {name: "stick" if "stick" in ways else first.modes[name] for name, ways in options.items()}
+    if (
+        "stick" in stuck.values()
+    ):  # what else holds may share a load with friction that nothing moves: none is told
+        with suppress(Undetermined):
+            other = solve_in(meaning, state, stuck, dict(frozen) if frozen is not None else None)
+            return replace(first, superfluous=first.superfluous | other.superfluous)
     return first

@@ -13,7 +13,7 @@ import numpy as np
 from random_models.carried import assembled_alike, begins_alike, carried
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
-from random_models.definition import UNTIL, along, ignored, moved, skipped, undone
+from random_models.definition import UNTIL, along, edged, ignored, moved, skipped, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
@@ -200,10 +200,21 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             {renamed_name(twin, n): v for n, v in base.everything(shaken(state, rng)).items()}
             for _ in range(2)
         ]
-        wrong = differences(mine, other.everything(there), near, twin.ignored)
+        wrong = differences(
+            _numbered(mine), _numbered(other.everything(there)), [_numbered(n) for n in near], twin.ignored
+        )
+        if wrong and edged(base, state):
+            continue
         if wrong:
             return [Disagreement(twin.name, _kind(base, wrong[0][0]), _lines(wrong) + twin.model.text())]
     return []
+
+
+def _numbered(values: Values) -> Values:
+    """Name the integrals over time by the size of what they add up, as their numbers are those of the text."""
+    integrals = sorted(v for n, v in values.items() if n.startswith("d integral["))
+    rest = {n: v for n, v in values.items() if not n.startswith("d integral[")}
+    return rest | {f"d integral of rank {k}": v for k, v in enumerate(integrals)}
 
 
 def _lines(wrong: list[tuple[str, float, float]]) -> str:

@@ -120,10 +120,7 @@ def _on_an_edge(
     rng: np.random.Generator,
 ) -> bool:
     """Whether the definition itself jumps next to a state in all that is wrong: both sides are right then."""
-    EDGES.clear()
-    meaning.solved = None
-    by_definition(meaning, state)
-    if EDGES:
+    if _edges(meaning, state):
         return True
     near = []
     for _ in range(4):
@@ -131,6 +128,23 @@ def _on_an_edge(
         beside = Meaning(meaning.flat, shaken(numbers, rng), experiment="")
         near.append(by_definition(beside, shaken(state, rng)))
     return all(any(not abs(n[name] - there[name]) <= 0.1 * abs(x - y) for n in near) for name, x, y in wrong)
+
+
+def _edges(meaning: Any, state: Values) -> bool:
+    EDGES.clear()
+    meaning.solved = None
+    by_definition(meaning, state)
+    return bool(EDGES)
+
+
+def edged(base: Compiled, state: Values) -> bool:
+    """Whether a law of a model changes exactly at a state, so that twins may go on by either of its sides."""
+    try:
+        found = _edges(Meaning(base.model.compilation.flat, experiment=""), state)
+    except (NotCovered, Undetermined):
+        return False
+    SKIPPED["a twin on an edge"] += found
+    return found
 
 
 def _of_the_oracle(error: BaseException) -> bool:
