@@ -331,7 +331,9 @@ def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
     solution = run(model.text(), stop=UNTIL)
     if str(solution.outcome) != "Outcome.COMPLETED" or max(errors(solution).values(), default=0.0) > 1e-7:
         return None
-    return [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
+    found = [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
+    said = unbalanced(solution)
+    return [*found, Disagreement("events", "balance", said)] if said else found
 
 
 def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:

@@ -65,6 +65,10 @@ def begins(s: Scope, name: str, sign: str, value: E) -> None:
         s.notes.add("known:" + name)
     if value.kind == "quantity" and isinstance(value.data, Fraction):
         s.starts[name] = value.data
+    if value.kind == "vector":
+        stem, tail = (name[:-1], ")") if name.startswith("der(") else (name, "")
+        for i, e in enumerate(value.operands, 1):
+            begins(s, f"{stem}[{i}]{tail}", sign, e)
 
 
 def initial_value(s: Scope, d: Dim, low: float = -0.8, high: float = 0.8, *, angle: bool = False) -> E:
@@ -180,6 +184,7 @@ def _array_of_coordinates(s: Scope) -> None:
         name=name,
         data={"guess": "~" in sign, "n": n},
     )
+    begins(s, name, sign, value)
     q = reference(name, "coordinate", d, (n,), level="q")
     s.vectors.append(q)
     for i in range(1, n + 1):

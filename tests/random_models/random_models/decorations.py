@@ -90,7 +90,7 @@ Decoration = Callable[[Scope], None]
 
 EVERYWHERE: tuple[tuple[float, Decoration], ...] = (
     (3, force), (2, damping), (3, potential), (1, kinetic), (1, lagrangian), (1.5, dissipation), (1.5, state),
-    (1.2, input_), (0.6, over_time), (0.7, discrete), (0.5, when), (0.8, friction), (1, contact), (0.2, claim),
+    (1.2, input_), (0.6, over_time), (0.9, discrete), (0.5, when), (0.8, friction), (1, contact), (0.2, claim),
 )  # fmt: skip
 
 

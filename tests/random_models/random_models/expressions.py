@@ -26,6 +26,7 @@ from random_models.operators import (
     vector,
     whole,
 )
+from random_models.questions import question
 from random_models.scope import TYPES, Scope
 from random_models.tree import (
     AND,
@@ -73,6 +74,7 @@ class Writer(Numbers):
             (0.6, lambda d: negate(self.scalar(d, depth - 1))),
             (1.5 if self.kinks else 0, lambda d: self._kink(d, depth)),
             (1.2 if self.jumps else 0, lambda d: self._if(d, depth)),
+            (2 if self.questions else 0, self._asked),
             (0.7, lambda d: self._smooth_of_two(d, depth)),
             (0.6, lambda d: self._gathered(d, depth)),
             (0.6, lambda d: self._let(d, depth)),
@@ -101,6 +103,13 @@ class Writer(Numbers):
             return e if e is not None else self._leaf(d)
         c = self.s.value(over(d, e.dim), self.s.number(0.05, 0.8))
         return multiply(c, e) if self.s.chance(0.7) else multiply(negate(c), e)
+
+    def _asked(self, d: Dim) -> E:
+        """Return a share of an answer about the motion."""
+        e = question(self.s)
+        if e is None or not self.fits(e):
+            return self._leaf(d)
+        return multiply(self.s.value(over(d, e.dim), self.s.number(0.05, 0.4)), e)
 
     def _kink(self, d: Dim, depth: int) -> E:
         s = self.s

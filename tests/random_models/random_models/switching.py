@@ -117,7 +117,7 @@ def discrete(s: Scope) -> None:
         if d == NUMBER:
             s.counters.append(n)
     when(s, (n, kind))
-    if s.chance(0.35):
+    if s.chance(0.5):
         discrete(s)
 
 
@@ -133,10 +133,10 @@ def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
     """Write an event."""
     w = Writer(s, "tzxqv", kinks=False)
     r = s.random.random()
-    if r < 0.4 or not s.signals:
+    if r < (0.7 if s.clocks and sets else 0.4) or not s.signals:
         period = s.literal(TIME, _period(s))
         tail: list[str | Slot] = (
-            [", ", Slot("sample.start", s.literal(TIME, s.number(0.05, 0.3)))] if s.chance(0.3) else []
+            [", ", Slot("sample.start", s.literal(TIME, s.number(0.05, 0.3)))] if s.chance(0.15) else []
         )
         condition: list[str | Slot] = ["sample(", Slot("sample.period", period), *tail, ")"]
     elif r < 0.6:
@@ -163,7 +163,7 @@ def when(s: Scope, sets: tuple[E, str] | None = None) -> None:
                 if s.chance(0.7)
                 else add(node("pre", "pre(", n, ")", level="z"), node("number", "2"))
             )
-        elif kind == "Real" and len(s.counters) > 1 and s.chance(0.5):
+        elif kind == "Real" and len(s.counters) > 1 and s.chance(0.7):
             value = add(multiply(s.literal(NUMBER, F("0.7")), n), s.pick(s.counters))
         else:
             value = look.scalar(n.dim, 1)
@@ -286,7 +286,7 @@ def _rubbing(s: Scope, slips: list[E]) -> list[str | Slot]:
     low = s.number(0.05, 0.3)
     parts: list[str | Slot] = [" friction ", Slot("contact.friction", s.value(NUMBER, low))]
     smooth = s.chance(0.3)
-    if not smooth and s.chance(0.4):
+    if not smooth and s.chance(0.5):
         parts += [" static ", Slot("contact.static", s.value(NUMBER, 2 * low))]
     two_ways = len(slips) > 1 and s.chance(0.6)
     along = vector(*s.random.sample(slips, 2)) if two_ways else s.pick(slips)
@@ -305,10 +305,10 @@ def contact(s: Scope) -> None:
     name = s.fresh("C")
     sign = s.chance(0.5)
     far, rate = s.number(1, 1.8), s.starts.get(f"der({q.ref})")
-    near = q.ref in s.starts and rate and s.chance(0.6)
-    if near and rate is not None:  # reached soon
-        sign = rate < 0
-        far = s.number(0.01, 0.15) + (-1 if sign else 1) * s.starts[q.ref]
+    near = q.ref in s.starts and s.chance(0.75)
+    if near:  # reached soon
+        sign = rate < 0 if rate else sign
+        far = s.number(0.01, 0.12) + (-1 if sign else 1) * s.starts[q.ref]
     edge = s.literal(q.dim, far)
     gap = add(edge, q) if sign else subtract(edge, q)
     if s.chance(0.3):
@@ -333,14 +333,14 @@ def contact(s: Scope) -> None:
         )
         gap = add(gap, multiply(s.literal(q.dim, s.number(0.1, 0.3)), bend))
     parts: list[str | Slot] = [f"contact {name}: ", Slot("contact.gap", gap)]
-    if s.chance(0.7):
+    if s.chance(0.6):
         parts += [" restitution ", Slot("contact.restitution", s.value(NUMBER, s.number(0.2, 0.9)))]
     slips = [
         der(o) if o.dim == LENGTH else multiply(s.literal(LENGTH, s.number(0.2, 0.6)), der(o))
         for o in free
         if o != q and o.dim in (LENGTH, NUMBER)
     ]
-    if q.dim == LENGTH and s.chance(0.5) and slips:
+    if q.dim == LENGTH and s.chance(0.65) and slips:
         parts += _rubbing(s, slips)
     if s.chance(0.15):
         parts += [', impacts = "simultaneous"'] if not any(p == " friction " for p in parts) else []
