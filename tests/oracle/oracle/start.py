@@ -278,10 +278,10 @@ def assemble(meaning: Meaning, time: float) -> State:
             raise NotCovered("a guess of an expression")
         rate = _depends_on_rates(m, state, c.target)
         conditions[rate].append((lambda p, e=c.target: p.at(e), c.start.value))
-    for rates, rows in ((False, position_rows), (True, rate_rows)):
-        loose = _loose(m, fixed[rates], rates)
-        wanted = lambda p, f=rows, r=rates: f(p) + _off(p, conditions[r])  # noqa: E731
-        state = settle(m, state, wanted, loose, rates, sizes_of(m, loose))
+    for moving, rows in ((False, position_rows), (True, rate_rows)):
+        loose = _loose(m, fixed[moving], moving)
+        wanted = lambda p, f=rows, r=moving: f(p) + _off(p, conditions[r])  # noqa: E731
+        state = settle(m, state, wanted, loose, moving, sizes_of(m, loose))
     return state
 
 

@@ -18,7 +18,7 @@ ROWS = 6
 def tables(base: Compiled, folder: Path, random: Random) -> dict[str, Path]:
     """Write a table for some inputs of a model, by name."""
     chosen = [q for q in base.problem.inputs if random.random() < 0.7]
-    found = {}
+    found: dict[str, Path] = {}
     for q in chosen:
         times = [0.0, *sorted(round(random.uniform(0.05, 0.95), 3) for _ in range(ROWS - 2)), 1.0]
         rows = [f"{t!r},{round(random.uniform(-1, 1), 3)!r}" for t in times]
