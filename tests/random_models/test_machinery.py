@@ -32,17 +32,22 @@ experiment(stop = 1 s);
 def test_a_contact_is_looked_at_where_it_touches() -> None:
     meaning = Meaning(compiled(BOX).model.compilation.flat, experiment="")
     there = dict(looks(meaning, np.random.default_rng(1), 2))
-    assert set(there) == {"start", "random", "at rest", "on a contact"}
+    assert set(there) == {"start", "random", "at rest", "on a contact", "sliding"}
     state = there["on a contact"]
     assert abs(state["y"] - 0.1 * state["x"]) < 1e-12
     assert state["der(x)"] == state["der(y)"] == 0
     assert meaning.modes(state)["floor"] != "open"
+    moving = there["sliding"]
+    assert abs(moving["y"] - 0.1 * moving["x"]) < 1e-12
+    assert abs(moving["der(y)"] - 0.1 * moving["der(x)"]) < 1e-12
+    assert abs(moving["der(x)"]) > 1e-3
+    assert meaning.modes(moving)["floor"].startswith("slip")
 
 
 def test_what_a_run_decides_is_asked_of_the_kernel() -> None:
     LOOKED.clear()
     assert undone(compiled(BOX, "c"), 1) == []
-    assert LOOKED["on a contact"] == LOOKED["at rest"] == 1
+    assert LOOKED["on a contact"] == LOOKED["at rest"] == LOOKED["sliding"] == 1
 
 
 def test_another_law_is_seen_on_a_contact() -> None:

@@ -13,7 +13,7 @@ import numpy as np
 from random_models.carried import assembled_alike, begins_alike, carried
 from random_models.compiled import Compiled, NoMotion, Refused, Values, compiled, differences, shaken
 from random_models.components import grouped
-from random_models.definition import UNTIL, along, edged, ignored, moved, skipped, undone
+from random_models.definition import UNTIL, along, before_a_hit, edged, ignored, moved, skipped, undone
 from random_models.exports import exported
 from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
@@ -333,7 +333,26 @@ def _events(model: Model, base: Compiled, seed: int) -> list[Disagreement] | Non
         return None
     found = [Disagreement("events", kind, said) for kind, said in moved(base, solution)]
     said = unbalanced(solution)
-    return [*found, Disagreement("events", "balance", said)] if said else found
+    found += [Disagreement("events", "balance", said)] if said else []
+    return found + _hits(model, base, seed)
+
+
+def _hits(model: Model, base: Compiled, seed: int) -> list[Disagreement]:
+    """Compare a motion that begins right before a contact touches."""
+    if not base.model.compilation.flat.contacts or base.constrained or base.rotations:
+        return []
+    values = before_a_hit(base, seed)
+    if not values:
+        return []
+    try:
+        solution = run(model.text(), stop=UNTIL, values=values)
+    except Refused:
+        return []
+    if str(solution.outcome) != "Outcome.COMPLETED" or max(errors(solution).values(), default=0.0) > 1e-7:
+        return []
+    found = [Disagreement("events", f"{kind} of a hit", said) for kind, said in moved(base, solution)]
+    said = unbalanced(solution)
+    return [*found, Disagreement("events", "balance of a hit", said)] if said else found
 
 
 def _tabled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:

@@ -12,7 +12,7 @@ from oracle.expressions import EDGES
 from random_models.balance import unaccounted
 from random_models.compiled import Compiled, NoMotion, Values, differences, shaken
 from random_models.limits import TooLong, limited
-from random_models.states import looks
+from random_models.states import approaching, looks
 from random_models.tree import Model
 
 
@@ -201,6 +201,17 @@ def moved(base: Compiled, solution: Any) -> list[tuple[str, str]]:
             raise OracleFails(repr(error)[:200]) from error
         raise
     return []
+
+
+def before_a_hit(base: Compiled, seed: int) -> Values:
+    """Return initial values by which a contact is about to touch."""
+    try:
+        meaning = Meaning(base.model.compilation.flat, experiment="")
+        state = approaching(meaning, np.random.default_rng(seed))
+    except (NotCovered, Undetermined):
+        return {}
+    moving = (*meaning.coordinates, *meaning.rates)
+    return {n: state[n] for n in moving if n in state} if state is not None else {}
 
 
 def along(

@@ -73,7 +73,7 @@ class Writer(Numbers):
             (1.5, lambda d: subtract(self.scalar(d, depth - 1), self.scalar(d, depth - 1))),
             (0.6, lambda d: negate(self.scalar(d, depth - 1))),
             (1.5 if self.kinks else 0, lambda d: self._kink(d, depth)),
-            (1.2 if self.jumps else 0, lambda d: self._if(d, depth)),
+            ((4 if self.questions else 1.2) if self.jumps else 0, lambda d: self._if(d, depth)),
             (2 if self.questions else 0, self._asked),
             (0.7, lambda d: self._smooth_of_two(d, depth)),
             (0.6, lambda d: self._gathered(d, depth)),

@@ -76,6 +76,23 @@ def sliding(meaning: Any, touching: Values, contact: Any, rng: np.random.Generat
     return None if any(_gap(meaning, state, c) <= 0 for c in others) else state
 
 
+def approaching(meaning: Any, rng: np.random.Generator) -> Values | None:
+    """Move towards a contact that will touch within some hundredths of a second; nothing where that cannot be done."""
+    contacts = list(meaning.flat.contacts)
+    contact = contacts[int(rng.integers(len(contacts)))]
+    state = on(meaning, at_rest(meaning, _floats(meaning.random(rng))), contact)
+    if state is None:
+        return None
+    pairs = [p for p in zip(meaning.coordinates, meaning.rates, strict=False) if p[1] == f"der({p[0]})"]
+    rates = {q: float(rng.normal()) for q, _ in pairs}
+    slope = sum(_slope(meaning, state, contact, q) * v for q, v in rates.items())
+    sign = -1.0 if slope > 0 else 1.0
+    state = state | {"time": 0.0} | {r: sign * rates[q] for q, r in pairs}
+    state |= {q: state[q] - 0.03 * sign * rates[q] for q, _ in pairs}
+    gaps = [_gap(meaning, state, c) for c in contacts]
+    return state if min(gaps) > 0 else None
+
+
 def _gap(meaning: Any, state: Values, contact: Any) -> float:
     return float(meaning.value(contact.gap, state))
 

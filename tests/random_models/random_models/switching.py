@@ -97,7 +97,9 @@ def input_(s: Scope) -> None:
 
 def discrete(s: Scope) -> None:
     """Declare a discrete variable and something that changes it."""
-    kind = s.pick(("Real", "Integer", "Boolean", "Force"))
+    kind = s.pick(
+        ("Real", "Real", "Real", "Integer") if s.clocks else ("Real", "Integer", "Boolean", "Force")
+    )
     name = s.fresh("n")
     d = FORCE if kind == "Force" else NUMBER
     if kind == "Boolean":
@@ -124,7 +126,7 @@ def discrete(s: Scope) -> None:
 def _period(s: Scope) -> Fraction:
     """Choose the period of a clock, now and then a multiple of another or a part of it, so that ticks belong together."""
     if s.clocks and s.chance(0.6):
-        return s.pick(s.clocks) * s.pick((F(1), F(2), F(3), F(1, 2), F(1, 3), F(2, 3)))
+        return s.pick(s.clocks) * s.pick((F(1), F(2), F(3), F(3), F(1, 2), F(1, 3), F(1, 3), F(2, 3)))
     s.clocks.append(s.pick((F(1, 10), F(1, 5), F(1, 20), s.number(0.1, 0.6))))
     return s.clocks[-1]
 
