@@ -207,8 +207,9 @@ def _checked(
     estimate = solution.accuracy.error
     if estimate is None:
         return "open", None, "", solution.accuracy.remark
-    if unfinished:
-        return "wrong", None, "", f"'{unfinished[0]}' is not a number at the end, and nothing says so"
+    silent = [q for q in unfinished if not any(f"'{q}'" in remark for remark in solution.remarks)]
+    if silent:
+        return "wrong", None, "", f"'{silent[0]}' is not a number at the end, and nothing says so"
     why, owed = "", dict(estimate.by_state)
     try:
         truth = true_errors(compile_for_reference(model), plan(model, request), solution, subject.seconds / 2)

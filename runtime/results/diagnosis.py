@@ -118,6 +118,21 @@ def undefined_energy(problem: Problem, times: Array, states: Array, outputs: Arr
     return None
 
 
+def undefined_outputs(problem: Problem, times: Array, outputs: Array) -> tuple[str, ...]:
+    """Say of outputs that are no numbers at the end since when they are none; the motion does not depend on them."""
+    since: dict[int, list[str]] = {}
+    for index, quantity in enumerate(problem.outputs):
+        values = outputs[:, index]
+        if quantity.kind != "output" or not values.size or np.isfinite(values[-1]):
+            continue
+        defined = np.flatnonzero(np.isfinite(values))
+        since.setdefault(int(defined[-1]) + 1 if defined.size else 0, []).append(f"'{quantity.name}'")
+    return tuple(
+        f"no number at the end, from {time_text(problem, float(times[first]))} on: {', '.join(names)}"
+        for first, names in since.items()
+    )
+
+
 def _coordinate(rate: str) -> str:
     """Return the name of a coordinate from that of its rate."""
     if not rate.startswith("der("):

@@ -22,7 +22,7 @@ from ...results.accuracy import (
     energy_drift,
 )
 from ...results.constraint_drift import constraint_drifts
-from ...results.diagnosis import undefined_energy, with_cause
+from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import evaluate_rows, scene_rows, solution_blocks, solution_columns
 from ...results.solution import Motion, Solution
@@ -231,6 +231,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
             *narrow,
             *sized,
             *_remarks(problem, case, main),
+            *undefined_outputs(problem, times, outputs),
         ),
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,

@@ -81,3 +81,18 @@ def test_the_command_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixt
     rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
     assert {row["kind"] for row in rows} <= {"right", "rough", "refused", "long", "open", "doubtful"}
     assert sum(row["kind"] == "right" for row in rows) > 15
+
+
+def test_an_output_that_is_no_number_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "share.mech"
+    file.write_text(
+        "parameter g = 1 N;\ncoordinate x = 0 m;\nkinetic 1/2*1 kg*der(x)^2;\nforce g on x;\n"
+        "output share = x*(1 N/m)/g;\nexperiment(stop = 1 s);\n",
+        encoding="utf-8",
+    )
+    subject = Subject(str(file), None, {}, None, 5)
+    asked_for = subject.load()
+    assert not any("share" in remark for remark in asked_for.simulate().remarks)
+    remarks = asked_for.simulate(set={"g": 0}).remarks
+    assert "no number at the end, from t = 0 s on: 'share'" in remarks
+    assert worker(subject)(Extreme("parameter", "g = 0", {"g": 0.0})).kind == "right"
