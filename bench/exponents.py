@@ -18,7 +18,8 @@ from .references import EXAMPLES
 
 REPETITIONS = 100
 TIGHT = 1e-12
-"""Tolerance of the long motion, whose energy has to stay."""
+"""Tolerance of the long motion, where its energy has to stay."""
+PLAIN = 1e-8
 
 
 class System(Struct, frozen=True):
@@ -28,11 +29,12 @@ class System(Struct, frozen=True):
     asked: dict[str, Any]
     length: float
     literature: str
+    tolerance: float = TIGHT
 
 
 SYSTEMS = (
     System("lorenz", {}, 2300.0, "0.9056"),
-    System("driven_pendulum", {"set": {"g": 1.15}}, 3e5, ""),
+    System("driven_pendulum", {"set": {"g": 1.15}}, 1e5, "", PLAIN),
     System("henon_heiles", {"experiment": "chaotic"}, 2.5e6, "0.13"),
 )
 
@@ -43,7 +45,7 @@ def coverage(times: Array, growth: Array) -> tuple[float, int, float]:
     edges = np.searchsorted(times, np.linspace(times[0], times[-1], REPETITIONS + 1)[:-1])
     held, halves = 0, []
     for first, last in zip(edges, [*edges[1:], len(times)], strict=True):
-        means, half = estimated(times[first:last], growth[first:last, None])
+        means, half = estimated(times[first : last + 1], growth[first : last + 1, None])
         held += bool(abs(means[0] - whole) <= half[0])
         halves.append(half[0])
     return whole, held, float(np.median(halves))
@@ -58,7 +60,7 @@ def row(system: System, quick: bool) -> list[str]:
     told, halves = np.array(found.details["exponents"]), found.details["confidence"]
     pairs = float(np.abs(told + told[::-1] - told.sum() * 2 / len(told)).max())
     length = system.length / (20 if quick else 1)
-    long = model.lyapunov(time=REPETITIONS * length, count=1, tolerance=TIGHT, **system.asked)
+    long = model.lyapunov(time=REPETITIONS * length, count=1, tolerance=system.tolerance, **system.asked)
     whole, held, half = coverage(long.arrays["time"], long.arrays["growth"][:, 0])
     return [
         system.example, f"{told[0]:.5f} ± {halves[0]:.5f}", f"{halves[0] / told[0]:.1%}", f"{took:.1f} s",
@@ -78,7 +80,7 @@ def main(quick: bool = False) -> None:
     ]  # fmt: skip
     text = (
         f"The largest exponent with its interval of 95 %, and how many of {REPETITIONS} intervals of repetitions hold that of a "
-        f"motion a hundred times longer, of which they are the pieces, at a tolerance of {TIGHT:g}. Pairs: the largest sum of two "
+        f"motion a hundred times longer, of which they are the pieces, at a tolerance of {TIGHT:g} (driven pendulum {PLAIN:g}). Pairs: the largest sum of two "
         "that belong together, less the mean rate at which volumes change."
     )
     write("exponents", "Intervals of Lyapunov exponents", [text, table(head, rows)])
