@@ -201,7 +201,11 @@ def compare_twin(base: Compiled, twin: Twin, seed: int) -> list[Disagreement] | 
             for _ in range(2)
         ]
         wrong = differences(
-            _numbered(mine), _numbered(other.everything(there)), [_numbered(n) for n in near], twin.ignored
+            _numbered(mine),
+            _numbered(other.everything(there)),
+            [_numbered(n) for n in near],
+            twin.ignored,
+            base.relative,
         )
         if wrong and edged(base, state):
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -68,6 +69,14 @@ class Compiled:
         own = [k for k, q in enumerate(self.problem.discretes) if q.kind != "mode"]
         if not np.allclose(after, y, rtol=1e-9, atol=1e-9) or any(self.z[own] != self.case.z[own]):
             raise NoMotion("an event at the start")
+
+    @property
+    def relative(self) -> float:
+        """How well values are known, relative to their size: a hundred times what the model says of its integrals."""
+        said = [
+            re.search(r"known to (\S+) of its size", d.message) for d in self.model.compilation.diagnostics
+        ]
+        return max([1e-8, *(100 * float(found[1]) for found in said if found)])
 
     @property
     def states(self) -> list[str]:

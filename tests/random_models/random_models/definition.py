@@ -85,7 +85,7 @@ def undone(
             LOOKED[where] += 1
             there = by_definition(meaning, state)
             near = [base.everything(shaken(here, rng)) for _ in range(2)]
-            wrong = differences(base.everything(here), there, near, ignored)
+            wrong = differences(base.everything(here), there, near, ignored, base.relative)
             if wrong and _on_an_edge(meaning, state, there, wrong, rng):
                 SKIPPED[f"{where}: on an edge"] += 1
                 continue
