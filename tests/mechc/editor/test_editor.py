@@ -312,7 +312,7 @@ def test_commands_stand_above_what_can_be_run() -> None:
     doc = document(ARM)
     assert [(lens.title, lens.model) for lens in lenses(doc)] == [(title, "Arm") for title in COMMANDS]
     assert lenses(document(ARM.replace("  experiment(stop = 5 s);\n", ""))) == []
-    curve = "model C\n  independent x from 0 m to 1 m;\n  coordinate y ~ x;\n  stationary der(y)^2;\nend C;\n"
+    curve = "model C\n  independent x from 0 m to 1 m;\n  coordinate y ~ x;\n  stationary integral(der(y)^2);\nend C;\n"
     assert {lens.title for lens in lenses(document(curve))} == set(OF_CURVES)
 
 
