@@ -49,7 +49,7 @@ def choose_method(case: Case, reproducible: bool = False) -> Method:
         )
     if not method.fixed_step and case.step is not None:
         raise SimulationError(
-            f"'{method.name}' chooses its steps itself, 'step' is for methods of fixed step; "
+            f"'{case.method}' chooses its steps itself, 'step' is for methods of fixed step; "
             "the spacing of the output is 'every'"
         )
     return method

@@ -121,7 +121,7 @@ class _Sweep:
         study = self.study
         options = replace(
             study, values={**study.values, self.over.name: value}, start=0.0, stop=0.0, every=None,
-            estimate_error=False, progress=None, max_steps=None,
+            estimate_error=False, progress=None, max_steps=None, stiff_after=None,
         )  # fmt: skip
         case = plan_run(self.problem, options).case
         y = case.y0 if self.y is None else self._carried(case.p)

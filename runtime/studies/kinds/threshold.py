@@ -70,7 +70,7 @@ class _Bisection:
         study = self.study
         options = replace(
             study, values={**study.values, self.over.name: value}, estimate_error=False, progress=None,
-            tolerance=tolerance or self.tolerance, max_steps=None,
+            tolerance=tolerance or self.tolerance, max_steps=None, stiff_after=None,
         )  # fmt: skip
         solution = run(self.problem, options)
         if solution.outcome is Outcome.INTERRUPTED:
