@@ -289,3 +289,101 @@ def test_examples_against_poles(path: Path) -> None:
         if abs(pole) > 1e-6 * scale:
             stated = float(max(found.details["accuracy"]["errors"]["frequencies"], default=0.0))
             assert np.abs(both - pole).min() < 1e-7 * scale + 100 * (error or 1e-3 * scale) + 2 * stated
+
+
+def test_a_beam_on_two_supports() -> None:
+    """Masses with the curvature of differences: 4 sin(k pi/(2 (n + 1)))^2, to the k^2 of the beam for low k."""
+    n = 30
+    text = f"""\
+model Beam
+  dimensionless;
+  coordinate Real w[{n}];
+  kinetic 1/2*sum(der(w[i])^2 for i in 1:{n});
+  potential 1/2*sum((w[i-1] - 2*w[i] + w[i+1])^2 for i in 2:{n - 1}) + 1/2*(w[2] - 2*w[1])^2
+    + 1/2*(w[{n - 1}] - 2*w[{n}])^2;
+end Beam;
+"""
+    mp.dps = 30
+    wanted = [float(4 * sin(mp.pi * k / (2 * (n + 1))) ** 2) for k in range(1, n + 1)]
+    found = modes(mechc.loads(text))
+    assert (np.abs(found.frequencies / wanted - 1) < 1e-12).all()
+    errors = np.array([mode["error"] for mode in found.details["modes"]])
+    assert (np.abs(found.frequencies - wanted) <= np.maximum(errors, 2e-16)).all()
+
+
+def test_a_loop_of_six_hinges_in_space() -> None:
+    """Bricard's mechanism at rest, against positions and rotations of its bars by hand, in 40 digits."""
+    found = modes(mechc.load(ROOT / "examples" / "bricard.mech"))
+    (mode,) = found.details["modes"]
+    with mp.workdps(40):
+        wanted = float(_bricard_frequency())
+    assert abs(found.frequencies[0] - wanted) < 1e-12 * wanted
+    assert abs(found.frequencies[0] - wanted) <= max(mode["error"], 2e-16)
+
+
+SIZES = ((1, 0.1, 0.1), (0.1, 1, 0.1), (0.1, 0.1, 1), (1, 0.1, 0.1), (0.1, 1, 0.1))
+PINS = ((1, (-1, 0, 0)), (2, (0, 1, 0)), (0, (0, 0, -1)), (1, (1, 0, 0)), (2, (0, -1, 0)))
+"""Of each bar the axis of its first hinge, and where that sits, in halves of the bar; the other is opposite."""
+
+
+def _bars(q: Any) -> list[tuple[Any, Any]]:
+    """Give centre and rotation of the bars for the angles of the first five hinges."""
+    at, turned, bars = mp.matrix(3, 1), mp.eye(3), []
+    for angle, (axis, place) in zip(q, PINS, strict=True):
+        j, k = (axis + 1) % 3, (axis + 2) % 3
+        turn = mp.eye(3)
+        turn[j, j] = turn[k, k] = mp.cos(angle)
+        turn[k, j], turn[j, k] = mp.sin(angle), -mp.sin(angle)
+        turned = turned * turn
+        arm = turned * mp.matrix(place) / 2
+        bars.append((at - arm, turned))
+        at = at - 2 * arm
+    return bars
+
+
+def _open(q: Any) -> Any:
+    """What is open at the sixth hinge: its place, and its axis beside x."""
+    centre, turned = _bars(q)[-1]
+    end = centre + turned * mp.matrix([0, mpf(1) / 2, 0]) - mp.matrix([0, 0, 1])
+    return mp.matrix([*end, turned[1, 0], turned[2, 0]])
+
+
+def _closed(first: Any) -> list[Any]:
+    """Close the loop for an angle of the first hinge, near the position of the example."""
+    rest = mp.matrix([-mp.pi / 6, first, -mp.pi / 6, first])
+    for _ in range(60):
+        base = _open([first, *rest])
+        slope = mp.matrix(5, 4)
+        for k in range(4):
+            moved = rest.copy()
+            moved[k] += mpf(10) ** -18
+            slope[:, k] = (_open([first, *moved]) - base) * mpf(10) ** 18
+        step = mp.lu_solve(slope.T * slope, slope.T * base)
+        rest -= step
+        if mp.norm(step) < mpf(10) ** -34:
+            return [first, *rest]
+    raise AssertionError("the loop does not close")
+
+
+def _bricard_frequency() -> Any:
+    """sqrt(V''/M) along the closed loop where V' = 0, by differences."""
+
+    def potential(first: Any) -> Any:
+        return mpf("9.81") * sum(centre[1] for centre, _ in _bars(_closed(first)))
+
+    def slope(first: Any, h: Any) -> Any:
+        return (potential(first + h) - potential(first - h)) / (2 * h)
+
+    h = mpf(10) ** -9
+    rest = mp.findroot(lambda a: slope(a, h), (mp.pi / 2, mp.pi / 2 + mpf("0.01")), tol=1e-25)
+    curvature = (potential(rest + h) - 2 * potential(rest) + potential(rest - h)) / h**2
+    mass = mpf(0)
+    here = _bars(_closed(rest))
+    behind, before = _bars(_closed(rest - h)), _bars(_closed(rest + h))
+    for size, (_, turned), (c0, r0), (c1, r1) in zip(SIZES, here, behind, before, strict=True):
+        v, spin = (c1 - c0) / (2 * h), turned.T * (r1 - r0) / (2 * h)
+        omega = (spin[2, 1], spin[0, 2], spin[1, 0])
+        squares = [mpf(repr(s)) ** 2 for s in size]
+        inertia = [(sum(squares) - s) / 12 for s in squares]
+        mass += sum(x**2 for x in v) + sum(j * w**2 for j, w in zip(inertia, omega, strict=True))
+    return mp.sqrt(curvature / mass)
