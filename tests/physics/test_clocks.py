@@ -68,3 +68,28 @@ def test_what_becomes_true_at_the_start(condition: str, times: list[float]) -> N
     solution = mechc.loads(text + f"when {condition} then n := n + 1; end when;").simulate(stop=1)
     assert [e.time for e in solution.events] == times
     assert solution["n"][-1] == len(times)
+
+
+@pytest.mark.parametrize(
+    ("other", "first"),
+    [
+        ("when sample(0.1999998 s) then m := m + 1; end when;", 1),
+        ("when time > 0.1999998 s then m := m + 1; end when;", 0),
+    ],
+)
+def test_clocks_that_nearly_meet_are_no_accumulation(other: str, first: int) -> None:
+    """Their last interval is a millionth of those before, and is no bounce that dies away."""
+    text = BODY + "discrete Integer n = 0; discrete Integer m = 0; initial der(x) = 1 m/s;\n"
+    acts = f"when sample(0.05 s) then n := n + 1; end when; {other}"
+    solution = mechc.loads(text + acts).simulate(stop=0.52)
+    assert solution.outcome.value == "completed", solution.message
+    assert (solution["n"][-1], solution["m"][-1]) == (11, first + (2 if first else 1))
+
+
+def test_bounces_beside_a_clock_still_accumulate() -> None:
+    text = (
+        "coordinate Length h = 1 m; kinetic 1/2*1 kg*der(h)^2; potential 9.81 N*h; discrete Integer n = 0;\n"
+    )
+    acts = "when sample(0.05 s) then n := n + 1; end when; when h < 0 m then reinit(der(h), -0.5*der(h)); end when;"
+    solution = mechc.loads(text + acts).simulate(stop=3)
+    assert solution.outcome.value == "failed" and "ever shorter intervals" in solution.message

@@ -21,7 +21,8 @@ void mech_branches_read(mech_solver *s, mech_real *out)
 
 /* Stops where branches fire in geometrically shrinking intervals: after MECH_RECENT of them, or as soon as what is
  * left of the sequence is too short for its rounded positions to tell one side of the condition from the other.
- * Intervals that shrink ever less, as those of turns under a constant torque, have no end. */
+ * Intervals that shrink ever less, as those of turns under a constant torque, have no end. Clocks and times that were known
+ * before are no part of the sequence, however close they come to each other. */
 static int check_accumulation(mech_solver *s, int branch)
 {
     enum { FEWEST = 4 };
@@ -32,7 +33,6 @@ static int check_accumulation(mech_solver *s, int branch)
     if (count && e->recent[(count - 1) % MECH_RECENT] == t) return MECH_RUNNING;
     e->recent[count % MECH_RECENT] = t;
     e->counters[MECH_FIRED] = ++count;
-    e->counters[MECH_BRANCH] = branch;
     const int kept = count < MECH_RECENT ? count : MECH_RECENT;
     mech_real last = 0, second = 0, middle = 0, first = 0, span = 0;
     int n = 0;
@@ -55,7 +55,7 @@ static int check_accumulation(mech_solver *s, int branch)
     return MECH_RUNNING;
 }
 
-static int act(mech_solver *s, int k)
+static int act(mech_solver *s, int k, int scheduled)
 {
     const mech_model *m = s->model;
     const mech_branch *branch = &m->hybrid->branches[k];
@@ -78,10 +78,11 @@ static int act(mech_solver *s, int k)
     mech_energy_book(s, mech_energy_total(s) - before);
     mech_journal_note(s, MECH_WHEN, k, 0);
     if (branch->terminates) return mech_fail(s, MECH_TERMINATED, k);
-    return check_accumulation(s, k);
+    e->counters[MECH_BRANCH] = k + 1;
+    return scheduled ? MECH_RUNNING : check_accumulation(s, k);
 }
 
-int mech_branches_fire(mech_solver *s, int *changed)
+int mech_branches_fire(mech_solver *s, int scheduled, int *changed)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
@@ -92,7 +93,7 @@ int mech_branches_fire(mech_solver *s, int *changed)
         const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
         if (!rises || h->branches[k].event == served) continue;
         served = h->branches[k].event;
-        const int status = act(s, k);
+        const int status = act(s, k, scheduled);
         if (status) {
             s->run->report.failed_index = k;
             return status;

@@ -80,15 +80,16 @@ static int settle(mech_solver *s, int hit, int *changed)
 static int rounds(mech_solver *s, int hit, int ticks)
 {
     const mech_hybrid *h = s->model->hybrid;
-    int row = hit - h->n_switches, status, turns = 0;
+    int row = hit - h->n_switches, status, turns = 0, scheduled = 0;
     for (int round = 0;; round++) {
         const mech_real before = h->n_times && h->supplied >= 0 ? mech_energy_total(s) : 0;
         int changed = mech_schedule_set(s, ticks && round == 0), turned = 0, fired = 0;
+        scheduled |= changed;
         status = changed && h->n_times ? follow(s, before) : MECH_RUNNING;
         if (!status) status = settle(s, row >= 0 ? row : -1, &changed);
         row = -1;
         if (!status) status = turn_switches(s, &turned);
-        if (!status) status = mech_branches_fire(s, &fired);
+        if (!status) status = mech_branches_fire(s, scheduled, &fired);
         if (status) return status;
         if (!changed && !turned && !fired) return MECH_RUNNING;
         turns = turned && !fired ? turns + 1 : 0;
@@ -106,7 +107,7 @@ static int fail_to_progress(mech_solver *s, int hit)
     const mech_event_state *e = s->events;
     const int row = hit - s->model->hybrid->n_switches;
     if (row >= 0) return mech_fail(s, MECH_NO_MODE, row);
-    if (e->counters[MECH_FIRED] > 0) return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH]);
+    if (e->counters[MECH_BRANCH] > 0) return mech_fail(s, MECH_ZENO, (int)e->counters[MECH_BRANCH] - 1);
     return mech_fail(s, MECH_CHATTER, hit < 0 ? 0 : hit);
 }
 
