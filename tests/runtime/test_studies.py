@@ -10,9 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from syntax import parse_text
 
 import mechc
 from mechc.cli.main import run as run_command
+from mechc.lang import ast
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.settings import KINDS, settings_of
@@ -359,3 +361,14 @@ def test_divergence_and_curl_at_the_start() -> None:
             assert value.error is not None and value.error < 1e-9
             assert abs(value.value - exact.pop(value.name)) <= value.error, value.name
     assert not exact
+
+
+@pytest.mark.parametrize("kind", STUDIES)
+def test_every_setting_can_be_written_in_a_file(kind: str) -> None:
+    """Also those whose names are words of the language, as the time of a long motion is."""
+    for setting in settings_of(STUDIES[kind].question()):
+        text = f"model M\n  study s = {kind}({setting.name} = 1);\nend M;\n"
+        (model,) = parse_text(text).items
+        assert isinstance(model, ast.Model)
+        (study,) = model.body
+        assert isinstance(study, ast.Study) and study.settings[0].name == setting.name
