@@ -20,6 +20,8 @@ ELSEWHERE = {
     "fit": "its measured data are in no file of the repository; tests/runtime/test_fit.py repeats such a search"
 }
 CLOSE = 1e-3
+CHAOTIC = {"lyapunov": 3e-2}
+"""Kinds whose figures follow from a chaotic motion, which no two builds share: as close as their stated errors, twice."""
 
 
 def example(name: str) -> tuple[str, str]:
@@ -45,13 +47,13 @@ def test_every_kind_has_a_worked_example(name: str) -> None:
     example(name)
 
 
-def alike(line: str, shown: str) -> bool:
+def alike(line: str, shown: str, close: float = CLOSE) -> bool:
     """Whether two lines have the same words, and the same numbers but for what rounding changes."""
     if NUMBER.sub("#", line) != NUMBER.sub("#", shown):
         return False
     pairs = zip(NUMBER.findall(line), NUMBER.findall(shown), strict=True)
     return all(
-        math.isclose(float(a.replace(" ", "")), float(b.replace(" ", "")), rel_tol=CLOSE, abs_tol=1e-12)
+        math.isclose(float(a.replace(" ", "")), float(b.replace(" ", "")), rel_tol=close, abs_tol=1e-12)
         for a, b in pairs
     )
 
@@ -71,4 +73,4 @@ def test_the_example_prints_what_the_page_shows(
             (tmp_path / word).write_text(models[0], encoding="utf-8")
     assert run(words) == 0
     printed = capsys.readouterr().out
-    assert any(alike(line, shown) for line in printed.splitlines()), printed
+    assert any(alike(line, shown, CHAOTIC.get(name, CLOSE)) for line in printed.splitlines()), printed

@@ -60,6 +60,7 @@ def run(seeds: range) -> tuple[int, int]:
 
 
 FOUND = {
+    "name of the fixed frame": ("output world = x;", "E0211"),
     "sweep over a power": ("experiment s(x in {0, 0.7^0.9}, stop = 1);", None),
     "empty slice": ("constraint c: y[2:1] = y[1:2];", "E0305"),
     "unknown unit of the independent variable": ("independent s s;", "E0203"),

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from msgspec import Struct, field
 
 from mechc.lang import ast
+from mechc.lang.builtins import PREDEFINED
 from mechc.lang.diagnostics import Label, Reporter
 from mechc.suggest import closest
 
@@ -153,6 +154,7 @@ def _finish(result: Class, reporter: Reporter) -> None:
                     if isinstance(inner, ast.Place):
                         places.append(inner)
                     else:
+                        _check_name(inner, reporter)
                         result.conditional.setdefault(inner.name, inner)
             case ast.For():
                 _refuse_declarations(statement.body, reporter)
@@ -162,7 +164,19 @@ def _finish(result: Class, reporter: Reporter) -> None:
     result.places = tuple(places)
 
 
+def _check_name(statement: ast.Declaration, reporter: Reporter) -> None:
+    """Report a declaration that would hide what every model has."""
+    if statement.name in PREDEFINED:
+        reporter.error(
+            "E0211",
+            f"'{statement.name}' is the name of something that every model has: {PREDEFINED[statement.name]}",
+            statement.name_span,
+            help=f"choose another name, for example '{statement.name}_'",
+        )
+
+
 def _declare(result: Class, stated: Stated, statement: ast.Declaration, reporter: Reporter) -> None:
+    _check_name(statement, reporter)
     first = result.declarations.get(statement.name)
     if first is not None:
         if first.model is not stated.model and first.statement == statement:
