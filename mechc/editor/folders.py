@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from .document import Document
@@ -26,12 +26,14 @@ def files(folders: Iterable[Path]) -> Iterator[Path]:
                 return
 
 
-def documents(opened: Iterable[Document], folders: Iterable[Path], holding: str = "") -> Iterator[Document]:
-    """Yield the open texts, then those of the folders' other files; only such that hold a word."""
+def documents(
+    opened: Iterable[Document], folders: Iterable[Path], wanted: Callable[[Path, str], bool]
+) -> Iterator[Document]:
+    """Yield the open texts, then those of the folders' other files; only ``wanted`` ones, by path and text, are read further."""
     known = set()
     for document in opened:
         known.add(document.path.resolve())
-        if holding in document.text:
+        if wanted(document.path, document.text):
             yield document
     for path in files(folders):
         if path.resolve() in known:
@@ -40,5 +42,5 @@ def documents(opened: Iterable[Document], folders: Iterable[Path], holding: str 
             text = path.read_text(encoding="utf-8")
         except (OSError, UnicodeDecodeError):
             continue  # the compiler says so when it is opened
-        if holding in text:
+        if wanted(path, text):
             yield Document(path, text)

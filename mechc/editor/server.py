@@ -6,7 +6,7 @@ Messages about text, names and units come at every change; those of the whole co
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
 from typing import Protocol
 
@@ -80,11 +80,8 @@ class Server(LanguageServer):
     def show(self, uri: str, found: tuple[Diagnostic, ...]) -> None:
         """Send the messages of a document."""
         document = self.documents[uri]
-        own = tuple(d for d in found if d.span is None or d.span.file.name == document.source.name)
-        self.shown[uri] = own
-        self.text_document_publish_diagnostics(
-            lsp.PublishDiagnosticsParams(uri, [diagnostic_of(document, d) for d in own])
-        )
+        self.shown[uri] = own_of(document, found)
+        self._publish(uri, document, self.shown[uri])
 
     def close(self, uri: str) -> None:
         """Forget a document."""
@@ -101,32 +98,39 @@ class Server(LanguageServer):
 
     def holding(self, word: str) -> Iterator[Document]:
         """Yield the texts that hold a word: the open ones, and those of the folders."""
-        return documents(self.documents.values(), self.folders(), word)
+        return documents(self.documents.values(), self.folders(), lambda _, text: word in text)
 
     def uri_of(self, document: Document) -> str:
         """Return the address of a text, as the editor calls it where it is open."""
         opened = (uri for uri, one in self.documents.items() if one is document)
         return next(opened, document.path.resolve().as_uri())
 
-    def look_around(self) -> None:
-        """Begin to say what is wrong with the files that are not open."""
-        if self._around is not None:
+    def look_around(self, changed: Collection[Path] = ()) -> None:
+        """Begin to say what is wrong with the files that are not open: with all, or with those that a change may concern."""
+        if self._around is not None and not self._around.done():
             self._around.cancel()
-        self._around = asyncio.get_running_loop().create_task(self._look_around())
+            changed = ()  # what was begun has to be finished, too
+        self._around = asyncio.get_running_loop().create_task(self._look_around(changed))
 
-    async def _look_around(self) -> None:
-        for document in documents((), self.folders()):
+    async def _look_around(self, changed: Collection[Path]) -> None:
+        def concerned(path: Path, text: str) -> bool:
+            return not changed or path in changed or any(other.stem in text for other in changed)
+
+        for document in documents((), self.folders(), concerned):
             await asyncio.sleep(0)  # an editor that asks comes first
             uri = document.path.resolve().as_uri()
             if uri not in self.documents:
-                found = [
-                    d
-                    for d in document.at_once()
-                    if d.span is None or d.span.file.name == document.source.name
-                ]
-                self.text_document_publish_diagnostics(
-                    lsp.PublishDiagnosticsParams(uri, [diagnostic_of(document, d) for d in found])
-                )
+                self._publish(uri, document, own_of(document, document.at_once()))
+
+    def _publish(self, uri: str, document: Document, found: Iterable[Diagnostic]) -> None:
+        self.text_document_publish_diagnostics(
+            lsp.PublishDiagnosticsParams(uri, [diagnostic_of(document, d) for d in found])
+        )
+
+
+def own_of(document: Document, found: Iterable[Diagnostic]) -> tuple[Diagnostic, ...]:
+    """Return those messages that are about this text, and not about one that it imports."""
+    return tuple(d for d in found if d.span is None or d.span.file.name == document.source.name)
 
 
 def make_server(idle: float = IDLE) -> Server:
@@ -159,8 +163,8 @@ def _keep_texts(server: Server) -> None:
         server.close(params.text_document.uri)
 
     @server.feature(lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES)
-    async def changed_outside(_: lsp.DidChangeWatchedFilesParams) -> None:
-        server.look_around()
+    async def changed_outside(params: lsp.DidChangeWatchedFilesParams) -> None:
+        server.look_around([path_of(change.uri) for change in params.changes])
 
 
 def _tell_meanings(server: Server) -> None:

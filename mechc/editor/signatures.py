@@ -58,7 +58,9 @@ def _call(text: str) -> _Call | None:
         parts[-1].text.startswith("//") or (parts[-1].kind == "text" and not _ends(parts[-1].text))
     ):
         return None
-    depth, arguments, current = 0, [], []  # type: ignore[var-annotated]
+    depth = 0
+    arguments: list[tuple[Piece, ...]] = []
+    current: list[Piece] = []
     for k in range(len(parts) - 1, -1, -1):
         sign = parts[k].text
         if sign in _CLOSED:
@@ -66,18 +68,8 @@ def _call(text: str) -> _Call | None:
         elif sign in _OPEN and depth:
             depth -= 1
         elif sign == "(":
-            words: list[str] = []
-            for piece in reversed(parts[max(0, k - 12) : k]):  # a dotted name, and the word before it
-                if piece.text == "." and words:
-                    words[-1] = f".{words[-1]}"
-                elif piece.kind == "name" and words and words[-1].startswith("."):
-                    words[-1] = piece.text + words[-1]
-                elif piece.kind == "name" and len(words) < 2:
-                    words.append(piece.text)
-                else:
-                    break
             inside = (tuple(reversed(current)), *arguments)
-            return _Call(tuple(reversed(words)), inside)
+            return _Call(_words_before(parts[max(0, k - 12) : k]), inside)
         elif sign in _OPEN:
             arguments, current = [], []  # an array is no call: what holds it is
             continue
@@ -88,6 +80,21 @@ def _call(text: str) -> _Call | None:
             continue
         current.append(parts[k])
     return None
+
+
+def _words_before(parts: list[Piece]) -> tuple[str, ...]:
+    """Return the dotted name that ends some pieces, and the word before it."""
+    words: list[str] = []
+    for piece in reversed(parts):
+        if piece.text == "." and words:
+            words[-1] = f".{words[-1]}"
+        elif piece.kind == "name" and words and words[-1].startswith("."):
+            words[-1] = piece.text + words[-1]
+        elif piece.kind == "name" and len(words) < 2:
+            words.append(piece.text)
+        else:
+            break
+    return tuple(reversed(words))
 
 
 def _ends(text: str) -> bool:

@@ -126,7 +126,7 @@ def test_renaming_goes_through_all_files_of_a_folder(tmp_path: Path) -> None:
     (tmp_path / "two.mech").write_text(user)
     (tmp_path / "sub" / "other.mech").write_text("model Other\n  parameter Length size = 1 m;\nend Other;\n")
     (tmp_path / ".hidden" / "no.mech").write_text("model Rod\nend Rod;\n")
-    texts = list(documents((), [tmp_path], "size"))
+    texts = list(documents((), [tmp_path], lambda _, text: "size" in text))
     assert [doc.path.name for doc in texts] == ["parts.mech", "other.mech", "two.mech"]
     place = declared(texts[-1], user.index("size + b"))
     assert Path(place.file.name).name == "parts.mech"

@@ -202,6 +202,11 @@ def test_files_of_the_folder_are_looked_at_and_changed(tmp_path: Path) -> None:
         here = {"textDocument": {"uri": uri}, "position": {"line": 3, "character": 15}}
         changes = client.send("textDocument/rename", {**here, "newName": "long"})["changes"]
         assert set(changes) == {uri, (tmp_path / "parts.mech").as_uri()}
+        (tmp_path / "wrong.mech").write_text("output y = nothing_else;\n")
+        change = {"uri": (tmp_path / "wrong.mech").as_uri(), "type": 2}
+        client.send("workspace/didChangeWatchedFiles", {"changes": [change]}, asks=False)
+        while not any("nothing_else" in message["message"] for message in client.messages()):
+            pass
 
 
 def test_messages_of_the_whole_compiler_follow(client: Client) -> None:
