@@ -47,7 +47,7 @@ class Places:
                     break
 
     def _allocate(self) -> Numbers:
-        sites, operands = self.nests.sites, self.nests.stream.operands
+        sites = self.nests.sites
         n = len(self.nests.stream.done)
         shared = np.full(n, -1, np.int64)
         """The first statement of those that share a place."""
@@ -61,7 +61,6 @@ class Places:
                 shared[site.statements] = site.statements
         for statement, value in sorted(pairs):
             shared[statement] = shared[value]
-        del operands
         at = np.full(n, -1, np.int64)
 
         def give(owners: Numbers) -> None:
