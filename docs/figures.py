@@ -278,6 +278,7 @@ ROWS = (
     row("U34", "field_of_potentials", ASKED, "x", "y"),
     row("U35", "vortex", ASKED, "x", "y"),
     row("U36", "curl_of_field", ASKED, "x", "y"),
+    row("U34, U35, U36", "field_operators", ASKED, T, "force[1] force[2] other_turn[3]"),
     row("U37", "curl_of_two", ASKED, "x", "y"),
     row("U37", "product_field", ASKED, "x", "y"),
     row("U118", "hemisphere", ASKED, T, "centre[3]"),

@@ -22,6 +22,7 @@ class Category(Enum):
     QUERY = "query"  # about a named element, or the whole model
     EVENT = "event"  # conditions of ``when``
     STRUCTURE = "structure"  # values for arrays, sweeps and tables
+    FIELD = "field"  # derivatives of functions by place
 
 
 class Builtin(Struct, frozen=True):
@@ -48,6 +49,7 @@ class Builtin(Struct, frozen=True):
 
 _E, _V, _R, _P = Category.ELEMENTARY, Category.VECTOR, Category.REDUCTION, Category.POSE
 _K, _Q, _W, _S = Category.KINEMATIC, Category.QUERY, Category.EVENT, Category.STRUCTURE
+_F = Category.FIELD
 
 _ALL = (
     Builtin("sin", 1, 1, _E, "sine of an angle"),
@@ -72,7 +74,13 @@ _ALL = (
     Builtin("floor", 1, 1, _E, "largest whole number not above"),
     Builtin("ceil", 1, 1, _E, "smallest whole number not below"),
     Builtin("mod", 2, 2, _E, "x - floor(x/y)*y"),
-    Builtin("div", 2, 2, _E, "quotient of two whole numbers, rounded towards zero"),
+    Builtin(
+        "div",
+        2,
+        2,
+        _E,
+        "quotient of two whole numbers, rounded towards zero; divergence of a field: div(F, r)",
+    ),
     Builtin("clamp", 3, 3, _E, "x kept between a lower and an upper limit: clamp(x, low, high)"),
     Builtin("deadzone", 2, 2, _E, "0 for |x| below the half width w, then x -/+ w: deadzone(x, w)"),
     Builtin("min", 1, None, _R, "smallest of the arguments, of an array, or of e for i in r", (), True),
@@ -126,6 +134,9 @@ _ALL = (
     ),
     Builtin("initial", 0, 0, _W, "true at the start only"),
     Builtin("table", 3, 3, _S, "smooth curve through points: table(x, {x1, x2, ..}, {y1, y2, ..})"),
+    Builtin("grad", 2, None, _F, "gradient of a field, a function of its place: grad(V, r)"),
+    Builtin("curl", 2, None, _F, "curl of a vector field: curl(F, r); a number in the plane"),
+    Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),
     Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),
 )
 

@@ -144,7 +144,32 @@ class Quadrature(Typed, frozen=True):
     body: Expression
 
 
-Expression = Literal | Name | Element | Derivative | Previous | Array | Select | Apply | Query | Quadrature
+class FieldDerivative(Typed, frozen=True):
+    """``grad``, ``div``, ``curl`` or ``laplacian`` (``operator``) of a field at a place.
+
+    ``body`` is the field in terms of ``variable``, a number or a vector, of which ``place`` is the value. A gradient has
+    the shape of the field, then that of the place.
+    """
+
+    operator: str
+    variable: str
+    place: Expression
+    body: Expression
+
+
+Expression = (
+    Literal
+    | Name
+    | Element
+    | Derivative
+    | Previous
+    | Array
+    | Select
+    | Apply
+    | Query
+    | Quadrature
+    | FieldDerivative
+)
 
 
 # ---------------------------------------------------------------- declarations

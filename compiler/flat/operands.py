@@ -8,6 +8,7 @@ from .model import (
     Derivative,
     Element,
     Expression,
+    FieldDerivative,
     Literal,
     Name,
     Previous,
@@ -42,6 +43,8 @@ def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
             return arguments
         case Quadrature(lower=lower, upper=upper, body=body):
             return (lower, upper, body)
+        case FieldDerivative(place=place, body=body):
+            return (place, body)
         case _:
             return ()
 

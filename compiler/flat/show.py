@@ -19,6 +19,7 @@ from .model import (
     Element,
     Experiment,
     Expression,
+    FieldDerivative,
     FlatModel,
     Impulse,
     Joint,
@@ -276,6 +277,8 @@ def _written(expression: Expression) -> tuple[str, int]:
             return f"{function}({', '.join(inside)})", _ATOM
         case Quadrature(variable=variable, lower=lower, upper=upper, body=body):
             return f"integral({text(body)} for {variable} in {text(lower)}:{text(upper)})", _ATOM
+        case FieldDerivative(operator=operator, variable=variable, place=place, body=body):
+            return f"{operator}({text(body)} for {variable} at {text(place)})", _ATOM
         case Apply():
             return _applied(expression)
         case _:

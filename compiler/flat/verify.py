@@ -24,6 +24,7 @@ from .model import (
     Event,
     Experiment,
     Expression,
+    FieldDerivative,
     FlatModel,
     Inertia,
     Joint,
@@ -48,7 +49,19 @@ from .show import text
 from .subscripts import element_name
 from .well_typed import mistake
 
-EXPRESSIONS = (Literal, Name, Element, Derivative, Previous, Array, Select, Apply, Query, Quadrature)
+EXPRESSIONS = (
+    Literal,
+    Name,
+    Element,
+    Derivative,
+    Previous,
+    Array,
+    Select,
+    Apply,
+    Query,
+    Quadrature,
+    FieldDerivative,
+)
 _ENERGIES = {"kinetic": types.ENERGY, "potential": types.ENERGY, "dissipation": types.POWER}
 
 
@@ -150,6 +163,8 @@ class _Check:
                     bound = {**names, at.variable: types.numeric(at.lower.type)}
                     if types.is_zero(at.lower):
                         bound[at.variable] = types.numeric(at.upper.type)
+                elif isinstance(at, FieldDerivative):
+                    bound = {**names, at.variable: types.numeric(at.place.type)}
                 pending += [(e, bound, False) for e in children(at)]
 
     def unanswered(self, expression: Expression) -> str:

@@ -15,6 +15,7 @@ from .model import (
     Derivative,
     Element,
     Expression,
+    FieldDerivative,
     Kind,
     Literal,
     Name,
@@ -61,6 +62,8 @@ def mistake(expression: Expression, names: Mapping[str, Type], second: Dimension
         case Quadrature(lower=lower, upper=upper, body=body):
             wanted = body.type.dimension * _other(lower, upper).dimension
             return _alike(lower, upper) or _dimension(type, wanted, is_zero(body) or is_zero(upper))
+        case FieldDerivative(operator=operator, place=place, body=body):
+            return _field(operator, place, body, type)
         case Query(function=function, arguments=arguments):
             return _known(function, len(arguments), type)
         case Apply(function=function, arguments=arguments):
@@ -142,6 +145,23 @@ def _known(function: str, count: int, type: Type) -> str:
     if function not in BUILTINS:
         return f"there is no function '{function}'"
     return ""
+
+
+def _field(operator: str, place: Expression, body: Expression, type: Type) -> str:
+    """Compare with what a field of this shape has; the second derivative is per square of a length."""
+    at, field = place.type, body.type
+    order = 2 if operator == "laplacian" else 1
+    shapes = {
+        "grad": field.shape + at.shape,
+        "div": field.shape[:-1],
+        "curl": () if at.shape == (2,) else at.shape,
+        "laplacian": field.shape,
+    }
+    if operator in ("div", "curl") and field.shape[-1:] != at.shape:
+        return f"the field has the shape {field.shape}, its place {at.shape}"
+    if type.shape != shapes[operator]:
+        return f"its shape is stated to be {type.shape}, but is {shapes[operator]}"
+    return _dimension(type, field.dimension / at.dimension**order, is_zero(body))
 
 
 # ---------------------------------------------------------------- operators and functions

@@ -21,6 +21,7 @@ import mechc
 from mechc.compiler.flat import well_typed
 from mechc.compiler.flat.expressions import functions as rules
 from mechc.compiler.flat.expressions.calls import _ALL_RULES
+from mechc.compiler.flat.expressions.fields import OPERATORS
 from mechc.compiler.flat.expressions.queries import QUERY_RULES
 from mechc.compiler.flat.values import evaluate as folding
 from mechc.compiler.graph import Graph
@@ -85,7 +86,7 @@ def compiled(name: str, count: int, unit: str) -> Any:
 
 @EVERY
 def test_it_has_a_rule_and_a_line(builtin: Builtin) -> None:
-    known = builtin.name in _ALL_RULES or builtin.name in QUERY_RULES or builtin.name == "integral"
+    known = builtin.name in _ALL_RULES or builtin.name in (*QUERY_RULES, *OPERATORS, "integral")
     assert known, (
         f"'{builtin.name}' has no type rule: a row in RULES of {file_of(rules)} (or of kinematics, queries)"
     )
@@ -99,6 +100,7 @@ def test_it_has_a_rule_and_a_line(builtin: Builtin) -> None:
         Category.VECTOR,
         Category.POSE,
         Category.STRUCTURE,
+        Category.FIELD,
     ):
         assert f"| `{builtin.name}` | {builtin.doc} |" in PAGE, (
             f"'{builtin.name}' has no line in docs/language.md"
@@ -190,6 +192,10 @@ potential 1 kg*10 m/s^2*z;
 constraint rod: x^2 + z^2 = 1 m^2;
 discrete Integer count = 0;
 """
+FIELDS = (
+    "function V(Length r[3], Pressure k) = k*r[1]*r[2]*r[3];"
+    "function F(Length r[3]) = {r[1]*r[2] + r[2]*r[3], r[1]^2, r[3]^2/2};" + BODY
+)
 c, s = math.cos(math.pi / 6), math.sin(math.pi / 6)
 turn = (5 - 2 * 10 * 1.5 * c) / 6  # angular acceleration
 force = [2 * 1.5 * (-turn * s - 4 * c), 2 * (1.5 * (turn * c - 4 * s) + 10)]
@@ -235,6 +241,9 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "multiplier": (LINE, "abs(multiplier(rod))", [4]),
     "closed": (LINE, "if closed(rod) then 1 else 0", [1]),
     "sample": (LINE + "when sample(0.1 ms) then count := count + 1; end when;\n", "count", [11]),
+    "grad": (FIELDS, "grad(V, {1, 2, 3}*1 m, 5 N/m^2)", [30, 15, 10]),
+    "curl": (FIELDS, "curl(F, {1, 2, 3}*1 m)", [0, 2, -2]),
+    "laplacian": (FIELDS, "laplacian(F, {1, 2, 3}*1 m)", [0, 2, 1]),
     "initial": (LINE + "when initial() then count := 7; end when;\n", "count", [7]),
 }
 """Model, call, and its value at the start; after 1 ms where events count."""

@@ -69,6 +69,23 @@ def test_field_of_potentials() -> None:
     assert found["conservative"] is True and found["potential"] == "x^2 - y^2"
 
 
+def test_field_operators() -> None:
+    """U34: (-2x, 2y), free of curl; U35: the vortex is free of curl; U36: curl (0, 0, (2c - 1) x), F = grad W for c = 1/2."""
+    solution = example("field_operators").simulate(estimate_error=False)
+    x, y, zero = solution["x"], solution["y"], np.zeros(len(solution.time))
+    assert np.ptp(x) > 0.3
+    expected = {
+        "force[1]": -2 * x,
+        "force[2]": 2 * y,
+        "other_turn[3]": 3 * x,
+        **dict.fromkeys(("curl_of_forces", "sources", "curl_of_vortex", "sources_of_vortex"), zero),
+        **{f"{name}[{k}]": zero for name in ("turn", "off") for k in (1, 2, 3)},
+        **{f"other_turn[{k}]": zero for k in (1, 2)},
+    }
+    for name, values in expected.items():
+        assert solution[name] == pytest.approx(values, abs=1e-14), name
+
+
 def test_vortex() -> None:
     """U35: free of curl, 2 pi round the origin."""
     found = example("vortex").field(radius=0.8).details

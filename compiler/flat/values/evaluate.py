@@ -220,17 +220,19 @@ def truth(scope: Scope, node: ast.Expression, purpose: str) -> bool:
 
 def not_structural(scope: Scope, node: ast.Expression, expression: Expression, purpose: str) -> Poisoned:
     """Report that a value is needed while compiling, but may change afterwards."""
-    name = next(iter(free_names(expression)), None)
+    names = free_names(expression)
+    name = next((n for n in names if "#" not in n), None)  # the others are bound by integrals and fields
     member = scope.flattening.variables.get(name) if name else None
     if member is not None and member.role is Role.PARAMETER:
         help = f"declare '{name}' as 'structural parameter'"
     else:
         help = "only structural parameters, numbers and indices of loops are known"
+    late = "this is found later, as integrals and derivatives are" if names else "this may change afterwards"
     return scope.fail(
         "E0315",
         f"{purpose} must be known when compiling",
         node.span,
-        caption=f"'{name}' may change afterwards" if name else "this may change afterwards",
+        caption=f"'{name}' may change afterwards" if name else late,
         help=help,
     )
 

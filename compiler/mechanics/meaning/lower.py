@@ -18,6 +18,7 @@ from ...flat.model import (
     Derivative,
     Element,
     Expression,
+    FieldDerivative,
     Kind,
     Literal,
     Name,
@@ -35,11 +36,12 @@ from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
+from .fields import derivative_of_field
 from .functions import FUNCTIONS
 from .integrals import Integrals
 from .questions import Questions, title
 from .symbols import Symbols
-from .values import Placement, Value, each, elements, node
+from .values import Placement, Value, each, elements, filled, node
 
 RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
 """Functions that jump where their arguments pass each other, so that a run stops there."""
@@ -132,6 +134,8 @@ class Lowering:
                 return each(self._pre, self.value(operand))
             case Quadrature():
                 return self._quadrature(expression)
+            case FieldDerivative():
+                return self._field_derivative(expression)
             case _:
                 assert_never(expression)
 
@@ -359,3 +363,23 @@ class Lowering:
 
         lower, upper = self.scalar(expression.lower), self.scalar(expression.upper)
         return self.integrals.value(expression, integrand, lower, upper)
+
+    def _field_derivative(self, expression: FieldDerivative) -> Value:
+        """Return a derivative by place; what the field compares is looked for at the place itself."""
+        place = self._numbers(self.value(expression.place))
+
+        def field(at: Value) -> Value:
+            self._values[expression.variable] = at
+            try:
+                return self._numbers(self.value(expression.body))
+            finally:
+                del self._values[expression.variable]
+
+        compared = dict(self.relations)
+        symbols = filled(
+            expression.place.type.shape, lambda i: self.graph.symbol(f"?{expression.variable}{list(i)}")
+        )
+        value = field(symbols)
+        self.relations = compared
+        field(place)
+        return derivative_of_field(self.graph, expression.operator, value, symbols, place)

@@ -12,6 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from mechc.compiler.flat import model as flat
 from oracle import poses
+from oracle.fields import differences
 from oracle.integrals import definite_integral
 from oracle.poses import Pose, vector
 from oracle.series import FUNCTIONS, Series, angle_of, apply, power, real
@@ -160,6 +161,8 @@ class Evaluator:
                 if name not in self.memo:
                     self.memo[name] = self.quadrature(e)
                 return self.memo[name]
+            case flat.FieldDerivative():
+                return self.field_derivative(e)
             case flat.Apply():
                 return self.apply(e)
 
@@ -197,6 +200,23 @@ class Evaluator:
         lower, upper = self(e.lower), self(e.upper)
         fixed: dict[int, Value] = {} if self.fixed is None else self.fixed
         return definite_integral(body, lower, upper)
+
+    def field_derivative(self, e: flat.FieldDerivative) -> Value:
+        """``grad``, ``div``, ``curl``, ``laplacian`` by differences; what is compared is decided at the place itself."""
+        place = self(e.place)
+
+        def field(at: Value, frozen: dict[Any, Any] | None) -> Value:
+            outer = self.local, self.frozen, self.seen, self.fixed
+            self.local, self.frozen, self.fixed = {**self.local, e.variable: at}, frozen, None
+            try:
+                return self(e.body)
+            finally:
+                self.local, self.fixed = outer[0], outer[3]
+                if frozen is not outer[1]:
+                    self.frozen, self.seen = outer[1], outer[2]
+
+        field(place, self.frozen)
+        return differences(e.operator, lambda at: field(at, Fresh()), place)
 
     def apply(self, e: flat.Apply) -> Value:
         f, key = e.function, id(e)

@@ -104,6 +104,8 @@ CONSTRUCTS: tuple[Construct, ...] = (
     Construct("table", "table(X, {-1, 0.1, 2}, {0.2, 0.3, 0.8})"), Construct("linspace", "linspace(0.1, 0.5, 3)[2]"),
     Construct("comprehension", "{i*X for i in 1:3}[2]"), Construct("index", "row[2]"),
     Construct("function", "shape(X)", file="function shape(Real r) = 0.3 + 0.2*r^2;\n"),
+    Construct("grad", "grad(dent, X)", file="function dent(Real r) = 0.3*r + 0.2*r^3;\n"),
+    Construct("curl", "curl(eddy, {X, 0.4}, 0.3)", file="function eddy(Real r[2], Real c) = {c*r[2]^2, sin(r[1])};\n"),
     Construct("let", "held", "  let held = 0.4 + 0.1*(X);\n"), Construct("parameter", "a"), Construct("structural parameter", "0.2*n"),
     Construct("coordinate", "x/(1 m)"), Construct("rate", "der(x)/(1 m/s)"), Construct("second derivative", "der(x, 2)/(9 m/s^2)"),
     Construct("derivative of an expression", "der(sin(x/(1 m)))*1 s"),
