@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from .runtime.ensembles.lanes import Wanted
+    from .runtime.ensembles.recipe import Recipe
     from .runtime.studies.runs.stepwise import Stepper
+    from .sent import SentQuestion
 
 M = TypeVar("M", bound=CompiledModel)
 
@@ -121,15 +123,20 @@ def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tup
             f"'{model.name}' is a motion, and this study is asked about curves",
             "a curve has a range: 'independent x from a to b;'",
         )
-    model = _with_formulas(model, asked)
+    problem = problem_of(model, asked, method)
+    return problem, study(asked, problem, model.settings)
+
+
+def problem_of(model: CompiledModel, asked: Asked, method: str | None = None) -> Problem:
+    """Return the model with what a question needs."""
+    model = with_formulas(model, asked)
     said = asked.given.get("method") or model.method(asked.experiment)
-    problem = model.problem(
+    return model.problem(
         asked.target,
         method=method or str(said),
         reproducible=bool(asked.given.get("reproducible", False)),
         parts=_needs(asked),
     )
-    return problem, study(asked, problem, model.settings)
 
 
 def _needs(asked: Asked) -> frozenset[str]:
@@ -138,7 +145,7 @@ def _needs(asked: Asked) -> frozenset[str]:
     )
 
 
-def _with_formulas(model: M, asked: Asked) -> M:
+def with_formulas(model: M, asked: Asked) -> M:
     """Return the model with the formulas of a question as outputs."""
     equations = model.compilation.equations
     names = [e.name for e in (*equations.states, *equations.outputs)]
@@ -168,15 +175,20 @@ def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
         or not any(map(_met, found.runs))
     ):
         return model, problem, found
-    compliant = model.keeping({*model.compilation.parts, COMPLIANCE})
-    other, again = _solve_as_it_is(compliant, asked)
+    softer = compliant(model)
+    other, again = _solve_as_it_is(softer, asked)
     if any(map(_met, again.runs)):
         return model, problem, found
     for one, before in zip(again.runs, found.runs, strict=True):
         failure = _cause(before)
         if failure is not None:
             one.add_remark(f"met a singular position at t = {failure.time:.6g}: {REPEATED}")
-    return compliant, other, again
+    return softer, other, again
+
+
+def compliant(model: M) -> M:
+    """Return the model with multipliers of a small compliance, which passes singular positions."""
+    return model.keeping({*model.compilation.parts, COMPLIANCE})
 
 
 def _foreseen(model: CompiledModel) -> bool:
@@ -202,7 +214,7 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     """
     problem, question = _posed(model, asked)
     if question.of_members:
-        return problem, solve(problem, _with_others(model, asked, problem, question))
+        return problem, solve(problem, with_others(model, asked, problem, question))
     if asked.given.get("method") or model.method(asked.experiment) or problem.library is None:
         return problem, solve(problem, question)
     found = solve(problem, replace(question, stiff_after=FEW_STEPS))
@@ -213,23 +225,40 @@ def _solve_as_it_is(model: CompiledModel, asked: Asked) -> tuple[Problem, Answer
     return problem, solve(problem, question)
 
 
-def _with_others(model: CompiledModel, asked: Asked, problem: Problem, question: Study) -> Study:
+def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: Study) -> Study:
     """Let single members be followed by other builds of the model, as single runs are: with the Jacobian, or compliant."""
-    from .runtime.ensembles.run import Other
+    from .runtime.ensembles.batches import Other
 
     def make_lanes(wanted: Wanted, by: str) -> Path:
         said = str(asked.given.get("method") or model.method(asked.experiment))
-        return _with_formulas(model, asked).lanes(said, _needs(asked), wanted, by)
+        return with_formulas(model, asked).lanes(said, _needs(asked), wanted, by)
 
-    question = replace(question, make_lanes=make_lanes)
+    def send(whole: Study) -> SentQuestion:
+        from .sent import SentQuestion
+
+        softer = [compliant(model)] if compliance else []
+        builds = [*softer, *(with_formulas(one, asked) for one in (model, *softer))]
+        return SentQuestion.of(model, builds, asked, whole, recipe_of)
+
+    compliance = bool(problem.constraints) and not _foreseen(model)
+    question = replace(question, make_lanes=make_lanes, send=send)
     others = []
-    if problem.constraints and not _foreseen(model):
-        compliant = {*model.compilation.parts, COMPLIANCE}
-        others.append(Other(False, lambda: _posed(model.keeping(compliant), asked)[0]))
+    if compliance:
+        others.append(Other(False, lambda: problem_of(compliant(model), asked)))
     if asked.given.get("method") or model.method(asked.experiment):
         return replace(question, others=tuple(others))
-    others.append(Other(True, lambda: _posed(model, asked, method="auto")[0]))
+    others.append(Other(True, lambda: problem_of(model, asked, "auto")))
     return replace(question, others=tuple(others), few_steps=FEW_STEPS)
+
+
+def recipe_of(model: CompiledModel, asked: Asked, question: Study) -> Recipe:
+    """Say how the members of a question that was sent here are made."""
+    problem = problem_of(model, asked)
+    whole = with_others(model, asked, problem, question)
+    from .runtime.studies.kinds.ensemble import EnsembleOf
+
+    assert isinstance(whole, EnsembleOf)
+    return whole.recipe(problem)
 
 
 def _shown(run: Run, asked: Asked, swept: Mapping[str, float | bool | str] | None = None) -> Solution:

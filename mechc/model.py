@@ -66,6 +66,16 @@ class CompiledModel:
         )
 
     @property
+    def code(self) -> Code:
+        """The source with what was compiled of it."""
+        return self._code
+
+    @property
+    def stated(self) -> dict[str, Given]:
+        """The changed values as they were written."""
+        return dict(self._settings)
+
+    @property
     def compilation(self) -> Compilation:
         """What every stage of the compiler made of the model."""
         return self._code.compilation

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..runtime.problem import Problem
 from ..runtime.settings import Setting
 from .formulas import apart, output_of, settable_units
-from .given_values import UsageMistake
+from .given_values import UsageMistake, read_value_of
 
 if TYPE_CHECKING:
     from ..runtime.ensembles.kept import Kept
@@ -60,10 +61,35 @@ def _matrix(setting: Setting, given: Any, problem: Problem) -> tuple[tuple[float
     return rows
 
 
+def _seconds(setting: Setting, given: Any, problem: Problem) -> float:
+    """Read a time of the clock, whatever the unit of the model's time."""
+    value = (
+        read_value_of(setting.name, given).in_unit("s", setting.name) if isinstance(given, str) else (given,)
+    )
+    try:
+        (seconds,) = (float(one) for one in value)
+    except (TypeError, ValueError):
+        seconds = -1.0
+    if not 0 < seconds < math.inf:
+        raise UsageMistake(
+            f"'{setting.name}' is a positive time, not {given!r}", f'as in {setting.name} = "10 s"'
+        )
+    return seconds
+
+
+def _cluster(setting: Setting, given: Any, problem: Problem) -> Any:
+    """Take an address, or what Dask knows a cluster by (runtime/ensembles/connect.py)."""
+    if isinstance(given, str) and not given.strip():
+        raise UsageMistake(f"'{setting.name}' is empty", "as in tcp://10.0.0.1:8786")
+    return given
+
+
 OF_ENSEMBLES: Mapping[str, Callable[[Setting, Any, Problem], object]] = {
     "varying": _varying,
     "kept": _kept,
     "share": _share,
     "matrix": _matrix,
+    "seconds": _seconds,
+    "cluster": _cluster,
 }
 """How these kinds of settings (``runtime/settings.py``) are read."""

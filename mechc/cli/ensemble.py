@@ -13,7 +13,19 @@ if TYPE_CHECKING:
     from ..api import Model
     from ..runtime.ensembles.result import Ensemble
 
-SETTINGS = ("vary", "keep", "samples", "seed", "sampling", "covariance", "errors", "threads", "lanes")
+MAKING = ("time_limit", "workers", "cluster")
+SETTINGS = (
+    "vary",
+    "keep",
+    "samples",
+    "seed",
+    "sampling",
+    "covariance",
+    "errors",
+    "threads",
+    "lanes",
+    *MAKING,
+)
 FORMATS = (".nc", ".zarr", ".parquet")
 """Endings of files that ensembles have beside those of single runs."""
 OF_ONE_RUN = {
@@ -53,6 +65,17 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--lanes",
             metavar="auto|on|off",
             help="Many runs side by side in vectors; auto takes them from 1000 members on.",
+        ),
+        click.option("--time-limit", metavar="TIME", help="How long a member may take; it fails then."),
+        click.option(
+            "--workers",
+            metavar="N",
+            help="Processes of a Dask cluster on this machine that make the members.",
+        ),
+        click.option(
+            "--cluster",
+            metavar="ADDRESS",
+            help="Dask scheduler whose workers make the members, tcp://HOST:8786.",
         ),
         click.option(
             "--resume", is_flag=True, help="Go on with many runs that were interrupted, into the same file."

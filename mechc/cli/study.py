@@ -45,6 +45,8 @@ METAVARS |= {
     "kept": '"max(A), final(B)"',
     "share": "all|none|SHARE",
     "matrix": '"{{A, B}, {B, C}}"',
+    "seconds": "TIME",
+    "cluster": "ADDRESS",
 }
 
 

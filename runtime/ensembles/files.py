@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 import json
 import os
+import re
 import shutil
-from collections.abc import Mapping
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ import numpy as np
 
 from ..results.files import ResultsFileError
 from ..results.quantities import header
+from .found import Piece
 from .members import Axis, Listed, Members
 from .result import ENDINGS, Column, Ensemble
 
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 FORMATS = (".npz", ".csv", ".json", ".nc", ".zarr", ".parquet")
 QUESTION = "question"
+PIECE = re.compile(r"(\d+)-(\d+)\.npz")
 REPORT = "report"
 
 
@@ -221,7 +224,6 @@ class PiecesFolder:
 
     def __init__(self, result: Path, question: str, *, resume: bool) -> None:
         self.folder = result.with_name(f"{result.name}.parts")
-        self.found = 0
         said = self.folder / QUESTION
         if self.folder.exists() and resume and said.read_text(encoding="utf-8") != question:
             raise ResultsFileError(
@@ -232,18 +234,17 @@ class PiecesFolder:
         self.folder.mkdir(parents=True, exist_ok=True)
         said.write_text(question, encoding="utf-8")
 
-    def load(self, first: int) -> Mapping[str, Any] | None:
-        piece = self.folder / f"{first}.npz"
-        if not piece.exists():
-            return None
-        with np.load(piece, allow_pickle=False) as file:
-            self.found += 1
-            return {name: file[name] for name in file.files}
+    def kept(self) -> Iterator[tuple[int, int, Piece]]:
+        """Give the pieces that are there, with their first member and the one behind their last."""
+        for path in sorted(self.folder.glob("*.npz")):
+            if (name := PIECE.fullmatch(path.name)) is not None:
+                with np.load(path, allow_pickle=False) as file:
+                    yield int(name[1]), int(name[2]), {n: file[n] for n in file.files}
 
-    def save(self, first: int, arrays: Mapping[str, Any]) -> None:
-        partial = self.folder / f".{first}.npz"
-        np.savez(partial, allow_pickle=False, **arrays)
-        os.replace(partial, self.folder / f"{first}.npz")
+    def save(self, first: int, last: int, piece: Piece) -> None:
+        partial = self.folder / f".{first}-{last}.npz"
+        np.savez(partial, allow_pickle=False, **piece)
+        os.replace(partial, self.folder / f"{first}-{last}.npz")
 
     def remove(self) -> None:
         shutil.rmtree(self.folder)

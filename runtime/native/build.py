@@ -83,7 +83,16 @@ def find_compiler() -> Compiler | None:
 
     Raises ``CompilerMissing`` if ``CC`` is set and does not answer.
     """
-    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", ""))
+    return _find_compiler(os.environ.get("CC", ""), os.environ.get("PATH", "")) or _assumed
+
+
+_assumed: Compiler | None = None
+
+
+def assume_compiler(compiler: Compiler | None) -> None:
+    """Let a process without a compiler find what this one has compiled elsewhere, for the same machine."""
+    global _assumed
+    _assumed = compiler
 
 
 @functools.cache

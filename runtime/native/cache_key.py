@@ -17,7 +17,7 @@ def cache_key(sources: Mapping[str, str], flags: Sequence[str], key: str, compil
     digest = hashlib.sha256()
     parts = [key, *compiler.command, compiler.version, platform.machine(), sys.platform, *flags]
     if NATIVE in flags:
-        parts.append(_processor())
+        parts.append(processor())
     for file in sorted(sources):
         parts += [file, sources[file]]
     for part in parts:
@@ -27,7 +27,7 @@ def cache_key(sources: Mapping[str, str], flags: Sequence[str], key: str, compil
 
 
 @functools.cache
-def _processor() -> str:
+def processor() -> str:
     """What tells this processor from others, as far as generated instructions go."""
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8", errors="replace").splitlines()

@@ -14,8 +14,8 @@ EXPLANATIONS = sorted(
     path for path in (ROOT / "docs" / "explanation").glob("*.md") if path.name != "README.md"
 )
 HOW_TO = sorted(path for path in (ROOT / "docs" / "how_to").glob("*.md") if path.name != "README.md")
-LONG = {"fmu_in_co_simulation", "c_for_embedded_use"}
-"""Pages that build libraries or pages."""
+LONG = {"fmu_in_co_simulation", "c_for_embedded_use", "cluster"}
+"""Pages that build libraries or pages, or begin processes."""
 
 
 @pytest.mark.parametrize(
@@ -31,6 +31,8 @@ def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     for library in ("casadi", "jax"):
         if f"--target {library}" in page.read_text(encoding="utf-8"):
             pytest.importorskip(library, reason=f"needs {library}: pip install 'mechc[{library}]'")
+    if "--workers" in page.read_text(encoding="utf-8"):
+        pytest.importorskip("distributed", reason="needs Dask: pip install 'mechc[cluster]'")
     if "\n$ cc " in page.read_text(encoding="utf-8") and shutil.which("cc") is None:
         pytest.skip("needs a C compiler by the name of cc")
     assert follow(page.read_text(encoding="utf-8")) > 0

@@ -64,7 +64,7 @@ def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
         build_shared(sources(1), model_flags(), key="other"),
         build_shared(sources(1), model_flags(), compiler=Compiler(compiler.command, "another version")),
     ]
-    monkeypatch.setattr(cache_key, "_processor", lambda: "another processor")
+    monkeypatch.setattr(cache_key, "processor", lambda: "another processor")
     others.append(build_shared(sources(1), model_flags()))
     assert len({first, *others}) == 7
     assert build_shared(sources(1), model_flags(reproducible=True)) in others, "not tied to the processor"

@@ -15,8 +15,8 @@ import pytest
 import mechc
 from mechc.asking.given_values import UsageMistake
 from mechc.runtime.ensembles import run as ensemble_run
+from mechc.runtime.ensembles.batches import estimated
 from mechc.runtime.ensembles.files import read_ensemble
-from mechc.runtime.ensembles.run import estimated
 from mechc.runtime.results.files import ResultsFileError
 
 ROOT = Path(__file__).parents[2]
@@ -437,3 +437,35 @@ print(next(line.split()[1] for line in open("/proc/self/status") if line.startsw
 """
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert int(done.stdout) * 1024 < 300e6
+
+
+HANGING = """\
+model Hanging
+  parameter w = 1 rad/s;
+  coordinate x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*1 kg*(w/(1 rad))^2*x^2;
+  experiment(stop = 1 s);
+end Hanging;
+"""
+"""A member with w = 1e9 takes some 1e9 steps."""
+
+
+@pytest.mark.parametrize("lanes", ["off", "on"])
+def test_a_member_that_hangs_is_a_row_with_its_reason(lanes: str) -> None:
+    model = mechc.loads(HANGING)
+    values = np.linspace(1.0, 9.0, 100)
+    values[7] = 1e9
+    runs = model.ensemble({"w": values}, "final(x), x", lanes=lanes, time_limit="0.1 s", every="0.5 s")
+    assert runs.counts() == {"completed": 99, "failed": 1} and runs.outcome_words[7] == "failed"
+    assert "longer than the time limit of a member, 0.1 s" in runs.reason(7)
+    assert np.isnan(runs["x"][7]).all() and np.isnan(runs.ends[7]) and runs.steps[7] == 0
+    good = np.arange(100) != 7
+    alone = model.ensemble({"w": values[good]}, "final(x), x", lanes=lanes, every="0.5 s")
+    np.testing.assert_array_equal(runs["x"][good], alone["x"])
+
+
+def test_wrong_time_limits_are_told(spring: mechc.Model) -> None:
+    for wrong in ("0 s", "-1 s", "1 m", "soon", -2):
+        with pytest.raises(UsageMistake, match="time_limit"):
+            spring.ensemble("k = 1 .. 9 N/m, 3", time_limit=wrong)

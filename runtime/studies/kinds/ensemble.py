@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from hashlib import sha256
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
+from ...ensembles.batches import Other
 from ...ensembles.files import PiecesFolder
 from ...ensembles.kept import Kept, check_kept, kept_by_default
-from ...ensembles.lanes import CHOICES, Maker, Wanted
+from ...ensembles.lanes import CHOICES, Wanted
 from ...ensembles.members import SAMPLINGS, Axis, Listed, Members, Spread, members_of
+from ...ensembles.recipe import Make, Recipe
 from ...ensembles.result import Ensemble
-from ...ensembles.run import Other, run_ensemble
+from ...ensembles.run import run_ensemble
 from ...outcome import SimulationError
 from ...problem import Problem
 from ...settings import settable
 from ..study import Study, swept_axes
+
+if TYPE_CHECKING:
+    from ...ensembles.cluster import Cluster
 
 TWENTIETH = 0.05
 Varying = Axis | Spread | Listed
@@ -29,7 +35,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     """The members of a product of values, a cloud of random values, or a list. The answer is an ``Ensemble``.
 
     Values that the experiment sweeps and ``vary`` does not name are axes as well, the first ones. ``others``: the model built otherwise
-    (``ensembles/run.py``).
+    (``ensembles/batches.py``).
     """
 
     unused: ClassVar[frozenset[str]] = frozenset({"estimate_error"})
@@ -66,9 +72,20 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         str | None, settable("File beside which finished members are kept until all are made.", "text")
     ] = None
     resume: Annotated[bool, settable("Go on with the members that an earlier run has kept.", "flag")] = False
+    time_limit: Annotated[
+        float | None, settable("Seconds that a member may take; without a bound without it.", "seconds")
+    ] = None
+    workers: Annotated[
+        int | None, settable("Processes of a Dask cluster on this machine that make the members.", "count")
+    ] = None
+    cluster: Annotated[
+        Any, settable("Address of a Dask scheduler whose workers make them; in Python a client.", "cluster")
+    ] = None
     others: tuple[Other, ...] = ()
     few_steps: int | None = None
     make_lanes: Callable[[Wanted, str], Path] | None = None
+    send: Callable[[EnsembleOf], Make] | None = None
+    """Gives what makes the recipe of this question in another process."""
 
     def solve(self, problem: Problem) -> Ensemble:
         """Run all members. Raises SimulationError for members or things to keep that do not fit the model."""
@@ -85,25 +102,43 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
                 f"'lanes' is {' or '.join(CHOICES)}, not '{self.lanes}'",
                 help="without it, lanes are taken for many members of models that can have them",
             )
-        maker = None if self.make_lanes is None else Maker(self.make_lanes, self.lanes)
         pieces = None
         if self.store:
             pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
-        found = run_ensemble(
-            problem,
-            self,
-            members,
-            kept,
-            share=self.errors,
-            threads=self.threads,
-            others=self.others,
-            few_steps=self.few_steps,
-            pieces=pieces,
-            maker=maker,
-        )
+        recipe = self.recipe(problem)
+        with self._elsewhere(members) as elsewhere:
+            found = run_ensemble(recipe, members, threads=self.threads, pieces=pieces, elsewhere=elsewhere)
         if pieces is not None and found.complete:
             pieces.remove()
         return found
+
+    def recipe(self, problem: Problem) -> Recipe:
+        """Say how members are made."""
+        return Recipe(
+            problem,
+            self,
+            self.keep or kept_by_default(problem),
+            self.errors,
+            self.time_limit,
+            self.others,
+            self.few_steps,
+            self.make_lanes,
+            self.lanes,
+        )
+
+    @contextmanager
+    def _elsewhere(self, members: Members) -> Iterator[Cluster | None]:
+        """Give the cluster that was asked for. Raises SimulationError."""
+        if self.cluster is None and self.workers is None:
+            yield None
+            return
+        from ...ensembles.cluster import Cluster
+        from ...ensembles.connect import connected
+
+        if self.send is None:
+            raise SimulationError("a problem that was written by hand cannot be sent to a cluster")
+        with connected(self.cluster, self.workers, self.threads) as client:
+            yield Cluster(client, self.send(self), members, self.reproducible, self.threads)
 
     def _fingerprint(self, problem: Problem, members: Members) -> str:
         """Give what tells this question from others: pieces of one are none of another."""
@@ -120,6 +155,10 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             "others",
             "few_steps",
             "make_lanes",
+            "send",
+            "time_limit",
+            "workers",
+            "cluster",
             "vary",
             "inputs",
         }
