@@ -40,7 +40,7 @@ class Dimension(Struct, frozen=True):
         return _dimension([x - y for x, y in zip(a, b, strict=True)])
 
     def __pow__(self, power: Exponent) -> Dimension:
-        return _dimension([x * power for x in self.exponents])
+        return _raised(self, power)
 
     @property
     def is_none(self) -> bool:
@@ -62,6 +62,11 @@ class Dimension(Struct, frozen=True):
 def _dimension(exponents: list[Exponent]) -> Dimension:
     kg, m, s, A, K, mol, cd = (_exponent(e) for e in exponents)
     return Dimension((kg, m, s, A, K, mol, cd))
+
+
+@lru_cache(maxsize=1024)
+def _raised(dimension: Dimension, power: Exponent) -> Dimension:
+    return _dimension([x * power for x in dimension.exponents])
 
 
 def _power(symbol: str, exponent: Exponent) -> str:

@@ -16,6 +16,7 @@ from mechc.suggest import closest
 from ..recursion import deep_recursion
 from . import model, types
 from .checks.cycles import check_cycles
+from .checks.inside import inside_of
 from .checks.oversights import lint
 from .checks.unused import warn_of_unused
 from .expressions.elaborate import elaborate
@@ -152,14 +153,15 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
     variables = (*declared, *record.hidden)
     space = flattening.space.size
     draws = drawings(record.draws, flattening)
+    inside = () if reporter.has_errors else inside_of(instance)
     if not reporter.has_errors:
         _check_gravity(instance, record)
-        lint(instance)
+        lint(instance, inside)
     definitions = tuple(record.definitions)
     if not reporter.has_errors:
         check_cycles(variables, definitions, reporter)
     reporter.stop_on_errors()
-    warn_of_unused(instance)
+    warn_of_unused(instance, inside)
     return FlatModel(
         name=cls.model.name,
         doc=cls.model.doc,

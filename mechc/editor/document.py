@@ -9,22 +9,16 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from pathlib import Path
 
-from ..compiler.equations.assemble import assemble
 from ..compiler.flat.model import FlatModel
 from ..compiler.flat.names.classes import Class, Classes
 from ..compiler.flat.names.files import search_path
 from ..compiler.flat.names.namespace import Library, Namespace
-from ..compiler.mechanics.build import build
-from ..compiler.parts import is_part, looked_at
-from ..compiler.recursion import deep_recursion
-from ..compiler.uncollected import uncollected
 from ..lang import ast
 from ..lang.diagnostics import CompileError, Diagnostic, Reporter
-from ..lang.parser import parse
 from ..lang.source import SourceFile
+from .models import Front, Models, Reading, read
 
 Members = Mapping[str, tuple[ast.Declaration, Namespace]]
 """Declarations by name, with the names that each sees."""
@@ -34,93 +28,86 @@ _END = re.compile(r"^[ \t]*end[ \t]+(\w+)[ \t]*;", re.MULTILINE)
 
 
 class Document:
-    """One open file. ``tree`` is that of the last text that could be parsed, None before there was one."""
+    """One open file. ``tree`` is that of the last text that could be parsed, None before there was one; ``broken``: it is not
+    that of the present text, which cannot be read, or was not read yet."""
 
-    def __init__(self, path: Path, text: str) -> None:
+    def __init__(self, path: Path, text: str | None = None) -> None:
         self.path = path
         self.tree: ast.File | None = None
-        self._flat: dict[str, FlatModel] = {}  # of the present text
         self._typed: dict[str, FlatModel] = {}  # the last ones that there were
-        self._parts: set[str] = set()  # models that others use
-        self.change(text)
+        self._models = Models((path.parent,))
+        self._forget_names()
+        self.write(text or "")
+        if text is not None:
+            self.change(text)
 
     def change(self, text: str) -> None:
-        """Take a new text."""
+        """Take a new text, and read it."""
+        self.write(text)
+        self.take(read(self.source))
+
+    def write(self, text: str) -> None:
+        """Take a new text that somebody will read: until then names mean what they meant before."""
         self.source = SourceFile(str(self.path), text.replace("\r\n", "\n").replace("\r", "\n"))
-        self._front: tuple[Diagnostic, ...] | None = None
-        reporter = Reporter()
-        try:
-            with uncollected():
-                self.tree = parse(self.source, reporter)
-            self.broken = False
-        except CompileError:
-            self.broken = True
-        self._syntax = reporter.diagnostics
-        if not self.broken:
-            self._library = (
-                Library(search_path(self.tree, (self.path.parent,)), Reporter()) if self.tree else None
-            )
-            self._namespace: Namespace | None = None
-            self._classes: dict[str, Class | None] = {}
-            self._members: dict[int, tuple[Class, Members]] = {}
-            self._components: dict[int, list[tuple[ast.Component, Namespace]]] = {}
-            self._types: dict[tuple[int, str], Class | None] = {}
+        self.reading: Reading | None = None
+        self.broken = True
+        self._front: Front | None = None
+
+    def take(self, reading: Reading) -> None:
+        """Take what was read, unless the text is another one by now."""
+        if reading.source is not self.source:
+            return
+        self.reading = reading
+        self.broken = reading.tree is None
+        if reading.tree is not None:
+            self.tree = reading.tree
+            self._forget_names()
+
+    def _forget_names(self) -> None:
+        self._namespace: Namespace | None = None
+        self._classes: dict[str, Class | None] = {}
+        self._members: dict[int, tuple[Class, Members]] = {}
+        self._components: dict[int, list[tuple[ast.Component, Namespace]]] = {}
+        self._types: dict[tuple[int, str], Class | None] = {}
 
     @property
     def text(self) -> str:
         return self.source.text
 
+    @property
+    def is_looked_at(self) -> bool:
+        """Whether it is known what is wrong with the present text."""
+        return self._front is not None
+
     # ------------------------------------------------------------ messages
+
+    def look(self, reading: Reading) -> Front:
+        """Say what is wrong with a text that was read, its names, types and units; changes nothing that is asked for."""
+        return self._models.look(reading)
+
+    def take_front(self, front: Front) -> None:
+        """Take what was found, unless the text is another one by now."""
+        if front.source is self.source:
+            self._front = front
+            self._typed |= {name: looked.flat for name, looked in front.models.items() if looked.flat}
+
+    def front(self) -> Front:
+        """Return what is wrong with the present text, and its models."""
+        if self.reading is None:
+            self.take(read(self.source))
+        if self._front is None:
+            assert self.reading is not None
+            self.take_front(self.look(self.reading))
+        assert self._front is not None
+        return self._front
 
     def at_once(self) -> tuple[Diagnostic, ...]:
         """Return what is wrong with the text, its names, types and units."""
-        if self.broken:
-            return self._syntax
-        if self._front is None:
-            found = dict.fromkeys(self._syntax)
-            for name in self.models():
-                found.update(dict.fromkeys(self._flattened(name)))
-            self._front = tuple(found)
-        return self._front
+        return self.front().diagnostics
 
     def in_full(self) -> tuple[Diagnostic, ...]:
         """Return what the whole compiler says, of every model that can be run."""
-        found = dict.fromkeys(self.at_once())
-        if self.broken or self.tree is None:
-            return tuple(found)
-        for name in self.models():
-            flat = self._flat.get(name or "")
-            if flat is None or name in self._parts:
-                continue
-            reporter = Reporter()
-            with suppress(CompileError, RecursionError), deep_recursion():
-                assemble(build(flat, reporter), reporter, ())
-            found.update(dict.fromkeys(reporter.diagnostics))
-        return tuple(found)
-
-    def models(self) -> list[str | None]:
-        """Name the models that can be run; None stands for the bare statements of a file."""
-        if self.tree is None:
-            return []
-        items = self.tree.items
-        named: list[str | None] = [m.name for m in items if isinstance(m, ast.Model) and not m.partial]
-        bare = any(not isinstance(i, ast.Import | ast.Model | ast.Function | ast.Type) for i in items)
-        return [*named, *([None] if bare and not named else [])]
-
-    def _flattened(self, name: str | None) -> tuple[Diagnostic, ...]:
-        assert self.tree is not None
-        self._flat.pop(name or "", None)
-        self._parts.discard(name or "")
-        with suppress(RecursionError):
-            part, flat = looked_at(self.tree, name, (self.path.parent,))
-            if any(
-                is_part(m, part, flat) for m in self.tree.items if isinstance(m, ast.Model) and m.name == name
-            ):
-                self._parts.add(name or "")
-            if flat is not None:
-                self._flat[name or ""] = self._typed[name or ""] = flat
-            return part.diagnostics
-        return ()
+        return self._models.assembled(self.front())
 
     # ------------------------------------------------------------ what names mean
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
+import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -106,14 +108,18 @@ def applied(text: str, edits: Iterable[Edit]) -> str:
     return text
 
 
-def fixes(document: Document, diagnostic: Diagnostic) -> list[Fix]:
-    """Return the edits that a message proposes, of which each was tried: the message is gone, and no other one has come."""
+def fixes(document: Document, diagnostic: Diagnostic, seconds: float = math.inf) -> list[Fix]:
+    """Return the edits that a message proposes, of which each was tried: the message is gone, and no other one has come.
+
+    ``seconds`` of processor time may pass before one is tried; further ones are left out.
+    """
+    until = time.process_time() + seconds
     span = diagnostic.span
     if span is None or span.file.name != document.source.name:
         return []
     found: dict[str, Fix] = {}
     for fix in _proposals(document, diagnostic, span):
-        if fix.title not in found and _mends(document, diagnostic, fix.edits):
+        if fix.title not in found and time.process_time() < until and _mends(document, diagnostic, fix.edits):
             found[fix.title] = fix
     return list(found.values())
 
@@ -193,17 +199,17 @@ def _behind(text: str, offset: int) -> int:
 
 
 def _mends(document: Document, diagnostic: Diagnostic, edits: Iterable[Edit]) -> bool:
-    """Whether a message is gone after an edit and no other error has come."""
+    """Whether a message is gone after an edit and no other error has come, as far as one looked who found the message."""
     new = applied(document.text, edits)
     if new == document.text:
         return False
-    other = Document(document.path, new)
-    found = other.in_full()
+    other, found_early = Document(document.path, new), diagnostic in document.at_once()
+    found = other.at_once() if found_early else other.in_full()
     if any((d.code, d.message) == (diagnostic.code, diagnostic.message) for d in found):
         return False
     if document.broken and not other.broken:
         return True  # what else is wrong could not be told before
-    before = {(d.code, d.message) for d in document.in_full()}
+    before = {(d.code, d.message) for d in (document.at_once() if found_early else document.in_full())}
     return all((d.code, d.message) in before for d in found if d.severity is Severity.ERROR)
 
 

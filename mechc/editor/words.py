@@ -57,7 +57,7 @@ WORDS = {
     "model": ("model Pendulum ... end Pendulum;", "a model"),
     "partial": ("partial model Base ... end Base;", "a model that others complete"),
     "function": ("function square(x) = x^2;", "a formula with arguments"),
-    "type": ("type Stiffness = N/m;", "a name for a unit"),
+    "type": ('type Stiffness = unit "N/m";', "a name for a unit"),
     "reinit": ("reinit der(x) = -der(x);", "a new value of a state at an event"),
     "terminate": ('terminate("arrived");', "the end of the run at an event"),
     "impulse": ("impulse 1 N.s on x;", "an impulse at an event"),

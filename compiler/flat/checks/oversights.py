@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from mechc.lang import ast
 from mechc.lang.units import Dimension, parse_unit
 
 from ..names.instance import Instance, VariableMember
 from ..names.scope import Flattening
-from ..names.space import nodes
 from ..values.angles import warn_of_degrees
+from .inside import Inside
 
 _ANGULAR = ("omega", "w", "spin", "Omega", "w0", "omega0")
 
 
-def lint(instance: Instance) -> None:
+def lint(instance: Instance, inside: Inside) -> None:
     """Warn of Hz used as an angular velocity, of degrees without unit, of units that are also names of like quantities."""
     flattening = instance.flattening
     variables = {
@@ -28,14 +28,14 @@ def lint(instance: Instance) -> None:
         for name, member in instance.members.items()
         if isinstance(member, VariableMember) and isinstance(member.declaration, ast.Declaration)
     }
-    for stated in instance.cls.statements:
+    for stated, found in inside:
         if stated.model is not instance.cls.model:
             continue
         _angular_frequency(stated.statement, flattening)
         if not flattening.dimensionless:
-            warn_of_degrees(stated.statement, declarations, flattening.reporter)
+            warn_of_degrees(found, declarations, flattening.reporter)
         if variables:
-            _unit_names(stated.statement, variables, flattening)
+            _unit_names(found, variables, flattening)
 
 
 def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None:
@@ -51,9 +51,11 @@ def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None
         )
 
 
-def _unit_names(statement: ast.Statement, variables: Mapping[str, Dimension], flattening: Flattening) -> None:
+def _unit_names(
+    found: Iterable[ast.Node], variables: Mapping[str, Dimension], flattening: Flattening
+) -> None:
     """Warn where dividing by the variable instead would give the same dimension, so that no check could tell."""
-    for node in nodes(statement):
+    for node in found:
         if not isinstance(node, ast.Quantity):
             continue
         last = node.unit.rpartition("/")[2]

@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from mechc.lang import ast
 
 from ..names.instance import Instance
 from ..names.space import nodes
+from .inside import Inside
 
 
-def warn_of_unused(instance: Instance) -> None:
+def warn_of_unused(instance: Instance, inside: Inside) -> None:
     """Warn of parameters and inputs that the model declares itself and that none of its statements names.
 
     What is said under conditions counts, whether they hold or not. Bases and components are not asked: those of a
     library offer more than each of their users needs.
     """
-    own = [s.statement for s in instance.cls.statements if s.model is instance.cls.model]
-    used = {name for stated in instance.cls.statements for name in _names(stated.statement)}
-    used |= {name for inherited in instance.cls.inherited for name in _names(inherited.modification)}
-    for statement in own:
-        for node in nodes(statement):
+    used = {name for _, found in inside for name in _names(found)}
+    used |= {
+        name for inherited in instance.cls.inherited for name in _names((*nodes(inherited.modification),))
+    }
+    for stated, found in inside:
+        if stated.model is not instance.cls.model:
+            continue
+        for node in found:
             if not isinstance(node, ast.Parameter | ast.Input) or node.name in used:
                 continue
             word = "parameter" if isinstance(node, ast.Parameter) else "input"
@@ -33,9 +37,9 @@ def warn_of_unused(instance: Instance) -> None:
             )
 
 
-def _names(node: ast.Node) -> Iterator[str]:
+def _names(found: Iterable[ast.Node]) -> Iterator[str]:
     """Yield the first parts of all references; what a modification or an experiment sets is not used by that."""
-    set_by = {id(n.target) for n in nodes(node) if isinstance(n, ast.Modification) and n.kind != "->"}
-    for inner in nodes(node):
+    set_by = {id(n.target) for n in found if isinstance(n, ast.Modification) and n.kind != "->"}
+    for inner in found:
         if isinstance(inner, ast.Reference) and id(inner) not in set_by:
             yield inner.parts[0].name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
 from mechc.lang import ast
@@ -13,7 +13,6 @@ from mechc.lang.source import Span
 
 from ..model import Apply, Array, Element, Expression, Literal, Name
 from ..names.scope import Flattening
-from ..names.space import nodes
 
 _OF_ANGLES = ("sin", "cos", "tan", "rot", "rotx", "roty", "rotz")
 _UNTYPED = ("", "Real")
@@ -73,10 +72,10 @@ def _bare_numbers(node: ast.Expression | None) -> Iterator[ast.Number]:
 
 
 def warn_of_degrees(
-    statement: ast.Statement, declarations: Mapping[str, ast.Declaration], reporter: Reporter
+    found: Iterable[ast.Node], declarations: Mapping[str, ast.Declaration], reporter: Reporter
 ) -> None:
-    """Warn of arguments of sines and rotations that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
-    for node in nodes(statement):
+    """Warn of arguments of sines and rotations among nodes that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
+    for node in found:
         if not isinstance(node, ast.Call) or node.function.name not in _OF_ANGLES:
             continue
         for term in (t for argument in node.arguments for t in _terms(argument)):

@@ -1,0 +1,56 @@
+"""A process beside the language server that answers what takes long, one question after another; it ends where the answer is
+not wanted any more."""
+
+from __future__ import annotations
+
+import asyncio
+import pickle
+import sys
+from asyncio.subprocess import PIPE, Process
+from contextlib import suppress
+from typing import Any
+
+LONGEST = 60.0
+"""Seconds after which a question is given up."""
+
+
+class Aside:
+    """The process of ``mechc.editor.whole``, begun when it is first asked, and again where it was ended."""
+
+    def __init__(self, longest: float = LONGEST) -> None:
+        self.longest = longest
+        self._process: Process | None = None
+        self._turn = asyncio.Lock()
+
+    async def ask(self, question: str, *arguments: object) -> Any:
+        """Return the answer of the process, None where it has none or takes too long. To cancel this ends the process."""
+        async with self._turn:
+            try:
+                process = await self._running()
+                data = pickle.dumps((question, arguments))
+                assert process.stdin is not None and process.stdout is not None
+                process.stdin.write(data)
+                await process.stdin.drain()
+                async with asyncio.timeout(self.longest):
+                    length = int.from_bytes(await process.stdout.readexactly(8), "big")
+                    return pickle.loads(await process.stdout.readexactly(length))
+            except (TimeoutError, OSError, EOFError):
+                self.end()
+                return None
+            except BaseException:
+                self.end()
+                raise
+
+    async def _running(self) -> Process:
+        if self._process is None or self._process.returncode is not None:
+            self._process = await asyncio.create_subprocess_exec(
+                sys.executable, "-m", "mechc.editor.whole", stdin=PIPE, stdout=PIPE, limit=2**24
+            )
+        return self._process
+
+    def end(self) -> None:
+        """End the process."""
+        process, self._process = self._process, None
+        if process is not None and process.returncode is None:
+            with suppress(ProcessLookupError):
+                process.kill()
