@@ -34,14 +34,17 @@ LINK = (
     "-lm",
 )
 HERE = Path(__file__).parent
+ARRAYS = ("p", "y", "u")
+"""Of settings, by the numbers of ``web.c``."""
+ARGUMENTS = "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z, const mech_real *p, mech_real *out"
 
 
 def has_zig() -> bool:
     return importlib.util.find_spec("ziglang") is not None
 
 
-def webassembly(program: Program, method: str) -> bytes:
-    """Return the bytes of a module without imports that exports what ``web.c`` says.
+def webassembly(program: Program, method: str, experiment: str | None) -> bytes:
+    """Return the bytes of a module without imports that exports what ``web.c`` says; ``experiment``: None for none.
 
     Raises CompileError (E0908) where zig is not installed, BuildError.
     """
@@ -54,7 +57,7 @@ def webassembly(program: Program, method: str) -> bytes:
         )
     command = (sys.executable, "-m", "ziglang", "cc", "-target", "wasm32-wasi")
     return build_shared(
-        sources(program, method),
+        sources(program, method, experiment),
         FLAGS,
         name="web",
         compiler=Compiler(command, _zig_version()),
@@ -63,12 +66,12 @@ def webassembly(program: Program, method: str) -> bytes:
     ).read_bytes()
 
 
-def sources(program: Program, method: str) -> Mapping[str, str]:
+def sources(program: Program, method: str, experiment: str | None = None) -> Mapping[str, str]:
     """Return the C files by name: the model, its picture, the functions for the page, and what they need."""
     own = {
         "web_model.c": emit_c(program),
         "web.c": (HERE / "web.c").read_text(encoding="utf-8"),
-        "web_model.h": f"{_scene(program)}\n{_quantities(program)}",
+        "web_model.h": f"{_scene(program)}\n{_quantities(program)}\n{_experiment(program, experiment)}",
     }
     needed = needed_kernel(program, methods(method), own)
     needed.pop("clock.c", None)  # the page has its own
@@ -110,17 +113,37 @@ def _scene(program: Program) -> str:
     scene = program.scene
     assert scene is not None, "the program was made with a scene"
     calls = [name for name in ("scene_still", "scene") if program.function(name)]
-    arguments = "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z, const mech_real *p, mech_real *out"
     lines = [
         f"enum {{ WEB_STILL = {scene.n_still}, WEB_MOVING = {scene.n_moving} }};",
         *(f"mech_function {name};" for name in calls),
-        f"static void web_scene({arguments})",
+        f"static void web_scene({ARGUMENTS})",
         "{",
         "    (void)t, (void)y, (void)u, (void)z, (void)p, (void)out;",
         *(f"    {name}(t, y, u, z, p, out{' + WEB_STILL' if name == 'scene' else ''});" for name in calls),
         "}",
     ]
     return "\n".join(lines) + "\n"
+
+
+def _experiment(program: Program, name: str | None) -> str:
+    """Return what the page evaluates of an experiment: its numbers and settings, which may depend on parameters."""
+    plan = next((e for e in program.experiments if e.name == name), None)
+    settings = plan.settings if plan else ()
+    rows = [f"{{{ARRAYS.index(s.array)}, {s.index}, {int(s.guess)}}}" for s in settings]
+    call = f"{plan.function}(t, y, u, z, p, out)" if plan else ""
+    return "\n".join(
+        [
+            f"enum {{ WEB_EXPERIMENT = {int(plan is not None)}, WEB_SETTINGS = {len(settings)}, "
+            f"WEB_NUMBERS = {len(plan.options) if plan else 0} }};",
+            f"static const int web_settings[][3] = {{{', '.join(rows) or '{0}'}}};",
+            *([f"mech_function {plan.function};"] if plan else []),
+            f"static void web_experiment({ARGUMENTS})",
+            "{",
+            "    (void)t, (void)y, (void)u, (void)z, (void)p, (void)out;",
+            f"    {call};",
+            "}\n",
+        ]
+    )
 
 
 def _zig_version() -> str:

@@ -1,21 +1,57 @@
 // One model and its kernel as WebAssembly: settings in, a whole run out. Runs in a worker, or here where there is none.
-const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'instants', 'other', 'zs'];
+const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'instants', 'other', 'zs', 'numbers'];
 
 const STARTS = ['', 'no position near these fulfils the constraints', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
+
+const shortest = v => String(+v.toPrecision(6));
 
 async function makeEngine(bytes, info) {
   const {instance} = await WebAssembly.instantiate(bytes, {});
   const e = instance.exports;
   e._initialize?.();
-  e.web_open(info.rows, info.begin, info.start, info.stop);
+  e.web_open(info.rows);
   const [ny, all, np, nu, nz, nOut, nScene] = new Int32Array(e.memory.buffer, e.web_sizes(), 12);
   const where = Object.fromEntries(ARRAYS.map((name, k) => [name, e.web_array(k)]));
   // views are made anew: memory may grow
   const reals = (name, n) => new Float64Array(e.memory.buffer, where[name], n);
   const flags = (name, n) => new Uint8Array(e.memory.buffer, where[name], n);
 
+  let span = info;
+
+  /** Times and tolerance: those that the experiment gives with these parameters, where it says any. */
+  function times() {
+    const found = reals('numbers', info.numbers.length);
+    span = {...info};
+    info.numbers.forEach((name, k) => { if (name) span[name] = found[k]; });
+    span.begin = Math.min(0, span.start);
+    span.maxStep = info.maxStep || (span.stop - span.begin) / 10 || 1;
+    if (!(span.stop >= span.start) || !Number.isFinite(span.stop)) return `it would end at ${shortest(span.stop)}, before it begins`;
+    if (!(span.tolerance > 0 && span.tolerance < 1)) return `the tolerance would be ${shortest(span.tolerance)}`;
+    e.web_times(span.begin, span.start, span.stop);
+    return '';
+  }
+
+  /** How a run failed, in the words of native runs (failures.py). */
+  function why(status) {
+    const value = e.web_failed_value(), index = e.web_failed_index(), part = e.web_failed_part();
+    const size = Number.isFinite(value) ? '' : Number.isNaN(value) ? ':nan' : ':inf', own = `${status}:${index}`, texts = info.failures;
+    const found = [`${own}:${part}${size}`, `${own}:${part}`, `${own}${size}`, own, `${status}`].map(k => texts[k]).find(Boolean);
+    if (!found) return `the run failed at ${shortest(e.web_reached())} (${status})`;
+    const name = status <= -20 ? info.rowNames[index] : info.states[index]?.name;
+    return found.replace(/@(time|value|name|y(\d+))@/g, (all, kind, k) => kind === 'time' ? +e.web_reached().toPrecision(10) : kind === 'value' ? shortest(value) : kind === 'name' ? name ?? '' : shortest(e.web_last(+k)));
+  }
+
+  function beyond(run) {
+    for (const [array, index, name, low, high, factor, unit] of info.limits) {
+      const v = run[array][index], of = x => `${shortest(x / factor)}${unit ? ` ${unit}` : ''}`;
+      if (low !== null && v < low) return `${name} is ${of(v)}, below its minimum ${of(low)}`;
+      if (high !== null && v > high) return `${name} is ${of(v)}, above its maximum ${of(high)}`;
+    }
+    return '';
+  }
+
   function error(n) {
-    const count = e.web_again(info.tolerance * info.companion, info.method, info.step / 2, info.maxStep / 2);
+    const count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
     if (count < 0) return null;
     const a = reals('rows', n * ny), b = reals('other', n * ny), size = reals('nominal', ny);
     let largest = 0, atEnd = 0;
@@ -39,10 +75,15 @@ async function makeEngine(bytes, info) {
       set.fill(0); uSet.fill(0); given.fill(0);
       for (const [i, v] of [...info.settings.p, ...Object.entries(parameters)]) { p[i] = v; set[i] = 1; }
       for (const [i, v] of [...info.settings.u, ...Object.entries(inputs)]) { u[i] = v; uSet[i] = 1; }
-      for (const [i, v, kind] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = kind ?? 1; }
+      for (const [i, v] of [...info.settings.y, ...Object.entries(states)]) { y0[i] = v; given[i] = 1; }
+      if (e.web_settle() < 0) return {failed: 'the settings of the experiment do not settle: they depend on each other', n: 0};
+      const wrong = times() || beyond({p: reals('p', np), y0: []});
+      if (wrong) return {failed: wrong, n: 0};
       const started = e.web_begin();
       if (started < 0) return {failed: STARTS[-started] || `no start (${started})`, n: 0};
-      const status = e.web_run(info.tolerance, info.method, info.step, info.maxStep);
+      const outside = beyond({p: [], y0: reals('y0', ny)});
+      if (outside) return {failed: outside, n: 0};
+      const status = e.web_run(span.tolerance, info.method, span.step, span.maxStep);
       const n = e.web_n_grid(), ms = performance.now() - begun;
       const kinds = new DataView(e.memory.buffer), events = [];
       for (let k = 0; k < e.web_n_events(); k++) {
@@ -50,11 +91,12 @@ async function makeEngine(bytes, info) {
         events.push({t: kinds.getFloat64(at, true), kind: kinds.getInt32(at + 16, true), index: kinds.getInt32(at + 20, true)});
       }
       const run = {
-        n, status, ms, events, reached: e.web_reached(), steps: e.web_steps(), ny, nOut, nScene,
+        n, status, ms, events, start: span.start, stop: span.stop, reached: e.web_reached(), steps: e.web_steps(), ny, nOut, nScene,
         t: reals('grid', n).slice(), y: reals('rows', n * ny).slice(), out: reals('outs', n * nOut).slice(),
         scene: reals('scenes', n * nScene).slice(), nominal: reals('nominal', ny).slice(), y0: reals('y0', ny).slice(), p: reals('p', np).slice(),
+        u: reals('u', nu).map((v, k) => flags('uSet', nu)[k] ? v : NaN),
       };
-      if (status !== 1 && status !== 3) run.failed = `stopped at ${run.reached.toPrecision(5)}: status ${status}`;
+      if (status !== 1 && status !== 3) run.failed = why(status);
       return run;
     },
     error: n => error(n),

@@ -15,13 +15,15 @@ from mechc.asking.question import asked
 from mechc.display import factor
 from mechc.presentation.stillness import Stillness
 from mechc.presentation.stl import triangles
+from mechc.runtime.case import find_experiment, find_setting, inputs_at
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
-from mechc.runtime.problem import Array, Problem, Quantity, Scene
+from mechc.runtime.problem import Array, Experiment, Problem, Quantity, Scene
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.solution import Solution
 
 from .assembly import methods
+from .failures import failure_texts
 
 if TYPE_CHECKING:
     from mechc.asking.given_values import Given
@@ -34,6 +36,9 @@ ROWS = 1001
 
 SPAN = 4.0
 """A slider without limits goes from the value over this to the value times this."""
+
+OF_EXPERIMENTS = ("start", "stop", "step", "tolerance")
+"""Numbers of experiments that a page follows when parameters change."""
 
 LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
 """Runs of other durations are shown in as many seconds as the last of these."""
@@ -56,6 +61,10 @@ class Facts(Struct, frozen=True):
         scene = self.problem.scene
         assert scene is not None, "the model was compiled with a scene"
         return scene
+
+    @property
+    def experiment(self) -> Experiment | None:
+        return find_experiment(self.problem, self.plan.case.experiment or None)
 
     @property
     def times(self) -> Array:
@@ -90,7 +99,7 @@ class Facts(Struct, frozen=True):
             "tolerance": case.tolerance,
             "companion": 0.01 if case.tolerance > 1e-13 else 10.0,
             "step": case.step or 0.0,
-            "maxStep": case.max_step if case.max_step > 0 else 1.0,
+            "maxStep": (case.asked.max_step if case.asked else None) or 0.0,
             "method": methods(self.method).index(self.method),
             "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
@@ -102,6 +111,10 @@ class Facts(Struct, frozen=True):
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
             "nominal": self.plan.nominal.tolist(),
             "settings": self.settings(),
+            "numbers": self.numbers(),
+            "limits": self.limits(),
+            "failures": {} if recorded else failure_texts(problem),
+            "rowNames": [row.name for row in problem.hybrid.rows] if problem.hybrid else [],
             **self.sliders(),
             "curves": self.curves(),
             "phase": self.phase(),
@@ -122,32 +135,41 @@ class Facts(Struct, frozen=True):
         return unit, factor(unit) / factor(q.unit)
 
     def settings(self) -> dict[str, list[list[float]]]:
-        """Return what experiment and caller set, by array: index, value and, of y, whether it is known (1) or not (2)."""
-        from mechc.runtime.case import find_experiment, find_setting
-
+        """Return what the caller set, by array: index and value. What the experiment sets, the page finds itself."""
         case, problem = self.plan.case, self.problem
-        experiment = (
-            find_experiment(problem, case.experiment or None)
-            if case.experiment
-            else find_experiment(problem, None)
-        )
-        given = [(s.array, s.index) for s in experiment.settings] if experiment else []
         options = case.asked.values if case.asked else {}
-        given += [(s.array, s.index) for s in (find_setting(problem, name) for name in options)]
         found: dict[str, list[list[float]]] = {"p": [], "y": [], "u": []}
-        for array, index in dict.fromkeys(given):
-            if array == "p":
-                found["p"].append([index, float(case.p[index])])
-            elif array == "y":
-                found["y"].append([index, float(case.wanted[index]), 1 if case.known[index] else 2])
+        for place in (find_setting(problem, name) for name in options):
+            if place.array == "p":
+                found["p"].append([place.index, float(case.p[place.index])])
+            elif place.array == "y":
+                found["y"].append([place.index, float(case.wanted[place.index])])
         for index, table in case.tables.items():
             if len(table.values) != 1:
                 raise UsageMistake(
                     f"the input '{problem.inputs[index].name}' is a table, which a page does not hold",
                     "give it a constant value, or a formula in the model",
                 )
-            found["u"].append([index, float(table.values[0])])
+            if problem.inputs[index].name in options:
+                found["u"].append([index, float(table.values[0])])
         return found
+
+    def numbers(self) -> list[str]:
+        """Return what the page takes from the numbers of the experiment, in their order; "" where the caller said another."""
+        asked = self.plan.case.asked
+        return [
+            name if name in OF_EXPERIMENTS and getattr(asked, name, None) is None else ""
+            for name in (self.experiment.options if self.experiment else ())
+        ]
+
+    def limits(self) -> list[list[object]]:
+        """Return the declared limits of parameters (p) and initial values (y0): array, index, name, lowest, highest, factor, unit."""
+        return [
+            [array, index, q.name, q.minimum, q.maximum, *reversed(self.shown(q))]
+            for array, quantities in (("p", self.problem.parameters), ("y0", self.problem.states))
+            for index, q in enumerate(quantities)
+            if q.minimum is not None or q.maximum is not None
+        ]
 
     def sliders(self) -> dict[str, object]:
         case, problem = self.plan.case, self.problem
@@ -156,8 +178,6 @@ class Facts(Struct, frozen=True):
         free |= set(range(len(problem.parameters))) - {r.index for r in equations.parameter_rules}
         u = np.zeros(len(problem.inputs))
         if case.functions.inputs is not None:
-            from mechc.runtime.case import inputs_at
-
             u = inputs_at(case, case.begin)
         starts = [
             k

@@ -81,13 +81,13 @@ async function start(info, parts) {
   const ink = () => INK[document.documentElement.dataset.theme || (dark.matches ? 'dark' : 'light')];
   const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
   paint();
-  const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))];
+  const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))].filter((q, k, all) => all.findIndex(c => c.name === q.name) === k);
   for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; }
   const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
   const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});
   const shown = new Set(info.curves);
-  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0;
+  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false;
 
   // ------------------------------------------------------------ settings
   const sliders = [];
@@ -107,6 +107,7 @@ async function start(info, parts) {
     const text = () => { out.textContent = q.shown; field.value = number(s.value / q.factor); input.value = s.value; input.setAttribute('aria-valuetext', `${number(s.value / q.factor)} ${q.shown}`); row.classList.toggle('changed', s.value !== s.default); };
     s.set = (v, dragging) => { s.value = v; text(); integrate(dragging); };
     s.show = v => { s.value = v; text(); };
+    s.follow = v => { if (v !== s.default && Number.isFinite(v)) { s.default = v; s.show(v); } };  // set by a formula of others
     input.oninput = () => s.set(+input.value, true);
     input.onchange = () => { integrate(false); remember(); };
     field.onchange = () => { const v = +field.value * q.factor; if (Number.isFinite(v)) { s.set(v, false); remember(); } };
@@ -165,12 +166,14 @@ async function start(info, parts) {
     return {worst, relative: size > 0 ? worst / size : null};
   }
   function show(run) {
-    if (!run.n) { note(run.failed); $('note').classList.add('bad'); return; }
+    fail(run);
+    if (!run.n) return;
     state.run = run; state.runs++;
+    for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
+    Object.assign($('time'), {min: run.start, max: run.stop});
     moving = motion(run, plan);
     if (scene) scene.fit(moving.box());
-    note(run.failed || `${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
-    $('note').classList.toggle('bad', !!run.failed);
+    note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${balance.worst.toExponential(1)} ${info.joule}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
     state.energy = balance;
@@ -178,8 +181,20 @@ async function start(info, parts) {
     draw();
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
   }
+  /** What failed is said over the picture; where nothing moved, nothing of an earlier motion stays in sight. */
+  function fail(run) {
+    document.body.classList.toggle('still', !run.n);
+    $('failure').textContent = run.failed || ''; $('failure').hidden = !run.failed;
+    if (run.n) { if (resume) playing(true); resume = false; return; }
+    state.run = null; state.runs++;
+    resume ||= play;
+    playing(false);
+    note('');
+    for (const id of ['energy', 'error', 'events', 'clock']) $(id).textContent = '–';
+  }
   function draw() {
     const {run} = state, names = [...shown];
+    if (!run) return;
     curves.set(run.t, names.map(n => { const q = column(n); return {name: q.shown ? `${n} / ${q.shown}` : n, data: series(q), stride: 1, offset: 0}; }), run.events.map(e => e.t), info.second);
     const a = column($('across').value), b = column($('up').value);
     phase.set(series(a), series(b), `${a.name} / ${a.shown || '1'}`, `${b.name} / ${b.shown || '1'}`);
@@ -216,7 +231,7 @@ async function start(info, parts) {
     last = now;
     requestAnimationFrame(tick);
   }
-  function step(by) { playing(false); const {run} = state; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
+  function step(by) { playing(false); const {run} = state; if (!run) return; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
 
   // ------------------------------------------------------------ controls
   const live = !!parts.wasm;
@@ -248,7 +263,7 @@ async function start(info, parts) {
   state.csv = () => {
     const head = ['time', ...columns.map(q => q.name)].map((n, k) => { const unit = k ? columns[k - 1].unit : info.second; const text = unit ? `${n} [${unit}]` : n; return /[",]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text; });
     const {run} = state, lines = [head.join(',')];
-    for (let i = 0; i < run.n; i++) lines.push([run.t[i], ...columns.map(q => q.of === 'y' ? run.y[i * run.ny + q.k] : run.out[i * run.nOut + q.k])].join(','));
+    if (run) for (let i = 0; i < run.n; i++) lines.push([run.t[i], ...columns.map(q => q.of === 'y' ? run.y[i * run.ny + q.k] : run.out[i * run.nOut + q.k])].join(','));
     return lines.join('\n') + '\n';
   };
   $('csv').onclick = () => save(new Blob([state.csv()], {type: 'text/csv'}), info.name + '.csv');
@@ -256,7 +271,7 @@ async function start(info, parts) {
   $('link').onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); note('The link is copied: it holds all settings.'); } catch { note('The address of this page holds all settings.'); } };
   document.addEventListener('keydown', e => {
     if (/INPUT|SELECT|TEXTAREA|SUMMARY/.test(e.target.tagName) && e.target.type !== 'checkbox' && e.target.type !== 'button') return;
-    const act = {' ': () => playing(!play), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1), Home: () => go(state.run.t[0]), End: () => go(state.run.t[state.run.n - 1]), l: () => { $('loop').checked = !$('loop').checked; }, v: () => $('arrows').click(), r: () => $('reset').click()}[e.key];
+    const act = {' ': () => playing(!play), ArrowLeft: () => step(e.shiftKey ? -10 : -1), ArrowRight: () => step(e.shiftKey ? 10 : 1), Home: () => go(state.run?.t[0]), End: () => go(state.run?.t[state.run.n - 1]), l: () => { $('loop').checked = !$('loop').checked; }, v: () => $('arrows').click(), r: () => $('reset').click()}[e.key];
     if (act && e.target.tagName !== 'BUTTON') { e.preventDefault(); act(); }
   });
   addEventListener('hashchange', () => { recall(); integrate(false); });
@@ -271,10 +286,10 @@ async function start(info, parts) {
     const raw = await unpack(parts.rows), n = info.rows, wide = info.states.length, outs = info.outputs.length, m = plan.nScene;
     const all = Float64Array.from(new Float32Array(raw)); let at = 0; const take = k => all.subarray(at, at += k);
     recall();
-    show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop});
+    show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
   }
   const until = performance.now() + 60000;
-  while (!state.run && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
+  while (!state.runs && performance.now() < until && !$('note').textContent) await new Promise(r => setTimeout(r, 5));
   state.ready = true;
   if (!matchMedia('(prefers-reduced-motion: reduce)').matches && !location.hash.includes('t=')) playing(true);
 }

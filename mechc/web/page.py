@@ -50,7 +50,8 @@ def page(
 
         compilation = facts.model.compilation
         program = program_with(compilation, {*compilation.parts, *parts_for(facts.method)})
-        parts = {"wasm": _packed(webassembly(program, facts.method))}
+        name = facts.experiment.name if facts.experiment else None
+        parts = {"wasm": _packed(webassembly(program, facts.method, name))}
     return _joined(facts, facts.info(recorded=recorded), parts)
 
 

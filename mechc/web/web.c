@@ -1,7 +1,8 @@
 /* A model and its kernel behind a few functions for a page: numbers in, numbers out, no imports.
  *
  * All arrays live here; the page reads and writes them in place. A run is: write what is set (p and set, u and u_set,
- * y0 and y_given), web_begin, then web_run. A status below zero of web_run is that of the solver.
+ * y0 and y_given), web_settle, which adds what the experiment sets and gives its numbers, web_times, web_begin, then
+ * web_run. A status below zero of web_run is that of the solver.
  */
 #include <stddef.h>
 #include <stdlib.h>
@@ -21,12 +22,15 @@ double mech_clock(void) { return 0; } /* the page has its own */
 
 enum { EVENTS = 4096 };
 
+enum { IN_P, IN_Y, IN_U }; /* of a setting of the experiment: array, index, whether it is a guess (web_model.h) */
+
 static const mech_model *model;
 static int ny;
 static long n_rows;
-static double begin_time, start_time, stop_time;
-static mech_real *p, *u, *given_u, *z, *y0, *plain, *nominal, *atol_, *grid, *rows, *zs, *outs, *scenes, *instants, *other;
+static double begin_time, stop_time;
+static mech_real *p, *u, *given_u, *z, *y0, *plain, *nominal, *atol_, *grid, *rows, *zs, *outs, *scenes, *instants, *other, *last;
 static unsigned char *set, *u_set, *y_given;
+static mech_real numbers[WEB_NUMBERS + WEB_SETTINGS + 1];
 static mech_event *events;
 static mech_table *tables;
 static mech_real zero;
@@ -41,14 +45,13 @@ int *EXPORT(web_sizes)(void) { return sizes; }
 
 void *EXPORT(web_array)(int which)
 {
-    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, instants, other, zs};
+    void *const arrays[] = {p, set, given_u, u_set, y0, y_given, nominal, grid, rows, outs, scenes, events, instants, other, zs, numbers};
     return arrays[which];
 }
 
-int EXPORT(web_open)(int row_count, double begin, double start, double stop)
+int EXPORT(web_open)(int row_count)
 {
     model = mech_model_get();
-    begin_time = begin, start_time = start, stop_time = stop;
     ny = model->nq + model->nv + model->nx, n_rows = row_count;
     const int n_scene = WEB_STILL + WEB_MOVING;
     const int all[12] = {ny, model->np + model->nh, model->np, model->nu, model->nz, model->n_outputs, n_scene};
@@ -68,24 +71,78 @@ int EXPORT(web_open)(int row_count, double begin, double start, double stop)
         events = take(EVENTS, sizeof *events);
         instants = take((size_t)(EVENTS * (1 + 2 * (ny + model->nz))), sizeof *instants);
     }
+    return 0;
+}
+
+void EXPORT(web_times)(double begin, double start, double stop)
+{
+    begin_time = begin, stop_time = stop;
     for (long i = 0; i < n_rows; i++)
         grid[i] = i < n_rows - 1 ? start + (double)i * ((stop - start) / (double)(n_rows - 1)) : stop;
-    return 0;
+}
+
+static void input_tables(void)
+{
+    n_tables = 0;
+    for (int i = 0; i < model->nu; i++)
+        if (u_set[i])
+            tables[n_tables++] = (mech_table){i, MECH_STEP, 1, &zero, given_u + i, &zero};
+}
+
+static void inputs_at(mech_real t)
+{
+    input_tables();
+    if (model->nu)
+        mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
+}
+
+static unsigned char *flag(const int *setting)
+{
+    unsigned char *const flags[] = {set, y_given, u_set};
+    return flags[setting[0]] + setting[1];
+}
+
+static int same(mech_real a, mech_real b) { return a == b || (a != a && b != b); }
+
+/* Settings of the experiment may depend on parameters that it sets: evaluated until nothing changes; -1 where it does.
+ * What the page has set already stays. */
+int EXPORT(web_settle)(void)
+{
+    mech_real chosen[WEB_SETTINGS + 1];
+    unsigned char fixed[WEB_SETTINGS + 1];
+    for (int k = 0; k < WEB_SETTINGS; k++)
+        fixed[k] = *flag(web_settings[k]), chosen[k] = zero / zero;
+    model->parameters(p, set);
+    for (int round = 0; WEB_EXPERIMENT && round < WEB_SETTINGS + 2; round++) {
+        inputs_at(0);
+        for (int i = 0; i < ny; i++) plain[i] = zero / zero;
+        for (int i = 0; i < model->nz; i++) z[i] = zero / zero;
+        if (model->discretes)
+            model->discretes(0, plain, u, z, p, z);
+        model->initial(0, plain, u, z, p, plain);
+        web_experiment(0, plain, u, z, p, numbers);
+        int changed = 0;
+        for (int k = 0; k < WEB_SETTINGS; k++) {
+            const int *s = web_settings[k];
+            const mech_real value = numbers[WEB_NUMBERS + k];
+            if (fixed[k] || same(value, chosen[k])) continue;
+            mech_real *const values[] = {p, y0, given_u};
+            values[s[0]][s[1]] = chosen[k] = value;
+            *flag(s) = s[0] == IN_Y && s[2] ? MECH_GUESSED : MECH_KNOWN;
+            changed = 1;
+        }
+        if (!changed) return 0;
+        model->parameters(p, set);
+    }
+    return WEB_EXPERIMENT ? -1 : 0;
 }
 
 /* What the run begins with; 0, or how the assembly failed. Values that were set are in p, given_u and y0. */
 int EXPORT(web_begin)(void)
 {
-    model->parameters(p, set);
-    n_tables = 0;
-    for (int i = 0; i < model->nu; i++)
-        if (u_set[i])
-            tables[n_tables++] = (mech_table){i, MECH_STEP, 1, &zero, given_u + i, &zero};
-    const mech_real t = begin_time;
-    if (model->nu)
-        mech_evaluate_inputs(model, tables, n_tables, 1, &t, p, u);
+    inputs_at(begin_time);
     mech_start_report told;
-    return mech_start_state(model, t, y_given, u, z, p, y0, plain, &told);
+    return mech_start_state(model, begin_time, y_given, u, z, p, y0, plain, &told);
 }
 
 static int run(double tolerance, int method, double step, double dt_max, mech_real *into)
@@ -111,7 +168,7 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
             status = MECH_RUNNING;
         }
     } while (status == MECH_RUNNING && --stop_after > 0);
-    mech_read(solver, &report, NULL);
+    mech_read(solver, &report, last);
     mech_free(solver);
     return status;
 }
@@ -154,4 +211,7 @@ int EXPORT(web_n_grid)(void) { return (int)report.n_grid; }
 int EXPORT(web_n_events)(void) { return (int)report.n_events; }
 double EXPORT(web_reached)(void) { return report.t; }
 int EXPORT(web_steps)(void) { return (int)report.steps; }
-int EXPORT(web_failed)(void) { return report.failed_index; }
+int EXPORT(web_failed_index)(void) { return report.failed_index; }
+int EXPORT(web_failed_part)(void) { return report.failed_part; }
+double EXPORT(web_failed_value)(void) { return report.failed_value; }
+double EXPORT(web_last)(int k) { return last[k]; }

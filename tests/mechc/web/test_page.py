@@ -32,6 +32,23 @@ end Ball;
 """
 
 
+STOPPED = """
+model Stopped "everything of the experiment follows a parameter"
+  parameter l(min = 0.1 m) = 0.5 m;
+  parameter w = 2 rad/s;
+  parameter e = 0.5;
+  parameter k = 1 N.m;
+  input Torque M = 0 N.m;
+  coordinate theta = 0 rad;
+  kinetic 1/2*1 kg*l^2*der(theta)^2;
+  potential -1 kg*9.81 m/s^2*l*cos(theta) + 1/2*k*theta^2;
+  torque M on theta;
+  contact stop: 0.5 rad - theta restitution e;
+  experiment(theta = 0.1 m/l*1 rad, der(theta) = w, k = 2*l*1 N, M = 1 N*l, stop = 2*pi*1 rad/w);
+end Stopped;
+"""
+
+
 def test_a_recorded_page_needs_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("mechc.web.assembly.has_zig", lambda: False)
     text = page(mechc.loads(BALL), recorded=True)
@@ -97,6 +114,53 @@ def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     shown = opened.ask("page.series('x')")
     assert np.array_equal(shown, moved["x"])
     assert opened.said == [] and again.said == []
+
+
+@pytest.mark.slow
+@needs_zig
+@needs_browser
+def test_the_experiment_follows_a_parameter(browser: Any, tmp_path: Path) -> None:
+    model = mechc.loads(STOPPED)
+    path = tmp_path / "stopped.html"
+    path.write_text(page(model))
+    opened = Opened(browser, path)
+    assert off(opened, model.simulate()) < 1e-7
+    opened.set("w", 1.0)
+    opened.set("l", 0.8)
+    solution = model.simulate(set={"w": 1.0, "l": 0.8})
+    assert opened.ask("+document.getElementById('time').max") == float(solution.time[-1]) == 2 * np.pi
+    assert opened.columns()["theta"][0] == 0.125
+    assert off(opened, solution) < 1e-7
+    assert opened.ask("page.sliders.find(s => s.name == 'M').value") == 0.8, "shown as it is"
+    opened.set("M", 0.25)  # what the page sets counts more than the experiment
+    assert off(opened, model.simulate(set={"w": 1.0, "l": 0.8, "M": 0.25})) < 1e-7
+    assert opened.said == []
+
+
+@pytest.mark.slow
+@needs_zig
+@needs_browser
+def test_a_failed_run_leaves_nothing_of_an_earlier_one_in_sight(browser: Any, tmp_path: Path) -> None:
+    model = mechc.loads(STOPPED)
+    path = tmp_path / "stopped.html"
+    path.write_text(page(model))
+    opened = Opened(browser, path)
+    failure = "document.getElementById('failure').textContent"
+    opened.set("e", 1.6)
+    native = model.simulate(set={"e": 1.6})
+    assert native.failure is not None and opened.ask(failure) == native.failure.message
+    assert (
+        opened.ask("page.run") is None and opened.ask("document.getElementById('energy').textContent") == "–"
+    )
+    assert opened.ask("getComputedStyle(document.getElementById('plot')).visibility") == "hidden"
+    opened.set("e", 0.25)
+    assert opened.ask(failure) == "" and off(opened, model.simulate(set={"e": 0.25})) < 1e-7
+    opened.ask("page.sliders.find(s => s.name == 'l').set(0.05, false)")  # as typed: the slider ends before
+    opened.wait("document.getElementById('failure').textContent != ''")
+    assert opened.ask(failure) == "l is 0.05 m, below its minimum 0.1 m"
+    opened.set("l", 0.15)  # the start lies behind the stop
+    told = model.simulate(set={"e": 0.25, "l": 0.15}).failure
+    assert told is not None and opened.ask(failure) == told.message
 
 
 @pytest.mark.slow
