@@ -81,9 +81,7 @@ def compile_source(
                     further=further,
                 )
             )
-            system = verified(build(flat, reporter, by_value=by_value))
-            equations = verified(assemble(system, reporter, parts))
-            program = _lowered(equations, parts)
+            return _formed(source, tree, flat, reporter, by_value=by_value, parts=parts)
         except RecursionError:
             raise reporter.fail(
                 "E0207",
@@ -91,6 +89,26 @@ def compile_source(
                 None,
                 help="leave out steps between them",
             ) from None
+
+
+def compile_flat(made_of: Compilation, flat: FlatModel, parts: Collection[str] = ()) -> Formed:
+    """Compile a flat model that was made of that of another compilation. Raises CompileError."""
+    with uncollected(), deep_recursion():
+        return _formed(made_of.source, made_of.ast, verified(flat), Reporter(), by_value=True, parts=parts)
+
+
+def _formed(
+    source: SourceFile,
+    tree: ast.File,
+    flat: FlatModel,
+    reporter: Reporter,
+    *,
+    by_value: bool,
+    parts: Collection[str],
+) -> Formed:
+    system = verified(build(flat, reporter, by_value=by_value))
+    equations = verified(assemble(system, reporter, parts))
+    program = _lowered(equations, parts)
     return Formed(source, tree, flat, system, equations, program, reporter.diagnostics, frozenset(parts))
 
 

@@ -15,7 +15,7 @@ from .compiler.compilation import Compilation
 from .lang.source import SourceFile
 
 if TYPE_CHECKING:
-    from .compiler.flat.model import Expression
+    from .compiler.flat.model import Expression, FlatModel
     from .runtime.problem import Problem
 
 Exact = Fraction | bool | str
@@ -35,6 +35,8 @@ class Code(Struct, eq=False):
     """Whether compilations are kept for other processes (kept_stages.py)."""
     formulas: tuple[tuple[str, str], ...] = ()
     """Outputs that a question adds: names and texts."""
+    twin: bool = False
+    """Whether it is no longer what the text says: a flat model that was made of another one."""
     problems: dict[tuple[str, bool, frozenset[str]], Problem] = field(default_factory=dict)
     lanes: dict[tuple[object, ...], Path] = field(default_factory=dict)
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
@@ -68,9 +70,28 @@ class Code(Struct, eq=False):
             compilation = form()
         return Code(source, folder, model, structural, compilation, keep, remembered, formulas)
 
+    def of(self, flat: FlatModel, parts: frozenset[str] = frozenset()) -> Code:
+        """Return the code of a flat model that was made of this one's, which stands in no text. Raises CompileError."""
+        from .compiler.pipeline import compile_flat
+
+        made = compile_flat(self.compilation, flat, parts)
+        return Code(self.source, self.folder, self.model, self.structural, made, parts, twin=True)
+
+    def with_parts(self, parts: frozenset[str]) -> Code:
+        """Return the same with parts built whether they are needed or not."""
+        if parts not in self.kept:
+            self.kept[parts] = (
+                self.of(self.compilation.flat, parts)
+                if self.twin
+                else Code.make(self.source, self.folder, self.model, self.structural, parts, self.formulas)
+            )
+        return self.kept[parts]
+
     def variant(self, structural: dict[str, Exact]) -> Code:
         if structural == self.structural:
             return self
+        if self.twin:
+            raise UsageMistake("a model that was made of another has its structural parameters from there")
         key = tuple(sorted(structural.items()))
         if key not in self.variants:
             self.variants[key] = Code.make(

@@ -30,7 +30,7 @@ from .lang.source import SourceFile
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
-    from .compiler.flat.model import Experiment, Expression, Study
+    from .compiler.flat.model import Experiment, Expression, FlatModel, Study
     from .compiler.program.model import Program
     from .runtime.ensembles.lanes import Wanted
     from .runtime.problem import Adjoint, Directions, Problem
@@ -314,18 +314,19 @@ class CompiledModel:
     def keeping(self, parts: Collection[str]) -> Self:
         """Return this model with parts built whether they are needed or not."""
         check_parts(parts)
-        code, wanted = self._code, frozenset(parts)
-        if wanted not in code.kept:
-            code.kept[wanted] = Code.make(
-                code.source, code.folder, code.model, code.structural, wanted, code.formulas
-            )
-        return type(self)(code.kept[wanted], self._settings)
+        return type(self)(self._code.with_parts(frozenset(parts)), self._settings)
+
+    def of(self, flat: FlatModel, settings: Mapping[str, float]) -> Self:
+        """Return a flat model that was made of this one's as a model, with its own settings. Raises CompileError."""
+        return type(self)(self._code.of(flat), {}).with_values(settings)
 
     def with_formulas(self, formulas: Mapping[str, str]) -> Self:
         """Return this model with further outputs: texts by their names."""
         code, wanted = self._code, tuple(formulas.items())
         if not wanted:
             return self
+        if code.twin:
+            raise UsageMistake("a model that was made of another takes no further formulas")
         if wanted not in code.asked:
             code.asked[wanted] = Code.make(
                 code.source, code.folder, code.model, code.structural, code.keep, wanted

@@ -1,25 +1,29 @@
 """Run a model under extremes, and find out whether any answer is wrong and does not say so.
 
 A run is compared with the same model in higher precision; where that cannot be had, with another method. Its claim is
-the estimated error of its own report.
+the estimated error of its own report. All of that shares the formulas of the model. So its own motion is first compared with
+that of its twins, which say the same mechanics otherwise (``twins.py``).
 """
 
 from __future__ import annotations
 
 import time
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from msgspec import Struct, to_builtins
+from msgspec import Struct
+from msgspec.structs import replace
 
 from ..answering import answered, plan
 from ..api import Model, load
 from ..asking.given_values import Given, UsageMistake
 from ..asking.question import Asked, asked
+from ..compiler.twins.table import TWINS
+from ..compiler.twins.twin import NotApplicable
+from ..lang.diagnostics import CompileError
 from ..runtime.native.kernel import load_kernel
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.reference.high_precision import ReferenceFailed
@@ -27,7 +31,9 @@ from ..runtime.studies.kinds.motion import Simulate
 from ..solution import Solution
 from ..watchdog import Crashed, Hung, Watchdog
 from .extremes import Extreme, extremes
+from .stress_table import TWIN, Row, Stress
 from .truth import ROUNDING, compile_for_reference, true_errors
+from .twins import Base, compare, run_twin, twin_of
 
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
@@ -37,53 +43,6 @@ OPINION = 1e-10
 """Tolerance of the other method where there is no reference."""
 MARGIN = 20.0
 """Seconds beyond the limits of a run after which its process counts as hung; compiling is among them."""
-
-WORDS = {
-    "right": "right within its claim",
-    "rough": "inaccurate, says so",
-    "refused": "refused",
-    "doubtful": "doubtful, and says so",
-    "open": "not checked",
-    "long": "stopped, too long",
-    "wrong": "WRONG SILENTLY",
-    "hung": "HUNG",
-    "crashed": "CRASHED",
-}
-BAD = ("wrong", "hung", "crashed")
-
-
-class Row(Struct, frozen=True):
-    """One run. ``kind``: a key of WORDS; ``error`` the true one, ``claim`` what the run reports, both the largest over the
-    states relative to nominal + |value|; ``against`` what it was compared with."""
-
-    group: str
-    text: str
-    kind: str
-    method: str = ""
-    error: float | None = None
-    claim: float | None = None
-    against: str = ""
-    seconds: float = 0.0
-    steps: int = 0
-    reason: str = ""
-
-
-class Stress(Struct, frozen=True):
-    """All runs of one model."""
-
-    model: str
-    experiment: str
-    rows: tuple[Row, ...]
-    left_out: tuple[str, ...]
-
-    @property
-    def silent(self) -> bool:
-        """Say whether a run was wrong without saying so, hung or crashed."""
-        return any(row.kind in BAD for row in self.rows)
-
-    def summary(self) -> dict[str, Any]:
-        """Return everything as plain data."""
-        return {**to_builtins(self), "silent": self.silent}
 
 
 class Subject(Struct, frozen=True):
@@ -119,8 +78,17 @@ class _Limit:
             raise _OutOfTime(f"{done:.0%} of the work in {self.seconds:g} s")
 
 
-def stress(subject: Subject, *, full: bool = False, progress: Callable[[Row], None] | None = None) -> Stress:
-    """Run all extremes, each under a watchdog. Raises CompileError, SimulationError, BuildError, CompilerMissing."""
+def stress(
+    subject: Subject,
+    *,
+    full: bool = False,
+    only: Collection[str] = (),
+    progress: Callable[[Row], None] | None = None,
+) -> Stress:
+    """Run all extremes and twins, each under a watchdog; ``only`` those of some groups.
+
+    Raises CompileError, SimulationError, BuildError, CompilerMissing.
+    """
     model = subject.load()
     stated = plan(model, asked(Simulate, {"experiment": subject.experiment}))
     made = extremes(stated, adaptive_methods(), full=full)
@@ -128,13 +96,17 @@ def stress(subject: Subject, *, full: bool = False, progress: Callable[[Row], No
     rows: list[Row] = []
     limit = 4 * subject.seconds + MARGIN
     with Watchdog(worker, subject) as dog:
-        for extreme in made.runs:
+        twins = [Extreme(TWIN, name) for name in TWINS]
+        for extreme in (made.runs[0], *twins, *made.runs[1:]):
+            if only and extreme.group not in only:
+                continue
             reply: Row | Crashed | Hung = dog.ask(extreme, limit)
             match reply:
                 case Crashed(how):
                     reply = Row(extreme.group, extreme.text, "crashed", reason=how)
                 case Hung(seconds):
-                    reply = Row(extreme.group, extreme.text, "hung", reason=f"no answer in {seconds:g} s")
+                    kind = "long" if extreme.group == TWIN else "hung"  # its equations may be many
+                    reply = Row(extreme.group, extreme.text, kind, reason=f"no answer in {seconds:g} s")
             rows.append(reply)
             if progress is not None:
                 progress(reply)
@@ -158,7 +130,76 @@ def adaptive_methods() -> list[str]:
 def worker(subject: Subject) -> Callable[[Extreme], Row]:
     """Return what makes and judges one run, in a process of its own."""
     model = subject.load()
-    return lambda extreme: _judged(model, subject, extreme)
+    stated: list[Base | Row] = []
+
+    def judged(extreme: Extreme) -> Row:
+        if extreme.group != TWIN:
+            return _judged(model, subject, extreme)
+        if not stated:
+            stated.append(_stated(model, subject))
+        base = stated[0]
+        return replace(base, text=extreme.text) if isinstance(base, Row) else _twin(base, extreme.text)
+
+    return judged
+
+
+def _stated(model: Model, subject: Subject) -> Base | Row:
+    """Make the run that twins are compared with, or say why there is none."""
+    request = asked(Simulate, {"experiment": subject.experiment, "progress": _Limit(subject.seconds)})
+    try:
+        ran, solution = answered(model, request)
+    except (SimulationError, UsageMistake, _OutOfTime) as error:
+        return Row(TWIN, "", "open", reason=f"the model itself: {error}")
+    assert isinstance(solution, Solution)
+    if solution.accuracy.error is None:
+        return Row(TWIN, "", "open", reason=f"the model itself: {solution.accuracy.remark}")
+    return Base.of(ran, request, solution)
+
+
+def _twin(base: Base, name: str) -> Row:
+    """Make a twin, run it, and compare."""
+    limit = base.request.progress
+    assert isinstance(limit, _Limit)
+    try:
+        twin = twin_of(name, base)
+    except NotApplicable as why:
+        return Row(TWIN, name, "none", reason=str(why))
+    limit.begin()
+    try:
+        made = run_twin(twin, base)
+    except CompileError as error:
+        first = next(d for d in error.diagnostics if d.code.startswith("E"))
+        return Row(TWIN, name, "none", reason=f"it is refused: {first.code}: {first.message}")
+    except (SimulationError, UsageMistake) as error:
+        return Row(TWIN, name, "refused", reason=str(error))
+    except _OutOfTime as late:
+        return Row(TWIN, name, "long", reason=str(late))
+    solution, mine = made.solution, base.solution
+    done = solution.statistics
+    row = Row(
+        TWIN,
+        name,
+        "open",
+        done.method,
+        against="the model",
+        seconds=done.run_time,
+        steps=done.steps,
+        reason=twin.says,
+    )
+    if solution.outcome is Outcome.FAILED:
+        return replace(row, kind="refused", reason=solution.message)
+    if Outcome.TERMINATED in (solution.outcome, mine.outcome) and solution.outcome is not mine.outcome:
+        return replace(row, kind="other", reason=f"it ends otherwise: {solution.message}; {mine.message}")
+    if solution.accuracy.error is None:
+        return replace(row, reason=solution.accuracy.remark)
+    found = compare(base, twin, made)
+    if found is None:
+        return replace(row, reason="both have no time and no quantity in common")
+    row = replace(row, error=found.difference, claim=found.allowed)
+    if not found.same:
+        words = f"{found.name} differs by {found.difference:.1e} from t = {found.at:.6g} on, {found.allowed:.1e} is allowed"
+        return replace(row, kind="other", reason=words)
+    return replace(row, kind="same" if found.allowed < ROUGH else "rough")
 
 
 def _judged(model: Model, subject: Subject, extreme: Extreme) -> Row:
@@ -277,47 +318,3 @@ def _conditioning(model: Model, request: Asked, solution: Solution) -> dict[str,
         return _other(model.with_values(moved), request, solution, estimate_error=False)[1]
     except (SimulationError, UsageMistake, ReferenceFailed, _OutOfTime):
         return {}
-
-
-def report(made: Stress) -> str:
-    """Return the table and what it comes to."""
-    title = f"{made.model}{', ' + made.experiment if made.experiment else ''} under stress"
-    counts = Counter(row.kind for row in made.rows)
-    rows = [title, "", line_of(None), *(line_of(row) for row in made.rows), ""]
-    rows.append(
-        f"{len(made.rows)} runs: " + ", ".join(f"{counts[k]} {w}" for k, w in WORDS.items() if counts[k])
-    )
-    rows += [f"left out: {words}" for words in made.left_out]
-    return "\n".join(rows)
-
-
-def line_of(row: Row | None) -> str:
-    """Lay out one line of the table, or its head."""
-    if row is None:
-        cells: Sequence[str] = (
-            "extreme",
-            "",
-            "method",
-            "outcome",
-            "error",
-            "claimed",
-            "checked by",
-            "run time",
-        )
-        reason = ""
-    else:
-        error, claim = ("-" if x is None else f"{x:.0e}" for x in (row.error, row.claim))
-        duration = f"{row.seconds * 1e3:.3g} ms" if row.method else "-"
-        cells = (
-            row.group,
-            row.text,
-            row.method or "-",
-            WORDS[row.kind],
-            error,
-            claim,
-            row.against or "-",
-            duration,
-        )
-        reason = "  " + row.reason.splitlines()[0] if row.reason else ""
-    widths = (9, 41, 7, 21, 6, 7, 15, 10)
-    return ("".join(f"{cell:<{width}} " for cell, width in zip(cells, widths, strict=True)) + reason).rstrip()

@@ -212,6 +212,18 @@ def _scales(
     return [(_largest(stated[:, k]) + own[k], _largest(shared[:, k]) + own[k]) for k in range(len(listed))]
 
 
+def spread(case: Case, rows: tuple[Array, Array, Array | None], estimate: ErrorEstimate, steps: int) -> Array:
+    """Give [n_outputs] what the errors that are stated for the states do to each output, at most, at times [n], states
+    [n, ny] and discrete variables."""
+    t, y, z = rows
+    listed = tuple(
+        Check("output", q.name, q.unit, {i: 1.0}, {}, anchored=True)
+        for i, q in enumerate(case.problem.outputs)
+    )
+    pair = Pair(t, t, y, y, z, z, steps, 1.0, 0.0)
+    return np.array([stated for stated, _ in _scales(case, listed, pair, estimate)])
+
+
 def _slopes(
     case: Case, listed: tuple[Check, ...], at: tuple[Array, Array, Array | None], step: Array
 ) -> Array:

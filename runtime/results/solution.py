@@ -51,7 +51,8 @@ class Motion(Struct, frozen=True, eq=False):
 
     ``columns`` [n, k]: one for each of ``quantities(problem)``, at the times ``time`` [n]; ``at`` gives them at other
     times. ``as_stated``: the default experiment, with no value and no input changed. ``pictured``: the numbers of
-    ``problem.scene`` at times, where somebody asked for a picture.
+    ``problem.scene`` at times, where somebody asked for a picture; ``states_at``: states and discrete variables at times,
+    those among them that tell what touches and sticks.
     """
 
     problem: Problem
@@ -70,6 +71,7 @@ class Motion(Struct, frozen=True, eq=False):
     remarks: tuple[str, ...] = ()
     as_stated: bool = False
     pictured: Columns | None = None
+    states_at: Callable[[Array], tuple[Array, Array | None]] | None = None
     sensitivities: Sensitivities | None = None
     condition: Condition | None = None
 

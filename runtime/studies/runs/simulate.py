@@ -235,6 +235,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         ),
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,
+        states_at=state_at,
     )
     return Solution(motion)
 

@@ -1,0 +1,117 @@
+"""What acts said otherwise: energies and weights as forces, bodies as energies written as formulas."""
+
+from __future__ import annotations
+
+from random import Random
+
+from msgspec.structs import replace
+
+from ..flat import types
+from ..flat.model import Derivative, Energy, Expression, FlatModel, Load, Mass, Role
+from .asked import ENERGIES, Facts, defined_by, felt
+from .rewriting import apply, dotted, half, measured, negative, number, product, squared, undrawn
+from .twin import NotApplicable, Seen, Twin
+
+ACCOUNTS = frozenset({"energy"})
+"""Outputs that add up energies by what they are called."""
+BODIES = frozenset({"mass_centre", "inertia_tensor"})
+
+
+def energies_as_forces(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Write potentials of places as the force -1 along the energy itself, weights as forces, dampings as forces."""
+    if felt(model, ENERGIES):
+        raise NotApplicable("its motion feels its own energies, of which forces are no part")
+    facts = Facts(model)
+    energies, loads = [], list(model.loads)
+    said: dict[str, None] = {}
+    for k, one in enumerate(model.energies):
+        if one.kind != "potential" or facts.moves(one.value) or facts.jumps(one.value):
+            energies.append(one)
+            continue
+        said["potentials"] = None
+        minus = number(-1, types.NUMBER, one.value.span)
+        loads.append(
+            Load("force", f"potential[{k + 1}] as force", minus, one.value, None, None, None, one.origin)
+        )
+    masses = []
+    for k, mass in enumerate(model.masses):
+        masses.append(replace(mass, gravity=None))
+        if mass.gravity is None or types.is_zero(mass.gravity):
+            continue
+        said["weights"] = None
+        weight = product(mass.value, mass.gravity)
+        loads.append(
+            Load("force", f"weight[{k + 1}] as force", weight, mass.at, None, None, None, mass.origin)
+        )
+    dampings = []
+    for damping in model.dampings:
+        if damping.on.type.shape or facts.moves(damping.value) or facts.moves(damping.on):
+            dampings.append(damping)
+            continue
+        said["dampings"] = None
+        drag = negative(product(damping.value, _rate(model, damping.on)))
+        loads.append(Load("force", damping.name, drag, damping.on, None, None, None, damping.origin))
+    if not said:
+        raise NotApplicable("nothing is stated as a potential, a weight or a damping")
+    changed = replace(
+        undrawn(model),
+        energies=tuple(energies),
+        masses=tuple(masses),
+        loads=tuple(loads),
+        dampings=tuple(dampings),
+    )
+    apart = ACCOUNTS | defined_by(model, ENERGIES)
+    return Twin("energies as forces", ", ".join(said) + " written as forces", changed, apart)
+
+
+def _rate(model: FlatModel, e: Expression) -> Expression:
+    rate = types.real(e.type.dimension / measured(model, "time").dimension, e.type.shape)
+    return Derivative(type=rate, span=e.span, operand=e)
+
+
+def bodies_as_energies(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Write masses and inertias as kinetic and potential energies, which Lagrange's operator takes."""
+    if felt(model, ENERGIES | BODIES):
+        raise NotApplicable("its motion feels its own energies or bodies")
+    facts = Facts(model)
+    fixed = {v.name for v in model.variables if v.role is Role.PARAMETER}
+    energies = list(model.energies)
+    masses: list[Mass] = []
+    for mass in model.masses:
+        if not _constant(facts, mass.value, fixed):
+            masses.append(mass)
+            continue
+        v = apply("vel", measured(model, "velocity", (model.space,)), mass.at)
+        energies.append(Energy("kinetic", product(half(mass.value), dotted(v, v)), mass.origin))
+        if mass.gravity is not None and not types.is_zero(mass.gravity):
+            place = apply("pos", measured(model, "length", (model.space,)), mass.at)
+            weight = negative(product(mass.value, dotted(mass.gravity, place)))
+            energies.append(Energy("potential", weight, mass.origin))
+    inertias = []
+    for inertia in model.inertias:
+        if not _constant(facts, inertia.value, fixed):
+            inertias.append(inertia)
+            continue
+        spin = measured(model, "rate", () if model.space == 2 else (3,))
+        w = apply("angvel", spin, inertia.on)
+        if model.space == 2:
+            energy = product(half(inertia.value), squared(w))
+        else:
+            w = apply("components", spin, inertia.on, w)
+            spun = types.real(inertia.value.type.dimension * w.type.dimension, (3,))
+            energy = half(dotted(w, apply("multiply", spun, inertia.value, w)))
+        energies.append(Energy("kinetic", energy, inertia.origin))
+    if len(masses) == len(model.masses) and len(inertias) == len(model.inertias):
+        raise NotApplicable("there is no mass or inertia that is constant")
+    changed = replace(
+        undrawn(model), energies=tuple(energies), masses=tuple(masses), inertias=tuple(inertias)
+    )
+    apart = ACCOUNTS | defined_by(model, ENERGIES | BODIES)
+    return Twin("bodies as energies", "masses, inertias and weights as formulas of energies", changed, apart)
+
+
+def _constant(facts: Facts, value: Expression, fixed: set[str]) -> bool:
+    """Whether a value is a formula of parameters alone."""
+    plain = {"Literal", "Array", "Element"}
+    inside = facts.within(value)
+    return all(n in fixed or n in plain or n in facts.defined or n.endswith("()") for n in inside)

@@ -1,0 +1,73 @@
+"""Models that begin at given states, whatever they state themselves."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from msgspec.structs import replace
+
+from mechc.lang.units import Dimension
+
+from ..flat import types
+from ..flat.model import Apply, Array, Expression, FlatModel, Kind, Role, StartValue, Type, Variable
+from ..flat.subscripts import element_name, subscripts
+from .rewriting import measured, number
+from .twin import States
+
+MOVING = (Role.COORDINATE, Role.STATE)
+
+
+def rate_name(name: str) -> str:
+    return f"der({name})"
+
+
+def begun(model: FlatModel, states: States) -> FlatModel:
+    """Return the model with initial values of all that has one in ``states``, as guesses that assembly need not move."""
+    given = {v.name for v in model.variables if v.role not in MOVING}
+    experiments = tuple(
+        replace(e, settings=tuple(s for s in e.settings if s.target in given), sweeps=())
+        for e in model.experiments
+    )
+    second, spin = measured(model, "time").dimension, measured(model, "rate", (3,))
+    variables = tuple(_begun(v, states, second, spin) if v.role in MOVING else v for v in model.variables)
+    return replace(model, variables=variables, experiments=experiments, initials=())
+
+
+def _begun(v: Variable, states: States, second: Dimension, spin: Type) -> Variable:
+    if v.type.kind is Kind.ROTATION:
+        return _turned(v, states, spin)
+
+    def given(rate: bool) -> dict[tuple[int, ...], StartValue]:
+        found = {}
+        for index in subscripts(v.type.shape):
+            name = element_name(v.name, index)
+            name = rate_name(name) if rate else name
+            if name in states:
+                kind = types.real(v.type.dimension / second) if rate else v.type
+                found[index] = _guess(number(states[name], kind, v.origin.span), v)
+        return found
+
+    if not v.type.shape:
+        place, speed = given(False), given(True)
+        return replace(v, start=place.get((), v.start), rate=speed.get((), v.rate))
+    return replace(v, starts={**v.starts, **given(False)}, rates={**v.rates, **given(True)})
+
+
+def _turned(v: Variable, states: States, turning: Type) -> Variable:
+    span = v.origin.span
+    entries = [states.get(element_name(v.name, (i,))) for i in range(4)]
+    spin = [states.get(f"{rate_name(v.name)}[{i + 1}]") for i in range(3)]
+    if any(x is None for x in (*entries, *spin)):
+        return v
+    pose = Apply(
+        type=types.POSE,
+        span=span,
+        function="quat",
+        arguments=tuple(number(Fraction(x or 0.0), types.NUMBER, span) for x in entries),
+    )
+    rates = tuple(number(x or 0.0, turning, span) for x in spin)
+    return replace(v, start=_guess(pose, v), rate=_guess(Array(type=turning, span=span, elements=rates), v))
+
+
+def _guess(value: Expression, v: Variable) -> StartValue:
+    return StartValue(value, True, v.origin)

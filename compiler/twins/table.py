@@ -1,0 +1,27 @@
+"""The twins that there are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from .closing import joint_as_closure
+from .coordinates import other_coordinates
+from .energies import bodies_as_energies, energies_as_forces
+from .kinks import kinks_by_choice
+from .order import in_another_order
+from .reversal import time_reversed
+from .sizes import other_units
+from .twin import Make
+from .world import turned_world
+
+TWINS: Mapping[str, Make] = {
+    "another order": in_another_order,
+    "kinks by if": kinks_by_choice,
+    "energies as forces": energies_as_forces,
+    "bodies as energies": bodies_as_energies,
+    "turned world": turned_world,
+    "other units": other_units,
+    "joint as closure": joint_as_closure,
+    "other coordinates": other_coordinates,
+    "time reversed": time_reversed,
+}

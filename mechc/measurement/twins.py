@@ -1,0 +1,196 @@
+"""The same mechanics said otherwise (``compiler/twins``): each twin of a model must give its motion, within what both
+runs claim.
+
+A run and its twin share the time, the language and the kernel, but neither the formulas nor their rounding. Of a state both
+may be off by ``FACTOR`` times their estimated errors, as in every other check of a run (``runtime/results/contradictions``);
+of an output by what these errors do to it. Where a contact or a constraint moves a state without a force, that is allowed
+beside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from random import Random
+
+import numpy as np
+from msgspec import Struct
+from msgspec.structs import replace
+from numpy.typing import NDArray
+
+from ..answering import answered, plan
+from ..asking.question import Asked
+from ..compiler.flat.model import Definition, DefinitionRole, Expression, Role
+from ..compiler.twins.reversal import is_rate
+from ..compiler.twins.table import TWINS
+from ..compiler.twins.twin import Seen, Twin
+from ..lang.units import parse_unit
+from ..model import CompiledModel
+from ..runtime.problem import Array
+from ..runtime.results.accuracy import COMPANION_RATIO
+from ..runtime.results.contradictions import CONDITION, FACTOR, TOUCH, spread
+from ..runtime.results.evaluate import evaluate_rows
+from ..runtime.studies.runs.simulate import Plan
+from ..solution import Solution
+
+Indices = NDArray[np.intp]
+EPSILON = float(np.finfo(float).eps)
+SEED = 1
+NEAR = 1e-6
+"""Share of a run around an event in which nothing is compared: both have it there at other instants."""
+MATCH = 1e-3
+"""Share of that within which two times are one."""
+MOST_TIMES = 64
+"""At which the errors of outputs are looked at."""
+
+
+class Base(Struct, frozen=True):
+    """A model with the run that its twins are compared with."""
+
+    model: CompiledModel
+    request: Asked
+    plan: Plan
+    solution: Solution
+
+    @staticmethod
+    def of(model: CompiledModel, request: Asked, solution: Solution) -> Base:
+        return Base(model, request, plan(model, request), solution)
+
+
+class Compared(Struct, frozen=True):
+    """``name`` of the result that both disagree about most, as shares of its size: the ``difference``, and what is
+    ``allowed``; ``at`` which time."""
+
+    name: str
+    difference: float
+    allowed: float
+    at: float
+
+    @property
+    def same(self) -> bool:
+        return self.difference <= self.allowed
+
+
+def twin_of(name: str, base: Base) -> Twin:
+    """Make a twin. Raises NotApplicable."""
+    return TWINS[name](base.model.compilation.flat, _seen(base), Random(SEED))
+
+
+def _seen(base: Base) -> Seen:
+    case, solution = base.plan.case, base.solution
+    names = [q.name for q in case.problem.states]
+    largest = {n: float(np.nanmax(np.abs(solution[n]))) for n in names}
+    first = dict(zip(names, map(float, case.y0), strict=True))
+    last = {n: float(solution[n][-1]) for n in names}
+
+    def evaluated(expressions: Sequence[Expression]) -> list[list[float]]:
+        flat = base.model.compilation.flat
+        asked = tuple(
+            Definition(f"probe {k}", DefinitionRole.OUTPUT, e.type, e, flat.origin)
+            for k, e in enumerate(expressions)
+        )
+        probe = base.model.of(replace(flat, definitions=(*flat.definitions, *asked)), base.model.settings)
+        there = plan(probe, base.request).case
+        row = evaluate_rows(there, "outputs", np.array([there.begin]), there.y0[None, :])[0]
+        called = [q.name for q in there.problem.outputs]
+        return [
+            [float(x) for n, x in zip(called, row, strict=True) if n.partition("[")[0] == f"probe {k}"]
+            for k in range(len(expressions))
+        ]
+
+    return Seen(case.begin, float(solution.time[-1]), first, last, largest, evaluated)
+
+
+def run_twin(twin: Twin, base: Base) -> Base:
+    """Run a twin as the model itself was run. Raises CompileError, SimulationError, UsageMistake."""
+    units = base.model.settable_units()
+    moving = {q.name for q in base.plan.case.problem.states}
+    settings = {
+        name: value * twin.factor(parse_unit(units[name] or "1").dimension)
+        for name, value in base.model.settings.items()
+        if twin.start is None or name not in moving
+    }
+    by = twin.factor(parse_unit(base.plan.case.problem.time.unit or "1").dimension)
+    given = {
+        n: x * by if n in ("stop", "start", "every", "step") and isinstance(x, (int, float)) else x
+        for n, x in base.request.given.items()
+    }
+    request = replace(base.request, given=given)
+    ran, answer = answered(base.model.of(twin.model, settings), request)
+    assert isinstance(answer, Solution)
+    return Base.of(ran, request, answer)
+
+
+def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
+    """Compare both motions; None where there is nothing to compare."""
+    other = found.solution
+    mine, theirs = _rows(base, other, twin)
+    if not mine.size:
+        return None
+    ours = _allowed(base.solution, base.plan, mine)
+    others = _allowed(other, found.plan, theirs)
+    flat = base.model.compilation.flat
+    states = {v.name for v in flat.variables if v.role is Role.STATE}
+    worst: Compared | None = None
+    for name, (size, allowed) in ours.items():
+        called = twin.names.get(name, name)
+        if not twin.means(name) or called not in others:
+            continue
+        by = twin.factor(parse_unit(base.solution.unit(name) or "1").dimension)
+        sign = -1.0 if twin.backwards and is_rate(name, states) else 1.0
+        x, y = base.solution[name][mine], sign * other[called][theirs] / by
+        there_allowed = others[called][1] / by
+        off = np.abs(x - y)
+        off, least = np.where(np.isfinite(off), off, 0.0), allowed + there_allowed
+        ratio = np.divide(off, least, out=np.where(off > 0, np.inf, 0.0), where=least > 0)
+        k = int(np.argmax(ratio))
+        one = Compared(
+            name, float(off[k] / size[k]), float(least[k] / size[k]), float(base.solution.time[mine][k])
+        )
+        if worst is None or one.difference * worst.allowed > worst.difference * one.allowed:
+            worst = one
+    return worst
+
+
+def _rows(base: Base, other: Solution, twin: Twin) -> tuple[Indices, Indices]:
+    """Give the rows of both at the times that they share, away from their events."""
+    second = twin.factor(parse_unit(base.solution.unit("time") or "1").dimension)
+    t, there = base.solution.time, other.time / second
+    happened = np.array(
+        [float(e.time) for e in base.solution.events] + [float(e.time) / second for e in other.events]
+    )
+    if twin.backwards:
+        there = base.plan.case.begin + t[-1] - there
+    near = NEAR * float(t[-1] - t[0])
+    order = np.argsort(there, kind="stable")
+    place = np.searchsorted(there[order], t - MATCH * near).clip(max=order.size - 1)
+    fits = np.abs(there[order][place] - t) <= MATCH * near
+    if happened.size:
+        fits &= np.abs(t[:, None] - happened[None, :]).min(axis=1) > near
+    return np.flatnonzero(fits), order[place][fits]
+
+
+def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[Array, Array]]:
+    """Give by name the size of a result and what it may be off by, along the rows."""
+    estimate = solution.accuracy.error
+    assert estimate is not None
+    problem = plan.case.problem
+    # what single steps may be off by that a run and its companion share; a method of fixed step shares none
+    beside = 0.0 if plan.method.fixed_step else plan.case.tolerance / COMPANION_RATIO
+    beside += TOUCH if problem.hybrid is not None and problem.hybrid.rows else 0.0
+    beside += CONDITION * EPSILON if problem.constraints else 0.0
+    stated = {name: error + beside for name, error in estimate.by_state.items()}
+    found: dict[str, tuple[Array, Array]] = {}
+    for q in problem.states:
+        size = estimate.nominal[q.name] + np.abs(solution[q.name][rows])
+        found[q.name] = size, FACTOR * stated[q.name] * size
+    if problem.outputs and solution.motion.states_at is not None:
+        t = solution.time[rows]
+        chosen = np.unique(np.linspace(0, t.size - 1, min(t.size, MOST_TIMES)).astype(int))
+        y, z = solution.motion.states_at(t[chosen])
+        off = spread(
+            plan.case, (t[chosen], y, z), replace(estimate, by_state=stated), solution.statistics.steps
+        )
+        for q, error in zip(problem.outputs, off, strict=True):
+            size = np.full(t.size, float(np.nanmax(np.abs(solution[q.name][rows]))) or 1.0)
+            found.setdefault(q.name, (size, np.full(t.size, FACTOR * error)))
+    return found

@@ -1,0 +1,153 @@
+"""Twins of a model: each is made, moves alike, and tells a fault that the model itself does not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+import mechc
+from mechc.answering import answered
+from mechc.asking.question import asked
+from mechc.cli.main import run
+from mechc.compiler.mechanics.meaning import functions
+from mechc.compiler.twins.table import TWINS
+from mechc.compiler.twins.twin import NotApplicable
+from mechc.measurement.extremes import Extreme
+from mechc.measurement.stress import Subject, worker
+from mechc.measurement.twins import Base, compare, run_twin, twin_of
+from mechc.runtime.studies.kinds.motion import Simulate
+from mechc.solution import Solution
+
+PLANE = """
+import mech.planar.*;
+parameter k = 20 N/m;
+gravity {0, -9.81} m/s^2;
+Bar arm(m = 1 kg, l = 0.5 m);
+Bar hand(m = 0.5 kg, l = 0.4 m);
+Revolute shoulder(world -> arm.a, angle = -60 deg);
+Revolute elbow(arm.b -> hand.a, angle ~ 20 deg);
+initial der(elbow.angle) = 1 rad/s;
+point tool = hand.a * {0.4 m, 0};
+state lag = 0.2 m;
+equation der(lag) = (norm(tool) - lag)/0.3 s;
+potential 1/2*k*max(0 m, norm(tool - {0.3 m, 0}) - 0.2 m)^2;
+force {1 N, 0.5 N*sin(3 rad/s*time)} on hand.b;
+force 0.3 N*abs(lag)/1 m on norm(pos(hand.c));
+output push = reaction(elbow);
+output tip = tool;
+output speed = vel(hand.b, arm.a);
+experiment(stop = 1 s);
+"""
+SPACE = """
+import mech.spatial.*;
+gravity {0, 0, -9.81} m/s^2;
+Box first(m = 1 kg, size = {0.5, 0.1, 0.2} m);
+Box second(m = 0.3 kg, size = {0.2, 0.1, 0.3} m);
+frame edge = first.a * trans({0.25, 0, 0.1} m);
+point corner = second.a * {0.1, 0.05, 0.15} m;
+Spherical ball(world -> first.a);
+initial der(ball.orientation) = {0.5, -0.4, 1} rad/s;
+Revolute hinge(edge -> second.a, axis = {0, 1, 0}, angle ~ 0.4 rad);
+torque {0.1 N.m, 0, 0.2 N.m} on second.a;
+force {1 N, 2 N, 0} on corner from first.a in first.a;
+output load = reaction(hinge);
+output bend = moment(hinge);
+output spin = angvel(second.a);
+experiment(stop = 0.5 s);
+"""
+LOSING = """
+parameter m = 1 kg;
+coordinate x = 1 m;
+coordinate y[2] = {0.5, 1} m;
+kinetic 1/2*m*(der(x)^2 + der(y[1])^2 + 2*der(y[2])^2) + 0.2 kg*der(x)*der(y[1]);
+potential 1/2*20 N/m*(x^2 + (x - y[1])^2 + clamp(y[2], -0.3 m, 0.2 m)*y[2]);
+damping 0.3 N.s/m on x - y[2];
+friction 0.5 N on y[2];
+force -min(1 N, 2 N/m*y[1], 3 N) on deadzone(y[1], 0.1 m);
+output p = momentum(x);
+experiment(stop = 1 s);
+"""
+
+
+def base_of(text: str) -> Base:
+    model = mechc.loads(text)
+    request = asked(Simulate, {})
+    ran, solution = answered(model, request)
+    assert isinstance(solution, Solution)
+    return Base.of(ran, request, solution)
+
+
+BASES: dict[str, Base] = {}
+
+
+@pytest.fixture(params=["plane", "space", "losing"])
+def base(request: pytest.FixtureRequest) -> Base:
+    name = request.param
+    return BASES.setdefault(name, base_of({"plane": PLANE, "space": SPACE, "losing": LOSING}[name]))
+
+
+MADE = {
+    "another order": "plane space losing",
+    "kinks by if": "plane losing",
+    "energies as forces": "plane space losing",
+    "bodies as energies": "plane space",
+    "turned world": "plane space",
+    "other units": "plane space losing",
+    "joint as closure": "plane space",
+    "other coordinates": "plane space losing",
+    "time reversed": "plane space",
+}
+
+
+@pytest.mark.parametrize("name", TWINS)
+def test_each_twin_moves_alike(name: str, base: Base, request: pytest.FixtureRequest) -> None:
+    which = request.node.callspec.params["base"]
+    if which not in MADE[name]:
+        with pytest.raises(NotApplicable, match=r"\w"):
+            twin_of(name, base)
+        return
+    twin = twin_of(name, base)
+    made = run_twin(twin, base)
+    found = compare(base, twin, made)
+    assert found is not None and found.same, found
+    assert found.allowed < 1e-4
+    assert sum(n in made.solution for n in base.solution if twin.means(n)) > 3
+
+
+@pytest.mark.parametrize("name", ["another order", "other units", "turned world", "time reversed"])
+def test_what_moves_otherwise_is_told(name: str) -> None:
+    base = BASES.setdefault("plane", base_of(PLANE))
+    twin = twin_of(name, base)
+    wrong = replace(twin, model=replace(twin.model, loads=twin.model.loads[:-1]))
+    found = compare(base, twin, run_twin(wrong, base))
+    assert found is not None and not found.same
+
+
+def test_a_fault_of_one_way_to_say_it_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    made: Callable[..., Any] = functions.FUNCTIONS["max"]
+
+    def first(k: Any, rate: Any, a: tuple[Any, ...]) -> Any:
+        return made(k, rate, a[:1] * len(a))
+
+    monkeypatch.setitem(functions.FUNCTIONS, "max", first)
+    file = tmp_path / "kink.mech"
+    file.write_text(
+        "coordinate x = 1 m;\nkinetic 1/2*1 kg*der(x)^2;\npotential 2 N*max(0.3 m, x);\nexperiment(stop = 3 s);\n",
+        encoding="utf-8",
+    )
+    judge = worker(Subject(str(file), None, {}, None, 5))
+    assert judge(Extreme("twin", "another order")).kind == "same"
+    row = judge(Extreme("twin", "kinks by if"))
+    assert row.kind == "other" and row.error is not None and row.error > 0.1 and "x" in row.reason
+
+
+@pytest.mark.slow
+def test_the_exit_code_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "twins.mech"
+    file.write_text(PLANE, encoding="utf-8")
+    assert run(["stress", str(file), "--only", "twin"]) == 0
+    assert "9 the same motion" in capsys.readouterr().out
