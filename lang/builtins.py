@@ -134,6 +134,11 @@ _ALL = (
     ),
     Builtin("initial", 0, 0, _W, "true at the start only"),
     Builtin("table", 3, 3, _S, "smooth curve through points: table(x, {x1, x2, ..}, {y1, y2, ..})"),
+    Builtin(
+        "mesh_volume", 2, 2, _S, "volume inside a mesh: mesh_volume(file, scale), mesh_volume(corners, faces)"
+    ),
+    Builtin("mesh_centre", 2, 2, _S, "centre of the solid inside a mesh, as mesh_volume"),
+    Builtin("mesh_inertia", 2, 2, _S, "its inertia for unit density about the centre, as mesh_volume"),
     Builtin("grad", 2, None, _F, "gradient of a field, a function of its place: grad(V, r)"),
     Builtin("curl", 2, None, _F, "curl of a vector field: curl(F, r); a number in the plane"),
     Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.asking.given_values import UsageMistake
-
-from .stl import triangles
+from mechc.compiler.flat.values.mesh_files import triangles
 
 if TYPE_CHECKING:
     from mechc.runtime.problem import Array, Shape
@@ -81,9 +80,13 @@ class Painter:
                 points += [values[:, k : k + 3] for k in range(0, count, 3)]
             elif shape.kind in ("trail", "text", "mass", "arrow"):
                 points.append(values[:, :3])
-            elif shape.kind in ("polygon", "curve", "surface"):
+            elif shape.kind in ("polygon", "curve", "surface", "mesh"):
                 axes = values[:, 3:12].reshape(-1, 3, 3)
-                local = values[:, 12:].reshape(len(values), -1, 3)
+                local = (
+                    values[:, 12:].reshape(len(values), -1, 3)
+                    if shape.kind != "mesh"
+                    else _box_of(shape, values)
+                )
                 points += list(values[:, None, :3] + np.einsum("npk,nkj->npj", local, axes))
             else:
                 sizes = np.zeros(3) if shape.relative else np.nanmax(np.abs(values[:, 12:14]), initial=0.0)
@@ -167,7 +170,7 @@ class Painter:
             case "sphere":
                 self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
             case "mesh":
-                corners = triangles(shape.text).reshape(-1, 3) * v[12]
+                corners = np.array(triangles(shape.text)).reshape(-1, 3) * v[12]
                 self._faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
@@ -315,6 +318,15 @@ class Painter:
 
     def _text(self, place: Array, text: str, opacity: float) -> None:
         self.axes.text(*(place[:2] if self.flat else place[:3]), f" {text}", fontsize=9, alpha=opacity)
+
+
+def _box_of(shape: Shape, values: Array) -> Array:
+    """Return the corners [n, 8, 3] of the box around a mesh, in its axes."""
+    corners = np.array(triangles(shape.text)).reshape(-1, 3)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    box = np.array([[(low, high)[i >> k & 1][k] for k in range(3)] for i in range(8)])
+    placed: Array = values[:, 12, None, None] * box
+    return placed
 
 
 def _placed(v: Array, local: Array) -> Array:

@@ -12,9 +12,9 @@ from msgspec import Struct
 from mechc.answering import answer, plan
 from mechc.asking.given_values import UsageMistake
 from mechc.asking.question import asked
+from mechc.compiler.flat.values.mesh_files import triangles
 from mechc.display import factor
 from mechc.presentation.stillness import Stillness
-from mechc.presentation.stl import triangles
 from mechc.runtime.case import find_experiment, find_setting, inputs_at
 from mechc.runtime.methods import KERNEL_METHODS
 from mechc.runtime.native.kernel import EVENT_KINDS as KINDS
@@ -308,7 +308,7 @@ def _posed(
 
 def _mesh(path: str) -> dict[str, Any]:
     """Return points, normals and triangles of a file, as the page draws them."""
-    corners = triangles(path)
+    corners = np.array(triangles(path))
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)
     normals = np.repeat(normals / np.where(lengths > 0, lengths, 1), 3, axis=0)

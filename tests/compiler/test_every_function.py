@@ -196,6 +196,10 @@ FIELDS = (
     "function V(Length r[3], Pressure k) = k*r[1]*r[2]*r[3];"
     "function F(Length r[3]) = {r[1]*r[2] + r[2]*r[3], r[1]^2, r[3]^2/2};" + BODY
 )
+SOLID = (
+    "parameter Length corner[4, 3] = {{0, 0, 0}, {2, 0, 0}, {0, 3, 0}, {0, 0, 6}} m;"
+    "structural parameter Integer faces[4, 3] = {{1, 3, 2}, {1, 2, 4}, {1, 4, 3}, {2, 3, 4}};" + BODY
+)
 c, s = math.cos(math.pi / 6), math.sin(math.pi / 6)
 turn = (5 - 2 * 10 * 1.5 * c) / 6  # angular acceleration
 force = [2 * 1.5 * (-turn * s - 4 * c), 2 * (1.5 * (turn * c - 4 * s) + 10)]
@@ -241,6 +245,9 @@ EXAMPLES: dict[str, tuple[str, str, list[float]]] = {
     "multiplier": (LINE, "abs(multiplier(rod))", [4]),
     "closed": (LINE, "if closed(rod) then 1 else 0", [1]),
     "sample": (LINE + "when sample(0.1 ms) then count := count + 1; end when;\n", "count", [11]),
+    "mesh_volume": (SOLID, "mesh_volume(corner, faces)", [6]),
+    "mesh_centre": (SOLID, "mesh_centre(corner, faces)", [0.5, 0.75, 1.5]),
+    "mesh_inertia": (SOLID, "mesh_inertia(corner, faces)*{1, 0, 0}", [10.125, 0.45, 0.9]),
     "grad": (FIELDS, "grad(V, {1, 2, 3}*1 m, 5 N/m^2)", [30, 15, 10]),
     "curl": (FIELDS, "curl(F, {1, 2, 3}*1 m)", [0, 2, -2]),
     "laplacian": (FIELDS, "laplacian(F, {1, 2, 3}*1 m)", [0, 2, 1]),

@@ -18,6 +18,7 @@ from .classes import Classes
 from .namespace import Library, Namespace
 
 if TYPE_CHECKING:
+    from ..moments import Moments
     from .instance import DefinitionMember, Instance, VariableMember
 
 Constant = Fraction | bool | str
@@ -100,6 +101,7 @@ class Flattening(Struct):
     turns: int = 0
     quadratures: int = 0
     constants: dict[int, Literal] = field(default_factory=dict)
+    meshes: dict[str, Moments] = field(default_factory=dict)
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)

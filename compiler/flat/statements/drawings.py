@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from fractions import Fraction
-from pathlib import Path
 
 from msgspec import Struct, field
 
@@ -15,9 +14,9 @@ from mechc.lang.units import Dimension
 from mechc.suggest import closest
 
 from .. import types
+from ..expressions.meshes import mesh_path
 from ..model import Array, Draw, Expression, Kind, Name, Sample
 from ..names.instance import Instance
-from ..names.looked_for import note
 from ..names.scope import Flattening, Poisoned, Scope
 from ..values.evaluate import constant
 from .independence import check_alone, not_in_a_picture
@@ -157,7 +156,8 @@ class _Checker(Struct):
             text = constant(value)
             if not isinstance(text, str):
                 raise self.wrong(argument, value, node.span)
-            self.texts[argument.name] = self.file(text, node.span) if argument.kind == "file" else text
+            of_file = argument.kind == "file"
+            self.texts[argument.name] = str(mesh_path(self.scope, value, node.span)) if of_file else text
             return
         if not self.fits(argument, value):
             raise self.wrong(argument, value, node.span)
@@ -211,22 +211,6 @@ class _Checker(Struct):
                     span,
                     help="write 'abs(..)' where its sign says something else",
                 )
-
-    def file(self, name: str, span: Span) -> str:
-        """Return the path of a file beside the text, which must be there."""
-        path = Path(name)
-        if not path.is_absolute():
-            path = Path(span.file.name).parent / path
-        if path.suffix.casefold() != ".stl":
-            raise self.scope.fail("E1004", f"'{name}' is no STL file", span, help="its name ends with '.stl'")
-        if not note(path).is_file():
-            raise self.scope.fail(
-                "E1004",
-                f"there is no file '{name}'",
-                span,
-                help="its place is told from the folder of this text",
-            )
-        return str(path)
 
     # ------------------------------------------------------------ places
 

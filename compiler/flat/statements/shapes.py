@@ -47,7 +47,9 @@ SHAPES: Mapping[str, Shape] = {
         "a flat disk around z", (Argument("radius", "length", optional=True, relative=True), _AXIS)
     ),
     "polygon": Shape("a closed line through corners", (Argument("corners", "corners"),)),
-    "mesh": Shape("the surface of an STL file", (Argument("file", "file"), Argument("scale", "length"))),
+    "mesh": Shape(
+        "the surface of an STL or OBJ file", (Argument("file", "file"), Argument("scale", "length"))
+    ),
     "frame": Shape(
         "three axes", (Argument("size", "length", optional=True, relative=True),), (1, 1), "never"
     ),

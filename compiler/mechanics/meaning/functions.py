@@ -10,6 +10,7 @@ from ...graph import vector as v3
 from ..kinematics.frames import Frame, Kinematics, Point
 from ..kinematics.planar import Planar
 from ..kinematics.pose import Rotate, Translate, Turn
+from .meshes import Sums
 from .values import Placement, Value, each, elements, filled, multiply, node, vector
 
 Rule = Callable[[Kinematics, Callable[[Node], Node], tuple[Value, ...]], Value]
@@ -49,6 +50,14 @@ def _fold(name: str) -> Rule:
         result = items[0]
         for item in items[1:]:
             result = getattr(k.graph, name)(result, item)
+        return result
+
+    return rule
+
+
+def _solid(name: str) -> Rule:
+    def rule(k: Kinematics, rate: Callable[[Node], Node], a: tuple[Value, ...]) -> Value:
+        result: Value = getattr(Sums(k.graph, a[0], a[1]), name)()
         return result
 
     return rule
@@ -258,6 +267,8 @@ FUNCTIONS: dict[str, Rule] = {
     "linspace": _linspace,
     "outer": lambda k, rate, a: _outer(k.graph, a[0], a[1]),
     "transpose": lambda k, rate, a: _transpose(a[0]),
+    # solids
+    **{name: _solid(name) for name in ("mesh_volume", "mesh_centre", "mesh_inertia")},
     # poses
     "trans": _trans,
     "rot": _rotation(2),

@@ -14,6 +14,7 @@ from mechc.compiler.flat import model as flat
 from oracle import poses
 from oracle.fields import differences
 from oracle.integrals import definite_integral
+from oracle.meshes import solid
 from oracle.poses import Pose, vector
 from oracle.series import FUNCTIONS, Series, angle_of, apply, power, real
 from oracle.values import NotCovered
@@ -312,6 +313,8 @@ class Evaluator:
                 return vector(*(x[0] + (x[1] - x[0]) * (i / (n - 1)) for i in range(n)))
             case "table":
                 return curve(x[0], x[1], x[2])
+            case "mesh_volume" | "mesh_centre" | "mesh_inertia":
+                return solid(f, x[0], x[1])
             case "trans":
                 return poses.displacement(x[0])
             case "rot":
