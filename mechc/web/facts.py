@@ -235,7 +235,7 @@ class Facts(Struct, frozen=True):
         names = [q.name for q in (*self.problem.states, *self.problem.outputs)]
         still = Stillness(self.solution)
         paired = [n for n in names if f"der({n})" in names]
-        moving = [n for n in paired if not still.steady(f"der({n})")] or paired
+        moving = [n for n in paired if not (still.constant(n) or still.steady(f"der({n})"))] or paired
         if moving:
             return [moving[0], f"der({moving[0]})"]
         return [names[0], names[min(1, len(names) - 1)]]

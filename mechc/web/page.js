@@ -1,5 +1,5 @@
 // The page: settings ask for a run, the clock moves through it, picture and curves follow.
-const number = v => Number.isFinite(v) ? String(+v.toPrecision(4)) : '–';
+const number = v => { const t = String(+v.toPrecision(4)); return !Number.isFinite(v) ? '–' : t.length > 8 ? (+t).toExponential().replace('e+', 'e') : t; };
 
 async function unpack(base64) {
   const bytes = Uint8Array.from(atob(base64), c => c.charCodeAt(0));

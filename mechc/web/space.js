@@ -81,8 +81,20 @@ function makeStage(host, {up = [0, 0, 1]}) {
     floor.set(new Float32Array(rows));
   }
   let view, eye = [0, 0, 0], size = [1, 1];
-  const camera = {target: [0, 0, 0], distance: 3, azimuth: -1.1, elevation: 0.35, moved: false};
+  const camera = {target: [0, 0, 0], distance: 3, azimuth: -1.1, elevation: 0.35, moved: false, box: null};
+  /** From where all corners of the box are in sight. */
+  function stand({low, high, size: whole}) {
+    const {elevation: e, azimuth: a} = camera, y = 0.9 * Math.tan(0.35), x = y * size[0] / size[1];
+    const out = up.map((u, k) => Math.cos(e) * (Math.cos(a) * side[k] + Math.sin(a) * ahead[k]) + Math.sin(e) * u), right = unit(cross(up, out)), above = cross(out, right);
+    let far = 0.45 * whole;
+    for (let k = 0; k < 8; k++) {
+      const c = [0, 1, 2].map(i => (k >> i & 1 ? high : low)[i] - camera.target[i]), margin = 0.04 * whole;
+      far = Math.max(far, dot(c, out) + Math.max((Math.abs(dot(c, right)) + margin) / x, (Math.abs(dot(c, above)) + margin) / y));
+    }
+    camera.distance = far;
+  }
   function look() {
+    if (camera.box && !camera.moved) stand(camera.box);
     const {elevation: e, azimuth: a, distance: d} = camera;
     eye = camera.target.map((v, k) => v + d * (Math.cos(e) * (Math.cos(a) * side[k] + Math.sin(a) * ahead[k]) + Math.sin(e) * up[k]));
     view = times(perspective(0.7, size[0] / size[1], d / 50, d * 20), lookAt(eye, camera.target, up));
@@ -247,7 +259,7 @@ function makeScene(host, plan) {
       size = box.size;
       const {camera} = stage, middle = box.low.map((v, k) => (v + box.high[k]) / 2), h = plan.up.findIndex(x => x === 1);
       stage.lay(box.low[h] - size * 0.02, middle, size * 1.6);
-      if (!camera.moved) { camera.target = middle; camera.distance = size * 1.35; camera.elevation = plan.flat ? 0.12 : 0.3; camera.azimuth = plan.flat ? -1.35 : -1.1; }
+      if (!camera.moved) { camera.target = middle; camera.box = box; camera.elevation = plan.flat ? 0.12 : 0.3; camera.azimuth = plan.flat ? -1.35 : -1.1; }
     },
     draw(state) {
       if (state) last = state; else state = last;

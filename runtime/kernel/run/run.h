@@ -22,6 +22,11 @@ typedef struct mech_run {
     mech_real corrected;    /* relative size of the last correction of velocities by projection   */
     mech_real jumped;       /* sum of those beyond what errors explain                      */
     int avoided;            /* ends of steps that were refused for that                      */
+    mech_real fastest;      /* largest |lambda| of the derivative as measured; 0: not, or far from the bound */
+    long long fastest_until; /* steps until which that counts                               */
+    int near_bound;         /* that was measured near the bound of stability                 */
+    int measures;           /* the step that is accepted is followed by a measurement        */
+    int bounded;            /* stability, not accuracy, bounds the next step                 */
     int dense_limits;       /* the error between the ends of the step is larger than at them */
     int turning;            /* something slides on a surface: no Jacobian lasts              */
 } mech_run;

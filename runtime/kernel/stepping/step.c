@@ -7,9 +7,7 @@
 #include "output.h"
 #include "pieces.h"
 #include "projection.h"
-
-/* Steps in a row, but for a few, after which a model counts as stiff; steps in a row after which no longer. */
-enum { STIFF_HITS = 15, CALM_HITS = 25 };
+#include "stability.h"
 
 /* Factor of a step that would end near a singular position: the next one goes beyond it. */
 static const mech_real SHORTER = MECH_C(0.7);
@@ -59,7 +57,8 @@ int mech_step_start(mech_solver *s)
     if (!status) status = mech_piece_check(s);
     if (status) return status;
     run->started = 1;
-    run->after_rejection = 0;
+    run->after_rejection = run->measures = 0;
+    run->fastest = run->fastest_until = 0;
     run->origin = run->report.t;
     run->n_fixed = 0;
     if (s->method->adaptive) {
@@ -85,28 +84,6 @@ static mech_real control(const mech_solver *s, mech_real error)
     return mech_min(m->factor_max, mech_max(m->factor_min, factor));
 }
 
-static void watch_calm(mech_solver *s, mech_real h)
-{
-    mech_run *run = s->run;
-    run->calm_hits = s->method->stiffness(s, h) < s->method->stiffness_bound ? run->calm_hits + 1 : 0;
-}
-
-static void watch_stiffness(mech_solver *s, mech_real h)
-{
-    mech_run *run = s->run;
-    if (run->report.steps % 100 && !run->stiff_hits) return;
-    /* Where values between the ends limit the steps, these stay below the end of the domain of stability. */
-    const mech_real share = run->dense_limits ? MECH_C(0.6) : 1;
-    if (s->method->stiffness(s, h) > share * s->method->stiffness_bound) {
-        run->calm_hits = 0;
-        if (++run->stiff_hits == STIFF_HITS && !(run->report.stiff_time == run->report.stiff_time))
-            run->report.stiff_time = run->report.t;
-    } else if (run->stiff_hits && ++run->calm_hits == 6) {
-        run->stiff_hits = 0;
-        run->calm_hits = 0;
-    }
-}
-
 /* Goes on with the other part of a method that consists of two. */
 static void change_method(mech_solver *s, const mech_method *method)
 {
@@ -116,7 +93,8 @@ static void change_method(mech_solver *s, const mech_method *method)
     run->report.switch_time = run->report.t;
     run->report.switches++;
     run->error_old = 0;
-    run->stiff_hits = run->calm_hits = 0;
+    run->stiff_hits = run->calm_hits = run->measures = 0;
+    run->fastest = run->fastest_until = 0;
     memset(s->dense, 0, (size_t)s->ny * (size_t)s->n_dense * sizeof(mech_real));
     if (method->begin) method->begin(s, 1);
 }
@@ -129,13 +107,10 @@ int mech_step_accept(mech_solver *s, mech_real t_new, mech_real h)
     r->steps++;
     const mech_method *other = NULL;
     if (s->chosen->implicit_part == s->method) {
-        watch_calm(s, h);
-        if (run->calm_hits >= CALM_HITS) other = s->chosen->explicit_part;
+        if (mech_stability_calm(s, h)) other = s->chosen->explicit_part;
     } else if (s->method->stiffness && !s->method->lacks) { /* an explicit one: implicit methods need a Jacobian */
-        watch_stiffness(s, h);
-        if (run->stiff_hits >= STIFF_HITS && s->method != s->chosen &&
-            !s->chosen->implicit_part->lacks(s->model))
-            other = s->chosen->implicit_part;
+        const int stiff = mech_stability_stiff(s, h);
+        if (stiff && s->method != s->chosen && !s->chosen->implicit_part->lacks(s->model)) other = s->chosen->implicit_part;
     }
     if (s->o.record_capacity || (r->n_grid < s->o.n_grid && s->o.grid[r->n_grid] < t_new))
         mech_fill_dense(s, h);
@@ -148,6 +123,7 @@ int mech_step_accept(mech_solver *s, mech_real t_new, mech_real h)
     memcpy(s->dy, s->dy_new, bytes);
     run->after_rejection = 0;
     run->dense_of = 0;
+    if (run->measures) mech_stability_measure(s, h);
     if (other) change_method(s, other);
     if (run->next_stop < s->o.n_stops && t_new >= s->o.stops[run->next_stop]) {
         int status = mech_piece_enter(s);
@@ -270,9 +246,11 @@ static mech_real after_success(mech_solver *s, mech_real h, mech_real error)
     mech_real next = h * (m->control ? m->control(s, h, error) : control(s, error));
     if (run->after_rejection) next = mech_min(next, h);
     /* A step cut short by its limit tells little: the former proposal stands. */
-    if (h < run->report.dt) return mech_min(mech_max(run->report.dt, next), s->o.dt_max);
-    run->error_old = mech_max(error, MECH_C(1e-4));
-    return mech_min(next, s->o.dt_max);
+    if (h < run->report.dt)
+        next = mech_max(run->report.dt, next);
+    else
+        run->error_old = mech_max(error, MECH_C(1e-4));
+    return mech_stability_bounded(s, mech_min(next, s->o.dt_max));
 }
 
 int mech_step_try(mech_solver *s, mech_real limit, mech_real *end, mech_real *taken)
