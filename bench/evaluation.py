@@ -23,6 +23,7 @@ from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.native import kernel as native
 
+from . import generated
 from .machine import table, write
 from .systems import BARS, POINTS_ABSOLUTE, POINTS_RELATIVE, SPATIAL
 
@@ -128,7 +129,8 @@ def main(quick: bool = False) -> None:
         "time: the ratio is the worth of specialisation. Goals: n = 7 and 100 at least 6 times faster than "
         "Pinocchio, the spatial arm of 7 joints at least 4 times."
     )
-    write("evaluation", "One evaluation", [text, table(head, rows)])
+    beside = generated.compared(python, quick) if python else []
+    write("evaluation", "One evaluation", [text, table(head, rows), *beside])
 
 
 if __name__ == "__main__":

@@ -15,8 +15,11 @@ from .program.series import without_series
 from .targets import description
 from .targets.balls import enclosure
 from .targets.c import emit_c
+from .targets.c_forms import TURNS_INCLUDED
 
 HEADER = "model.h"
+TURNS = ("turns.h", "turn.h")
+"""What code for this processor may include, too."""
 
 
 def make_problem(
@@ -43,13 +46,15 @@ def _made(program: Program, target: Literal["auto", "c", "python"], reproducible
         program = without_series(program)
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
-    sources = {"model.c": emit_c(program), HEADER: header()}
+    text = emit_c(program, turns=not reproducible)
+    headers = (HEADER, *TURNS) if TURNS_INCLUDED in text else (HEADER,)
+    sources = {"model.c": text, **{name: header(name) for name in headers}}
     flags = model_flags(reproducible, program.long)
     return description.make_problem(program, library=build_shared(sources, flags))
 
 
-def header() -> str:
-    """Return the text of the contract that generated C code includes."""
+def header(name: str = HEADER) -> str:
+    """Return the text of a header that generated C code includes; the contract, if nothing is said."""
     import mechc.runtime
 
-    return (Path(mechc.runtime.__file__).parent / "kernel" / HEADER).read_text(encoding="utf-8")
+    return (Path(mechc.runtime.__file__).parent / "kernel" / name).read_text(encoding="utf-8")

@@ -6,17 +6,20 @@ from collections.abc import Collection, Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Final
 
+from msgspec.structs import replace
+
 from mechc.runtime.start.facts import start_facts
 
 from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
+from ..program.chunk import CHUNK
 from ..program.model import Body, Load, Lookup, Operate, Store
 from ..program.names import identifiers
 from ..program.series import NEXT, START
 from ..uncollected import uncollected
 from ..verification import verified
-from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, literal
+from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
 from .c_loops import (
     SIDE_BY_SIDE,
@@ -32,6 +35,7 @@ from .c_plans import hybrid_text, indices, start_text
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
+from .turns import turn_groups, with_turns_ahead
 
 if TYPE_CHECKING:
     from ..program.loops.rolled import Rolled
@@ -104,10 +108,11 @@ _PRELUDE: Final = """\
 """
 
 
-def emit_c(program: Program, chunk_size: int | None = None) -> str:
+def emit_c(program: Program, chunk_size: int | None = None, *, turns: bool = False) -> str:
     """Return the C text of a program.
 
-    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). Compiled
+    Long functions are split (``chunk_size`` operations a piece; None: the usual size; 0: never). ``turns``: sines and
+    cosines stand in groups, which ``turns.h`` of the kernel forms at once; else the text needs ``model.h`` alone. Compiled
     with ``-ffp-contract=off -frounding-math`` (no fused products and sums, no function of a constant
     evaluated by the compiler) it gives the same bits as the scalar Python text on the same C library.
     """
@@ -115,15 +120,23 @@ def emit_c(program: Program, chunk_size: int | None = None) -> str:
         loops: Mapping[str, Rolled] = {}
         if chunk_size is None:
             loops = loops_of(program)
-            program = verified(chunk(program, whole=loops))
-        elif chunk_size > 0:
-            program = verified(chunk(program, chunk_size))
-        return "\n".join(_File(program, loops).lines()) + "\n"
+        program = _with_turns(program, loops) if turns else program
+        if chunk_size != 0:
+            program = chunk(program, chunk_size or CHUNK, whole=loops)
+            # pieces read their angles anew, in between
+            program = verified(_with_turns(program, loops) if turns else program)
+        return "\n".join(_File(program, loops, turns).lines()) + "\n"
+
+
+def _with_turns(program: Program, loops: Collection[str]) -> Program:
+    functions = (f if f.name in loops else with_turns_ahead(f) for f in program.functions)
+    return replace(program, functions=tuple(functions))
 
 
 class _File:
-    def __init__(self, program: Program, loops: Mapping[str, Rolled]) -> None:
+    def __init__(self, program: Program, loops: Mapping[str, Rolled], turns: bool) -> None:
         self.program = program
+        self.dialect = TURNING if turns else DIALECT
         self.loops = loops
         self.used = _operations(program)
         library = {name for code, name in LIBRARY.items() if code in self.used}
@@ -140,6 +153,8 @@ class _File:
             long="".join(f"#define {name} {name}l\n" for name in self.library),
             pi=PI_DIGITS,
         )
+        if self.dialect is TURNING and any(turn_groups(b) for f in program.functions for b in f.bodies):
+            yield TURNS_INCLUDED
         if any(map(needs_threads, self.loops.values())):
             yield THREADS
         if any(map(are_apart, self.loops.values())):
@@ -216,7 +231,7 @@ class _File:
                     yield f"    const mech_real {names[array, index]} = {array}[{index}];"
         else:
             names = {k: "t" if k[0] == "t" else f"{k[0]}[{k[1]}]" for k in loads if k[0] != "w"}
-        for line in lines(body, DIALECT, names):
+        for line in lines(body, self.dialect, names):
             yield f"    {line}"
         yield "}\n"
 

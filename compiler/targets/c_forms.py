@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Final
+
+from msgspec.structs import replace
 
 from ..graph import operations as ops
 from ..program.model import Store
@@ -24,6 +26,7 @@ from .expressions import (
 )
 from .literal import Form as LiteralForm
 from .literal import constant
+from .turns import WIDTH
 
 _BOTH: Final = (True, True)
 
@@ -178,3 +181,15 @@ DIALECT: Final = Dialect(
     as_condition=Form("{} != 0", COMPARISON, (COMPARISON + 1,), True),
     as_number=Form("(mech_real){}", UNARY, (UNARY + 1,)),
 )
+
+
+def _turns(name: str, angles: Sequence[str]) -> Iterator[str]:
+    """Yield the call of ``turns.h``; a group that is not full repeats its last angle."""
+    yield f"mech_real {name}[{2 * WIDTH}];"
+    yield f"mech_turns({name}, {', '.join([*angles, *angles[-1:] * (WIDTH - len(angles))])});"
+
+
+TURNING: Final = replace(DIALECT, turns=_turns)
+"""With sines and cosines of several angles at once."""
+
+TURNS_INCLUDED: Final = '#include "turns.h"\n'

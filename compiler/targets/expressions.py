@@ -13,8 +13,9 @@ from typing import assert_never
 from msgspec import Struct
 
 from ..graph.operations import ADD, COS, SIN, SUB
-from ..program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
+from ..program.model import Body, Literal, Load, Lookup, Operate, Store, Value, operands_of
 from .literal import Constant
+from .turns import turn_groups, turn_places
 
 ATOM, UNARY, PRODUCT, SUM, BITWISE, COMPARISON, LOGIC, CHOICE = 100, 80, 70, 60, 50, 40, 30, 10
 """Binding strength of what stands outermost in an expression."""
@@ -60,6 +61,8 @@ class Dialect(Struct, frozen=True):
     """The line that stores an expression."""
     as_condition: Form
     as_number: Form
+    turns: Callable[[str, Sequence[str]], Iterator[str]] | None = None
+    """The lines that fill an array of a name with sines and cosines of several angles (turns.py)."""
 
 
 class Text(Struct, gc=False):
@@ -76,12 +79,19 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
     uses, stored = _uses(body)
     values: list[Text] = []
     count = 0
+    groups = turn_groups(body) if dialect.turns else {}
+    turned: dict[tuple[int, Value], str] = {}
     for position, statement in enumerate(body):
         hint = ""
+        if groups and position in groups and dialect.turns:
+            array = f"sin_cos_{position}"
+            turned = turn_places(array, groups[position])
+            yield from dialect.turns(array, [fitting(values[a], 0, False, dialect) for a in groups[position]])
         match statement:
             case Operate():
-                value = _operation(statement, body, values, dialect)
                 code = statement.code
+                known = turned.get((code, statement.operands[0])) if turned else None
+                value = Text(known, ATOM) if known else _operation(statement, body, values, dialect)
                 if code == SIN or code == COS:  # noqa: SIM109, the fastest way to ask
                     argument = values[statement.operands[0]]
                     if argument.plain:

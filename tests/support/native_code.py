@@ -72,9 +72,11 @@ class NativeModel:
         chunk_size: int | None = None,
         name: str = "model",
         flags: Sequence[str] = REPRODUCIBLE,
+        *,
+        turns: bool = False,
     ) -> None:
         self.program = program
-        text = emit_c(program, chunk_size)
+        text = emit_c(program, chunk_size, turns=turns)
         self.library = ctypes.CDLL(str(compile_c(text, folder, flags, name)))
         get = self.library.mech_model_get
         get.restype = ctypes.POINTER(ModelStruct)
