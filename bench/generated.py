@@ -74,7 +74,9 @@ def writer(python: str) -> Path:
     if given:
         return Path(given)
     code = "import sysconfig; print(sysconfig.get_paths()['purelib'])"
-    site = Path(subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip())
+    site = Path(
+        subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
+    )
     prefix, casadi = site / "cmeel.prefix", site / "casadi"
     built = Path(tempfile.mkdtemp(), "pinocchio_casadi")
     flags = ["-std=c++17", "-O1", "-DNDEBUG", "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]
@@ -104,7 +106,9 @@ def ours(kind: str, n: int, y: Any, *, turning: bool = True) -> Contestant:
         problem = make_problem(program, "c")
     else:
         sources = {"model.c": emit_c(program, turns=True), HEADER: header(), "turns.h": NO_TURNS}
-        problem = description.make_problem(program, library=build_shared(sources, model_flags(loops=program.long)))
+        problem = description.make_problem(
+            program, library=build_shared(sources, model_flags(loops=program.long))
+        )
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     assert functions.struct is not None
@@ -188,7 +192,17 @@ def compared(python: str, quick: bool) -> list[str]:
             cells = [f"{mine:.1f}", f"{bare:.1f}", f"{given:.1f}", f"{mine / given:.2f}", f"{goal:.2f}"]
             cells += [f"{baked:.1f}", f"{mine / baked:.2f}"]
             rows.append([f"{kind} {n}", "dependent" if chained else "independent", *cells])
-    head = ["chain", "calls", "mechc", "without sines", "sizes given", "ratio", "goal", "sizes baked in", "ratio"]
+    head = [
+        "chain",
+        "calls",
+        "mechc",
+        "without sines",
+        "sizes given",
+        "ratio",
+        "goal",
+        "sizes baked in",
+        "ratio",
+    ]
     return [
         "Beside generated code: Pinocchio's `aba` on CasADi's symbols, written as C, for chains in joint angles; gravity, masses and "
         "sizes once given at run time, as mechc has them, and once baked in. Nanoseconds of processor time, called from C in one "

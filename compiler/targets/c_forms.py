@@ -186,7 +186,8 @@ DIALECT: Final = Dialect(
 def _turns(name: str, angles: Sequence[str]) -> Iterator[str]:
     """Yield the call of ``turns.h``; a group that is not full repeats its last angle."""
     yield f"mech_real {name}[{2 * WIDTH}];"
-    yield f"mech_turns({name}, {', '.join([*angles, *angles[-1:] * (WIDTH - len(angles))])});"
+    filled = [*angles, *[angles[-1]] * (WIDTH - len(angles))]
+    yield f"mech_turns({name}, {', '.join(filled)});"
 
 
 TURNING: Final = replace(DIALECT, turns=_turns)

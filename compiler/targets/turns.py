@@ -12,7 +12,18 @@ from collections.abc import Sequence
 from msgspec.structs import replace
 
 from ..graph.operations import ADD, COS, MUL, NEG, SIN, SUB
-from ..program.model import Body, Literal, Load, Lookup, Operate, ProgramFunction, Statement, Store, Value, operands_of
+from ..program.model import (
+    Body,
+    Literal,
+    Load,
+    Lookup,
+    Operate,
+    ProgramFunction,
+    Statement,
+    Store,
+    Value,
+    operands_of,
+)
 
 WIDTH = 4
 """Angles at once. Eight at once slow the arithmetic of single numbers beside them."""
@@ -88,7 +99,9 @@ def _angles(body: Body) -> list[Value]:
             pending.pop()
         return known[value]
 
-    angles = dict.fromkeys(s.operands[0] for s in body if type(s) is Operate and (s.code == SIN or s.code == COS))
+    angles = dict.fromkeys(
+        s.operands[0] for s in body if type(s) is Operate and (s.code == SIN or s.code == COS)
+    )
     return [angle for angle in angles if early(angle)]
 
 

@@ -8,7 +8,9 @@
 
 #include <math.h>
 
-#if defined(__AVX2__) && defined(__FMA__) && defined(__has_builtin)
+#if defined(_WIN32) && defined(__GNUC__) && !defined(__clang__)
+/* GCC does not align the stack there */
+#elif defined(__AVX2__) && defined(__FMA__) && defined(__has_builtin)
 #if __has_builtin(__builtin_ia32_vfmaddpd256) && __has_builtin(__builtin_ia32_movmskpd256)
 #define MECH_TURNS_FUSED(a, b, c) __builtin_ia32_vfmaddpd256(a, b, c)
 #elif __has_builtin(__builtin_elementwise_fma) && __has_builtin(__builtin_ia32_movmskpd256)

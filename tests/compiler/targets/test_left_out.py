@@ -61,7 +61,8 @@ def test_symbols() -> None:
         found.append(set(re.findall(r" [tT] (\w+?)(?:\.\w+)*$", listed, re.M)))
     tree, loop = found
     assert {"rhs", "initial", "outputs", "parameters"} <= tree
-    assert loop - tree == {"assembly", "assembly_jacobian", *FUNCTIONS}
+    turns = {"mech_far_turns"}  # of turns.h, where a function has several angles
+    assert loop - tree - turns == {"assembly", "assembly_jacobian", *FUNCTIONS}
 
 
 def test_run() -> None:

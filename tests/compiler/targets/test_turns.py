@@ -11,7 +11,7 @@ import mpmath
 import numpy as np
 import pytest
 from msgspec.structs import replace
-from native_code import STRICT, Floats, NativeModel, bits, compile_c
+from native_code import STRICT, Floats, NativeModel, bits
 from sample_equations import chain, pendulum
 
 from mechc.compiler.graph.operations import COS, SIN
@@ -148,6 +148,12 @@ def test_an_angle_of_an_angle_waits() -> None:
         *(Store("out", k, v) for k, v in enumerate((2, 4, 5))),
     )
     (moved,) = with_turns_ahead(replace(program.functions[0], bodies=(body,))).bodies
-    assert moved[:5] == (Load("y", 0), Load("y", 1), Operate(SIN, (0,)), Operate(COS, (0,)), Operate(SIN, (1,)))
+    assert moved[:5] == (
+        Load("y", 0),
+        Load("y", 1),
+        Operate(SIN, (0,)),
+        Operate(COS, (0,)),
+        Operate(SIN, (1,)),
+    )
     assert turn_groups(moved) == {2: [0, 1]}
     assert len(moved) == len(body)
