@@ -213,6 +213,10 @@ _SPELLED_OUT: Mapping[str, str] = {
 }  # fmt: skip
 
 
+_CUSTOMARY = ("lb", "lbs", "lbf", "ft", "in", "inch", "yd", "mi", "mph", "psi", "oz", "hp", "rpm")
+"""Units that are no others misspelt, so that none is guessed for them."""
+
+
 def suggest_unit(text: str) -> str:
     """Return the unit that ``text`` may have meant, or an empty string."""
     if text in _SPELLED_OUT:
@@ -220,7 +224,7 @@ def suggest_unit(text: str) -> str:
     singular = text.casefold().removesuffix("s")
     if singular in _SPELLED_OUT:
         return _SPELLED_OUT[singular]
-    if len(text) == 1:
+    if len(text) == 1 or text.casefold() in _CUSTOMARY:
         return ""
     return closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 3)]) or ""
 

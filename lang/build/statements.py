@@ -219,6 +219,8 @@ def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
         help = f"write '{inner}'"
     elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
         help = f"write 'name = {value.span.text}'"
+        if isinstance(value, ast.Reference) and (value.span.text == "world" or len(value.parts) == 2):
+            help += f", or of two frames that are joined '{value.span.text} -> other.a'"
     b.reporter.error("E0127", message, span, help=help)
     return ast.Modification(target=value, kind="=", value=value, span=span)
 

@@ -154,6 +154,8 @@ def several_at_once(s: Situation) -> Finding | None:
         return None
     problem, repair = unexpected(s)
     help = f"each has a statement of its own: '{first.text} ..; {first.text} ..;'"
+    if s.following.text == "der" and s.index + 1 < len(s.tokens):
+        help = "a rate at the start has a statement of its own: 'initial der(..) = ..;'"
     return error(problem.code, problem.message, problem.span or s.span(s.token), help=help), repair
 
 
@@ -270,6 +272,12 @@ def missing_operator(s: Situation) -> Finding | None:
     if s.bracket is None and not s.accepts("SEMICOLON"):
         return None  # a word such as 'on' or 'then' is missing as well
     help = f"a product is written '{before.text}*{token.text}'"
+    first = s.tokens[s.first]
+    end = unit_end(s.source.text, token.start)
+    if before.kind == "QUANTITY" and end > token.start:
+        help = f"a unit is written in one piece: '{before.text}.{s.source.text[token.start : end]}'"
+    elif first.text in _NAMED and s.index == s.first + 2 and token.kind != "LPAR" and before.kind == "NAME":
+        help = f"a name is followed by ':', as in '{first.text} {before.text}: ..'"
     if token.kind in ("LPAR", "LBRACE"):
         help = "a product is written with '*'"
     if before.text in BUILTINS:

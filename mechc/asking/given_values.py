@@ -125,9 +125,10 @@ def _unit(text: str) -> Unit | None:
     try:
         return parse_unit(text)
     except UnitError as error:
-        raise UsageMistake(
-            str(error), f"did you mean '{error.suggestion}'?" if error.suggestion else ""
-        ) from None
+        help = f"did you mean '{error.suggestion}'?" if error.suggestion else ""
+        if re.match(r",\s*\d", text):
+            help = "a decimal point is written '.', as in 0.8"
+        raise UsageMistake(str(error), help) from None
 
 
 def structural_value(text: Scalar) -> int | float | bool | str:

@@ -99,7 +99,8 @@ def columns_of(path: Path) -> list[Column]:
             rows = [row for row in csv.reader(file) if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise SimulationError(f"cannot read the data {path}: {reason}") from error
+        help = "" if path.suffix == ".csv" else "several names are one text, with commas: --vary A,B"
+        raise SimulationError(f"cannot read the data {path}: {reason}", help=help) from error
     if len(rows) < 2:
         raise SimulationError(f"the data {path} have no rows")
     if len(rows[0]) == 1 and ";" in rows[0][0]:

@@ -60,6 +60,10 @@ def _in_text(setting: str, text: str) -> list[Varied]:
                 f"'{setting}' takes names, with ranges where they are meant, not '{part.strip()}'",
                 f'{setting} = "a, b = 0 .. 1"',
             )
+        if not sign and len(several := re.sub(r"\[[^]]*\]", "", name).split()) > 1 and "(" not in name:
+            raise UsageMistake(
+                f"'{name}' is not one name: names are separated by commas", f"{', '.join(several)}"
+            )
         low, dots, high = (piece.strip() for piece in what.partition(".."))
         if sign and not (dots and low and high):
             raise UsageMistake(f"the values of '{name}' are a range, not '{what}'", f'"{name} = LOW .. HIGH"')

@@ -15,7 +15,8 @@ from .options import Command, files_here, model_option, set_option
 if TYPE_CHECKING:
     from ..measurement.savings import Code
 
-CODE = re.compile(r"[EWN]\d{4}")
+CODE = re.compile(r"([EWN])(\d{3,4})", re.IGNORECASE)
+"""A code; a zero with which it begins may be left out."""
 DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
 """Lines of a page that say how its example is run; they are for the tests."""
 
@@ -37,9 +38,11 @@ def command(
 ) -> None:
     """Explain CODE, such as E0301, with an example; or, for MODEL.mech, which form of the equations was
     chosen, what is needed and what was left out, why, and what that saved against --keep-all."""
-    if CODE.fullmatch(what.upper()):
-        click.echo(page(what.upper()))
+    if code := CODE.fullmatch(what):
+        click.echo(page(f"{code[1].upper()}{code[2]:0>4}"))
         return
+    if re.fullmatch(r"\d{3,4}", what):
+        raise click.UsageError(f"a code begins with a letter: E{what:0>4} is an error, W{what:0>4} a warning")
     from ..api import load
     from ..measurement.explanation import explanation, summary
     from ..measurement.savings import savings

@@ -59,6 +59,12 @@ def explain_failure(error: BaseException) -> int:
         case click.Abort() | KeyboardInterrupt():
             click.echo("interrupted", err=True)
             return INTERRUPTED
+        case click.UsageError() if (
+            type(error) is click.UsageError
+            and (mistake := error.__context__) is not None
+            and ("mechc.asking.given_values" in sys.modules and show_usage_mistake(mistake))
+        ):
+            return USAGE
         case click.ClickException():
             error.show()
             return USAGE if isinstance(error, click.UsageError) else FAILED

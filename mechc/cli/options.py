@@ -23,7 +23,12 @@ class Command(click.Command):
     """A command that refuses to be told one thing twice: the first would be dropped without a word."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        _, _, order = self.make_parser(ctx).parse_args(list(args))
+        _, spare, order = self.make_parser(ctx).parse_args(list(args))
+        if spare:
+            raise click.UsageError(
+                f"unexpected '{' '.join(spare)}'; a value with blanks stands in quotes, as in l=\"80 cm\"",
+                ctx,
+            )
         for parameter in order:
             if not isinstance(parameter, click.Option) or parameter.multiple or parameter.count:
                 continue
@@ -31,7 +36,9 @@ class Command(click.Command):
                 continue
             if order.count(parameter) > 1:
                 names = "/".join((*parameter.opts, *parameter.secondary_opts))
-                raise click.UsageError(f"{names} is given twice; leave one out.", ctx)
+                lists = "," in (parameter.metavar or "")
+                what = f"write all in one text, {parameter.opts[-1]} A,B" if lists else "leave one out"
+                raise click.UsageError(f"{names} is given twice; {what}.", ctx)
         return super().parse_args(ctx, args)
 
 
@@ -66,7 +73,12 @@ def ending(endings: tuple[str, ...], what: str) -> Any:
     def check(ctx: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
         no_model(ctx, parameter, value)
         if value and Path(value).suffix.lower() not in endings:
-            raise click.BadParameter(f"{what} go to a file that ends in {', '.join(endings)}", ctx, parameter)
+            meant = (
+                "" if "." in value or parameter.name != "output" else "; names of quantities go to --outputs"
+            )
+            raise click.BadParameter(
+                f"{what} go to a file that ends in {', '.join(endings)}{meant}", ctx, parameter
+            )
         if value and not (folder := Path(value).parent).is_dir():
             raise click.BadParameter(f"there is no folder '{folder}'", ctx, parameter)
         return value

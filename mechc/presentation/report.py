@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..runtime.outcome import Outcome
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
 
@@ -32,6 +33,8 @@ MOST_COLUMNS = 6
 
 def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = ()) -> str:
     """Return the whole report as text, without an end of line; ``of``: quantities whose derivatives are listed, all without."""
+    if solution.outcome is Outcome.FAILED and not solution.statistics.steps:
+        return _headline(solution, style)  # it did not begin, and what is said of that is all there is to say
     blocks = [[_headline(solution, style), *_doubts(solution, style)], _cost(solution, style)]
     blocks.append(_values(solution, style))
     blocks.append(_sensitivities(solution, style, of))
@@ -300,6 +303,10 @@ def _events(solution: ShownSolution, style: Style) -> list[str]:
         kinds = Counter(f"{event.name} {event.kind}" for event in events).most_common(MOST_EVENTS)
         counts = ", ".join(f"{number} {kind}" for kind, number in kinds)
         rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more; most often {counts}"))
+        last = events[-1]
+        rows.append(
+            f"  {last.time:>14.9g}{unit}  {pad(last.name, names)}  {style.dim(last.kind + ', the last')}"
+        )
     return rows
 
 

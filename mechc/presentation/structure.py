@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
+from ..compiler.flat.model import Literal, Role
 from .numbers import plural
 from .style import PLAIN, Style, pad, width
 
@@ -49,6 +50,10 @@ def _rows(model: CompiledModel, system: MechanicalSystem) -> Iterator[tuple[str,
     if bodies:
         parts = [*named, *([plural(own, "mass", "masses") + " of the model itself"] if own else [])]
         yield "bodies", f"{len(named) + own}: {', '.join(parts)}"
+    if bodies and all(mass.gravity is None for mass in system.model.masses):
+        yield "gravity", "none"
+    if left := _left_to_the_library(system):
+        yield "by default", ", ".join(left)
     for edge in system.topology.tree:
         count = _freedoms(system, edge.joint)
         driven = _driven(system, edge.joint)
@@ -83,6 +88,21 @@ def _rows(model: CompiledModel, system: MechanicalSystem) -> Iterator[tuple[str,
     for name, kind in switching.items():
         what, words = SWITCHING.get(kind, ("switching", "not counted"))
         yield f"{what} {name}", words
+
+
+def _left_to_the_library(system: MechanicalSystem) -> list[str]:
+    """Return the sizes of parts that nobody stated: those that the library gives them, such as ``upper.l = 1 m``."""
+    return [
+        f"{variable.name} = {variable.value.span.text}"
+        for variable in system.model.variables
+        if variable.role is Role.PARAMETER
+        and variable.value is not None
+        and variable.origin.declared is not None
+        and not variable.type.dimension.is_none
+        and variable.value.span.file is variable.origin.span.file
+        and isinstance(variable.value, Literal)
+        and variable.value.value
+    ]
 
 
 def _freedoms(system: MechanicalSystem, joint: Joint) -> int:

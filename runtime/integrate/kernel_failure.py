@@ -165,7 +165,8 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: s
     name, origin = (row.name, row.origin) if row is not None else ("", None)
     match status:
         case Status.PENETRATION:
-            message = f"contact '{name}' is penetrated at {at}: its gap is {size:.6g} (SI)"
+            message = f"contact '{name}' is penetrated at {at}: its gap is {size:.6g} (SI); "
+            message += "a gap is positive where things are apart: change the start, the gap or its sign"
             return _Told("penetration", message, name, origin)
         case Status.ENERGY_RAISED:
             message = (

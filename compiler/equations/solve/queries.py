@@ -51,6 +51,7 @@ def answers(
                 f"'{query.function}({query.target})' has no answer in this model",
                 query.span,
                 caption=_reason(query),
+                help=_instead(system, query),
             )
             found = [system.graph.zero] * len(symbols)
         elif query.function == "multiplier" and not replies.dropped.isdisjoint(found):
@@ -122,6 +123,21 @@ def _momentum(system: MechanicalSystem, energies: Energies, target: str) -> Sequ
 def _friction_power(system: MechanicalSystem, replies: Replies, target: str) -> Sequence[Node] | None:
     rows = next((rows for rows in system.constraints if rows.name == target), None)
     return None if rows is None else [system.graph.mul(replies.multipliers[target][0], rows.residuals[0])]
+
+
+def _instead(system: MechanicalSystem, query: Query) -> str:
+    """Say what can be asked in the place of a reaction that is none: the joint of a coordinate, a drive."""
+    if query.function not in ("reaction", "moment"):
+        return ""
+    joints = {name: joint.name for joint in system.model.joints for name in joint.coordinates}
+    if query.target in joints:
+        return (
+            f"'{query.target}' moves freely: 'reaction({joints[query.target]})' is the force in the joint, and "
+            f"'drive {query.target} = ..;' gives its coordinate a reaction"
+        )
+    driven = [name for row in system.drives for name in row.names]
+    known = [*dict.fromkeys([*(joint.name for joint in system.model.joints), *driven])][:6]
+    return f"there are {', '.join(f'{query.function}({name})' for name in known)}" if known else ""
 
 
 def _reason(query: Query) -> str:

@@ -11,6 +11,7 @@ from mechc.lang.units import preferred_unit
 from .. import types
 from ..model import Apply, Array, Expression, Kind, Literal, Type
 from ..names.scope import Constant, Poisoned, Scope
+from ..values.angles import warn_of_bare_side
 from ..values.evaluate import EXACT, constant
 from .products import power_type, product_type, quotient_type, undefined
 from .unitless import parameters_without_unit
@@ -125,7 +126,7 @@ def _sum_type(scope: Scope, node: ast.Binary, left: Expression, right: Expressio
         if zero is None:
             raise _shapes_differ(scope, node, left, right)
         return types.numeric(b if zero is left else a)
-    if not types.is_zero(left) and not types.is_zero(right):
+    if a.angle == b.angle and not types.is_zero(left) and not types.is_zero(right):
         _sums[id(a), id(b)] = type
     return type
 
@@ -154,6 +155,8 @@ def meet(
         )
     if a is b and a.kind is not Kind.POINT:
         return a
+    if a.angle != b.angle and not scope.flattening.dimensionless:
+        warn_of_bare_side(left, right, scope.flattening)
     kind = Kind.INTEGER if a.kind is b.kind is Kind.INTEGER else Kind.REAL
     return types.make(kind, a.shape, a.dimension, a.angle or b.angle)
 

@@ -35,7 +35,8 @@ MOST_NAMES = 8
 """Names in a component that a message lists."""
 
 _QUANTITY_AND_SIGN = re.compile(
-    r"(?<![\w.])([0-9][0-9.]*(?:[eE][+-]?[0-9]+)?[ \t]+[A-Za-z][\w.^/]*)[ \t]*([/*])[ \t]*\Z"
+    r"(?<![\w.])([0-9][0-9.]*(?:[eE][+-]?[0-9]+)?[ \t]+[A-Za-z][\w.^/]*"
+    r"(?:[ \t]*[/*][ \t]*[A-Za-z]\w*(?:\^[0-9]+)?)*)[ \t]*([/*])[ \t]*\Z"
 )
 _POWER = re.compile(r"\^[0-9]+")
 
@@ -105,8 +106,19 @@ def _plain_member(scope: Scope, member: AnyMember, span: Span) -> Expression:
                 f"'{member.declaration.name}' is a component and has no value",
                 span,
                 caption=f"it is a {member.declaration.type}",
-                help=f"name something inside it, as in '{member.declaration.name}.a'",
+                help=f"name something inside it, as in '{member.declaration.name}.{_inner(member)}'",
             )
+
+
+def _inner(member: ComponentMember) -> str:
+    """Name what a component is mostly asked for: a coordinate, or a frame that it places."""
+    inside = next(iter(member.instances.values())).members if member.instances else {}
+    moving = (n for n, m in inside.items() if isinstance(m, VariableMember) and m.role is Role.COORDINATE)
+    return (
+        next(moving, None)
+        or next((n for n in inside if n in ("a", "frame", "p")), None)
+        or next(iter(inside), "a")
+    )
 
 
 def _member(scope: Scope, member: AnyMember, parts: tuple[ast.Part, ...], span: Span) -> Expression:
@@ -284,13 +296,13 @@ def _rest_of_unit(name: str, span: Span) -> str:
     if before is None:
         return ""
     power = _POWER.match(text, span.end)
-    quantity, sign = before[1], "/" if before[2] == "/" else "."
-    unit = f"{quantity.split()[1]}{sign}{name}{power[0] if power else ''}"
+    number, written = before[1].split(maxsplit=1)
+    unit = "".join(f"{written}{before[2]}{name}{power[0] if power else ''}".split()).replace("*", ".")
     try:
         parse_unit(unit)
     except UnitError:
         return ""
-    return f"a unit has no blanks inside: '{quantity.split()[0]} {unit}'"
+    return f"a unit is written in one piece, with '.' for products: '{number} {unit}'"
 
 
 def _suggestion(scope: Scope, name: str) -> str:

@@ -103,6 +103,19 @@ def _extent_words(sizes: tuple[int, ...]) -> str:
     return " x ".join(map(str, sizes)) + " elements" if sizes else "no elements: it is no array"
 
 
+MOST_MODELS = 8
+"""Models that a message lists."""
+
+
+def _where_models_are(scope: Scope) -> str:
+    """Say how a model comes within reach, or which ones are, where the library is imported already."""
+    imported = [model.name for model in scope.namespace.imported_models() if not model.partial]
+    if not imported:
+        return "import it, for example 'import mech.planar.*;'"
+    more = ", .." if len(imported) > MOST_MODELS else ""
+    return f"there are {', '.join(imported[:MOST_MODELS])}{more}"
+
+
 def _class_of(declaration: ast.Component, scope: Scope) -> Class:
     """Return the class of a component; refuse what cannot be instantiated here."""
     span = declaration.span
@@ -118,7 +131,7 @@ def _class_of(declaration: ast.Component, scope: Scope) -> Class:
             f"there is no model '{declaration.type}'",
             span,
             caption="unknown model" if found is None else f"'{declaration.type}' is no model",
-            help=f"did you mean '{near}'?" if near else "import it, for example 'import mech.planar.*;'",
+            help=f"did you mean '{near}'?" if near else _where_models_are(scope),
         )
     model = found.definition
     cls = scope.flattening.classes.of(model, found.namespace)

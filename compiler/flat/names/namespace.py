@@ -99,6 +99,15 @@ class Namespace:
         """The models that this file defines itself, in order."""
         return tuple(item for item in self._own.values() if isinstance(item, ast.Model))
 
+    def imported_models(self) -> Iterator[ast.Model]:
+        """Yield the models that imports bring into reach by their names alone."""
+        explicit = self._resolve_imports()
+        for namespace, _ in self._open:
+            yield from namespace.models
+        yield from (
+            found.definition for found in explicit.values() if isinstance(found.definition, ast.Model)
+        )
+
     @property
     def broken(self) -> bool:
         """True where an import failed, so that an unknown name may be no further mistake."""

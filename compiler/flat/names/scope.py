@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Unpack
@@ -28,6 +29,14 @@ class Poisoned(Exception):
     """What is being elaborated is wrong, and that has been reported."""
 
 
+def _decimal_commas(*places: Span) -> str:
+    """Ask about three numbers of which two may be one, written with a decimal comma: ``{0, -9,81}``."""
+    for place in places:
+        if found := re.search(r"\{[^{}]*?(\d+),(\d+)[^{}]*\}", place.text):
+            return f"is ',' meant as a decimal point? '{found[1]}.{found[2]}' is one number, '{found[1]},{found[2]}' are two"
+    return ""
+
+
 class Space(Struct):
     """Whether the model is planar or spatial, and the place that said so first."""
 
@@ -50,7 +59,8 @@ class Space(Struct):
             span,
             caption=f"{word}: {_PLACES[size]}",
             labels=labels,
-            help="use one of mech.planar and mech.spatial, and vectors of one length",
+            help=_decimal_commas(*(s for s in (self.span, span) if s))
+            or "use one of mech.planar and mech.spatial, and vectors of one length",
         )
         self.mixed = True  # what follows from it is not reported
         raise error

@@ -8,7 +8,7 @@ from mechc.lang.source import Span
 from mechc.lang.units import Dimension
 
 from .. import model, types
-from ..expressions.unitless import parameters_without_unit
+from ..expressions.unitless import parameters_of_another_kind, parameters_without_unit
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
 from ..model import Expression, Kind, Type
@@ -52,7 +52,7 @@ def _no_energy(scope: Scope, statement: ast.Energy, value: Expression, wanted: D
         f"{statement.kind} must be {noun}",
         statement.value.span,
         caption=f"this is {this}, {noun} is {wanted.pretty()}",
-        labels=parameters_without_unit(scope, value),
+        labels=parameters_without_unit(scope, value) or parameters_of_another_kind(scope, value, wanted),
         help=_missing_factor(scope, given, wanted),
     )
 

@@ -16,6 +16,7 @@ from mechc.suggest import closest, setting_meant
 from .. import model, types
 from ..expressions.coordinates import Target, slice_elements, target_of
 from ..expressions.references import component_index, existing
+from ..expressions.unitless import parameters_without_unit
 from ..instances.declared_types import fit, fits
 from ..instances.instantiate import member_of
 from ..instances.members import type_of
@@ -204,9 +205,19 @@ def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> N
             f"'{name}' must be {words}",
             node.value.span,
             caption=f"this is {given}",
-            help=f"write '{node.value.span.text} s'" if bare and time.dimension == types.TIME else "",
+            labels=(unitless := parameters_without_unit(scope, value)),
+            help=_in_seconds(node.value, bool(unitless)) if bare and time.dimension == types.TIME else "",
         )
     parts.options[name] = fit(scope, value, wanted, node.value.span, name=name)
+
+
+def _in_seconds(node: ast.Expression, unitless: bool) -> str:
+    """Say how a bare number becomes a time: a number gets its unit, a formula a factor, or its parameter a unit."""
+    text = node.span.text
+    if isinstance(node, ast.Number | ast.Parenthesis):
+        return f"write '{text} s'"
+    factor = f"multiply by a second: '({text})*(1 s)'"
+    return f"give the parameter its unit, or {factor}" if unitless else factor
 
 
 # ---------------------------------------------------------------- values of the model

@@ -90,6 +90,25 @@ def warn_of_degrees(
                     pass
 
 
+def warn_of_bare_side(left: Expression, right: Expression, flattening: Flattening) -> None:
+    """Warn where an angle meets a bare number beyond a full turn in a sum or a comparison: ``120 - d.angle``."""
+    angle, number = (left, right) if left.type.angle else (right, left)
+    if number.type.angle or not number.type.dimension.is_none:
+        return
+    labels = (Label(angle.span, "this is an angle"),) if angle.span.file is number.span.file else ()
+    match number:
+        case Literal(value=Fraction() as value) if abs(value) > _TURN and _WRITTEN.fullmatch(
+            number.span.text
+        ):
+            _warn(number.span, value, flattening.reporter, labels)
+        case Name(name=name) | Element(base=Name(name=name)):
+            for bare in _bare_numbers(_stated(name, flattening)):
+                if abs(bare.value) > _TURN:
+                    _warn(bare.span, bare.value, flattening.reporter, labels)
+        case _:
+            pass
+
+
 def _terms(expression: ast.Expression) -> Iterator[ast.Expression]:
     """Yield what is added and subtracted in an expression."""
     match expression:

@@ -139,7 +139,8 @@ class Well:
             unit = self.reduced.case.problem.states[self.reduced.index].name
             raise SimulationError(
                 f"'{self.name}' has no motion with the energy {energy:.10g}: it is {least:.10g} at rest, at {unit} = "
-                f"{bottom:.6g}"
+                f"{0.0 if abs(bottom) < 1e-6 * self.size else bottom:.6g}",
+                help=f'begin away from rest: --set {unit}="..."',
             )
         return bottom
 

@@ -1,0 +1,155 @@
+"""Slips of first readers: each is made in a model of the tutorial, and told with what to write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import mechc
+from mechc.cli.main import run
+from mechc.lang.diagnostics import CompileError
+
+PENDULUM = """
+model Pendulum
+  parameter m = 1 kg;
+  parameter l = 0.5 m;
+  parameter k = 3 N.m/rad;
+  coordinate theta = 60 deg;
+  kinetic 1/2*m*l^2*der(theta)^2;
+  potential -m*(9.81 m/s^2)*l*cos(theta);
+  potential 1/2*k*theta^2;
+  experiment(stop = 5 s);
+end Pendulum;
+"""
+STOP = """
+import mech.planar.*;
+model Swing
+  parameter speed = 10 1/s;
+  gravity {0, -9.81} m/s^2;
+  Bar bar(m = 1 kg, l = 20 cm);
+  Revolute pin(world -> bar.a, angle = 60 deg);
+  contact buffer: 120 deg - pin.angle;
+  friction bearing: 0.2 N.m on pin.angle;
+  output tip = pos(bar.b);
+  output Real[2] push = reaction(pin)/(1 N);
+  experiment(stop = 2*3.2/speed);
+end Swing;
+"""
+SLIPS = [
+    (PENDULUM, "3 N.m/rad", "3 N m/rad", "a unit is written in one piece: '3 N.m/rad'"),
+    (PENDULUM, "3 N.m/rad", "3 N*m/rad", "one piece, with '.' for products: '3 N.m/rad'"),
+    (PENDULUM, "3 N.m/rad", "3 N / m / rad", "one piece, with '.' for products: '3 N/m/rad'"),
+    (PENDULUM, "l = 0.5 m", "l = 0.5 kg", "'l' is a mass (kg); it would fit as a length (m)"),
+    (PENDULUM, "deg;", "deg, der(theta) = 1 rad/s;", "'initial der(..) = ..;'"),
+    (STOP, "10 1/s", "10", "multiply by a second: '(2*3.2/speed)*(1 s)'"),
+    (STOP, "2*3.2/speed", "2", "write '2 s'"),
+    (STOP, "on pin.angle", "on pin", "as in 'pin.angle'"),
+    (STOP, "on pin.angle", "on bar", "as in 'bar.a'"),
+    (STOP, "buffer:", "buffer", "a name is followed by ':', as in 'contact buffer: ..'"),
+    (STOP, "pos(", "position(", "did you mean 'pos'?"),
+    (STOP, "Bar bar", "Stick bar", "there are Particle, Body, Bar"),
+    (STOP, "world -> bar.a", "world, bar.a", "'world -> other.a'"),
+    (STOP, "-9.81}", "-9,81}", "'9.81' is one number"),
+    (STOP, "reaction(pin)", "reaction(pin.angle)", "'reaction(pin)' is the force in the joint"),
+]
+
+
+@pytest.mark.parametrize(("text", "right", "slip", "told"), SLIPS, ids=[slip for _, _, slip, _ in SLIPS])
+def test_a_slip_is_told_with_what_to_write(text: str, right: str, slip: str, told: str) -> None:
+    assert text.count(right) >= 1
+    with pytest.raises(CompileError) as caught:
+        mechc.loads(text.replace(right, slip, 1)).compilation.program  # noqa: B018
+    said = [d.help for d in caught.value.diagnostics]
+    said += [label.text for d in caught.value.diagnostics for label in d.labels]
+    assert any(told in words for words in said), said
+
+
+def test_the_model_without_a_slip_is_right() -> None:
+    for text in (PENDULUM, STOP):
+        assert not mechc.loads(text).diagnostics
+
+
+@pytest.mark.parametrize(
+    ("right", "slip", "number"),
+    [
+        ("120 deg - pin.angle", "120 - pin.angle", "120"),
+        ("120 deg - pin.angle", "-pin.angle + 120", "120"),
+        ("experiment", "when pin.angle > 90 then terminate; end when; experiment", "90"),
+        ("speed = 10 1/s;", "speed = 10 1/s; parameter end = 100;", None),
+        ("120 deg - pin.angle", "2*pi - pin.angle", None),
+        ("120 deg - pin.angle", "2.1 - pin.angle", None),
+    ],
+)
+def test_a_bare_number_beside_an_angle(right: str, slip: str, number: str | None) -> None:
+    """Beyond a full turn it is hardly meant as radians; in W0303's words, each time it is written."""
+    found = [d for d in mechc.loads(STOP.replace(right, slip, 1)).diagnostics if d.code == "W0303"]
+    assert [d.span.text for d in found if d.span] == ([number] if number else [])
+
+
+def test_a_bare_parameter_beside_an_angle() -> None:
+    text = STOP.replace("contact", "parameter end = 100; contact").replace("120 deg -", "end -")
+    found = mechc.loads(text).diagnostics
+    assert [(d.code, d.span.text) for d in found if d.span] == [("W0303", "100")]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["run", "--set", "l=0,8 m"], "a decimal point is written '.'"),
+        (["run", "--set", "l=80", "cm"], "a value with blanks stands in quotes"),
+        (["run", "--set", "l=80 kg"], "error: 'l' is given in kg; it has the unit m"),
+        (["run", "--set", "m=2 lb"], "unknown unit 'lb'\n"),
+        (["run", "--output", "theta"], "names of quantities go to --outputs"),
+        (["study", "period", "--set", "theta=0 deg"], 'begin away from rest: --set theta="..."'),
+        (["fit", "--vary", "m", "l"], "several names are one text, with commas"),
+        (["fit", "--vary", "m l"], "names are separated by commas; m, l"),
+        (["fit", "--vary", "m", "--vary", "l"], "write all in one text, --vary A,B"),
+    ],
+)
+def test_a_slip_in_a_command(
+    arguments: list[str],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("p.mech").write_text(PENDULUM, encoding="utf-8")
+    words = [*arguments, "p.mech"] if arguments[0] != "fit" else ["fit", "p.mech", *arguments[1:]]
+    if arguments[-1] == "m l":
+        Path("d.csv").write_text("time,theta\n0,1\n1,0.5\n", encoding="utf-8")
+        words.insert(2, "d.csv")
+    assert run(words) in (1, 2)
+    assert told in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("code", ["E0301", "e301", "E301"])
+def test_codes_as_people_type_them(code: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain", code]) == 0
+    assert capsys.readouterr().out.startswith("E0301: ")
+
+
+def test_a_code_without_its_letter(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["explain", "301"]) == 2
+    assert "E0301 is an error, W0301 a warning" in capsys.readouterr().err
+
+
+def test_structure_tells_what_nobody_stated(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "swing.mech"
+    path.write_text(
+        STOP.replace("gravity {0, -9.81} m/s^2;", "").replace(", l = 20 cm", ""), encoding="utf-8"
+    )
+    assert run(["check", "--structure", str(path)]) == 0
+    rows = {line[2:].partition("  ")[0]: line.split()[-4:] for line in capsys.readouterr().out.splitlines()}
+    assert rows["gravity"][-1] == "none"
+    assert rows["by default"] == ["bar.l", "=", "1", "m"]
+
+
+def test_a_run_that_does_not_begin_has_no_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "swing.mech"
+    path.write_text(STOP.replace("120 deg -", "30 deg -"), encoding="utf-8")
+    assert run(["run", str(path)]) == 1
+    out, err = capsys.readouterr()
+    assert out == "Swing: failed at time = 0 s\n"
+    assert "a gap is positive where things are apart" in err
