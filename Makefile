@@ -76,6 +76,7 @@ bench: $(VENV)/installed-dev
 gallery: $(VENV)/installed
 	$(BIN)/python docs/figures.py
 	$(BIN)/python docs/moving.py
+	$(BIN)/python docs/pictures.py
 
 docs: $(VENV)/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python docs/website/build.py

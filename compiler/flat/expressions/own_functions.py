@@ -153,7 +153,11 @@ def _meant(name: str, known: Iterable[str]) -> str:
     if here in BUILTINS or here == "der":
         return f"write '{here}(..)'"
     near = closest(name, [*BUILTINS, *known]) or next(
-        (b for b in BUILTINS if len(b) > 2 and (last.startswith(b) or (b.startswith(last) and len(last) > 2))),
+        (
+            b
+            for b in BUILTINS
+            if len(b) > 2 and (last.startswith(b) or (b.startswith(last) and len(last) > 2))
+        ),
         None,
     )
     return f"did you mean '{near}'?" if near else ""

@@ -104,9 +104,9 @@ class Namespace:
         explicit = self._resolve_imports()
         for namespace, _ in self._open:
             yield from namespace.models
-        yield from (
-            found.definition for found in explicit.values() if isinstance(found.definition, ast.Model)
-        )
+        for found in explicit.values():
+            if isinstance(found, Found) and isinstance(found.definition, ast.Model):
+                yield found.definition
 
     @property
     def broken(self) -> bool:
