@@ -8,7 +8,7 @@ in metres runs alike. The rules, in this order:
 2. the initial value, else the size of the declared range;
 3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
 4. where this is zero, the smallest one of the states of the same kind and unit, among those that it feels if there is one;
-5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
+5. the geometric mean of the parameters of the same unit that something uses; 1 for an angle and for a pure number;
 6. what the state reaches in a pilot run at a tolerance of 1e-6 (pilot.py), which measures it against what the
    rate at the start would lead to in the duration of the run;
 7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
@@ -46,7 +46,8 @@ class Sizes(NamedTuple):
 
     By state: ``units``, the same number for the same unit; ``kinds``: "", account or rotation (an entry of one); ``pure``:
     an angle or a pure number; ``nominal``: declared, 0 without; ``ranges``: the size of the declared range, 0 without.
-    ``partner`` [nv]: index of the coordinate of each velocity; ``parameter_units``: -1 where no state has it;
+    ``partner`` [nv]: index of the coordinate of each velocity; ``parameter_units``: -1 where no state has it, and
+    where nothing uses the parameter;
     ``energies``: indices of outputs. ``groups``: the same number for states that feel each other, empty where all do.
     """
 
@@ -237,7 +238,7 @@ def sizes_of(problem: Problem) -> Sizes:
         [abs(q.nominal) if q.nominal is not None else 0.0 for q in problem.states],
         [_range(q) for q in problem.states],
         problem.partner,
-        [numbers.get(q.unit, -1) for q in problem.parameters],
+        [-1 if q.kind == "idle" else numbers.get(q.unit, -1) for q in problem.parameters],
         [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
         problem.groups,
     )

@@ -30,7 +30,7 @@ class Entry(Struct, frozen=True):
     """Description of one number of an array: state, parameter, input, discrete variable or output.
 
     ``unit`` is the SI unit as text (``""`` for a pure number), ``display`` the unit to show it in.
-    ``kind``: time; coordinate, rate, state, account; parameter; input; discrete, mode (a number of the kernel in z),
+    ``kind``: time; coordinate, rate, state, account; parameter, idle (one that nothing uses); input; discrete, mode (a number of the kernel in z),
     seed (sensitivities.py); output, exact (the closed solution of what its name says), energy, momentum, quadrature (the estimated error of an integral), creep (the
     speed of a regularized friction that ought to stick). ``type``: real, integer or boolean.
     """

@@ -16,7 +16,7 @@ KINDS = {
     "y": ("coordinate", "rate", "state", "account", "tangent"),
     "u": ("input",),
     "z": ("discrete", "mode", "seed", "tangent"),
-    "p": ("parameter",),
+    "p": ("parameter", "idle"),
     "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep", "quadrature", "tangent"),
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""

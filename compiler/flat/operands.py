@@ -2,6 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from mechc.lang.source import Placed
+
 from .model import (
     Apply,
     Array,
@@ -9,12 +16,16 @@ from .model import (
     Element,
     Expression,
     FieldDerivative,
+    FlatModel,
     Literal,
     Name,
+    Origin,
     Previous,
     Quadrature,
     Query,
+    Role,
     Select,
+    Type,
 )
 
 
@@ -47,6 +58,36 @@ def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
             return (place, body)
         case _:
             return ()
+
+
+def stated(part: object) -> Iterator[Expression]:
+    """Yield the whole expressions in a part of a flat model."""
+    pending = [part]
+    while pending:
+        at = pending.pop()
+        if isinstance(at, Placed):
+            yield at  # type: ignore[misc]
+        elif isinstance(at, tuple):
+            pending.extend(reversed(at))
+        elif isinstance(at, Mapping):
+            pending.extend(reversed(list(at.values())))
+        elif isinstance(at, Struct) and not isinstance(at, (Origin, Type)):
+            pending.extend(getattr(at, name) for name in reversed(at.__struct_fields__))
+
+
+def idle_parameters(model: FlatModel) -> frozenset[str]:
+    """Return the parameters that nothing uses but what is drawn and closed solutions: their values change nothing."""
+    given = {v.name: v.value for v in model.variables if v.role is Role.PARAMETER}
+    rest = tuple(v for v in model.variables if v.role is not Role.PARAMETER)
+    pending = list(stated(replace(model, variables=rest, draws=(), exacts=())))
+    used: set[str] = set()
+    while pending:
+        for name in free_names(pending.pop()):
+            if name in given and name not in used:
+                used.add(name)
+                value = given[name]
+                pending += [value] if value is not None else []
+    return frozenset(given) - used
 
 
 def free_names(expression: Expression) -> dict[str, None]:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from typing import Any
 
 from msgspec.structs import replace
 
 from ..flat.model import Apply, Derivative, Expression, FlatModel, Name, Query
-from ..flat.operands import children
-from .rewriting import everywhere
+from ..flat.operands import children, stated
 
 ENERGIES = frozenset({"energy", "kinetic_energy", "potential_energy", "power"})
 JUMPING = frozenset({"sign", "floor", "ceil", "mod", "div", "less", "less_equal", "greater", "greater_equal", "equal",
@@ -17,16 +15,9 @@ JUMPING = frozenset({"sign", "floor", "ceil", "mod", "div", "less", "less_equal"
 RATES = frozenset({"vel", "vel_at", "angvel"})
 
 
-def expressions(part: Any) -> list[Expression]:
+def expressions(part: object) -> list[Expression]:
     """Return the whole expressions in a part of a flat model."""
-    found: list[Expression] = []
-
-    def note(e: Expression) -> Expression:
-        found.append(e)
-        return e
-
-    everywhere(part, note)
-    return found
+    return list(stated(part))
 
 
 def parts(roots: Collection[Expression]) -> Iterator[Expression]:

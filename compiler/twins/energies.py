@@ -7,7 +7,7 @@ from random import Random
 from msgspec.structs import replace
 
 from ..flat import types
-from ..flat.model import Derivative, Energy, Expression, FlatModel, Load, Mass, Role
+from ..flat.model import Derivative, Energy, Expression, FlatModel, Load, Role
 from .asked import ENERGIES, Facts, defined_by, felt
 from .rewriting import apply, dotted, half, measured, negative, number, product, squared, undrawn
 from .twin import NotApplicable, Seen, Twin
@@ -75,39 +75,51 @@ def bodies_as_energies(model: FlatModel, seen: Seen | None, random: Random) -> T
         raise NotApplicable("its motion feels its own energies or bodies")
     facts = Facts(model)
     fixed = {v.name for v in model.variables if v.role is Role.PARAMETER}
-    energies = list(model.energies)
-    masses: list[Mass] = []
-    for mass in model.masses:
-        if not _constant(facts, mass.value, fixed):
-            masses.append(mass)
-            continue
-        v = apply("vel", measured(model, "velocity", (model.space,)), mass.at)
-        energies.append(Energy("kinetic", product(half(mass.value), dotted(v, v)), mass.origin))
-        if mass.gravity is not None and not types.is_zero(mass.gravity):
-            place = apply("pos", measured(model, "length", (model.space,)), mass.at)
-            weight = negative(product(mass.value, dotted(mass.gravity, place)))
-            energies.append(Energy("potential", weight, mass.origin))
-    inertias = []
-    for inertia in model.inertias:
-        if not _constant(facts, inertia.value, fixed):
-            inertias.append(inertia)
-            continue
-        spin = measured(model, "rate", () if model.space == 2 else (3,))
-        w = apply("angvel", spin, inertia.on)
-        if model.space == 2:
-            energy = product(half(inertia.value), squared(w))
-        else:
-            w = apply("components", spin, inertia.on, w)
-            spun = types.real(inertia.value.type.dimension * w.type.dimension, (3,))
-            energy = half(dotted(w, apply("multiply", spun, inertia.value, w)))
-        energies.append(Energy("kinetic", energy, inertia.origin))
-    if len(masses) == len(model.masses) and len(inertias) == len(model.inertias):
+    masses = tuple(m for m in model.masses if _constant(facts, m.value, fixed))
+    inertias = tuple(i for i in model.inertias if _constant(facts, i.value, fixed))
+    if not masses and not inertias:
         raise NotApplicable("there is no mass or inertia that is constant")
+    changing = replace(model, masses=masses, inertias=inertias)
+    origin = model.origin
+    energies = [*model.energies]
+    energies += [Energy("kinetic", e, origin) for e in energy_of_bodies(changing)]
+    energies += [Energy("potential", e, origin) for e in energy_of_weights(changing)]
     changed = replace(
-        undrawn(model), energies=tuple(energies), masses=tuple(masses), inertias=tuple(inertias)
+        undrawn(model),
+        energies=tuple(energies),
+        masses=tuple(m for m in model.masses if m not in masses),
+        inertias=tuple(i for i in model.inertias if i not in inertias),
     )
     apart = ACCOUNTS | defined_by(model, ENERGIES | BODIES)
     return Twin("bodies as energies", "masses, inertias and weights as formulas of energies", changed, apart)
+
+
+def energy_of_bodies(model: FlatModel) -> list[Expression]:
+    """Return the kinetic energies of masses and inertias as formulas."""
+    found: list[Expression] = []
+    for mass in model.masses:
+        v = apply("vel", measured(model, "velocity", (model.space,)), mass.at)
+        found.append(product(half(mass.value), dotted(v, v)))
+    for inertia in model.inertias:
+        spin = measured(model, "rate", () if model.space == 2 else (3,))
+        w = apply("angvel", spin, inertia.on)
+        if model.space == 2:
+            found.append(product(half(inertia.value), squared(w)))
+            continue
+        w = apply("components", spin, inertia.on, w)
+        spun = types.real(inertia.value.type.dimension * w.type.dimension, (3,))
+        found.append(half(dotted(w, apply("multiply", spun, inertia.value, w))))
+    return found
+
+
+def energy_of_weights(model: FlatModel) -> list[Expression]:
+    """Return the potential energies of masses in their fields as formulas."""
+    found: list[Expression] = []
+    for mass in model.masses:
+        if mass.gravity is not None and not types.is_zero(mass.gravity):
+            place = apply("pos", measured(model, "length", (model.space,)), mass.at)
+            found.append(negative(product(mass.value, dotted(mass.gravity, place))))
+    return found
 
 
 def _constant(facts: Facts, value: Expression, fixed: set[str]) -> bool:

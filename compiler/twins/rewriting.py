@@ -19,6 +19,7 @@ from ..flat.model import (
     Derivative,
     Element,
     Expression,
+    FieldDerivative,
     FlatModel,
     Literal,
     Name,
@@ -58,8 +59,11 @@ def with_operands(expression: Expression, operands: tuple[Expression, ...]) -> E
         case Quadrature():
             lower, upper, body = operands
             return replace(expression, lower=lower, upper=upper, body=body)
-        case _:  # a constant or a name
-            return expression
+        case FieldDerivative():
+            place, body = operands
+            return replace(expression, place=place, body=body)
+        case _:
+            raise TypeError(f"{type(expression).__name__} has operands that are not known here")
 
 
 class Rewriting:

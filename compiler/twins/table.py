@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from .answers import answers_written_out
 from .closing import joint_as_closure
 from .coordinates import other_coordinates
 from .energies import bodies_as_energies, energies_as_forces
 from .kinks import kinks_by_choice
 from .order import in_another_order
+from .parts import integrals_in_parts
 from .reversal import time_reversed
 from .sizes import other_units
 from .twin import Make
@@ -19,6 +21,8 @@ TWINS: Mapping[str, Make] = {
     "kinks by if": kinks_by_choice,
     "energies as forces": energies_as_forces,
     "bodies as energies": bodies_as_energies,
+    "answers written out": answers_written_out,
+    "integrals in parts": integrals_in_parts,
     "turned world": turned_world,
     "other units": other_units,
     "joint as closure": joint_as_closure,

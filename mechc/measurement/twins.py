@@ -178,6 +178,9 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
     beside = 0.0 if plan.method.fixed_step else plan.case.tolerance / COMPANION_RATIO
     beside += TOUCH if problem.hybrid is not None and problem.hybrid.rows else 0.0
     beside += CONDITION * EPSILON if problem.constraints else 0.0
+    # integrals that are known less well than the motion, as the report of a run says
+    coarse = [q.name for q in problem.outputs if q.kind == "quadrature"]
+    beside += max((float(np.nanmax(np.abs(solution[name][rows]))) for name in coarse), default=0.0)
     stated = {name: error + beside for name, error in estimate.by_state.items()}
     found: dict[str, tuple[Array, Array]] = {}
     for q in problem.states:
@@ -191,6 +194,8 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
             plan.case, (t[chosen], y, z), replace(estimate, by_state=stated), solution.statistics.steps
         )
         for q, error in zip(problem.outputs, off, strict=True):
+            if q.kind == "quadrature":
+                continue
             size = np.full(t.size, float(np.nanmax(np.abs(solution[q.name][rows]))) or 1.0)
             found.setdefault(q.name, (size, np.full(t.size, FACTOR * error)))
     return found

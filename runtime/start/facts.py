@@ -12,7 +12,7 @@ from ..problem import PURE, Problem
 
 class StartFacts(NamedTuple):
     """``rows``: stage, whether it must hold, whether its unit is a pure number; ``size`` [nv] of the coordinate of each
-    velocity, 0: the characteristic size of lengths, which is made from the parameters ``lengths``. ``partner`` [nv]:
+    velocity, 0: the characteristic size of lengths, which is made from the parameters ``lengths`` that something uses. ``partner`` [nv]:
     the index of that coordinate, of the first entry of a rotation; ``rotations``: all of these."""
 
     nq: int
@@ -42,7 +42,7 @@ def start_facts(problem: Problem) -> StartFacts | None:
         problem.known,
         partner,
         tuple(_size(problem, i) for i in partner),
-        tuple(k for k, q in enumerate(problem.parameters) if q.unit == "m"),
+        tuple(k for k, q in enumerate(problem.parameters) if q.unit == "m" and q.kind != "idle"),
         problem.dependent,
     )
 

@@ -344,3 +344,16 @@ def test_belt_whose_speed_jumps() -> None:
     assert motion.at(0.32)["der(x)"] == pytest.approx(0.4 + 2 * 0.02, abs=1e-9)
     assert motion.states[-1]["der(x)"] == pytest.approx(0.5, abs=1e-9)
     assert motion.events[-1].kind == "stick" and motion.events[-1].time == pytest.approx(0.35, abs=1e-9)
+
+
+def test_power_of_a_damping_whose_coefficient_depends_on_velocities() -> None:
+    """R = 1/2 c v^4, so that the force is -2 c v^3: what compiler and definition say of its power."""
+    text = (
+        "coordinate Length x = 0; coordinate Length y = 0; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);"
+        "damping rub: 0.3 N.s^3/m^3*der(x)^2 on x - y; output lost = power(rub);"
+    )
+    state = {"x": 0.0, "y": 0.0, "der(x)": 2.0, "der(y)": 0.5}
+    m = meaning(text)
+    assert m.outputs(state)["lost"] == pytest.approx(-2 * 0.3 * 2.0**2 * 1.5**2, rel=1e-12)
+    a = m.accelerations(state)
+    assert m.outputs(state)["lost"] == pytest.approx(2 * a["der(x, 2)"] + 0.5 * a["der(y, 2)"], rel=1e-9)

@@ -9,6 +9,7 @@ from msgspec import Struct
 from mechc.lang.units import DIMENSIONLESS, Dimension, parse_unit, preferred_unit
 
 from ...flat.model import Kind
+from ...flat.operands import idle_parameters
 from ...graph import Node
 from ...graph.operations import SELECT
 from ...mechanics.meaning.symbols import Scalar
@@ -99,6 +100,7 @@ def layout_of(
         *(s.node for s in symbols.states),
         *account_symbols.values(),
     )
+    idle = idle_parameters(system.model)
     slots = {symbols.time: Slot("t", 0)}
     slots |= {n: Slot("y", k) for k, n in enumerate(nodes)}
     for array, scalars in (("u", symbols.inputs), ("z", symbols.discretes), ("p", symbols.parameters)):
@@ -114,7 +116,9 @@ def layout_of(
         slots=slots,
         time=Entry(system.model.independent or "time", "time", "" if pure else "s"),
         states=states,
-        parameters=tuple(_entry(s, "parameter", pure) for s in symbols.parameters),
+        parameters=tuple(
+            _entry(s, "idle" if s.variable.name in idle else "parameter", pure) for s in symbols.parameters
+        ),
         inputs=tuple(_entry(s, "input", pure) for s in symbols.inputs),
         discretes=tuple(_entry(s, "discrete", pure) for s in symbols.discretes),
         energy=joule,

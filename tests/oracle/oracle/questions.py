@@ -132,10 +132,7 @@ def power(meaning: Meaning, point: Point, q: flat.Query) -> Value:
             return load_power(point, load)
     for damping in meaning.flat.dampings:
         if damping.name == q.target:
-            coefficients = np.ravel(np.asarray(point.at(damping.value), object))
-            if any(np.any(point.moved(c, True)) for c in coefficients):
-                raise NotCovered("the power of a damping whose coefficient depends on velocities")
-            return point.at(damping.value) * sum(v * v for v in rates(point.at(damping.on))) * -1.0
+            return damping_power(meaning, point, damping)
     for friction in meaning.flat.frictions:
         if friction.name == q.target:
             rate = der(point.at(friction.on))
@@ -147,6 +144,22 @@ def power(meaning: Meaning, point: Point, q: flat.Query) -> Value:
                 return f * rate * known_now(-np.tanh(now(rate) / scale))
             return f * rate * -point.direction(point.modes.get(friction.name, "slip"), rate)
     raise NotCovered(f"the power of {q.target}")
+
+
+def damping_power(meaning: Meaning, point: Point, damping: flat.Damping) -> Value:
+    """-c s^2 - 1/2 s^2 sum(v dc/dv) (section 13)."""
+    coefficients = np.ravel(np.asarray(point.at(damping.value), object))
+    bent = [point.moved(c, True) for c in coefficients]
+    speeds = rates(point.at(damping.on))
+    if not any(np.any(b) for b in bent):
+        return point.at(damping.value) * sum(s * s for s in speeds) * -1.0
+    v = [now(point.state[name]) for name in meaning.all_rates]
+    many = list(range(len(speeds))) if len(coefficients) > 1 else [0] * len(speeds)
+    total: Any = 0.0
+    for s, k in zip(speeds, many, strict=True):
+        further = sum((x * row for x, row in zip(v, bent[k], strict=False)), 0.0)
+        total = total - now(s) ** 2 * (now(coefficients[k]) + 0.5 * further)
+    return known_now(total)
 
 
 def rates(x: Value) -> list[Any]:
