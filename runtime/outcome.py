@@ -79,7 +79,7 @@ class Failure(Struct, frozen=True):
     one that was reached, at ``time``."""
 
     kind: str
-    """not finite, step too small, assertion, not converged, off constraints, too many steps, given up"""
+    """not finite, step too small, assertion, not converged, off constraints, out of reach, too many steps, given up"""
     time: float
     name: str
     message: str

@@ -6,8 +6,17 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
-from ..outcome import Failure, assertion_failed, not_finite, state_at, time_text, value_text
+from ..outcome import (
+    AT_SINGULAR_POSITIONS,
+    Failure,
+    assertion_failed,
+    not_finite,
+    state_at,
+    time_text,
+    value_text,
+)
 from ..problem import Array, Problem
+from .reach import with_reach
 
 ZERO = 1e-13
 """Share of the inertia of single coordinates below which that of their combination counts as zero."""
@@ -34,7 +43,11 @@ def failure_at_start(case: Case) -> Failure | None:
 
 
 def with_cause(case: Case, failure: Failure) -> Failure:
-    """Say in the message of a failure that the mass matrix is singular, where it is."""
+    """Say in the message of a failure that the mass matrix is singular, or a loop at the end of its reach, where it is."""
+    if failure.kind in AT_SINGULAR_POSITIONS:
+        told = with_reach(case, failure)
+        if told is not failure:
+            return told
     if failure.kind not in ("not finite", "step too small", "modes", "impact"):
         return failure
     y = np.array([failure.state[quantity.name] for quantity in case.problem.states])

@@ -19,6 +19,7 @@ from ...native import kernel as native
 from ...native.kernel import Status
 from ...outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
 from ...problem import Problem
+from ...results.diagnosis import with_cause
 from .simulate import plan_run
 
 LONGEST = 1000
@@ -110,6 +111,7 @@ class Stepper:
         found = kernel_failure(problem, status, report, y)
         if found is None:
             return SimulationError(f"the run stopped at {time_text(problem, report.t)}")
+        found = with_cause(self._case, found)
         singular = problem.constraints and found.kind in AT_SINGULAR_POSITIONS
         advice = self._at_singular_positions if singular else ""
         return SimulationError(found.message, found.origin, help=advice)

@@ -1,0 +1,66 @@
+"""Loops at the end of their reach: where constraints depend on each other and what moves with time asks for more."""
+
+from __future__ import annotations
+
+import numpy as np
+from msgspec.structs import replace
+
+from ..case import Case, inputs_at
+from ..outcome import Failure, time_text
+from ..problem import Array
+
+KIND = "out of reach"
+NEAR = 1e-3
+"""Share of the smallest singular value at the start below which constraints count as dependent."""
+LOST = 1e-9
+"""Share of the largest singular value below which rows are superfluous from the start."""
+SHARE = 0.3
+"""Part of a unit vector from which on a row is named."""
+INSTANT = 1e-4
+"""Time, as a share of that until the failure, over which the constraints are compared."""
+
+
+def with_reach(case: Case, failure: Failure) -> Failure:
+    """Say of a failure that a drive asks a loop for a position that it cannot reach, where that is so."""
+    y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
+    rows = out_of_reach(case, failure.time, y)
+    if not rows:
+        return failure
+    named = [case.problem.assembly[k] for k in rows]
+    names = " and ".join(dict.fromkeys(f"'{row.name.partition('[')[0]}'" for row in named))
+    message = (
+        f"what is driven asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
+        f"{names} is stretched out, or folded, to the end"
+    )
+    return replace(failure, kind=KIND, message=message, name=named[0].name, origin=named[0].origin)
+
+
+def out_of_reach(case: Case, t: float, y: Array) -> list[int]:
+    """Return the rows of constraints on positions that depend on each other at (t, y), though not at the start, and that
+    time drives further apart: indices of ``assembly``; none where there are no such."""
+    problem, functions = case.problem, case.functions
+    rows = [k for k, row in enumerate(problem.assembly) if row.stage == 1 and row.kind == "constraint"]
+    if not rows or functions.assembly is None or functions.assembly_jacobian is None or not t > case.begin:
+        return []
+    residuals, jacobian = functions.assembly, functions.assembly_jacobian
+
+    def derivatives(time: float, state: Array) -> Array:
+        found = jacobian(time, state, inputs_at(case, time), case.z, case.p)
+        return found.reshape(-1, problem.nv)[rows]
+
+    first, last = derivatives(case.begin, case.y0), derivatives(t, y)
+    if not (np.isfinite(first).all() and np.isfinite(last).all()):
+        return []
+    sizes = np.linalg.svd(first, compute_uv=False)
+    rank = int((sizes > LOST * sizes[0]).sum()) if sizes.size else 0
+    if not rank:
+        return []
+    left, now, _ = np.linalg.svd(last)
+    if now[rank - 1] > NEAR * sizes[rank - 1]:
+        return []
+    direction = left[:, rank - 1]
+    step = INSTANT * (t - case.begin)
+    apart = [residuals(at, y, inputs_at(case, at), case.z, case.p)[rows] for at in (t - step, t + step)]
+    if abs(direction @ (apart[1] - apart[0])) <= np.sqrt(NEAR) * np.linalg.norm(apart[1] - apart[0]):
+        return []
+    return [rows[k] for k in np.flatnonzero(np.abs(direction) > SHARE)]
