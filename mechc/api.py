@@ -293,7 +293,7 @@ class Model(CompiledModel):
     def compile(self, target: str = "python", output: str | Path | None = None) -> tuple[Path, ...]:
         """Write the model as code and return the files: a Python module, or C with the kernel beside it.
 
-        ``output`` is the module or the folder; without it they are named after the model.
+        ``output`` is the module or the folder; without it they are named after the file.
         """
         from .exporting import export
 

@@ -59,10 +59,11 @@ def export(model: CompiledModel, target: str, output: Path | None) -> tuple[Path
             f"'{model.name}' is a curve, which nothing steps through in time", "'mechc run' finds it"
         )
     program = model.compilation.program
-    name = file_stem(program.name)
+    name = stem_of(model)
     match target:
         case "python" | "casadi" | "jax":
-            return _write({output or Path(_MODULES[target].format(name)): _module(model, program, target)})
+            module = Path(_MODULES[target].format(re.sub(r"\W", "_", name)))  # what Python can import
+            return _write({output or module: _module(model, program, target)})
         case "c":
             folder = output or Path(f"{name}_c")
             if folder.suffix:
@@ -127,6 +128,12 @@ def _begin(model: CompiledModel) -> Begin:
         case.problem.parameters[s.index].name: float(case.p[s.index]) for s in settings if s.array == "p"
     }
     return Begin(case.begin, case.y0.tolist(), inputs_at(case, case.begin).tolist(), chosen)
+
+
+def stem_of(model: CompiledModel) -> str:
+    """Name what is written of a model: after its file, or, where it was chosen among several or has none, after itself."""
+    file = Path(model.code.source.name)
+    return file.stem if model.code.model is None and file.is_file() else file_stem(model.name)
 
 
 def file_stem(model: str) -> str:

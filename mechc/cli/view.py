@@ -45,7 +45,7 @@ def command(
     """
     from ..api import load
     from ..asking.given_values import UsageMistake
-    from ..exporting import file_stem
+    from ..exporting import stem_of
     from ..web.write import open_page, write_page
     from .failures import say
 
@@ -54,7 +54,7 @@ def command(
         folder = Path(tempfile.gettempdir()) / "mechc-pages"
         path = write_page(
             loaded,
-            output or folder / f"{file_stem(loaded.name)}.html",
+            output or folder / f"{stem_of(loaded)}.html",
             recorded=recorded,
             experiment=experiment,
         )

@@ -69,9 +69,9 @@ def export_fmu(model: CompiledModel, output: Path | None, options: FmuOptions) -
 
 def _places(model: CompiledModel, output: Path | None, options: FmuOptions) -> list[Path]:
     """Return the files to be written. Raises CompileError (E0901) for those that cannot be, UsageMistake."""
-    from ..exporting import file_stem
+    from ..exporting import stem_of
 
-    target = output or Path(f"{file_stem(model.name)}.fmu")
+    target = output or Path(f"{stem_of(model)}.fmu")
     if target.suffix != ".fmu":
         raise UsageMistake("the file of an FMU ends in .fmu", f"as in -o {target.with_suffix('.fmu').name}")
     versions = VERSIONS[options.fmi]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from mechc.asking.given_values import UsageMistake
-from mechc.exporting import file_stem, refuse_driving_inputs
+from mechc.exporting import refuse_driving_inputs, stem_of
 
 from .page import MARK, page
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 def write_page(
     model: CompiledModel, output: str | Path | None, *, recorded: bool = False, experiment: str | None = None
 ) -> Path:
-    """Write the page of a model and return its path; without ``output`` it is named after the model.
+    """Write the page of a model and return its path; without ``output`` it is named after the file.
 
     A page is written over, any other file is not: raises UsageMistake. Raises what ``page`` raises.
     """
-    path = Path(output) if output is not None else Path(f"{file_stem(model.name)}.html")
+    path = Path(output) if output is not None else Path(f"{stem_of(model)}.html")
     if path.suffix not in (".html", ".htm"):
         raise UsageMistake(f"a page ends with '.html', not '{path.suffix}'", f"as in -o {path.stem}.html")
     if path.is_dir() or (path.exists() and MARK not in _beginning(path)):

@@ -388,3 +388,13 @@ def test_answers_print_as_the_command_line_tells_them(model: mechc.Model) -> Non
         members = model.ensemble(vary={"l": "0.5 m .. 2 m, 3"})
         assert repr(members).startswith("<mechc ensemble of ") and "of 3 members: 3 completed" in str(members)
         assert "l" in list(members)
+
+
+def test_what_is_written_is_named_after_the_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "two-bars.mech"
+    file.write_text(PENDULUM)
+    assert mechc.load(file).compile("python")[0].name == "two_bars.py"
+    chosen = mechc.load(file, model="Pendulum")
+    assert chosen.compile("python")[0].name == "pendulum.py"
+    assert mechc.loads(PENDULUM).compile("python")[0].name == "pendulum.py"
