@@ -101,7 +101,9 @@ class Cluster:
         n = len(self._helped)
         found = [f"made by {n} worker{'s' * (n != 1)} of a Dask cluster, in {self._batches} batches"]
         if self._lost:
-            found.append(f"{self._lost} workers went away meanwhile; what they had was made by others")
+            found.append(
+                f"{self._lost} worker{'s' * (self._lost != 1)} went away meanwhile; what they had was made by others"
+            )
         found += [f"the worker {who} was left out: {why}" for who, why in self._refused.items()]
         if self._other_bits and not self._reproducible:
             found.append(
@@ -185,7 +187,6 @@ class Cluster:
     def _meet(self, there: dict[str, int], sent: Sent) -> None:
         """Tell new workers what it is about, and take back what those had that are gone."""
         for address in [one for one in self._hands if one not in there]:
-            self._lost += self._hands[address].ready
             self._take_back(address, gone=True)
         for address, threads in there.items():
             if address not in self._hands and address not in self._refused:
@@ -219,6 +220,7 @@ class Cluster:
         hand = self._hands.pop(address, None)
         if hand is None:
             return
+        self._lost += hand.ready
         for k, flight in enumerate(hand.flying):
             self._release(flight.future)
             self._put_back(flight.batch, lost=gone and k == 0)

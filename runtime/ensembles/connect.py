@@ -12,6 +12,8 @@ from .run import processors
 
 RUNNING = "running"
 """What Dask calls a client that a scheduler answers."""
+DEAF = "import signal; signal.signal(signal.SIGINT, signal.SIG_IGN)"
+"""Ctrl-C in a terminal reaches all processes; it is this one that ends the others."""
 ANSWER = 5.0
 """Seconds in which a scheduler answers."""
 
@@ -66,6 +68,7 @@ def connected(cluster: Any, workers: int | None, threads: int | None) -> Iterato
                 threads_per_worker=each,
                 dashboard_address=":0",
                 silence_logs=logging.CRITICAL,
+                preload=[DEAF],
             ) as local,
             distributed.Client(local, set_as_default=False) as client,
         ):
