@@ -36,6 +36,7 @@ PAGES = (
     "studies",
     "leaving_out",
     "ensembles",
+    "cluster",
 )
 
 

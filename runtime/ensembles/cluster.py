@@ -86,7 +86,7 @@ class Cluster:
         self._again: deque[Batch] = deque()
         self._gaps: deque[tuple[int, int]] = deque()
         self._given_up: list[Batch] = []
-        self._batches = self._lost = self._most_threads = 0
+        self.batches = self._lost = self._most_threads = 0
         self._helped: set[str] = set()
         self._other_bits: set[str] = set()
         self._ended_by = ""
@@ -99,7 +99,7 @@ class Cluster:
     def about(self) -> tuple[str, ...]:
         """Who made the members, and what went wrong with whom."""
         n = len(self._helped)
-        found = [f"made by {n} worker{'s' * (n != 1)} of a Dask cluster, in {self._batches} batches"]
+        found = [f"made by {n} worker{'s' * (n != 1)} of a Dask cluster, in {self.batches} batches"]
         if self._lost:
             found.append(
                 f"{self._lost} worker{'s' * (self._lost != 1)} went away meanwhile; what they had was made by others"
@@ -334,7 +334,7 @@ class Cluster:
         seconds, piece = answer
         n = batch.last - batch.first
         hand.each, hand.size = max(seconds, 1e-9) / n, n
-        self._batches += 1
+        self.batches += 1
         self._helped.add(hand.address)
         if not hand.same_bits:
             self._other_bits.add(hand.address)
