@@ -137,9 +137,9 @@ class _Series:
                 return graph.add(graph.mul(keep(args[0]), c[1]), cross)
             case ops.DIV:  # q d = n; the denominator, which is late, is one operation from the result
                 rest = graph.sub(c[0], self.slot(n, args[1]))
-                inverse = keep(n if args[0] == graph.one else graph.div(graph.one, args[1]))
-                slope = keep(graph.neg(graph.div(n, args[1])))
-                return graph.add(graph.mul(slope, c[1]), graph.mul(inverse, rest))
+                inverse = n if args[0] == graph.one else graph.div(graph.one, args[1])
+                slope = keep(graph.neg(graph.mul(n, inverse)))
+                return graph.add(graph.mul(slope, c[1]), graph.mul(keep(inverse), rest))
             case ops.SQRT:  # s s = x
                 return graph.mul(keep(graph.div(graph.constant(HALF), n)), graph.sub(c[0], self.slot(n, n)))
             case ops.POW if form.constant(args[1]):

@@ -116,6 +116,9 @@ class Form:
         (a, i), (b, j) = (self._power_of.get(n, (n, Fraction(1))) for n in (x, y))
         if a == b and (i != 1 or j != 1):
             return self.power(a, i + j)
+        for n, base, exponent in ((y, a, i), (x, b, j)):
+            if exponent == -1:  # one quotient in the place of an inverse and a product
+                return graph.div(n, base)
         return graph.mul(x, y)
 
     def _factor(self, n: Node) -> tuple[Node | None, Node]:

@@ -1,21 +1,22 @@
 """Taylor series in lanes: ``series_start`` and ``series_next`` of ``program/series.py``, with the sums of the slots written out.
 
-The sides of slots are rows of coefficients; a series that is a side of several slots, or the state itself, is one row.
-``series_sums`` goes through the orders with the sums of many slots in registers.
+The sides of slots are rows of coefficients; a series that is a side of several slots, or the state itself, is one row. Each order
+has a row of rows: the coefficients of the state of the next order, then the sides of the slots.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from mechc.runtime.ensembles.lanes import NoLanes
 
+from ..graph.operations import MUL
 from ..program import Program, ProgramFunction
 from ..program.model import Body, Load, Lookup, Operate, Statement, Store, Value
 from ..program.series import NEXT, START, padded
 
-GROUP = 6
-"""Sums of two orders that are formed at once: as many as registers hold beside what they read."""
+GROUP = 8
+"""Slots whose sums of two orders are formed at once: as many as registers hold."""
 
 
 def series_functions(program: Program) -> tuple[tuple[ProgramFunction, ProgramFunction], tuple[str, ...]]:
@@ -41,25 +42,33 @@ def series_functions(program: Program) -> tuple[tuple[ProgramFunction, ProgramFu
                 side.append(f"r{{}}[{rows.setdefault(value, ny + len(rows))}]")
         sides.append((side[0], side[1]))
     places = {ny + k: value for k, value in enumerate(rows)}
-    shorter = _body(body, {**{i: stored[i] for i in range(ny)}, **places})
-    sizes = f"#define N_SERIES_KEPT {plan.n_kept}\n#define N_SLOTS {slots}\n#define N_ROWS {ny + len(rows)}\n"
+    behind = padded(slots)
+    shorter = _body(body, [stored[i] for i in range(ny)], places, behind + 2)
+    sizes = (
+        f"#define N_SERIES_KEPT {plan.n_kept}\n#define N_BEHIND {behind}\n#define N_ROWS {ny + len(rows)}\n"
+    )
     return (
         start,
         ProgramFunction(NEXT, following.doc, ny + len(rows), (shorter,)),
     ), (sizes, *_sums(sides))
 
 
-def _body(body: Body, results: dict[int, Value]) -> Body:
-    """Return a body that stores other results; what none of them needs is dropped when it is written."""
-    kept = tuple(s for s in body if type(s) is not Store)
+def _body(body: Body, rates: Sequence[Value], rows: Mapping[int, Value], over: int) -> Body:
+    """Return a body that stores other results; what none of them needs is dropped when it is written.
+
+    Of the rates it stores the coefficients of the state that follow from them: ``over`` is the place of what they are times.
+    """
     moved: dict[Value, Value] = {}
+    out: list[Statement] = []
     for value, statement in enumerate(body):
         if type(statement) is not Store:
-            moved[value] = len(moved)
-    return (
-        *(moved_statement(s, moved) for s in kept),
-        *(Store("out", k, moved[v]) for k, v in results.items()),
-    )
+            moved[value] = len(out)
+            out.append(moved_statement(statement, moved))
+    out.append(Load("u", over))
+    factor = len(out) - 1
+    for i, rate in enumerate(rates):
+        out += [Operate(MUL, (moved[rate], factor)), Store("out", i, len(out))]
+    return (*out, *(Store("out", k, moved[value]) for k, value in rows.items()))
 
 
 def moved_statement(statement: Statement, moved: dict[Value, Value]) -> Statement:
@@ -76,55 +85,45 @@ def moved_statement(statement: Statement, moved: dict[Value, Value]) -> Statemen
 def _sums(sides: Sequence[tuple[str, str]]) -> Iterator[str]:
     """Yield ``series_sums``: of all slots, the sums of A_j B_(k-j) for j from 1 to k - 1.
 
-    For even k those of the next order are begun with them, as each number that is read serves both, and completed when
-    that comes. What needs the coefficients of order k - 1, which are just being computed, comes last.
+    For even k those of the next order are begun with them, as each number that is read serves both, and completed by their
+    first and last product when that comes.
     """
     order = sorted(range(len(sides)), key=lambda slot: sides[slot])
     groups = [order[first : first + GROUP] for first in range(0, len(order), GROUP)]
-    arguments = "int k, const V (*x)[NY], const V (*rows)[N_ROWS], V *restrict out, V *restrict later"
+    arguments = "int k, const V (*x)[N_ROWS], V *restrict out, V *restrict later"
     for number, group in enumerate(groups):
-        yield f"static void series_sums_{number}({arguments})"
+        yield f"static NOINLINE void series_sums_{number}({arguments})"
         yield "{"
-        yield "    const V *x1 = x[1], *r1 = rows[1], *xl = x[k - 1], *rl = rows[k - 1];"
-        yield "    (void)x1, (void)r1, (void)xl, (void)rl;"
         yield "    if (k % 2) {"
+        yield "        const V *x1 = x[1], *xk = x[k - 1], *r1 = x[2], *rk = x[k];"
+        yield "        (void)x1, (void)xk, (void)r1, (void)rk;"
         for slot in group:
             a, b = sides[slot]
-            ends = f"lane_fma({a.format('1')}, {b.format('l')}, later[{slot}])"
-            ends = f"lane_fma({a.format('l')}, {b.format('1')}, {ends})"
-            yield f"        out[{slot}] = k > 1 ? {ends} : lane(0);"
+            last = f"lane_fma({a.format('k')}, {b.format('1')}, later[{slot}])"
+            yield f"        out[{slot}] = k > 1 ? lane_fma({a.format('1')}, {b.format('k')}, {last}) : lane(0);"
         yield "        return;"
         yield "    }"
         yield f"    V {', '.join(f'm{slot} = lane(0), n{slot} = lane(0)' for slot in group)};"
         seconds = list(dict.fromkeys(sides[slot][1] for slot in group))
         yield f"    V {', '.join(f'before{i} = lane(0)' for i in range(len(seconds)))};"
-        yield "    for (int j = 2; j < k - 1; j++) {"
-        yield "        const V *xa = x[j], *xb = x[k - j], *ra = rows[j], *rb = rows[k - j];"
+        yield "    LANE_TWICE"
+        yield "    for (int j = 1; j < k; j++) {"
+        yield "        const V *xa = x[j], *xb = x[k - j], *ra = x[j + 1], *rb = x[k - j + 1];"
         yield "        (void)xa, (void)xb, (void)ra, (void)rb;"
         for slot in group:
             a, b = sides[slot]
-            yield f"        m{slot} = lane_fma({a.format('a')}, {b.format('b')}, m{slot});"
             yield f"        n{slot} = lane_fma({a.format('a')}, before{seconds.index(b)}, n{slot});"
+            yield f"        m{slot} = lane_fma({a.format('a')}, {b.format('b')}, m{slot});"
         for i, b in enumerate(seconds):
             yield f"        before{i} = {b.format('b')};"
         yield "    }"
-        yield "    if (k > 2) {"
-        yield "        const V *x2 = x[2], *r2 = rows[2];"
-        yield "        (void)x2, (void)r2;"
         for slot in group:
-            a, b = sides[slot]
-            yield f"        m{slot} = lane_fma({a.format('l')}, {b.format('1')}, m{slot});"
-            yield f"        n{slot} = lane_fma({a.format('2')}, {b.format('l')}, n{slot});"
-            yield f"        n{slot} = lane_fma({a.format('l')}, {b.format('2')}, n{slot});"
-        yield "    }"
-        for slot in group:
-            a, b = sides[slot]
-            yield f"    out[{slot}] = lane_fma({a.format('1')}, {b.format('l')}, m{slot});"
+            yield f"    out[{slot}] = m{slot};"
             yield f"    later[{slot}] = n{slot};"
         yield "}\n"
     yield f"static inline void series_sums({arguments})"
     yield "{"
-    yield "    (void)k, (void)x, (void)rows, (void)out, (void)later;"
+    yield "    (void)k, (void)x, (void)out, (void)later;"
     for number in range(len(groups)):
-        yield f"    series_sums_{number}(k, x, rows, out, later);"
+        yield f"    series_sums_{number}(k, x, out, later);"
     yield "}\n"

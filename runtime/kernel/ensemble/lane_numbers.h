@@ -11,6 +11,11 @@
 #include "real.h"
 
 #define LANE static inline __attribute__((always_inline))
+#if defined(__clang__)
+#define LANE_TWICE _Pragma("clang loop unroll_count(2)")
+#else
+#define LANE_TWICE _Pragma("GCC unroll 2")
+#endif
 
 #ifndef MECH_LANE_WIDTH
 #if defined(_WIN32) && defined(__GNUC__) && !defined(__clang__)
@@ -137,15 +142,19 @@ LANE V lane_floor(V x)
 
 /* ---- step control: x^e for positive x to some five digits. The logarithm by the area tangent, the power by its series. */
 
-LANE V lane_rough_power(V x, double e)
+LANE V lane_rough_log2(V x)
 {
     const M bits = (M)x;
     const V k = (V)((bits >> 52 & 0x7ff) | 0x4330000000000000LL) - (0x1p52 + 1023.0);
     const V m = (V)((bits & 0xfffffffffffffLL) | 0x3ff0000000000000LL);
     const V root = lane(1.41421356237309515), d = (m - root) / (m + root), d2 = d * d;
     const V series = lane_fma(d2, lane_fma(d2, lane(0.2), lane(1.0 / 3)), lane(1));
-    const V log2m = lane_fma(d * series, lane(2 * 1.4426950408889634), lane(0.5));
-    const V exponent = lane_larger(lane_smaller((k + log2m) * e, lane(1000)), lane(-1000));
+    return k + lane_fma(d * series, lane(2 * 1.4426950408889634), lane(0.5));
+}
+
+LANE V lane_rough_exp2(V x)
+{
+    const V exponent = lane_larger(lane_smaller(x, lane(1000)), lane(-1000));
     const V shifted = exponent + 0x1.8p52, whole = shifted - 0x1.8p52, f = (exponent - whole) * 0.6931471805599453;
     V power = lane_fma(f, lane(1.0 / 120), lane(1.0 / 24));
     power = lane_fma(f, power, lane(1.0 / 6));
@@ -154,5 +163,7 @@ LANE V lane_rough_power(V x, double e)
     power = lane_fma(f, power, lane(1));
     return (V)((M)power + ((M)shifted << 52));
 }
+
+LANE V lane_rough_power(V x, double e) { return lane_rough_exp2(lane_rough_log2(x) * e); }
 
 #endif

@@ -1,5 +1,6 @@
 /* Taylor's method in lanes: methods/taylor.c for the model that is included before, with `series_start`, and `series_next` and
- * `series_sums` of which compiler/targets/lane_series.py says how they lie in memory.
+ * `series_sums` of which compiler/targets/lane_series.py says how they lie in memory: row k of the coefficients begins with those of
+ * order k of the state, behind which stand those of order k - 1 of the sides of the slots.
  *
  * Lanes may have different tolerances, and so different orders: all go to the highest, and each reads the terms of its own.
  */
@@ -7,8 +8,8 @@
 #define MECH_LANE_TAYLOR_H
 
 enum { LEAST = 6, MOST = 31, LAST = 4, N_DENSE = MOST + 1, LOOK_EVERY = 0 };
-/* Of the extra numbers: what each order reads, coefficients of the state, rows of the slots. */
-enum { N_HELD = NY + N_SERIES_KEPT, N_EXTRA = N_HELD + (MOST + 1) * NY + MOST * N_ROWS };
+/* Of the extra numbers: what each order reads, then the rows of coefficients. */
+enum { N_HELD = NY + N_SERIES_KEPT, N_EXTRA = N_HELD + (MOST + 1) * N_ROWS };
 #define GROUPS 1 /* the coefficients of two do not stay near */
 #define STIFFNESS_BOUND 0
 #define LANE_PLAIN 1
@@ -44,8 +45,8 @@ static void begin(mech_lane_room *r)
 
 /* A step under way in the lanes of one room. */
 typedef struct work {
-    V (*x)[NY], (*rows)[N_ROWS], *held; /* coefficients of the state and of the slots, what all orders read */
-    V weight[NY], slope[NY], y_new[NY], found[N_HELD], later[N_SLOTS + 1]; /* `later`: sums that are begun */
+    V (*x)[N_ROWS], *held; /* coefficients, what all orders read */
+    V weight[NY], slope[NY], y_new[NY], found[N_HELD], later[N_BEHIND + 1]; /* `later`: sums that are begun */
     trial step;
     int most, least; /* orders of lanes that hold a member */
 } work;
@@ -54,8 +55,7 @@ static void begin_series(const mech_lane_room *r, work *w)
 {
     const V *y = (const V *)r->y;
     w->held = (V *)r->extra;
-    w->x = (V(*)[NY])(w->held + N_HELD);
-    w->rows = (V(*)[N_ROWS])(w->x + MOST + 1);
+    w->x = (V(*)[N_ROWS])(w->held + N_HELD);
     w->most = LEAST;
     w->least = MOST;
     for (int l = 0; l < WIDTH; l++)
@@ -73,20 +73,26 @@ static void begin_series(const mech_lane_room *r, work *w)
 
 LANE void next_order(const mech_lane_room *r, work *w, int k)
 {
-    V sums[N_SLOTS + 2];
-    series_sums(k, (const V(*)[NY])w->x, (const V(*)[N_ROWS])w->rows, sums, w->later);
-    sums[N_SLOTS] = lane(1.0 / k);
-    sums[N_SLOTS + 1] = lane(k == 1);
-    series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->rows[k]);
-    const V over = lane(1.0 / (k + 1));
-    for (int i = 0; i < NY; i++) w->x[k + 1][i] = w->rows[k][i] * over;
+    V sums[N_BEHIND + 3];
+    series_sums(k, (const V(*)[N_ROWS])w->x, sums, w->later);
+    sums[N_BEHIND] = lane(1.0 / k);
+    sums[N_BEHIND + 1] = lane(k == 1);
+    sums[N_BEHIND + 2] = lane(1.0 / (k + 1));
+    series_next(lane(k), w->x[k], sums, w->held + NY, (const V *)r->p, w->x[k + 1]);
+}
+
+/* Leaves out of each lane what is beyond its order. */
+static void cut(const mech_lane_room *r, work *w)
+{
+    for (int k = w->least + 1; k <= w->most; k++)
+        for (int i = 0; i < NY; i++) w->x[k][i] = lane_pick(AT(r->order) >= (double)k, w->x[k][i], lane(0));
 }
 
 /* The longest step over which none of the last terms is larger than an error allowed. */
 static void suggest(mech_lane_room *r, const work *w)
 {
     const V order = AT(r->order);
-    V suggested = AT(r->longest);
+    V least = lane(INFINITY); /* logarithms: one power serves all */
     for (int k = w->most; k > w->least - LAST; k--) {
         V size = lane(0);
         for (int i = 0; i < NY; i++) {
@@ -94,21 +100,19 @@ static void suggest(mech_lane_room *r, const work *w)
             size = lane_pick(here <= size, size, here); /* what is undefined counts */
         }
         const M counts = (order >= (double)k) & (order < (double)(k + LAST)) & lane_finite(size) & (size > 0.0);
-        suggested = lane_pick(counts, lane_smaller(suggested, lane_rough_power(size, -1.0 / k)), suggested);
+        least = lane_pick(counts, lane_smaller(least, lane_rough_log2(size) * (-1.0 / k)), least);
     }
-    AT(r->dt) = lane_smaller(AT(r->dt), suggested);
+    AT(r->dt) = lane_smaller(lane_smaller(AT(r->dt), AT(r->longest)), lane_rough_exp2(least));
 }
 
 static void reach_end(mech_lane_room *r, work *w)
 {
-    const V order = AT(r->order);
     w->step = next_trial(r);
     for (int i = 0; i < NY; i++) {
         V sum = lane(0), rate = lane(0);
         for (int k = w->most; k >= 0; k--) {
-            const V term = w->most == w->least ? w->x[k][i] : lane_pick(order >= (double)k, w->x[k][i], lane(0));
             rate = lane_fma(rate, w->step.h, sum);
-            sum = lane_fma(sum, w->step.h, term);
+            sum = lane_fma(sum, w->step.h, w->x[k][i]);
         }
         w->y_new[i] = sum;
         w->slope[i] = rate;
@@ -134,13 +138,14 @@ static void judge(mech_lane_room *r, work *w)
     if (lane_bits(wants_dense(r, &w->step) & took)) {
         V *c = (V *)r->dense, power = lane(1);
         for (int k = 0; k <= w->most; k++, power *= h)
-            for (int i = 0; i < NY; i++) c[k * NY + i] = lane_pick(order >= (double)k, w->x[k][i] * power, lane(0));
+            for (int i = 0; i < NY; i++) c[k * NY + i] = w->x[k][i] * power;
         if (r->watched) sample(r, &w->step, r->terms);
     }
     r->looked = 0;
     V factor = lane(0.25);
-    for (int l = 0; l < WIDTH; l++) /* rare, and of another power in each lane */
-        if (error[l] > 1 && error[l] - error[l] == 0) {
+    const unsigned shorter = lane_bits((error > 1.0) & lane_finite(error));
+    for (int l = 0; shorter >> l; l++) /* rare, and of another power in each lane */
+        if (shorter >> l & 1) {
             const double wanted = 0.9 * pow(error[l], -1.0 / (order[l] + 1));
             factor[l] = wanted < 0.2 ? 0.2 : wanted;
         }
@@ -153,6 +158,7 @@ static void attempt(mech_lane_room *r)
     work w;
     begin_series(r, &w);
     for (int k = 1; k < w.most; k++) next_order(r, &w, k);
+    cut(r, &w);
     suggest(r, &w);
     reach_end(r, &w);
     judge(r, &w);
