@@ -20,6 +20,7 @@ class Aside:
     def __init__(self, longest: float = LONGEST) -> None:
         self.longest = longest
         self._process: Process | None = None
+        self._ended: list[Process] = []
         self._turn = asyncio.Lock()
 
     async def ask(self, question: str, *arguments: object) -> Any:
@@ -54,3 +55,10 @@ class Aside:
         if process is not None and process.returncode is None:
             with suppress(ProcessLookupError):
                 process.kill()
+            self._ended = [p for p in (*self._ended, process) if p.returncode is None]
+
+    async def close(self) -> None:
+        """End the process, and wait until it is gone."""
+        self.end()
+        for process in self._ended:
+            await process.wait()

@@ -57,8 +57,8 @@ def _keep_texts(server: Server) -> None:
         server.look_around()
 
     @server.feature(lsp.SHUTDOWN)
-    def ended(_: None) -> None:
-        server.end()
+    async def ended(_: None) -> None:
+        await server.end()
 
     @server.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
     async def opened(params: lsp.DidOpenTextDocumentParams) -> None:

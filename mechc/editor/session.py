@@ -62,12 +62,12 @@ class Server(LanguageServer):
             deepest = sys.getrecursionlimit()
         sys.setrecursionlimit(deepest)
 
-    def end(self) -> None:
+    async def end(self) -> None:
         """Leave nothing running."""
         for task in (*self._checks.values(), *([self._around] if self._around else [])):
             task.cancel()
-        self.whole.end()
-        self.fixing.end()
+        await self.whole.close()
+        await self.fixing.close()
 
     async def aside(self, call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function in the thread that reads and looks."""
