@@ -1,9 +1,11 @@
-// What an editor shows of mechc: the language server `mechc lsp`, and commands that run the file in a terminal.
+// What an editor shows of mechc: the language server `mechc lsp`, commands that run the file in a terminal, a panel that follows
+// the typing.
 'use strict';
 
 const path = require('node:path');
 const vscode = require('vscode');
-const { LanguageClient, TransportKind } = require('vscode-languageclient/node');
+const { LanguageClient } = require('vscode-languageclient/node');
+const { Preview } = require('./preview');
 
 /** Arguments of mechc for each command, from the file, with its model if one was named, and what the settings add to a run. */
 const COMMANDS = {
@@ -16,6 +18,11 @@ const COMMANDS = {
 
 let client;
 
+/** The panel beside a text. The page is live where the settings say so. */
+const preview = new Preview((uri, model) =>
+  client?.sendRequest('mechc/preview', { uri, model, live: settings(vscode.Uri.parse(uri)).get('preview.live') }),
+);
+
 function settings(resource) {
   return vscode.workspace.getConfiguration('mechc', resource);
 }
@@ -25,7 +32,7 @@ async function start() {
   const started = new LanguageClient(
     'mechc',
     'mechc',
-    { command, args: ['lsp'], transport: TransportKind.stdio },
+    { command, args: ['lsp'] },
     { documentSelector: [{ language: 'mech' }], synchronize: { fileEvents: vscode.workspace.createFileSystemWatcher('**/*.mech') } },
   );
   client = started;
@@ -34,7 +41,7 @@ async function start() {
   } catch (error) {
     client = undefined;
     vscode.window.showErrorMessage(
-      `'${command} lsp' does not start: ${error.message}. Install it by pip install "mechc[editor]", ` +
+      `'${command} lsp' does not start: ${error?.message ?? error}. Install it by pip install "mechc[editor]", ` +
         'or say in the setting mechc.path where it is.',
     );
   }
@@ -77,6 +84,13 @@ async function activate(context) {
   for (const name of Object.keys(COMMANDS)) {
     context.subscriptions.push(vscode.commands.registerCommand(name, (_, model) => execute(name, typeof model === 'string' ? model : undefined)));
   }
+  const shown = (_, model) => {
+    const document = vscode.window.activeTextEditor?.document;
+    if (document?.languageId === 'mech') return preview.show(document, typeof model === 'string' ? model : undefined);
+    return vscode.window.showErrorMessage('This command needs a .mech file in the editor.');
+  };
+  context.subscriptions.push(vscode.commands.registerCommand('mechc.preview', shown));
+  context.subscriptions.push(vscode.workspace.onDidChangeTextDocument((change) => preview.changed(change.document)));
   const restart = async () => {
     await stop();
     await start();

@@ -10,7 +10,8 @@ from .options import Command
 
 
 @click.command(cls=Command, name="lsp", short_help="Answer an editor (language server).")
-def command() -> int:
+@click.option("--stdio", is_flag=True, help="What is done anyway; many editors say it.")
+def command(stdio: bool) -> int:
     """Speak the Language Server Protocol over standard input and output: messages while typing, meanings, completions, renaming,
     layout. Editors start it; see docs/editors.md."""
     from ..asking.given_values import UsageMistake

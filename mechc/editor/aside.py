@@ -15,26 +15,38 @@ LONGEST = 60.0
 
 
 class Aside:
-    """The process of ``mechc.editor.whole``, begun when it is first asked, and again where it was ended."""
+    """The process of ``mechc.editor.whole``, begun when it is first asked, and again where it was ended.
 
-    def __init__(self, longest: float = LONGEST) -> None:
+    ``longest``: seconds after which an answer is given up; ``patient``: an answer that is not wanted any more is awaited all the
+    same, where that takes less than to begin anew.
+    """
+
+    def __init__(self, longest: float = LONGEST, *, patient: bool = False) -> None:
         self.longest = longest
+        self.patient = patient
         self._process: Process | None = None
         self._ended: list[Process] = []
         self._turn = asyncio.Lock()
 
-    async def ask(self, question: str, *arguments: object) -> Any:
-        """Return the answer of the process, None where it has none or takes too long. To cancel this ends the process."""
+    async def ask(self, question: str, *arguments: object, **named: object) -> Any:
+        """Return the answer of the process, None where it has none or takes too long."""
+        answer = asyncio.ensure_future(self._ask(pickle.dumps((question, arguments, named))))
+        try:
+            return await asyncio.shield(answer)
+        except asyncio.CancelledError:
+            if not self.patient:
+                answer.cancel()
+            raise
+
+    async def _ask(self, data: bytes) -> Any:
         async with self._turn:
             try:
                 process = await self._running()
-                data = pickle.dumps((question, arguments))
-                assert process.stdin is not None and process.stdout is not None
+                assert process.stdin is not None
                 process.stdin.write(data)
                 await process.stdin.drain()
                 async with asyncio.timeout(self.longest):
-                    length = int.from_bytes(await process.stdout.readexactly(8), "big")
-                    return pickle.loads(await process.stdout.readexactly(length))
+                    return pickle.loads(await _read(process))
             except (TimeoutError, OSError, EOFError):
                 self.end()
                 return None
@@ -43,10 +55,13 @@ class Aside:
                 raise
 
     async def _running(self) -> Process:
+        """Begin the process, and wait until it can answer; that is no part of the time of an answer."""
         if self._process is None or self._process.returncode is not None:
             self._process = await asyncio.create_subprocess_exec(
                 sys.executable, "-m", "mechc.editor.whole", stdin=PIPE, stdout=PIPE, limit=2**24
             )
+            async with asyncio.timeout(LONGEST):
+                await _read(self._process)
         return self._process
 
     def end(self) -> None:
@@ -62,3 +77,9 @@ class Aside:
         self.end()
         for process in self._ended:
             await process.wait()
+
+
+async def _read(process: Process) -> bytes:
+    """Return what the process has written, without its length."""
+    assert process.stdout is not None
+    return await process.stdout.readexactly(int.from_bytes(await process.stdout.readexactly(8), "big"))

@@ -5,9 +5,10 @@ What is asked while somebody types is answered at once, from the text before if 
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import Any, Protocol
 
 from lsprotocol import types as lsp
+from msgspec.structs import asdict
 
 from .completion import completions
 from .document import Document
@@ -17,6 +18,7 @@ from .inlays import inlays
 from .lenses import lenses
 from .names import meaning_at
 from .outline import folds, symbols
+from .preview import Preview
 from .protocol import (
     data_of,
     diagnostic_of,
@@ -46,6 +48,7 @@ def make_server(idle: float = IDLE) -> Server:
     _tell_meanings(server)
     _show_structure(server)
     _change_texts(server)
+    _run(server)
     return server
 
 
@@ -167,6 +170,19 @@ def _show_structure(server: Server) -> None:
     async def offered(params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
         uri = params.text_document.uri
         return [lens_of(uri, lens) for lens in lenses(await server.read(uri))]
+
+
+def _run(server: Server) -> None:
+    """Run what is being written: ``mechc/preview`` with the address of a text, perhaps a ``model``, perhaps ``live``."""
+
+    @server.feature("mechc/preview")
+    async def previewed(params: Any) -> dict[str, str]:
+        document = server.documents[params.uri]
+        model, live = getattr(params, "model", None), bool(getattr(params, "live", False))
+        made: Preview | None = await server.running.ask(
+            "preview", document.path, document.text, model, live=live
+        )
+        return asdict(made or Preview(message=f"the run takes more than {server.running.longest:g} s"))
 
 
 def _change_texts(server: Server) -> None:

@@ -32,7 +32,7 @@ IDLE = 0.4
 PATIENCE = 0.03
 """Seconds that a question waits for the present text to be read, before it is answered from the one before."""
 MOST_UNSWEPT = 10
-"""Texts that are looked at, at most, before cyclic garbage is looked for; else it is at idle moments."""
+"""Texts that are taken, at most, before cyclic garbage is looked for; else it is at idle moments."""
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -46,7 +46,11 @@ class Server(LanguageServer):
         self.documents: dict[str, Document] = {}
         self.shown: dict[str, tuple[Diagnostic, ...]] = {}
         self.idle = idle
-        self.whole, self.fixing = Aside(), Aside(5.0)
+        self.whole, self.fixing, self.running = (
+            Aside(),
+            Aside(5.0, patient=True),
+            Aside(30.0, patient=True),
+        )
         self._thread = ThreadPoolExecutor(1, "mechc")
         self._checks: dict[str, asyncio.Task[None]] = {}
         self._around: asyncio.Task[None] | None = None
@@ -66,8 +70,8 @@ class Server(LanguageServer):
         """Leave nothing running."""
         for task in (*self._checks.values(), *([self._around] if self._around else [])):
             task.cancel()
-        await self.whole.close()
-        await self.fixing.close()
+        for aside in (self.whole, self.fixing, self.running):
+            await aside.close()
 
     async def aside(self, call: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T:
         """Call a function in the thread that reads and looks."""
@@ -87,6 +91,9 @@ class Server(LanguageServer):
 
     async def _check(self, uri: str, document: Document) -> None:
         """Read a text, look at it, and ask the whole compiler; a change of the text cancels this."""
+        self._unswept += 1
+        if self._unswept >= MOST_UNSWEPT:
+            await self._sweep()
         reading = await self.aside(read, document.source)
         document.take(reading)
         self._stepped()
@@ -94,9 +101,6 @@ class Server(LanguageServer):
         document.take_front(front)
         self._stepped()
         self.show(uri, front.diagnostics)
-        self._unswept += 1
-        if self._unswept >= MOST_UNSWEPT:
-            await self._sweep()
         await asyncio.sleep(self.idle)
         if reading.tree is not None:
             found = await self.whole.ask("in_full", document.path, document.text)

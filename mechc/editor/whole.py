@@ -7,11 +7,12 @@ import pickle
 import time
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 from ..lang.diagnostics import Diagnostic
 from .document import Document
 from .edits import Fix, fixes
+from .preview import preview
 
 MOST = 8
 """Texts that are remembered, so that models that have not changed are not looked at again."""
@@ -24,7 +25,11 @@ class Answers:
 
     def __init__(self) -> None:
         self._documents: dict[Path, Document] = {}
-        self.by_name: Mapping[str, Callable[..., Any]] = {"in_full": self.in_full, "fixes": self.fixes}
+        self.by_name: Mapping[str, Callable[..., Any]] = {
+            "in_full": self.in_full,
+            "fixes": self.fixes,
+            "preview": preview,
+        }
 
     def in_full(self, path: Path, text: str) -> tuple[Diagnostic, ...]:
         """Return what the whole compiler says of a text."""
@@ -51,14 +56,18 @@ def main() -> None:
     with os.fdopen(os.dup(0), "rb") as asked, os.fdopen(os.dup(1), "wb") as told:
         os.dup2(2, 1)
         answers = Answers()
+        _write(told, b"")  # ready
         while True:
             try:
-                question, arguments = pickle.load(asked)
+                question, arguments, named = pickle.load(asked)
             except EOFError:
                 return
-            data = pickle.dumps(answers.by_name[question](*arguments))
-            told.write(len(data).to_bytes(8, "big") + data)
-            told.flush()
+            _write(told, pickle.dumps(answers.by_name[question](*arguments, **named)))
+
+
+def _write(told: BinaryIO, data: bytes) -> None:
+    told.write(len(data).to_bytes(8, "big") + data)
+    told.flush()
 
 
 if __name__ == "__main__":

@@ -43,6 +43,11 @@ def page(
     Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError.
     """
     facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
+    return page_of(facts, recorded=recorded)
+
+
+def page_of(facts: Facts, *, recorded: bool) -> str:
+    """Return the text of the page of a model that was run. Raises what ``page`` raises."""
     if recorded:
         parts = {"rows": _packed(_rows(facts))}
     else:

@@ -96,38 +96,56 @@ def test_snippets_can_be_read(name: str) -> None:
 
 STAND_IN = """
 const Module = require('node:module'), load = Module._load;
-const happened = { commands: {}, tasks: [], errors: [], servers: [], stopped: 0 };
-let saved = true, fails = false, configured;
+const happened = { commands: {}, tasks: [], errors: [], servers: [], stopped: 0, asked: [], shown: [] };
+let saved = true, fails = false, configured, typed, disposed;
 class LanguageClient {
   constructor(id, name, server, client) { happened.servers.push({ ...server, ...client }); }
   async start() { if (fails) throw new Error('not found'); }
   async stop() { happened.stopped += 1; }
+  async sendRequest(name, what) {
+    happened.asked.push([name, what]);
+    if (happened.asked.length === 2) await typed({ document }), await new Promise((done) => setTimeout(done, 350));
+    return { page: '<p>', report: 'run', message: '' };
+  }
 }
 const document = {
-  languageId: 'mech', save: async () => saved, uri: { scheme: 'file', fsPath: '/place with blank/a.mech' },
+  languageId: 'mech', save: async () => saved, uri: { scheme: 'file', path: '/place with blank/a.mech', fsPath: '/place with blank/a.mech', toString: () => 'file:///a.mech' },
 };
-const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'] };
+const values = { path: '/opt/mechc', runArguments: ['--experiment', 'all'], 'preview.live': false };
 const vscode = {
   commands: { registerCommand: (name, run) => { happened.commands[name] = run; return {}; } },
   workspace: {
     getConfiguration: () => ({ get: (name) => values[name] }),
     getWorkspaceFolder: () => undefined,
     onDidChangeConfiguration: (heard) => { configured = heard; return {}; },
+    onDidChangeTextDocument: (heard) => { typed = heard; return {}; },
     createFileSystemWatcher: (pattern) => pattern,
   },
-  window: { activeTextEditor: { document }, showErrorMessage: (text) => happened.errors.push(text) },
+  window: {
+    activeTextEditor: { document }, showErrorMessage: (text) => happened.errors.push(text),
+    createWebviewPanel: () => ({
+      webview: { postMessage: (message) => happened.shown.push(message) }, reveal: () => {},
+      onDidDispose: (heard) => { disposed = heard; },
+    }),
+  },
+  ViewColumn: { Beside: -2 }, Uri: { parse: (text) => text },
   tasks: { executeTask: async (task) => happened.tasks.push(task) },
   TaskScope: { Workspace: 2 }, TaskRevealKind: { Always: 1 },
   Task: class { constructor(kind, scope, name, source, execution) { Object.assign(this, { scope, name, execution }); } },
   ProcessExecution: class { constructor(program, args, options) { Object.assign(this, { program, args, options }); } },
 };
 Module._load = (name, ...rest) => name === 'vscode' ? vscode
-  : name === 'vscode-languageclient/node' ? { LanguageClient, TransportKind: { stdio: 0 } } : load(name, ...rest);
+  : name === 'vscode-languageclient/node' ? { LanguageClient } : load(name, ...rest);
 (async () => {
   const extension = require(process.argv[1]);
   await extension.activate({ subscriptions: [] });
   for (const name of ['mechc.run', 'mechc.plot', 'mechc.view']) await happened.commands[name]({ scheme: 'file' });
   for (const name of LENSES) await happened.commands[name]('file:///a.mech', 'A');
+  await happened.commands['mechc.preview']();
+  const quiet = async () => { await typed({ document }); await new Promise((done) => setTimeout(done, 1000)); };
+  await quiet();
+  disposed();
+  await quiet();
   await configured({ affectsConfiguration: (name) => name === 'mechc.path' });
   await configured({ affectsConfiguration: () => false });
   saved = false; await happened.commands['mechc.run']();
@@ -169,6 +187,10 @@ def test_commands_start_what_they_say() -> None:
     assert [server["args"] for server in happened["servers"]] == [["lsp"]] * 3
     assert happened["servers"][0]["documentSelector"] == [{"language": "mech"}]
     assert happened["servers"][0]["synchronize"] == {"fileEvents": "**/*.mech"}
+    assert happened["asked"] == [["mechc/preview", {"uri": "file:///a.mech", "live": False}]] * 3
+    assert happened["shown"] == [{"page": "<p>", "report": "run", "message": ""}] * 2, (
+        "what was typed meanwhile is awaited"
+    )
     assert happened["stopped"] == 2  # for the changed path, and for the restart that failed
     unsaved, other, missing = happened["errors"]
     assert "saved" in unsaved and ".mech file" in other

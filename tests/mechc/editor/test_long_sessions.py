@@ -130,7 +130,7 @@ def check(folder: Path, edits: int, seed: int) -> str:
     quarter = len(memory) // 4
     if quarter > 2:
         second, last = median(memory[quarter : 2 * quarter]), median(memory[-quarter:])
-        assert last < 1.1 * second, f"{second / 1e6:.0f} MB, later {last / 1e6:.0f} MB"
+        assert last < 1.1 * second, [round(m / 1e6, 1) for m in memory]
     ordered = sorted(taken)
     return (
         f"{edits} edits: answers in {ordered[len(ordered) * 95 // 100]:.3f} s (95 of 100), {ordered[-1]:.3f} s at most; "

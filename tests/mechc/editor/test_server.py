@@ -105,6 +105,18 @@ def test_every_capability_answers(client: Client) -> None:
         client.send(f"textDocument/{question}", {"textDocument": {"uri": URI}, **what})
 
 
+def test_the_model_moves_beside_its_text(client: Client) -> None:
+    """What is written, saved or not, is run; of a wrong text it is said what is wrong with it."""
+    text = TEXT.replace("end M;", "  potential 1/2*(4 N/m)*x^2;\n  experiment(stop = 1 s);\nend M;")
+    client.open(URI, text)
+    found = client.send("mechc/preview", {"uri": URI})
+    assert "<!-- a page of mechc -->" in found["page"] and "M: completed" in found["report"]
+    assert found["message"] == ""
+    client.change(URI, text.replace("x^2;\n  exp", "x^2\n  exp"))
+    found = client.send("mechc/preview", {"uri": URI})
+    assert found["page"] == found["report"] == "" and "E0111" in found["message"]
+
+
 def test_names_are_sent_as_distances(client: Client) -> None:
     text = 'model M "𝑥"\n  parameter a = 1;  /* 𝑥 */ parameter b = a;\nend M;\n'
     item = {"uri": URI, "languageId": "mech", "version": 1, "text": text}
