@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mechc.asking.given_values import UsageMistake
 from mechc.runtime.methods import parts_for
 
 from .assembly import webassembly
@@ -40,8 +41,14 @@ def page(
     """Return the text of a page. ``recorded``: with the motion in it in the place of the model, which needs no zig.
     ``options``: those of the run (``api.Options``).
 
-    Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError.
+    Raises CompileError (E0908) where zig is not installed, SimulationError where the run cannot begin, BuildError,
+    UsageMistake for a curve.
     """
+    if model.compilation.equations.curve is not None:
+        raise UsageMistake(
+            f"'{model.name}' is a curve and does not move: a page shows motions",
+            "'mechc run' with --plot curve.png draws it",
+        )
     facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, options or {})
     return page_of(facts, recorded=recorded)
 

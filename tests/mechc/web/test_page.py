@@ -12,8 +12,11 @@ import pytest
 from browsers import Opened, needs_browser, needs_zig, off, running_browser
 
 import mechc
+from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run
 from mechc.web.page import page
+
+ROOT = Path(__file__).resolve().parents[3]
 
 BALL = """
 model Ball "thrown"
@@ -68,6 +71,11 @@ def test_what_is_there_is_not_written_over(tmp_path: Path, capsys: pytest.Captur
     for _ in range(2):  # a page is written over
         assert run(["compile", str(model), "--target", "web", "--recorded", "-o", str(fresh)]) == 0
     assert run(["compile", str(model), "--target", "web", "-o", str(tmp_path / "ball.txt")]) == 2
+
+
+def test_a_curve_has_no_page() -> None:
+    with pytest.raises(UsageMistake, match="is a curve and does not move: a page shows motions"):
+        page(mechc.load(ROOT / "examples" / "curves" / "thrown.mech"), recorded=True)
 
 
 def test_no_browser_is_said(
@@ -171,6 +179,9 @@ def test_a_recorded_page_moves_on_a_phone(browser: Any, tmp_path: Path) -> None:
     opened = Opened(browser, path, viewport={"width": 360, "height": 640})
     assert opened.ask("document.documentElement.scrollWidth") <= 360
     assert opened.ask("document.querySelectorAll('fieldset:not([hidden])').length") == 0
+    opened.ask("scrollTo(0, 1e4)")
+    place = opened.ask("document.querySelector('main > #scene').getBoundingClientRect().top")
+    assert place == 0, "it stays in sight while what is below is set"
     drift = mechc.loads(BALL).simulate().accuracy.energy
     assert drift is not None and opened.ask("page.energy.worst") == drift.absolute, (
         "not that of rounded numbers"
