@@ -10,9 +10,10 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 MODEL  := examples/double_pendulum.mech
 JOBS   ?= 2
 EDITS  ?= 1000000
+SPELT  := README.md ARCHITECTURE.md CONTRIBUTING.md CHANGELOG.md SECURITY.md docs mechc lang compiler runtime stdlib examples bench editors
 MODELS ?= 1000
 
-.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-types check-floors format bench stability gallery docs fmu-gallery clean help
+.PHONY: demo test test-slow fuzz fuzz-models check check-format check-lint check-spelling check-types check-floors format bench stability gallery docs fmu-gallery clean help
 .DEFAULT_GOAL := help
 
 help:
@@ -52,13 +53,16 @@ fuzz-models: $(VENV)/installed-dev
 	PYTHONPATH=tests/random_models:tests/oracle $(BIN)/python -m random_models.campaign $(MODELS) $(JOBS) $(MODE)
 
 check: $(VENV)/installed-dev
-	@$(MAKE) --no-print-directory --keep-going check-format check-lint check-types check-floors
+	@$(MAKE) --no-print-directory --keep-going check-format check-lint check-spelling check-types check-floors
 
 check-format:
 	$(BIN)/ruff format --check .
 
 check-lint:
 	$(BIN)/ruff check .
+
+check-spelling:
+	$(BIN)/python -m codespell_lib $(SPELT)
 
 check-types:
 	$(BIN)/python .ci/linked.py $(BIN)/mypy
