@@ -6,6 +6,7 @@ members sleep in the place of being computed; all else is as in a real run: batc
 
 from __future__ import annotations
 
+import logging
 import os
 import time
 from collections.abc import Iterator
@@ -100,7 +101,9 @@ def question(n: int) -> tuple[Any, Recipe, Make]:
 def machines(workers: int) -> Iterator[Any]:
     """Begin a cluster; its scheduler is in this process."""
     with (
-        distributed.LocalCluster(n_workers=workers, threads_per_worker=1, dashboard_address=":0") as local,
+        distributed.LocalCluster(
+            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+        ) as local,
         distributed.Client(local, set_as_default=False) as client,
     ):
         yield client
@@ -149,7 +152,7 @@ def efficiency(seconds: float) -> list[str]:
         with machines(workers) as client:
             crew = dask_side.Cluster(client, Asleep(make, EACH), members, False, 1)
             runs = run_ensemble(recipe, members, elsewhere=crew)
-            assert runs.complete
+            assert runs.complete, runs.remarks
         slept = len(runs) * EACH
         rows.append(
             [

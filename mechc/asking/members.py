@@ -95,6 +95,8 @@ def _of_text(setting: str, name: str, text: str, units: Mapping[str, str]) -> Va
             f"'{name} ~ {what}' is no distribution",
             f"there are {', '.join(f'{kind}(...)' for kind in NUMBERS)}",
         )
+    if what.startswith("{") and not what.partition("}")[0].strip("{ "):
+        raise UsageMistake(f"'{name}' has no values: there would be no members", f'"{name} = {{A, B, C}}"')
     if what.startswith("{"):
         return Axis(name, unit, np.array(read_value_of(name, what).in_unit(unit, name)))
     if call is not None:

@@ -10,7 +10,7 @@ from ..runtime.ensembles.result import QUANTILES, Ensemble
 from .numbers import number, with_unit
 from .style import PLAIN, Style, pad, width
 
-WIDTH, HEIGHT = 8.0, 3.2
+WIDTH, HEIGHT, SQUARE = 8.0, 3.2, 6.4
 MOST_FAMILY = 300
 """Curves that are drawn one by one; of more members the bands of quantiles are."""
 FEWEST_CELLS = 4
@@ -90,7 +90,8 @@ def figure(runs: Ensemble) -> Any:
 
     with matplotlib.rc_context(STYLE):
         panels = [*runs.scalars, *runs.series]
-        made = Picture(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
+        height = SQUARE if panels and _square(runs) and not runs.series else HEIGHT
+        made = Picture(figsize=(WIDTH, height * len(panels)), layout="constrained")
         places = made.subplots(len(panels), 1, squeeze=False)[:, 0]
         for axes, column in zip(places, panels, strict=True):
             if column in runs.series:
@@ -98,6 +99,25 @@ def figure(runs: Ensemble) -> Any:
             else:
                 _number(axes, runs, column.name)
     return made
+
+
+def _varied(runs: Ensemble) -> list[int]:
+    """Return the dimensions of more than one value."""
+    return [k for k, n in enumerate(runs.shape) if n > 1]
+
+
+def _is_map(runs: Ensemble) -> bool:
+    long = _varied(runs)
+    return runs.members.cloud is None and len(long) == 2 and min(runs.shape[k] for k in long) >= FEWEST_CELLS
+
+
+def _square(runs: Ensemble) -> bool:
+    """Whether a map is over two quantities of one unit and of like ranges, whose lengths are the same then."""
+    if not _is_map(runs):
+        return False
+    one, two = (runs.members.axes[k] for k in _varied(runs))
+    wide, high = (float(np.ptp(axis.values)) for axis in (one, two))
+    return one.unit == two.unit and 0.5 <= wide / high <= 2
 
 
 def _label(runs: Ensemble, name: str) -> str:
@@ -135,12 +155,14 @@ def _number(axes: Any, runs: Ensemble, name: str) -> None:
     from .axes import COLOURS
 
     values, names = runs[name], runs.members.names
-    long = [k for k, n in enumerate(runs.shape) if n > 1]
-    if runs.members.cloud is None and len(long) == 2 and min(runs.shape[k] for k in long) >= FEWEST_CELLS:
+    long = _varied(runs)
+    if _is_map(runs):
         x, y = (runs.members.axes[k] for k in reversed(long))
         grid = values.reshape([runs.shape[k] for k in long])
         shown = axes.pcolormesh(x.values, y.values, grid, cmap="viridis", shading="nearest", rasterized=True)
         axes.grid(visible=False)
+        if _square(runs):
+            axes.set_aspect("equal")
         axes.figure.colorbar(shown, ax=axes, label=_label(runs, name))
         axes.set_xlabel(_label(runs, x.name))
         axes.set_ylabel(_label(runs, y.name))

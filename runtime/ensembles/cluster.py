@@ -39,8 +39,8 @@ MOST_BYTES = 2e7
 """Of the results of a batch."""
 INTERVAL, LOOK = 0.01, 0.5
 """Seconds between two looks at batches, and at the list of workers."""
-PATIENCE, NO_WORKERS = 20.0, 60.0
-"""Seconds without a scheduler, and without a worker, after which nothing is hoped for."""
+PATIENCE, SILENT, NO_WORKERS = 20.0, 120.0, 60.0
+"""Seconds without a scheduler, with one that does not answer, and without a worker, after which nothing is hoped for."""
 LOSSES = 3
 """Workers that may go away under a batch before it is halved, and under a single member before that is given up."""
 
@@ -138,7 +138,7 @@ class Cluster:
                 if self._hopeless(now - seen, now - workers_seen):
                     return
                 for batch, piece in self._arrived(posed):
-                    done += batch.last - batch.first
+                    done, seen = done + batch.last - batch.first, time.monotonic()
                     progress(done)
                     yield batch.first, batch.last, piece
                 self._hand_out(sent.job)
@@ -244,7 +244,8 @@ class Cluster:
     def _hopeless(self, without_scheduler: float, without_workers: float) -> bool:
         """Tell that nothing more is to be hoped for. Raises SimulationError where nothing was made."""
         where = getattr(self._client.scheduler, "address", "") or "of the cluster"
-        if without_scheduler > PATIENCE or self._client.status == "closed":
+        status = self._client.status
+        if without_scheduler > (SILENT if status == RUNNING else PATIENCE) or status == "closed":
             self._ended_by = f"the scheduler {where} went away: what was made is kept"
             return True
         all_refused = bool(self._refused) and not self._hands
