@@ -295,7 +295,10 @@ class Input(Declaration, frozen=True, kw_only=True):
 
 
 class Output(Declaration, frozen=True, kw_only=True):
+    """``guess``: written ``~ value``; equations determine it."""
+
     value: Expression | None = None
+    guess: bool = False
 
 
 class Let(Declaration, frozen=True, kw_only=True):

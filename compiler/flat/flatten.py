@@ -18,6 +18,7 @@ from . import model, types
 from .checks.cycles import check_cycles
 from .checks.inside import inside_of
 from .checks.oversights import lint
+from .checks.unknowns import check_unknowns
 from .checks.unused import warn_of_unused
 from .expressions.elaborate import elaborate
 from .instances.instantiate import make_instance
@@ -162,7 +163,7 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         check_cycles(variables, definitions, reporter)
     reporter.stop_on_errors()
     warn_of_unused(instance, inside)
-    return FlatModel(
+    flat = FlatModel(
         name=cls.model.name,
         doc=cls.model.doc,
         space=space,
@@ -192,7 +193,12 @@ def _flatten(cls: Class, flattening: Flattening) -> FlatModel:
         draws=draws,
         quiet=is_quiet(instance),
         variation=curve,
+        unknowns=tuple(record.unknowns),
+        implicit=tuple(record.implicit),
     )
+    check_unknowns(flat, reporter)
+    reporter.stop_on_errors()
+    return flat
 
 
 def _name_independent(instance: Instance) -> None:

@@ -157,6 +157,12 @@ class FieldDerivative(Typed, frozen=True):
     body: Expression
 
 
+class Unknown(Typed, frozen=True):
+    """What equations determine: the value of the output ``name``, whole."""
+
+    name: str
+
+
 Expression = (
     Literal
     | Name
@@ -169,6 +175,7 @@ Expression = (
     | Query
     | Quadrature
     | FieldDerivative
+    | Unknown
 )
 
 
@@ -374,6 +381,22 @@ class StateEquation(Struct, frozen=True):
     origin: Origin
 
 
+class UnknownOutput(Struct, frozen=True):
+    """``output name ~ guess``: its definition has an ``Unknown`` for value."""
+
+    name: str
+    guess: Expression
+    origin: Origin
+
+
+class ImplicitEquation(Struct, frozen=True):
+    """``equation left = right`` that takes part in determining unknown outputs."""
+
+    left: Expression
+    right: Expression
+    origin: Origin
+
+
 class Assertion(Struct, frozen=True):
     condition: Expression
     message: str
@@ -575,3 +598,5 @@ class FlatModel(Struct, frozen=True):
     quiet: bool = False
     """The model says ``draw none``: nothing is drawn by rule."""
     variation: Variation | None = None
+    unknowns: tuple[UnknownOutput, ...] = ()
+    implicit: tuple[ImplicitEquation, ...] = ()

@@ -37,6 +37,7 @@ from .model import (
     Switch,
     Terminate,
     Type,
+    Unknown,
     Variable,
     Variation,
 )
@@ -277,6 +278,8 @@ def _written(expression: Expression) -> tuple[str, int]:
             return f"{function}({', '.join(inside)})", _ATOM
         case Quadrature(variable=variable, lower=lower, upper=upper, body=body):
             return f"integral({text(body)} for {variable} in {text(lower)}:{text(upper)})", _ATOM
+        case Unknown(name=name):
+            return f"unknown {name}", _ATOM
         case FieldDerivative(operator=operator, variable=variable, place=place, body=body):
             return f"{operator}({text(body)} for {variable} at {text(place)})", _ATOM
         case Apply():

@@ -42,6 +42,7 @@ from .model import (
     Switch,
     Type,
     Typed,
+    Unknown,
     Variable,
 )
 from .operands import children
@@ -61,6 +62,7 @@ EXPRESSIONS = (
     Query,
     Quadrature,
     FieldDerivative,
+    Unknown,
 )
 _ENERGIES = {"kinetic": types.ENERGY, "potential": types.ENERGY, "dissipation": types.POWER}
 

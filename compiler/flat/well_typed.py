@@ -24,6 +24,7 @@ from .model import (
     Query,
     Select,
     Type,
+    Unknown,
 )
 from .types import is_zero, numeric
 
@@ -45,7 +46,7 @@ def mistake(expression: Expression, names: Mapping[str, Type], second: Dimension
     match expression:
         case Literal(value=value):
             return _literal(value, type)
-        case Name(name=name):
+        case Name(name=name) | Unknown(name=name):
             if name not in names:
                 return f"nothing declares '{name}'"
             return _differs(type, names[name])

@@ -64,6 +64,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         lambda definition: _unplaced(definition, reporter),
         questions,
         reporter,
+        model,
     )
     asked = reactions_asked(model)
     matter = Matter(lowering, model, symbols, reporter)
@@ -120,7 +121,11 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         outputs=_outputs(lowering, model),
         exacts=_exacts(lowering, model, reporter),
         assertions=tuple(
-            AssertionRow(lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions
+            AssertionRow(*row)
+            for row in (
+                *((lowering.reported(a.condition)[0], a.message, a.origin) for a in model.assertions),
+                *((c.holds, c.message, c.origin) for c in lowering.unknowns.conditions),
+            )
         ),
         queries=questions.asked,
         virtual=virtual,

@@ -145,7 +145,8 @@ def input(b: Builder, c: Children, span: Span) -> ast.Input:
 
 
 def output(b: Builder, c: Children, span: Span) -> ast.Output:
-    return ast.Output(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
+    value, guess = (None, False) if c[3] is None else (c[3].value, c[3].guess)
+    return ast.Output(value=value, guess=guess, **_declaration(b, c[1], c[2], c[4], span))
 
 
 def let(b: Builder, c: Children, span: Span) -> ast.Let:

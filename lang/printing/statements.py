@@ -52,6 +52,8 @@ def _clauses(s: Simple) -> list[Doc]:
             return _declared("discrete", s, s.value)
         case ast.Input():
             return _declared("input", s, s.value)
+        case ast.Output(guess=True, value=value) if value is not None:
+            return _started("output", s, ast.Start(value=value, guess=True, span=value.span))
         case ast.Output():
             return _declared("output", s, s.value)
         case ast.Let():

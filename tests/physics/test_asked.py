@@ -45,6 +45,8 @@ def test_lorentz_inferred() -> None:
     """U4: B = (3, 2, 4) or with -3; U5: B = (1, 2, 3)."""
     found = outputs("lorentz_inferred")
     assert vector(found, "B") == pytest.approx([3, 2, 4], abs=1e-14)
+    other = example("lorentz_inferred").simulate(experiment="other", estimate_error=False)
+    assert [float(other[f"B[{k}]"][-1]) for k in (1, 2, 3)] == pytest.approx([-3, 2, 4], abs=1e-14)
     assert vector(found, "C") == pytest.approx([1, 2, 3], abs=1e-14)
 
 

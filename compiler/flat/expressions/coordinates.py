@@ -11,7 +11,7 @@ from ..instances.members import definition_value, type_of
 from ..model import Apply, Array, Derivative, Element, Expression, Name, Query, Role, Type
 from ..names.instance import DefinitionMember, LabelMember, Progress, VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
-from ..operands import children
+from ..operands import children, free_names
 from .operators import meet
 
 
@@ -170,4 +170,20 @@ def varies(flattening: Flattening, expression: Expression) -> bool:
         elif id(at) not in seen:
             seen.add(id(at))
             pending.extend(children(at))
+    return False
+
+
+def has_unknowns(flattening: Flattening, value: Expression) -> bool:
+    """Tell whether outputs that equations determine enter a value, directly or through definitions."""
+    seen: set[str] = set()
+    pending = [value]
+    while pending:
+        for name in free_names(pending.pop()):
+            member = flattening.definitions.get(name)
+            if member is None or name in seen:
+                continue
+            seen.add(name)
+            if isinstance(member.declaration, ast.Output) and member.declaration.guess:
+                return True
+            pending.extend(definition_of(flattening, name))
     return False

@@ -6,7 +6,7 @@ from mechc.lang import ast
 from mechc.lang.source import Span
 
 from .. import types
-from ..model import Expression, Kind, Literal, Name, Role, Type
+from ..model import Expression, Kind, Literal, Name, Role, Type, Unknown
 from ..names.instance import ROLE_WORDS, DefinitionMember, Member, Progress, VariableMember
 from ..names.scope import Poisoned, Scope
 from ..subscripts import subscripts
@@ -274,6 +274,8 @@ def definition_value(member: DefinitionMember) -> Expression:
         try:
             member.value = _definition(member)
             _check_output(member, member.value)
+            if isinstance(member.declaration, ast.Output) and member.declaration.guess:
+                member.guess, member.value = member.value, _unknown(member, member.value)
         except Poisoned:
             member.progress = Progress.WRONG
             raise
@@ -312,6 +314,18 @@ def _definition(member: DefinitionMember) -> Expression:
                 scope, value, target, declaration.value.span, declaration.name, declaration.name_span
             )
     return value
+
+
+def _unknown(member: DefinitionMember, guess: Expression) -> Expression:
+    """Return what stands for an output that equations determine."""
+    type = types.numeric(guess.type)
+    if type.kind is not Kind.REAL:
+        raise member.scope.fail(
+            "E0338",
+            f"an unknown is a number or an array of numbers, '{member.declaration.name}' is {types.describe(type)}",
+            guess.span,
+        )
+    return Unknown(type=type, span=member.declaration.name_span, name=member.name)
 
 
 def _check_output(member: DefinitionMember, value: Expression) -> None:

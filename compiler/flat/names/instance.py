@@ -112,10 +112,11 @@ class VariableMember(Member, eq=False):
 
 
 class DefinitionMember(Member, eq=False):
-    """A ``let`` or ``output``."""
+    """A ``let`` or ``output``; ``guess`` of one that equations determine."""
 
     type: Type | None = None
     value: Expression | None = None
+    guess: Expression | None = None
 
 
 class PlaceMember(Member, eq=False):

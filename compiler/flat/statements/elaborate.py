@@ -156,6 +156,9 @@ def _definition(member: DefinitionMember, record: Record) -> None:
         cannot_modify(member, modifier, f"is {noun}")  # reported; the value is used as it is
     role = DefinitionRole.LET if isinstance(member.declaration, ast.Let) else DefinitionRole.OUTPUT
     _define(member, role, member.name, definition_value(member), record)
+    if member.guess is not None:
+        origin = member.scope.origin(member.declaration.span)
+        record.unknowns.append(model.UnknownOutput(member.name, member.guess, origin))
 
 
 def _frame_or_point(member: PlaceMember, index: tuple[int, ...], record: Record) -> None:

@@ -45,6 +45,8 @@ class Record(Struct):
     initials: list[model.InitialCondition] = field(default_factory=list)
     equations: list[model.StateEquation] = field(default_factory=list)
     events: list[model.Event] = field(default_factory=list)
+    unknowns: list[model.UnknownOutput] = field(default_factory=list)
+    implicit: list[model.ImplicitEquation] = field(default_factory=list)
     assertions: list[model.Assertion] = field(default_factory=list)
     exacts: list[model.ExactSolution] = field(default_factory=list)
     draws: list[tuple[ast.Draw, Scope]] = field(default_factory=list)

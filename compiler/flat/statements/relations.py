@@ -6,7 +6,7 @@ from mechc.lang import ast
 from mechc.lang.diagnostics import Label
 
 from .. import model, types
-from ..expressions.coordinates import Target, target_of
+from ..expressions.coordinates import Target, has_unknowns, target_of
 from ..expressions.operators import meet
 from ..instances.declared_types import broadcast, fit
 from ..instances.frames import is_free
@@ -18,7 +18,9 @@ from .loads import label_name
 from .record import JointParts, Record
 
 
-def sides(scope: Scope, statement: ast.Constraint | ast.Closure, what: str) -> tuple[Expression, Expression]:
+def sides(
+    scope: Scope, statement: ast.Constraint | ast.Closure | ast.Equation, what: str
+) -> tuple[Expression, Expression]:
     """Return the two sides of an equation, of one dimension and shape."""
     left, right = scope.elaborate(statement.left), scope.elaborate(statement.right)
     for node, value in ((statement.left, left), (statement.right, right)):
@@ -54,7 +56,7 @@ def _zero(value: Expression, type: Type) -> Expression:
 
 
 def _matched(
-    scope: Scope, left: Expression, right: Expression, statement: ast.Constraint | ast.Closure
+    scope: Scope, left: Expression, right: Expression, statement: ast.Constraint | ast.Closure | ast.Equation
 ) -> tuple[Expression, Expression]:
     """Spread a scalar zero over the shape of the other side; any other scalar is a mistake."""
     scalar, other = (right, left) if not right.type.shape else (left, right)
@@ -171,9 +173,18 @@ def closure(scope: Scope, statement: ast.Closure, parts: JointParts) -> None:
 
 
 def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
-    """Record ``equation der(x) = e`` of a state."""
+    """Record ``equation der(x) = e`` of a state, or an equation between unknown outputs."""
     left = scope.elaborate(statement.left)
     target = target_of(scope, left)
+    if not (isinstance(left, Derivative) and target is not None and target.role is Role.STATE) and (
+        has_unknowns(scope.flattening, left)
+        or has_unknowns(scope.flattening, scope.elaborate(statement.right))
+    ):
+        implicit = model.ImplicitEquation(
+            *sides(scope, statement, "the equation"), scope.origin(statement.span)
+        )
+        record.implicit.append(implicit)
+        return
     if (
         not isinstance(left, Derivative)
         or target is None
@@ -197,7 +208,10 @@ def equation(scope: Scope, statement: ast.Equation, record: Record) -> None:
 
 def _no_state(scope: Scope, statement: ast.Equation, target: Target | None) -> Poisoned:
     left = statement.left
-    help = "declare it as 'state', or write 'constraint' for a relation between coordinates"
+    help = (
+        "declare it as 'state', write 'constraint' for a relation between coordinates, or 'output x ~ guess;' for what "
+        "equations determine"
+    )
     if target is not None and target.role is Role.COORDINATE:
         help = "its motion follows from 'kinetic', 'potential' and 'force'; 'der(..)' is its rate wherever that is needed"
     elif not isinstance(left, ast.Derivative) and any(isinstance(n, ast.Derivative) for n in nodes(left)):

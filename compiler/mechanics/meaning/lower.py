@@ -19,6 +19,7 @@ from ...flat.model import (
     Element,
     Expression,
     FieldDerivative,
+    FlatModel,
     Kind,
     Literal,
     Name,
@@ -26,6 +27,7 @@ from ...flat.model import (
     Quadrature,
     Query,
     Select,
+    Unknown,
 )
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
@@ -41,6 +43,7 @@ from .functions import FUNCTIONS
 from .integrals import Integrals
 from .questions import Questions, title
 from .symbols import Symbols
+from .unknowns import Unknowns
 from .values import Placement, Value, each, elements, filled, node
 
 RELATIONS = frozenset({"less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "sign"})
@@ -67,6 +70,7 @@ class Lowering:
         place: Callable[[Definition], Frame],
         questions: Questions,
         reporter: Reporter,
+        model: FlatModel,
     ) -> None:
         self.graph = graph
         self.rate = rate
@@ -79,6 +83,7 @@ class Lowering:
         self._values: dict[str, Value] = dict(symbols.values)
         self._open: dict[str, None] = {}
         self._previous: dict[Node, Node] = {}
+        self.unknowns = Unknowns(self, model)
         self.integrals = Integrals(graph, symbols, self.numbers, reporter)
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
@@ -134,6 +139,8 @@ class Lowering:
                 return each(self._pre, self.value(operand))
             case Quadrature():
                 return self._quadrature(expression)
+            case Unknown(name=name):
+                return self.unknowns.value(name)
             case FieldDerivative():
                 return self._field_derivative(expression)
             case _:
@@ -229,6 +236,14 @@ class Lowering:
     def assign(self, name: str, value: Value) -> None:
         """State the value of a name: a placed frame, a coordinate computed by a closure."""
         self._values[name] = value
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Forget all that is lowered inside, and what it compares and integrates."""
+        relations, errors = dict(self.relations), dict(self.integrals.errors)
+        with self.trial():
+            yield
+        self.relations, self.integrals.errors = relations, errors
 
     @contextmanager
     def trial(self, without: str = "") -> Iterator[None]:

@@ -162,6 +162,8 @@ class Evaluator:
                 if name not in self.memo:
                     self.memo[name] = self.quadrature(e)
                 return self.memo[name]
+            case flat.Unknown():
+                raise NotCovered("outputs that equations determine, of which no law is made")
             case flat.FieldDerivative():
                 return self.field_derivative(e)
             case flat.Apply():

@@ -1,0 +1,194 @@
+"""Systems of nonlinear equations solved by Newton's method in the graph, from a guess.
+
+Steps are shortened where they lead away; each further step stands in a branch that is not entered once steps are small. A
+last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function.
+Of more equations than unknowns the steps are those of least squares, and all must hold. Where nothing is found the result
+is no number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from msgspec import Struct
+
+from .. import operations as ops
+from ..differentiate import jacobian
+from ..node import Graph, Node
+from ..rewrite import substitute
+
+STEPS = 30
+"""Most steps of the iteration, those that are taken back included."""
+
+SMALL = 1e-9
+"""Step, as a share of the unknown, at which the iteration ends; an unknown whose steps stay larger is not determined."""
+
+VANISHING = 1e-5
+"""An unknown smaller than this share of the largest value on its way is measured against that value."""
+
+Nodes = tuple[Node, ...]
+
+
+class _Point(Struct, frozen=True):
+    """``residual`` and ``matrix`` (rows of derivatives) at ``values``; ``sizes`` of the terms of each row, ``largest``
+    of each unknown so far."""
+
+    values: Nodes
+    residual: Nodes
+    matrix: tuple[Nodes, ...]
+    sizes: Nodes
+    largest: Nodes
+
+
+def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: Sequence[Node]) -> Nodes:
+    """Return what makes all rows vanish, found from a guess. Raises DivisionByZero where they determine nothing there."""
+    system = _System(graph, rows, unknowns)
+    point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
+    if system.linear:
+        step = system.step(point)
+        values = tuple(map(graph.add, point.values, step))
+        point = system.at(values, tuple(map(graph.abs, values)))
+        return system.checked(point, system.small(point, system.step(point)))
+    fraction = graph.one
+    found: list[tuple[Node, _Point]] = []
+    for _ in range(STEPS):
+        step = system.step(point)
+        found.append((system.small(point, step), point))
+        moved = tuple(graph.add(x, graph.mul(fraction, d)) for x, d in zip(point.values, step, strict=True))
+        tried = system.at(moved, point.largest)
+        better = graph.less(
+            system.merit(tried.residual, point.sizes), system.merit(point.residual, point.sizes)
+        )
+        longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
+        fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
+        point = system.chosen(better, tried, point)
+    nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
+    result: Nodes = (nowhere,) * len(unknowns)
+    for small, at in reversed(found):
+        result = tuple(graph.select(small, a, b) for a, b in zip(at.values, result, strict=True))
+    last = system.at(result, tuple(map(graph.abs, result)))
+    return tuple(map(graph.add, result, system.step(last)))
+
+
+class _System:
+    def __init__(self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> None:
+        self.graph, self.rows, self.unknowns = graph, list(rows), list(unknowns)
+        self.slopes = jacobian(graph, self.rows, self.unknowns)
+        self.terms = [_terms(graph, row) for row in rows]
+        symbols = set(unknowns)
+        self.linear = not any(
+            symbols & set(graph.support(slope)) for row in self.slopes for slope in row.values()
+        )
+
+    def at(self, values: Nodes, largest: Nodes) -> _Point:
+        graph = self.graph
+        places = dict(zip(self.unknowns, values, strict=True))
+        residual = substitute(graph, self.rows, places)
+        largest = tuple(map(graph.maximum, largest, map(graph.abs, values)))
+        matrix, sizes = [], []
+        for row, terms in zip(self.slopes, self.terms, strict=True):
+            slopes = dict(zip(row, substitute(graph, list(row.values()), places), strict=True))
+            line = tuple(slopes.get(j, graph.zero) for j in range(len(values)))
+            size = graph.zero
+            for term in substitute(graph, terms, places):
+                size = graph.add(size, graph.abs(term))
+            for slope, x in zip(line, largest, strict=True):
+                size = graph.add(size, graph.mul(graph.abs(slope), x))
+            matrix.append(line)
+            sizes.append(size)
+        return _Point(values, tuple(residual), tuple(matrix), tuple(sizes), largest)
+
+    def chosen(self, condition: Node, a: _Point, b: _Point) -> _Point:
+        def choose(x: Nodes, y: Nodes) -> Nodes:
+            return tuple(self.graph.select(condition, m, n) for m, n in zip(x, y, strict=True))
+
+        return _Point(
+            choose(a.values, b.values),
+            choose(a.residual, b.residual),
+            tuple(choose(x, y) for x, y in zip(a.matrix, b.matrix, strict=True)),
+            choose(a.sizes, b.sizes),
+            choose(a.largest, b.largest),
+        )
+
+    def _share(self, value: Node, size: Node) -> Node:
+        """Return a share of a size; the value where all terms vanish together."""
+        graph = self.graph
+        return graph.div(value, graph.select(graph.less(graph.zero, size), size, graph.one))
+
+    def merit(self, residual: Nodes, sizes: Nodes) -> Node:
+        graph, total = self.graph, self.graph.zero
+        for h, size in zip(residual, sizes, strict=True):
+            share = self._share(h, size)
+            total = graph.add(total, graph.mul(share, share))
+        return total
+
+    def small(self, point: _Point, step: Nodes) -> Node:
+        """Tell whether a step changes nothing any more, and all rows of more than unknowns agree."""
+        graph, result = self.graph, self.graph.one
+        for x, d, largest in zip(point.values, step, point.largest, strict=True):
+            size = graph.maximum(graph.abs(x), graph.mul(graph.constant(VANISHING), largest))
+            limit = graph.mul(graph.constant(SMALL), size)
+            result = graph.logical_and(result, graph.less_equal(graph.abs(d), limit))
+        if len(self.rows) > len(self.unknowns):
+            for h, size in zip(point.residual, point.sizes, strict=True):
+                limit = graph.mul(graph.constant(SMALL), size)
+                result = graph.logical_and(result, graph.less_equal(graph.abs(h), limit))
+        return result
+
+    def checked(self, point: _Point, small: Node) -> Nodes:
+        """Return the values where they are a solution, else no numbers."""
+        graph = self.graph
+        nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
+        return tuple(graph.select(small, x, nowhere) for x in point.values)
+
+    def step(self, point: _Point) -> Nodes:
+        """Return the step of Newton's method, rows as shares of their sizes."""
+        graph, count = self.graph, len(self.unknowns)
+        rows = [
+            [self._share(x, size) for x in (*line, graph.neg(h))]
+            for line, h, size in zip(point.matrix, point.residual, point.sizes, strict=True)
+        ]
+        if len(rows) > count:
+            columns = list(zip(*rows, strict=True))
+            rows = [[graph.dot(columns[i], columns[j]) for j in range(count + 1)] for i in range(count)]
+        return pivoted(graph, rows)
+
+
+def pivoted(graph: Graph, rows: list[list[Node]]) -> Nodes:
+    """Solve linear equations, the right side behind each row, by elimination with the largest pivots."""
+    count = len(rows)
+    for k in range(count):
+        for i in range(k + 1, count):
+            if rows[i][k] == graph.zero:
+                continue
+            larger = graph.less(graph.abs(rows[k][k]), graph.abs(rows[i][k]))
+            pairs = list(zip(rows[k], rows[i], strict=True))
+            rows[k] = [graph.select(larger, b, a) for a, b in pairs]
+            rows[i] = [graph.select(larger, a, b) for a, b in pairs]
+        for i in range(k + 1, count):
+            if rows[i][k] == graph.zero:
+                continue
+            factor = graph.div(rows[i][k], rows[k][k])
+            rows[i] = [
+                graph.sub(b, graph.mul(factor, a)) if j > k else graph.zero
+                for j, (a, b) in enumerate(zip(rows[k], rows[i], strict=True))
+            ]
+    found: dict[int, Node] = {}
+    for k in reversed(range(count)):
+        rest = rows[k][count]
+        for j in range(k + 1, count):
+            rest = graph.sub(rest, graph.mul(rows[k][j], found[j]))
+        found[k] = graph.div(rest, rows[k][k])
+    return tuple(found[k] for k in range(count))
+
+
+def _terms(graph: Graph, node: Node) -> list[Node]:
+    """Return what a node is a sum of."""
+    found, pending = [], [node]
+    while pending:
+        n = pending.pop()
+        if graph.op(n) in (ops.ADD, ops.SUB, ops.NEG):
+            pending.extend(graph.args(n))
+        else:
+            found.append(n)
+    return found

@@ -1,0 +1,100 @@
+"""Outputs that equations determine, as formulas: Newton's method in the graph, from their guesses."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from msgspec import Struct
+
+from ...flat.model import FlatModel, Origin
+from ...flat.unknowns import Group, groups
+from ...graph import DivisionByZero, Node
+from ...graph.elimination.newton import newton
+from .values import Value, elements, filled
+
+if TYPE_CHECKING:
+    from .lower import Lowering
+
+LARGEST = 1e300
+"""Numbers above it are none."""
+
+
+class Condition(Struct, frozen=True):
+    """Whether a system has been solved, with what to say where it has not."""
+
+    holds: Node
+    message: str
+    origin: Origin
+
+
+class Unknowns:
+    """Solves each system when one of its unknowns is first asked for."""
+
+    def __init__(self, lowering: Lowering, model: FlatModel) -> None:
+        self._lowering = lowering
+        self._groups = {u.name: group for group in groups(model) for u in group.unknowns}
+        self._shapes = {d.name: d.type.shape for d in model.definitions}
+        self._values: dict[str, Value] = {}
+        self.conditions: list[Condition] = []
+
+    def value(self, name: str) -> Value:
+        if name not in self._values:
+            self._solve(self._groups[name])
+        return self._values[name]
+
+    def _solve(self, group: Group) -> None:
+        lowering, graph = self._lowering, self._lowering.graph
+        symbols = {
+            u.name: filled(self._shapes[u.name], lambda i, u=u: graph.symbol(f"?{u.name}{list(i)}"))  # type: ignore[misc]
+            for u in group.unknowns
+        }
+        guess = [n for u in group.unknowns for n in lowering.reported(u.guess)]
+        with lowering.aside():
+            for name, value in symbols.items():
+                lowering.assign(name, value)
+            rows = [
+                graph.sub(a, b)
+                for e in group.equations
+                for a, b in zip(lowering.reported(e.left), lowering.reported(e.right), strict=True)
+            ]
+        unknowns = [n for u in group.unknowns for n in elements(symbols[u.name])]
+        stated = rows
+        rows = [row for row in rows if not graph.is_zero(row)]
+        self._check(group, stated, rows, unknowns)
+        try:
+            found = dict(zip(unknowns, newton(graph, rows, unknowns, guess), strict=True))
+        except DivisionByZero:
+            raise self._undetermined(group, "at the guess they leave it open") from None
+        for name, value in symbols.items():
+            shape = self._shapes[name]
+            numbers = iter(elements(value))
+            self._values[name] = filled(shape, lambda i, numbers=numbers: found[next(numbers)])  # type: ignore[misc]
+        holds = graph.one
+        limit = graph.constant(LARGEST)
+        for x in found.values():
+            holds = graph.logical_and(holds, graph.less_equal(graph.abs(x), limit))
+        message = f"no solution for {group.words} is found from the guess"
+        self.conditions.append(Condition(holds, message, group.unknowns[0].origin))
+
+    def _check(self, group: Group, stated: list[Node], rows: list[Node], unknowns: list[Node]) -> None:
+        """Report equations that cannot hold, and too few that say something."""
+        graph = self._lowering.graph
+        for row in rows:
+            if graph.is_constant(row):
+                raise self._lowering.reporter.fail(
+                    "E0339",
+                    f"the equations for {group.words} contradict each other",
+                    group.unknowns[0].origin.span,
+                    caption="one of them is a false equation between numbers",
+                )
+        if len(rows) < len(unknowns):
+            raise self._undetermined(group, f"{len(stated) - len(rows)} of them hold whatever it is")
+
+    def _undetermined(self, group: Group, why: str) -> BaseException:
+        return self._lowering.reporter.fail(
+            "E0339",
+            f"the equations do not determine {group.words}",
+            group.unknowns[0].origin.span,
+            caption=why,
+            help="guess another value, or state another equation",
+        )

@@ -1,0 +1,243 @@
+"""Outputs that equations determine: against mpmath, closed forms and the implicit function theorem, on all targets."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+from random import Random
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+import mechc
+from mechc.cli.main import run
+from mechc.lang.diagnostics import Reporter
+from mechc.lang.parser import parse
+from mechc.lang.printing.printer import format_file
+from mechc.lang.source import SourceFile
+
+BODY = "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; "
+KEPLER = """
+parameter e = 0.6;
+parameter n = 2 rad/s;
+let Angle M = n*time;
+output Angle E ~ M + e*sin(M);
+equation E - e*sin(E) = M;
+output rate = der(E);
+"""
+
+
+def final(text: str) -> dict[str, float]:
+    solution = mechc.loads(text).simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome.value == "completed", solution.message
+    return {name: float(solution[name][-1]) for name in solution.quantities}
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_systems_have_the_solutions_of_mpmath(seed: int) -> None:
+    """Two to four equations with sines, exponentials and products, built to have a solution near 1."""
+    random = Random(seed)
+    count = 2 + seed % 3
+    names = [f"x{k}" for k in range(count)]
+    solution = [random.uniform(0.7, 1.4) for _ in names]
+    rows = []
+    for i in range(count):
+        a, b = random.choice(names), random.choice(names)
+        left = f"{random.randint(2, 5)}*{names[i]} + sin({a}) + {random.choice(('exp(-' + b + ')', a + '*' + b + '/3', 'sqrt(1 + ' + b + '^2)'))}"
+        value = eval(left.replace("^", "**"), {**vars(mpmath.mp), }, {**dict(zip(names, solution, strict=True)), "sin": mpmath.sin, "exp": mpmath.exp, "sqrt": mpmath.sqrt})  # fmt: skip
+        rows.append((left, float(value)))
+    text = "dimensionless; " + "".join(f"output {n} ~ 1; " for n in names)
+    text += "".join(f"equation {left} = {value!r}; " for left, value in rows) + "experiment(stop = 0);"
+
+    def residual(*x: object) -> list[object]:
+        known = {
+            **dict(zip(names, x, strict=True)),
+            "sin": mpmath.sin,
+            "exp": mpmath.exp,
+            "sqrt": mpmath.sqrt,
+        }
+        return [eval(left.replace("^", "**"), {}, known) - value for left, value in rows]
+
+    expected = mpmath.findroot(residual, [1] * count)
+    found = final(text)
+    assert [found[n] for n in names] == pytest.approx([float(v) for v in expected], rel=1e-14)
+
+
+@pytest.fixture(scope="module")
+def kepler() -> mechc.Model:
+    return mechc.loads(BODY + KEPLER + "experiment(stop = 6 s);")
+
+
+def test_equation_of_kepler_along_time(kepler: mechc.Model) -> None:
+    """E - e sin E = M by bisection, and der(E) = n/(1 - e cos E) by the implicit function theorem."""
+    for e in (0.0, 0.6, 0.97):
+        solution = kepler.simulate(set={"e": e}, estimate_error=False)
+        assert isinstance(solution, mechc.Solution)
+        E = [brentq(lambda x, M=2 * t, e=e: x - e * np.sin(x) - M, -1, 15, xtol=1e-15) for t in solution.time]
+        assert solution["E"] == pytest.approx(E, rel=1e-13, abs=1e-14)
+        assert solution["rate"] == pytest.approx(2 / (1 - e * np.cos(E)), rel=1e-12)
+
+
+def test_sensitivities_are_those_of_the_implicit_function(kepler: mechc.Model) -> None:
+    """dE/de = sin E/(1 - e cos E)."""
+    solution = kepler.simulate(sensitivity="e", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    E = solution["E"]
+    found = solution.sensitivity("E", "e").values
+    assert np.ravel(found) == pytest.approx(np.sin(E) / (1 - 0.6 * np.cos(E)), rel=1e-11, abs=1e-12)
+
+
+def test_python_module_gives_the_same_numbers(kepler: mechc.Model, tmp_path: Path) -> None:
+    native = kepler.simulate(estimate_error=False)
+    assert isinstance(native, mechc.Solution)
+    interpreted = kepler.simulate(method="scipy:DOP853", estimate_error=False)
+    assert isinstance(interpreted, mechc.Solution)
+    assert interpreted["E"] == pytest.approx(native["E"], rel=1e-14)
+    kepler.compile("python", tmp_path / "kepler.py")
+    told = subprocess.run(
+        [sys.executable, "-c", "import kepler; print(repr(float(kepler.simulate()['E'][-1])))"],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=tmp_path,
+    ).stdout
+    assert float(told) == pytest.approx(float(native["E"][-1]), rel=1e-14)
+
+
+@pytest.mark.slow
+def test_fmu_and_program_give_the_same_numbers(kepler: mechc.Model, tmp_path: Path) -> None:
+    """An FMU is compared with the native run before it is written."""
+    (tmp_path / "kepler.mech").write_text(BODY + KEPLER + "experiment(stop = 6 s);", encoding="utf-8")
+    assert (
+        run(["compile", str(tmp_path / "kepler.mech"), "--target", "fmu", "-o", str(tmp_path / "kepler.fmu")])
+        == 0
+    )
+    kepler.compile("c", tmp_path / "program")
+    subprocess.run(["cc", "-O1", "-o", "kepler", *(p.name for p in (tmp_path / "program").glob("*.c")), "-lm"], cwd=tmp_path / "program", check=True)  # fmt: skip
+    printed = subprocess.run(
+        ["./kepler"], cwd=tmp_path / "program", capture_output=True, text=True, check=True
+    )
+    header, *_, last = printed.stdout.strip().splitlines()
+    row = dict(zip((h.split(" ")[0] for h in header.split(",")), map(float, last.split(",")), strict=True))
+    e = 0.6
+    assert row["E"] - e * np.sin(row["E"]) == pytest.approx(2 * row["time"], rel=1e-14)
+
+
+def test_units_and_components() -> None:
+    """A ladder of forces: each component finds its own numbers, in its own units."""
+    found = final(
+        """
+        model Bow "cable of a span and a length: h and the tension at its lowest point"
+          parameter Length span = 10 m;
+          parameter Length long = 12 m;
+          parameter w = 20 N/m;
+          output Length a ~ span/2 "w a is the tension";
+          equation 2*a*sinh(span/(2*a)) = long;
+          output Force H ~ w*span;
+          equation H/w = a;
+        end Bow;
+        model M
+          Bow b[2](long = {12 m, 15 m});
+          output Force sum = b[1].H + b[2].H;
+          experiment(stop = 0);
+        end M;
+        """
+    )
+    for k, long in ((1, 12), (2, 15)):
+        a = brentq(lambda a, s=long: 2 * a * np.sinh(5 / a) - s, 1, 50, xtol=1e-14)
+        assert found[f"b[{k}].a"] == pytest.approx(a, rel=1e-14)
+        assert found[f"b[{k}].H"] == pytest.approx(20 * a, rel=1e-14)
+    assert found["sum"] == pytest.approx(found["b[1].H"] + found["b[2].H"], rel=1e-15)
+
+
+def test_linear_systems_are_solved_at_once() -> None:
+    """A zero where a pivot would stand, and sizes from 1e-9 to 1e9."""
+    found = final(
+        "dimensionless; parameter k = 1e9; output x[3] ~ 0; "
+        "equation {{0, k, 1}, {1, 0, 1/k}, {1, 1, 1}}*x = {k + 3, 2, 6}; experiment(stop = 0);"
+    )
+    with mpmath.workdps(40):
+        k = mpmath.mpf(10) ** 9
+        exact = mpmath.lu_solve(mpmath.matrix([[0, k, 1], [1, 0, 1 / k], [1, 1, 1]]), [k + 3, 2, 6])
+    assert [found[f"x[{i}]"] for i in (1, 2, 3)] == pytest.approx([float(v) for v in exact], rel=1e-14)
+
+
+def test_forces_may_enter() -> None:
+    """The reaction of a joint, found as a formula and by an equation."""
+    solution = mechc.loads(
+        """
+        import mech.planar.*;
+        gravity {0, -9.81} m/s^2;
+        Bar bar(m = 2 kg, l = 1 m);
+        Revolute pin(world -> bar.a, angle = 30 deg);
+        output Force size ~ 20 N;
+        equation size^2 = dot(reaction(pin), reaction(pin));
+        output R = norm(reaction(pin));
+        experiment(stop = 1 s);
+        """
+    ).simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution["size"] == pytest.approx(solution["R"], rel=1e-13)
+
+
+FAILS = {
+    "a double root": "output y ~ 3; equation y^2 - 2*y + 1 = 0;",
+    "no root": "output y ~ 1; equation y^2 = -k;",
+    "a singular matrix": "output y[2] ~ 1; equation {{1, k}, {2, 2*k}}*y = {1, 3};",
+    "equations that disagree": "output y ~ 1; equation k*y = 1; equation k*y = 2;",
+}
+
+
+@pytest.mark.parametrize("name", FAILS)
+def test_what_has_no_single_solution_ends_the_run(name: str) -> None:
+    solution = mechc.loads(f"dimensionless; parameter k = 1; {FAILS[name]} experiment(stop = 0);").simulate()
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome.value == "failed"
+    assert "no solution for 'y' is found from the guess" in str(solution.message)
+
+
+def test_a_run_ends_where_a_solution_ends() -> None:
+    """y^2 = 1 - t has none after t = 1."""
+    solution = mechc.loads(
+        "dimensionless; coordinate x = 1; kinetic 1/2*der(x)^2; output y ~ 1; equation y^2 = 1 - time; experiment(stop = 2);"
+    ).simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome.value == "failed"
+    assert 0.9 < solution.time[-1] <= 1.5
+    seen = np.isfinite(solution["y"])
+    assert solution["y"][seen] == pytest.approx(np.sqrt(1 - solution.time[seen]), rel=1e-9)
+
+
+REFUSED = {
+    "output Length y ~ 1 m; equation y = 2 s;": ("E0302", "a time (s)"),
+    "output Length y ~ 1 m;": ("E0339", "no equations"),
+    "output Length y ~ 1 m; output Length z ~ 1 m; equation y + z = 1 m;": ("E0339", "2 unknown numbers, 1 equation"),
+    "output Length y ~ 1 m; equation y - y = 0 m;": ("E0339", "do not determine"),
+    "output Length y ~ 1 m; equation y = 2 m; equation 1 m = y - y;": ("E0339", "contradict"),
+    "output Length y ~ 0 m; equation y^2 = 2 m^2;": ("E0339", "at the guess"),
+    "output Length y[11] ~ 1 m; equation {y[i]*y[1] for i in 1:11} = {2 m^2 for i in 1:11};": ("E0339", "at most 10"),
+    "output Length y ~ 1 m; equation y = 2 m; potential 1 N*y;": ("E0338", "must not depend"),
+    "output Length y ~ 1 m; equation y = 2 m; let z = 2*y; force 1 N/m*z on x;": ("E0338", "'y' is found"),
+    "output Length y ~ 1 m; equation y = 2 m; when x > y then terminate(\"\"); end when;": ("E0338", "must not"),
+    "output Length y ~ 1 m; equation y = 2 m; output z = integral(y);": ("E0338", "must not"),
+    "output Length y ~ z; equation y = 2 m; output Length z ~ 1 m; equation z = 1 m;": ("E0338", "a guess"),
+    "output Boolean y ~ true;": ("E0338", "a number"),
+    "equation x = 2 m;": ("E0421", "rate of a state"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("text", REFUSED)
+def test_what_cannot_be_solved_is_refused(text: str) -> None:
+    code, words = REFUSED[text]
+    with pytest.raises(mechc.CompileError) as refused:
+        mechc.loads(BODY + text)
+    assert code in str(refused.value) and words in str(refused.value)
+
+
+def test_layout_keeps_the_guess() -> None:
+    text = 'model M\n  output Length y[2] ~ {1, 2} m "found";\n  equation y = {1, 2} m;\nend M;\n'
+    assert format_file(parse(SourceFile("m.mech", text), Reporter())) == text
