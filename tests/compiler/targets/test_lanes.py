@@ -18,7 +18,16 @@ from mechc.compiler.targets.lane_forms import FORMS
 from mechc.compiler.targets.lanes import _Printer, function_lines
 from mechc.runtime.native.build import build_shared, lane_flags
 
-ULPS = {ops.SIN: 1.5, ops.COS: 1.5, ops.TAN: 3.0, ops.EXP: 1.0, ops.LOG: 0.8}
+ULPS = {
+    ops.SIN: 1.5,
+    ops.COS: 1.5,
+    ops.TAN: 3.0,
+    ops.EXP: 1.0,
+    ops.LOG: 0.8,
+    ops.TANH: 1.5,
+    ops.ATAN: 1.0,
+    ops.ATAN2: 1.7,
+}
 """Largest errors that lane_functions.h states, in units of the last place; all others are the bits of single numbers."""
 WIDTHS = (2, 4, 8)
 
@@ -114,6 +123,8 @@ def test_a_lane_does_not_feel_its_neighbours(row: Operation, lanes: Mapping[int,
         (ops.TAN, (0.8, 3.2, 100.0, 1e5)),
         (ops.EXP, (0.3, 3.0, 50.0, 690.0)),
         (ops.LOG, (0.5, 3.0, 1e9, 1e300)),
+        (ops.TANH, (1e-3, 0.5, 0.7, 3.0, 30.0)),
+        (ops.ATAN, (1e-3, 0.7, 3.0, 1e5)),
     ],
 )
 def test_errors_are_as_stated(code: int, ranges: tuple[float, ...], lanes: Mapping[int, Lanes]) -> None:
@@ -121,7 +132,7 @@ def test_errors_are_as_stated(code: int, ranges: tuple[float, ...], lanes: Mappi
     if np.finfo(np.longdouble).nmant < 63:
         pytest.skip("no long double to compare with")
     rng, name = np.random.default_rng(code), ops.OPERATIONS[code].name
-    exactly = getattr(np, name)
+    exactly = np.arctan if code == ops.ATAN else getattr(np, name)
     for reach in ranges:
         x = rng.uniform(0.0 if code == ops.LOG else -reach, reach, 1 << 16)
         if code == ops.LOG:
@@ -133,6 +144,18 @@ def test_errors_are_as_stated(code: int, ranges: tuple[float, ...], lanes: Mappi
         off = float((np.abs(found - exact) / spacing).max())
 
         assert off <= ULPS[code], (reach, off)
+
+
+def test_the_error_of_the_arc_of_two_is_as_stated(lanes: Mapping[int, Lanes]) -> None:
+    """Against long double, over all angles, also of points at very different distances from the axes."""
+    if np.finfo(np.longdouble).nmant < 63:
+        pytest.skip("no long double to compare with")
+    y, x = np.random.default_rng(4).uniform(-1, 1, (2, 1 << 17))
+    x[::2] *= 2.0 ** np.random.default_rng(5).integers(-300, 300, 1 << 16)
+    found = lanes[8]("op_atan2", np.stack([y, x, x]))
+    exact = np.arctan2(y.astype(np.longdouble), x.astype(np.longdouble))
+    off = np.abs(found - exact) / np.spacing(np.abs(exact.astype(np.float64)))
+    assert float(off.max()) <= ULPS[ops.ATAN2]
 
 
 def test_products_are_fused_where_sums_alone_read_them() -> None:
