@@ -84,8 +84,10 @@ def bodies_as_energies(model: FlatModel, seen: Seen | None, random: Random) -> T
     energies = [*model.energies]
     energies += [Energy("kinetic", e, origin) for e in energy_of_bodies(changing)]
     energies += [Energy("potential", e, origin) for e in energy_of_weights(changing)]
+    about = defined_by(model, BODIES)
     changed = replace(
         undrawn(model),
+        definitions=tuple(d for d in model.definitions if d.name not in about),
         energies=tuple(energies),
         masses=tuple(m for m in model.masses if m not in masses),
         inertias=tuple(i for i in model.inertias if i not in inertias),

@@ -15,6 +15,7 @@ from .reversal import time_reversed
 from .sizes import other_units
 from .twin import Make
 from .world import turned_world
+from .written_out import written_out
 
 TWINS: Mapping[str, Make] = {
     "another order": in_another_order,
@@ -23,6 +24,7 @@ TWINS: Mapping[str, Make] = {
     "bodies as energies": bodies_as_energies,
     "answers written out": answers_written_out,
     "integrals in parts": integrals_in_parts,
+    "written out": written_out,
     "turned world": turned_world,
     "other units": other_units,
     "joint as closure": joint_as_closure,

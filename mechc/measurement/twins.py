@@ -25,7 +25,7 @@ from ..compiler.twins.table import TWINS
 from ..compiler.twins.twin import Seen, Twin
 from ..lang.units import parse_unit
 from ..model import CompiledModel
-from ..runtime.problem import Array
+from ..runtime.problem import PURE, Array
 from ..runtime.results.accuracy import COMPANION_RATIO
 from ..runtime.results.contradictions import CONDITION, FACTOR, TOUCH, spread
 from ..runtime.results.evaluate import evaluate_rows
@@ -130,6 +130,7 @@ def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
     others = _allowed(other, found.plan, theirs)
     flat = base.model.compilation.flat
     states = {v.name for v in flat.variables if v.role is Role.STATE}
+    named = {q.name for q in base.plan.case.problem.states}
     worst: Compared | None = None
     for name, (size, allowed) in ours.items():
         called = twin.names.get(name, name)
@@ -141,6 +142,8 @@ def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
         there_allowed = others[called][1] / by
         off = np.abs(x - y)
         off, least = np.where(np.isfinite(off), off, 0.0), allowed + there_allowed
+        if name not in named:
+            off = np.minimum(off, _beside(off))
         ratio = np.divide(off, least, out=np.where(off > 0, np.inf, 0.0), where=least > 0)
         k = int(np.argmax(ratio))
         one = Compared(
@@ -149,6 +152,15 @@ def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
         if worst is None or one.difference * worst.allowed > worst.difference * one.allowed:
             worst = one
     return worst
+
+
+def _beside(off: Array) -> Array:
+    """Give the larger one of both neighbours: an output that jumps may be on either side at the time itself, by rounding."""
+    if off.size < 3:
+        return off
+    padded = np.concatenate([off[1:2], off, off[-2:-1]])
+    found: Array = np.maximum(padded[:-2], padded[2:])
+    return found
 
 
 def _rows(base: Base, other: Solution, twin: Twin) -> tuple[Indices, Indices]:
@@ -193,9 +205,17 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
         off = spread(
             plan.case, (t[chosen], y, z), replace(estimate, by_state=stated), solution.statistics.steps
         )
+        alike = dict.fromkeys(PURE, 1.0)
+        for q in (*problem.states, *problem.outputs):
+            if q.kind != "quadrature":
+                largest = float(np.nan_to_num(np.abs(solution[q.name][rows])).max(initial=0.0))
+                alike[q.unit] = max(alike.get(q.unit, 0.0), largest)
         for q, error in zip(problem.outputs, off, strict=True):
             if q.kind == "quadrature":
                 continue
-            size = np.full(t.size, float(np.nanmax(np.abs(solution[q.name][rows]))) or 1.0)
-            found.setdefault(q.name, (size, np.full(t.size, FACTOR * error)))
+            own = float(np.nanmax(np.abs(solution[q.name][rows]))) if t.size else 0.0
+            rounding = CONDITION * EPSILON * max(own, alike.get(q.unit, 0.0))  # of what cancels to nothing
+            found.setdefault(
+                q.name, (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * error + rounding))
+            )
     return found

@@ -18,7 +18,7 @@ KNOWN: dict[int, str] = {
 }
 """Seeds that disagree today, with the reason."""
 _EXPORTS = ("exports", "units")
-_SLOW = ("oracle", "motion", *_EXPORTS)
+_SLOW = ("oracle", "motion", "twins", *_EXPORTS)
 
 
 def _seeds(first: int, last: int) -> list[object]:
@@ -34,7 +34,7 @@ def _check(seed: int, without: tuple[str, ...]) -> None:
 
 @pytest.mark.parametrize("seed", _seeds(0, 24))
 def test_random_model(seed: int) -> None:
-    _check(seed, ("motion", *_EXPORTS))
+    _check(seed, ("motion", "twins", *_EXPORTS))
 
 
 @pytest.mark.slow

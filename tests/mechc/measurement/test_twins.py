@@ -99,6 +99,7 @@ MADE = {
     "bodies as energies": "plane space",
     "answers written out": "losing",
     "integrals in parts": "losing",
+    "written out": "plane space",
     "turned world": "plane space",
     "other units": "plane space losing",
     "joint as closure": "plane space",

@@ -19,7 +19,7 @@ from random_models.meaning import Meaning
 from random_models.modes import MODES, Target
 from random_models.motions import difference, errors, run, unbalanced
 from random_models.nesting import NESTED
-from random_models.rescaled import scaled_difference
+from random_models.said_otherwise import along_motions, at_states
 from random_models.structure import STRUCTURES
 from random_models.tabled import meant, tables
 from random_models.tree import Model
@@ -382,12 +382,16 @@ def _units(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
     return [Disagreement("units", what, said) for what, said in exported(model.text(), units=True)]
 
 
-def _rescaled(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
-    """Compare with the same in units of another size."""
-    if base.switches:
-        return None
-    wrong = scaled_difference(model, base, seed)
-    return None if wrong is None else [Disagreement("rescaled", "value", _lines(wrong))] if wrong else []
+def _said_otherwise(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare with a twin that mechc makes itself."""
+    found = at_states(base, seed)
+    return None if found is None else [Disagreement("said otherwise", name, said) for name, said in found]
+
+
+def _twins(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare a motion with those of twins that mechc makes itself."""
+    found = along_motions(base, seed)
+    return None if found is None else [Disagreement("twins", name, said) for name, said in found]
 
 
 SINGLE: tuple[tuple[str, Check], ...] = tuple(
@@ -398,9 +402,10 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("oracle", _oracle),
     ("structured", _structured),
     ("composed", _composed),
-    ("rescaled", _rescaled),
+    ("said otherwise", _said_otherwise),
     ("targets", _targets),
     ("motion", _motion),
+    ("twins", _twins),
     ("events", _events),
     ("tabled", _tabled),
     ("exports", _exports),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -155,10 +155,17 @@ def compiled(
     text: str, target: Literal["c", "python"] = "python", values: Mapping[str, float] | None = None
 ) -> Compiled:
     """Compile a text and find its start; raises ``Refused`` where mechc says what is wrong."""
+    return prepared(lambda: mechc.loads(text), target, values, text)
+
+
+def prepared(
+    made: Callable[[], Any], target: Literal["c", "python"], values: Mapping[str, float] | None, text: str
+) -> Compiled:
+    """Make a model, and find its start; raises ``Refused``."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            model = mechc.loads(text)
+            model = made()
             problem = model.problem(target)
             functions = load_functions(problem)
             case = prepare(problem, functions, SimulationOptions(values=dict(values or {})))

@@ -26,7 +26,7 @@ class Mode:
         return name in self.checks and self.share(name, seed, base)
 
 
-_IN_TURN = ("structured", "composed", "targets", "rescaled")
+_IN_TURN = ("structured", "composed", "targets", "said otherwise")
 
 
 def _one(name: str, seed: int, base: Compiled) -> bool:
@@ -35,7 +35,7 @@ def _one(name: str, seed: int, base: Compiled) -> bool:
 
 def _some(name: str, seed: int, base: Compiled) -> bool:
     match name:
-        case "motion":
+        case "motion" | "twins":
             return seed % 10 == 0 or (base.switches and seed % 2 == 1)
         case "events" | "tabled":
             return seed % 4 == 3
@@ -46,13 +46,13 @@ def _some(name: str, seed: int, base: Compiled) -> bool:
     return _one(name, seed, base)
 
 
-AT_STATES = ("values", "oracle", "structured", "composed", "rescaled", "targets")
+AT_STATES = ("values", "oracle", "structured", "composed", "said otherwise", "targets")
 MODES = {
-    "mixed": Mode("c", (*AT_STATES, "motion", "events", "tabled", "exports", "units"), _some),
+    "mixed": Mode("c", (*AT_STATES, "motion", "twins", "events", "tabled", "exports", "units"), _some),
     "states": Mode("c", AT_STATES, _one),
     "quick": Mode("python", AT_STATES, _one, recompiled=True),
     "events": Mode("python", ("events", "tabled")),
-    "motions": Mode("c", ("motion", "events", "tabled", "exports")),
+    "motions": Mode("c", ("motion", "twins", "events", "tabled", "exports")),
     "units": Mode("python", ("units",)),
 }
 """``states``: functions compiled as C, at states, and one twin of each model; ``motions``: short motions, Python modules, C programs; FMUs."""
