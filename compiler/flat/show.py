@@ -120,6 +120,10 @@ def _lines(model: FlatModel) -> Iterable[str]:
         yield f"  initial {text(initial.target)} {_start(initial.start)}"
     for equation in model.equations:
         yield f"  equation der({element_name(equation.state, equation.indices)}) = {text(equation.value)}"
+    for unknown in model.unknowns:
+        yield f"  unknown {unknown.name} ~ {text(unknown.guess)}"
+    for implicit in model.implicit:
+        yield f"  equation {text(implicit.left)} = {text(implicit.right)}"
     for event in model.events:
         for k, branch in enumerate(event.branches):
             yield f"  {'elsewhen' if k else 'when'} {text(branch.condition)}"

@@ -208,6 +208,68 @@ def test_euler_angles() -> None:
     )
 
 
+def turn(axis: str, angle: float) -> np.ndarray[Any, Any]:
+    """Return the matrix of a rotation about x, y or z."""
+    j, k = {"X": (1, 2), "Y": (2, 0), "Z": (0, 1)}[axis]
+    matrix = np.eye(3)
+    matrix[j, j] = matrix[k, k] = math.cos(angle)
+    matrix[j, k], matrix[k, j] = -math.sin(angle), math.sin(angle)
+    return matrix
+
+
+def test_angles_of_all_twelve_kinds_and_axis_and_angle_give_the_rotation_back() -> None:
+    """Products of elementary matrices, and the formula of Rodrigues, with the matrix of R itself."""
+    told = (
+        example("euler_angles")
+        .kinematics(set={"phi": 0.4, "theta": 0.7, "psi": -1.3})
+        .details["rotations"]["R"]
+    )
+    matrix = turn("Z", 0.4) @ turn("X", 0.7) @ turn("Z", -1.3)
+    assert np.allclose(told["matrix"], matrix, rtol=0, atol=1e-14)
+    kinds = {a + b + c for a in "XYZ" for b in "XYZ" for c in "XYZ" if b not in (a, c)}
+    assert set(told["euler"]) == kinds and len(kinds) == 12
+    for kind, (a, b, c) in told["euler"].items():
+        product = turn(kind[0], a) @ turn(kind[1], b) @ turn(kind[2], c)
+        assert np.allclose(product, matrix, rtol=0, atol=1e-13), kind
+    n, angle = np.array(told["axis"]), told["angle"]
+    across = np.array([[0, -n[2], n[1]], [n[2], 0, -n[0]], [-n[1], n[0], 0]])
+    rodrigues = np.eye(3) + math.sin(angle) * across + (1 - math.cos(angle)) * across @ across
+    assert np.allclose(rodrigues, matrix, rtol=0, atol=1e-14)
+
+
+def test_inertia_about_any_point_and_axes_and_its_principal_axes() -> None:
+    """A turned box: parallel axes, J' = R J R^T, moments and axes against the edges of the box."""
+    model = mechc.loads(
+        """
+        import mech.spatial.*;
+        model M
+          Box b(size = {1, 2, 3} m, m = 12 kg);
+          Free f(world -> b.a, position = {1, -2, 0.5} m, orientation = rotz(0.4)*rotx(0.7)*rotz(-1.3));
+          frame other = world * roty(0.9);
+          let axes[3, 3] = {components(other, direction(b.a, {1, 0, 0})), components(other, direction(b.a, {0, 1, 0})),
+                            components(other, direction(b.a, {0, 0, 1}))} "rows: axes of the box in those of other";
+          output J = transpose(axes)*inertia_tensor(b.a)*axes;
+          experiment(stop = 0);
+        end M;
+        """
+    )
+    R = turn("Z", 0.4) @ turn("X", 0.7) @ turn("Z", -1.3)
+    own = np.diag([13.0, 10.0, 5.0])
+    (body,) = model.inertia(about="0.3, 0.1, -1").details["bodies"]
+    assert np.allclose(body["tensor"], R @ own @ R.T, rtol=0, atol=1e-13)
+    d = np.array([0.7, -2.1, 1.5])
+    shifted = R @ own @ R.T + 12 * (d @ d * np.eye(3) - np.outer(d, d))
+    assert np.allclose(body["tensor_about_point"], shifted, rtol=0, atol=1e-12)
+    for moment, axis in zip(body["principal"], np.array(body["axes"]), strict=True):
+        assert np.allclose(R @ own @ R.T @ axis, moment * axis, rtol=0, atol=1e-12)
+    assert sorted(body["principal"]) == pytest.approx([5, 10, 13], rel=1e-13)
+    solution = model.simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    found = np.array([[float(solution[f"J[{i},{j}]"][0]) for j in (1, 2, 3)] for i in (1, 2, 3)])
+    to = turn("Y", 0.9).T @ R
+    assert np.allclose(found, to @ own @ to.T, rtol=0, atol=1e-13)
+
+
 def test_turned_vector() -> None:
     """U94: active (1, -0.366, 1.366), passive (1, 1.366, -0.366)."""
     found = outputs("turned_vector")
