@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from mechc.lang import ast
@@ -18,8 +19,15 @@ HEAD = """# The standard library
 
 Five packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
-frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Made from the doc strings by `python docs/library.py`.
+frames: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Below the table of a part stands what it states: its masses, energies and
+forces, what closes a loop with it, and by `assert` where it ends; then examples that have one. Made from the library by
+`python docs/library.py`.
 """
+
+EXAMPLES = {
+    path: path.read_text(encoding="utf-8") for path in sorted((HERE.parent / "examples").rglob("*.mech"))
+}
+MOST_EXAMPLES = 3
 
 KINDS = {
     ast.Parameter: "parameter",
@@ -48,6 +56,8 @@ def _package(name: str) -> str:
         if isinstance(item, ast.Model):
             lines.append(f"\n### {item.name}\n\n{_sentence(item.doc)}\n\n")
             lines.append(_table(item))
+            lines.append(_formulas(item))
+            lines.append(_used_in(name, item))
     return "".join(lines)
 
 
@@ -66,6 +76,30 @@ def _table(model: ast.Model) -> str:
             case _:
                 pass  # energies, closures and abbreviations are the model's own business
     return "".join(["| | name | default | |\n|---|---|---|---|\n", *rows])
+
+
+def _formulas(model: ast.Model) -> str:
+    """Show what a part states: its masses, energies and forces, where its joint places what it carries, and its limits."""
+    shown = [
+        " ".join(item.span.text.split())
+        for item in model.body
+        if not isinstance(item, (ast.Extends, ast.Draw, ast.Experiment, *KINDS))
+    ]
+    return "".join(["\n```modelica\n", *(f"{line}\n" for line in shown), "```\n"]) if shown else ""
+
+
+def _used_in(package: str, model: ast.Model) -> str:
+    """Name the shortest examples that have a part of this kind."""
+    part = re.compile(rf"^ +(?:\w+\.)*{model.name} \w+", re.MULTILINE)
+    found = [
+        (len(text), path)
+        for path, text in EXAMPLES.items()
+        if f"mech.{package}" in text and part.search(text)
+    ]
+    links = [
+        f"[{p.stem.replace('_', ' ')}]({Path('..') / p.relative_to(HERE.parent)})" for _, p in sorted(found)
+    ]
+    return f"\nIn {', '.join(links[:MOST_EXAMPLES])}.\n" if links else ""
 
 
 def _row(item: ast.Parameter | ast.Coordinate | ast.Input | ast.Frame) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 from pathlib import Path
 
@@ -32,6 +33,18 @@ def test_every_declaration_has_a_doc_string(path: Path) -> None:
 def test_canonical_layout(path: Path) -> None:
     source = read_source(path)
     assert format_file(parse(source, Reporter())) == source.text
+
+
+def test_every_part_shows_what_it_states() -> None:
+    """Its masses, energies, forces or equations stand on the page, or the part from which it has them is named there."""
+    page = (ROOT / "docs" / "library.md").read_text(encoding="utf-8")
+    parts = re.split(r"^### ", page, flags=re.MULTILINE)[1:]
+    assert len(parts) > 60
+    silent = [
+        part.partition("\n")[0] for part in parts if "```modelica" not in part and "| extends |" not in part
+    ]
+    assert silent == []
+    assert sum("\nIn [" in part for part in parts) > len(parts) / 3
 
 
 def test_page_is_up_to_date() -> None:
