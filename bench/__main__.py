@@ -26,6 +26,7 @@ PAGES = (
     "fmu",
     "large",
     "startup",
+    "editor",
     "around",
     "work_precision",
     "examples",

@@ -16,6 +16,7 @@ from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS
 from ..lang.source import SourceFile, Span
 from ..lang.units import NAMED_TYPES, UNIT_NAMES
 from .document import Document, class_of, declarations
+from .paths import code_before
 from .words import WORDS
 
 _MEMBER = re.compile(r"([A-Za-z_][\w.\[\], ]*)\.[ \t]*\w*$")
@@ -47,7 +48,7 @@ def completions(document: Document, offset: int) -> list[Offer]:
     """Return what may be written at a place; the editor picks what begins like the word that stands there."""
     before = document.text[max(0, document.text.rfind("\n", 0, offset) + 1) : offset]
     so_far = document.text[max(0, offset - 2000) : offset]
-    if _in_string(before):
+    if code_before(document.text, offset) is None:
         return []
     cls = document.class_of(document.model_at(offset))
     namespace = cls.namespace if cls is not None else document.namespace()
@@ -67,10 +68,6 @@ def completions(document: Document, offset: int) -> list[Offer]:
         ]
     offers += _names(cls, namespace)
     return list({offer.label: offer for offer in reversed(offers)}.values())[::-1]
-
-
-def _in_string(before: str) -> bool:
-    return before.split("//")[0].count('"') % 2 == 1 or "//" in before.replace('"', "")
 
 
 def _names(cls: Class | None, namespace: Namespace | None) -> Iterator[Offer]:

@@ -151,8 +151,7 @@ class Document:
 
     def model_at(self, offset: int) -> str:
         """Name the model whose text surrounds a place; "" where the statements stand in no model."""
-        before = [region for region in self.regions() if region[0] < offset]
-        return before[-1][2] if before and offset < before[-1][1] else ""
+        return region_of(self.regions(), offset)
 
     def class_of(self, name: str) -> Class | None:
         """Return a model of this file with what it inherits; "" for the bare statements."""
@@ -211,6 +210,12 @@ class Document:
     def flat_of(self, name: str) -> FlatModel | None:
         """Return the last flat form of a model that there was."""
         return self._typed.get(name)
+
+
+def region_of(regions: list[tuple[int, int, str]], offset: int) -> str:
+    """Name the model whose region surrounds a place; "" where there is none."""
+    before = [region for region in regions if region[0] < offset]
+    return before[-1][2] if before and offset < before[-1][1] else ""
 
 
 def class_of(model: ast.Model, namespace: Namespace) -> Class | None:

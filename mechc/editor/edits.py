@@ -15,8 +15,9 @@ from ..lang.diagnostics import CompileError, Diagnostic, Reporter, Severity
 from ..lang.parser import parse
 from ..lang.printing.printer import format_file
 from ..lang.source import Span
-from .document import Document
-from .names import is_library, meaning_at, word_at
+from .document import Document, region_of
+from .names import Word, is_library, meaning, word_at
+from .paths import names
 
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _MEANT = re.compile(r"did you mean '([^']+)'")
@@ -63,12 +64,16 @@ def formatted(document: Document) -> Edit | None:
 def occurrences(document: Document, place: Span) -> list[tuple[int, int]]:
     """Return all places [start, end) of a text where a name means what is declared at ``place``, in this text or in another."""
     places = []
-    for match in re.finditer(rf"\b{re.escape(place.text)}\b", document.text):
-        there = meaning_at(document, match.start())
-        if there is None or there.place is None or there.word.start != match.start():
+    regions = document.regions()
+    for name in names(document.text):
+        start, end = name.piece.start, name.piece.end
+        if name.piece.text != place.text:
+            continue
+        there = meaning(document, Word(name.path, start, end), region_of(regions, start))
+        if there is None or there.place is None:
             continue
         if there.place.start == place.start and same_file(there.place, place):
-            places.append((match.start(), match.end()))
+            places.append((start, end))
     return places
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 from msgspec import Struct
@@ -15,11 +14,7 @@ from ..lang.builtins import BUILTINS, Builtin
 from ..lang.grammar.keywords import KEYWORDS
 from ..lang.source import Span
 from .document import Document
-
-_PATH = re.compile(
-    r"[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?(?:[ \t]*\.[ \t]*[A-Za-z_]\w*(?:[ \t]*\[[^\[\]\n]*\])?)*"
-)
-_INDEX = re.compile(r"\[[^\[\]]*\]|[ \t]")
+from .paths import code_before, names
 
 
 class Word(Struct, frozen=True):
@@ -46,37 +41,15 @@ class Meaning(Struct, frozen=True):
 
 def word_at(text: str, offset: int) -> Word | None:
     """Find the dotted name around a place; comments and strings hold none."""
-    start = text.rfind("\n", 0, offset) + 1
-    end = text.find("\n", offset)
-    line = text[start : end if end >= 0 else len(text)]
-    at = offset - start
-    if _is_aside(line, at):
+    code = code_before(text, offset)
+    if code is None:
         return None
-    for match in _PATH.finditer(line):
-        if not match.start() <= at <= match.end():
-            continue
-        pieces = list(re.finditer(r"[A-Za-z_]\w*", _blank_indices(match[0])))
-        for k, piece in enumerate(pieces):
-            if match.start() + piece.start() <= at <= match.start() + piece.end():
-                parts = tuple(p[0] for p in pieces[: k + 1])
-                return Word(parts, start + match.start() + piece.start(), start + match.start() + piece.end())
+    start = max(text.rfind("\n", 0, offset) + 1, code)
+    end = text.find("\n", offset)
+    for name in names(text[start : end if end >= 0 else len(text)]):
+        if name.piece.start <= offset - start <= name.piece.end:
+            return Word(name.path, start + name.piece.start, start + name.piece.end)
     return None
-
-
-def _blank_indices(text: str) -> str:
-    """Return a dotted name with blanks in the place of its indices."""
-    return re.sub(r"\[[^\[\]]*\]", lambda m: " " * len(m[0]), text)
-
-
-def _is_aside(line: str, at: int) -> bool:
-    """Whether a place of a line lies in a comment or a string."""
-    quoted = False
-    for k, c in enumerate(line[:at]):
-        if c == '"':
-            quoted = not quoted
-        elif not quoted and line.startswith("//", k):
-            return True
-    return quoted
 
 
 def meaning_at(document: Document, offset: int) -> Meaning | None:

@@ -54,6 +54,19 @@ def test_every_word_is_explained() -> None:
     assert {*STATEMENTS, *DEFINITIONS, *ACTIONS} <= set(WORDS)
 
 
+@pytest.mark.parametrize(
+    "word", [w for w in (*STATEMENTS, *DEFINITIONS, *ACTIONS) if "..." not in WORDS[w][0]]
+)
+def test_what_is_written_of_a_word_is_of_the_language(word: str) -> None:
+    written = WORDS[word][0]
+    whole = written if word in DEFINITIONS else f"model M\n{written}\nend M;"
+    if word in ACTIONS and word not in STATEMENTS:
+        whole = f"model M\nwhen x < 0 then\n{written}\nend when;\nend M;"
+    doc = document(whole)
+    assert not doc.broken, doc.at_once()
+    assert not [d for d in doc.at_once() if d.code == "E0209"], "no unknown functions"
+
+
 def test_messages_come_with_their_places() -> None:
     assert document(ARM).in_full() == ()
     (unit,) = document(ARM.replace("l = 0.5 m", "l = 0.5 kg")).at_once()
@@ -86,6 +99,20 @@ def test_nothing_is_said_about_comments_strings_and_numbers() -> None:
     doc = document(ARM)
     for place in ("l in a comment", "how long", "0.5 m"):
         assert hover(doc, ARM.index(place)) is None
+
+
+def test_nothing_is_said_inside_of_comments_of_several_lines() -> None:
+    text = ARM.replace("  let h = 2*l;", "  /* about h\n  the length l\n  ends */ let h = 2*l;")
+    doc = document(text)
+    assert doc.at_once() == ()
+    for place in ("h\n", "length l", "l\n", "ends */"):
+        at = text.index(place)
+        assert hover(doc, at) is None and completions(doc, at) == []
+    found = hover(doc, text.index("2*l;") + 2)
+    assert found is not None and "parameter: a length (m)" in found[0]
+    unclosed = ARM.replace("  let h", "  /* let h")
+    doc.change(unclosed)
+    assert hover(doc, unclosed.index("sin")) is None
 
 
 def test_definitions_lead_into_the_library() -> None:
