@@ -12,6 +12,7 @@ const COMMANDS = {
   'mechc.run': (model, added) => ['run', ...model, ...added],
   'mechc.plot': (model, added) => ['run', ...model, ...added, '--plot'],
   'mechc.view': (model) => ['view', ...model],
+  'mechc.explain': (model) => ['explain', ...model],
   'mechc.equations': (model) => ['equations', ...model],
   'mechc.modes': (model) => ['study', 'modes', ...model],
 };

@@ -14,6 +14,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = {
     "run": ("run",),
     "plot": ("run", "--plot"),
     "view": ("view",),
+    "explain": ("explain",),
     "equations": ("equations",),
     "modes": ("study", "modes"),
 }

@@ -73,7 +73,7 @@ ASKED: dict[str, tuple[dict[str, Any], Any]] = {
     "selectionRange": ({"positions": [LINE]}, 1),
     "semanticTokens/full": ({}, {"data"}),
     "inlayHint": ({"range": WHOLE}, 2),
-    "codeLens": ({}, 5),
+    "codeLens": ({}, 6),
     "formatting": ({"options": {"tabSize": 2, "insertSpaces": True}}, 0),
     "codeAction": ({"range": WHOLE, "context": {"diagnostics": []}}, 0),
 }
