@@ -1,7 +1,8 @@
 """Ensembles on a Dask cluster: what a batch costs beside its members, and how much of many workers is used.
 
-Workers are processes of this machine. To see how many of them are kept busy where there are fewer processors than workers,
-members sleep in the place of being computed; all else is as in a real run: batches, what is sent, what comes back.
+To see how many workers are kept busy where there are fewer processors than workers, these are threads of one process, and members
+sleep in the place of being computed; all else is as in a real run: batches, what is sent, what comes back. What a batch
+costs is measured on a worker that is a process of its own.
 """
 
 from __future__ import annotations
@@ -98,11 +99,15 @@ def question(n: int) -> tuple[Any, Recipe, Make]:
 
 
 @contextmanager
-def machines(workers: int) -> Iterator[Any]:
-    """Begin a cluster; its scheduler is in this process."""
+def machines(workers: int, processes: bool) -> Iterator[Any]:
+    """Begin a cluster; its scheduler is in this process, and its workers, if they are no processes of their own."""
     with (
         distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, dashboard_address=":0", silence_logs=logging.CRITICAL
+            n_workers=workers,
+            threads_per_worker=1,
+            processes=processes,
+            dashboard_address=":0",
+            silence_logs=logging.CRITICAL,
         ) as local,
         distributed.Client(local, set_as_default=False) as client,
     ):
@@ -115,7 +120,7 @@ def overhead(batches: int) -> list[str]:
     kept = dask_side.FIRST, dask_side.LARGEST
     dask_side.FIRST = dask_side.LARGEST = LIGHT
     try:
-        with machines(1) as client:
+        with machines(1, processes=True) as client:
             here, there = time.process_time(), sum(client.run(time.process_time).values())
             begun = time.perf_counter()
             crew = dask_side.Cluster(client, Asleep(make, 0.0), members, False, 1)
@@ -149,7 +154,7 @@ def efficiency(seconds: float) -> list[str]:
     rows = []
     for workers in WORKERS:
         members, recipe, make = question(int(workers * seconds / EACH))
-        with machines(workers) as client:
+        with machines(workers, processes=False) as client:
             crew = dask_side.Cluster(client, Asleep(make, EACH), members, False, 1)
             runs = run_ensemble(recipe, members, elsewhere=crew)
             assert runs.complete, runs.remarks
@@ -172,7 +177,7 @@ def main(quick: bool = False) -> None:
         "cluster",
         "Ensembles on a cluster",
         [
-            f"Workers are processes of this machine, on {os.cpu_count()} processors; members sleep for {EACH * 1e3:g} ms each, so that more "
+            f"Workers are threads of one process, on {os.cpu_count()} processors; members sleep for {EACH * 1e3:g} ms each, so that more "
             "workers than processors can be told apart. Efficiency: the time that all members sleep, over that of all workers "
             "from the question to the answer, with telling them the question, compiling the model, sending and gathering. "
             f"Load of the machine when it began: {load:.1f}.",

@@ -249,7 +249,8 @@ class Cluster:
             self._ended_by = f"the scheduler {where} went away: what was made is kept"
             return True
         all_refused = bool(self._refused) and not self._hands
-        if without_workers <= (PATIENCE / 4 if all_refused else NO_WORKERS):
+        patience = NO_WORKERS * (5 if self._helped else 1)  # those that went away may come back
+        if without_workers <= (PATIENCE / 4 if all_refused else patience):
             return False
         why = "; ".join(f"{who} was left out: {why}" for who, why in self._refused.items())
         if self._helped:

@@ -6,6 +6,7 @@ import pickle
 import threading
 import time
 from collections.abc import Mapping
+from typing import Any
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -57,8 +58,9 @@ class Job(Struct, eq=False):
 
 
 _jobs: dict[str, Job] = {}
-_alone = threading.Lock()
-"""One batch at a time has the processors."""
+_settling = threading.Lock()
+_busy: dict[str, threading.Lock] = {}
+"""By the address of a worker, of which a process may hold several: one batch at a time has its processors."""
 
 
 def settle(sent: Sent) -> Facts | Refused:
@@ -66,7 +68,7 @@ def settle(sent: Sent) -> Facts | Refused:
     own = own_facts()
     if why := own.refused_by(sent.sender):
         return Refused(why)
-    with _alone:
+    with _settling:
         if sent.job not in _jobs:
             if own.runs_code_of(sent.sender):
                 _take_libraries(sent.libraries)
@@ -104,9 +106,13 @@ def _remember(sent: Sent, recipe: Recipe) -> None:
 
 def _threads() -> int:
     """Give the threads that the cluster lets this worker have."""
+    return int(_worker().state.nthreads)
+
+
+def _worker() -> Any:
     from distributed import get_worker
 
-    return int(get_worker().state.nthreads)
+    return get_worker()
 
 
 def make_batch(job: str, first: int, values: Array) -> tuple[float, Piece] | None:
@@ -114,7 +120,7 @@ def make_batch(job: str, first: int, values: Array) -> tuple[float, Piece] | Non
     known = _jobs.get(job)
     if known is None:
         return None
-    with _alone:
+    with _busy.setdefault(_worker().address, threading.Lock()):
         watch = Watch(known.limit)
         known.watches.append(watch)
         if known.stopped:

@@ -472,3 +472,20 @@ def test_wrong_time_limits_are_told(spring: mechc.Model) -> None:
     for wrong in ("0 s", "-1 s", "1 m", "soon", -2):
         with pytest.raises(UsageMistake, match="time_limit"):
             spring.ensemble("k = 1 .. 9 N/m, 3", time_limit=wrong)
+
+
+def test_members_whose_second_run_ends_otherwise_are_doubtful() -> None:
+    """A swing of height 1 m that ends the run above h: near h = 1 m an error of the run decides how it ends."""
+    model = mechc.loads(
+        "model Edge\n  parameter h = 1 m;\n  coordinate x = 0 m;\n  initial der(x) = 1 m/s;\n"
+        "  kinetic 1/2*1 kg*der(x)^2;\n  potential 1/2*1 N/m*x^2;\n"
+        '  when x > h then\n    terminate("high");\n  end when;\n  experiment(stop = 20 s);\nend Edge;\n'
+    )
+    heights = np.concatenate(([0.9, 1.1], 1 + np.linspace(-1e-5, 1e-5, 81)))
+    runs = model.ensemble({"h": heights}, "final(x)", errors="all", tolerance=1e-3)
+    said = runs.outcome_words
+    assert list(said[:2]) == ["terminated", "completed"]
+    doubtful = np.flatnonzero(said == "doubtful")
+    assert doubtful.size and (np.abs(heights[doubtful] - 1) < 1e-5).all()
+    assert "ended otherwise" in runs.reason(int(doubtful[0])) and runs.counts()["doubtful"] == doubtful.size
+    assert set(said[2:]) == {"terminated", "doubtful", "completed"}
