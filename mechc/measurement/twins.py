@@ -100,6 +100,22 @@ def _seen(base: Base) -> Seen:
     return Seen(case.begin, float(solution.time[-1]), first, last, largest, evaluated)
 
 
+def disturbed_twin(name: str, base: Base) -> Twin | None:
+    """Return a twin that begins elsewhere, by what the run may be off there; None where it begins as the model does.
+
+    What begins at the end of a run has its error, which may grow on the way back.
+    """
+    estimate = base.solution.accuracy.error
+    assert estimate is not None
+    seen = _seen(base)
+    errors = (
+        (n, x, estimate.by_state_at_end[n] * (estimate.nominal[n] + abs(x))) for n, x in seen.last.items()
+    )
+    last = {n: x + (e if k % 2 else -e) for k, (n, x, e) in enumerate(errors)}
+    twin = TWINS[name](base.model.compilation.flat, replace(seen, last=last), Random(SEED))
+    return twin if twin.backwards else None
+
+
 def run_twin(twin: Twin, base: Base) -> Base:
     """Run a twin as the model itself was run. Raises CompileError, SimulationError, UsageMistake."""
     units = base.model.settable_units()
@@ -120,8 +136,9 @@ def run_twin(twin: Twin, base: Base) -> Base:
     return Base.of(ran, request, answer)
 
 
-def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
-    """Compare both motions; None where there is nothing to compare."""
+def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) -> Compared | None:
+    """Compare both motions; None where there is nothing to compare. ``disturbed``: the twin from a start as far off as it
+    may be, by which it may differ, too."""
     other = found.solution
     mine, theirs = _rows(base, other, twin)
     if not mine.size:
@@ -141,6 +158,9 @@ def compare(base: Base, twin: Twin, found: Base) -> Compared | None:
         x, y = base.solution[name][mine], sign * other[called][theirs] / by
         there_allowed = others[called][1] / by
         off = np.abs(x - y)
+        if disturbed is not None and disturbed.solution.time.size == other.time.size:
+            moved = np.abs(other[called] - disturbed.solution[called])[theirs] / by
+            there_allowed = there_allowed + FACTOR * np.maximum.accumulate(np.nan_to_num(moved)[::-1])[::-1]
         off, least = np.where(np.isfinite(off), off, 0.0), allowed + there_allowed
         if name not in named:
             off = np.minimum(off, _beside(off))
