@@ -16,10 +16,15 @@ ENDING = (signal.SIGINT, signal.SIGTERM)
 def noted_interruptions() -> Iterator[Callable[[], bool]]:
     """Yield a function that tells whether Ctrl-C was pressed since; a second Ctrl-C raises at once.
 
-    The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
+    Raises KeyboardInterrupt at the end where it was pressed and nobody was told: behind the last time of asking. The same for SIGTERM where it raises KeyboardInterrupt. Outside the main thread, or where the program handles a
     signal itself, nothing is changed.
     """
-    noted = False
+    noted = told = False
+
+    def tell() -> bool:
+        nonlocal told
+        told = noted
+        return noted
 
     def note(number: int, frame: FrameType | None) -> None:
         nonlocal noted
@@ -32,7 +37,9 @@ def noted_interruptions() -> Iterator[Callable[[], bool]]:
     try:
         for one in taken:
             signal.signal(one, note)
-        yield lambda: noted
+        yield tell
     finally:
         for one in taken:
             signal.signal(one, signal.default_int_handler)
+    if noted and not told:
+        raise KeyboardInterrupt

@@ -27,6 +27,8 @@ FIRST_SLICE = 256
 DENSE_LIMIT = 128_000_000
 """Bytes above which the polynomials of a run are no longer kept."""
 FIRST_RECORD = 512
+UNTROUBLED = (Status.RUNNING, Status.RECORD_FULL, Status.EVENTS_FULL, Status.REACHED)
+"""What a run that was interrupted may have come to: also its end, for what would follow it is not begun then."""
 
 
 def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
@@ -59,7 +61,7 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
             dense=record.polynomials() if record is not None else None,
             statistics=_statistics(kernel, case.functions, report),
             failure=_failure(problem, status, report, y, options),
-            interrupted=status in (Status.RUNNING, Status.RECORD_FULL, Status.EVENTS_FULL) and interrupted(),
+            interrupted=status in UNTROUBLED and interrupted(),
             happened=happened,
             terminated=ended if status == Status.TERMINATED else None,
         )

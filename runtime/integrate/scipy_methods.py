@@ -146,7 +146,7 @@ def run_scipy(case: Case, options: SolverOptions) -> Trajectory:
                 if options.progress is not None and time.perf_counter() - told > SLICE_SECONDS:
                     options.progress((t - case.begin) / (case.stop - case.begin))
                     told = time.perf_counter()
-        stopped = interrupted() and t < case.stop
+        stopped = interrupted() and not failure
     seconds = time.perf_counter() - begun
     times, states = rows.grid()
     if failure or stopped:

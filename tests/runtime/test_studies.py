@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from studied_models import WELL, model_of, settings_of_kind, write_measured
 from syntax import parse_text
 
 import mechc
@@ -25,71 +26,6 @@ from mechc.runtime.studies.table import STUDIES
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "studies.md").read_text(encoding="utf-8")
 
-WELL = """\
-model Well
-  dimensionless;
-  coordinate x = 1;
-  kinetic 1/2*der(x)^2;
-  potential {potential};
-  output square = x^2;
-  experiment(stop = 300);
-end Well;
-"""
-
-ASKED = {
-    "curves": """\
-model String
-  dimensionless;
-  parameter k = 1;
-  independent x from 0 to 1;
-  coordinate y ~ x;
-  initial y = 0;
-  final y = 1;
-  stationary integral(der(y)^2 + k*y^2);
-end String;
-""",
-    "scattering": """\
-model Particle
-  dimensionless;
-  coordinate x = -10;
-  coordinate y = 1;
-  initial der(x) = 1;
-  kinetic 1/2*(der(x)^2 + der(y)^2);
-  potential 1/(x^2 + y^2);
-end Particle;
-""",
-    "hysteresis": """\
-model Lag
-  dimensionless;
-  parameter u = 0;
-  state Real x = 0;
-  equation der(x) = u - x;
-end Lag;
-""",
-    "steady": """\
-model Orbit
-  dimensionless;
-  coordinate r(min = 0.1) = 1;
-  coordinate phi = 0;
-  initial der(phi) = 1;
-  kinetic 1/2*(der(r)^2 + r^2*der(phi)^2);
-  potential -1/r;
-end Orbit;
-""",
-}
-"""Models for questions that are not asked of a well."""
-
-
-BODY = """\
-model Slider
-  coordinate x = 1 m;
-  frame b = world * trans({x, 0 m, 0 m});
-  mass 2 kg at b;
-  output place = pos(b);
-  experiment(stop = 300 s);
-end Slider;
-"""
-
 
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -101,21 +37,14 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
         setting.kind in KINDS and setting.description.endswith(".") for setting in settings_of(question)
     )
     assert f"| `{name}` | {kind.asks} |" in PAGE, f"a row of {name} in docs/studies.md"
-    file, data = tmp_path / "well.mech", tmp_path / "data.csv"
-    data.write_text(
-        "time,x\n" + "".join(f"{t / 10},{math.cos(t / 10)!r}\n" for t in range(31)), encoding="utf-8"
-    )
-    extra = {
-        "fit": [str(data), "--vary", "x"],
-        "optimum": ["--vary", "x = 0.5 .. 2", "--goal", "-(x - 1)^2", "--stop", "3"],
-        "hysteresis": ["--over", "u = 0 .. 1, 3", "--hold", "3"],
-        "threshold": ["--over", "x = 0.5 .. 2", "--reaches", "x = -1", "--stop", "4"],
-        "gradient": ["--to", "x,der(x)", "--goal", "-(x - 1)^2", "--stop", "3"],
-        "curves": ["--over", "k=0 .. 2"],
-        "ensemble": ["--vary", "x = 0.5 .. 2, 3", "--stop", "3"],
-    }.get(name, [] if "stop" in question.unused else ["--stop", "3"])
-    text = BODY if name in ("inertia", "kinematics") else WELL.format(potential="1/2*x^2")
-    file.write_text(ASKED.get(name, text), encoding="utf-8")
+    file, data = tmp_path / "well.mech", write_measured(tmp_path)
+    given: dict[str, Any] = settings_of_kind(name, question.unused)
+    if name == "fit":
+        given["data"] = str(data)
+    extra = [str(data)] if name == "fit" else []
+    for setting, value in given.items():
+        extra += [] if setting == "data" else [f"--{setting}", str(value)]
+    file.write_text(model_of(name), encoding="utf-8")
     picture = tmp_path / "picture.png"
     command = ["study", name, str(file), *extra, "--json"]
     if name != "sweep":
@@ -126,16 +55,6 @@ def test_a_study_is_whole(name: str, tmp_path: Path, capsys: pytest.CaptureFixtu
     answers = found["runs"] if name == "sweep" else [found]
     assert all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
     assert picture.exists() is (name != "sweep")
-    settings: dict[str, dict[str, Any]] = {
-        "fit": {"data": data, "vary": "x"},
-        "optimum": {"vary": "x = 0.5 .. 2", "goal": "-(x - 1)^2", "stop": 3},
-        "hysteresis": {"over": "u = 0 .. 1, 3", "hold": 3},
-        "threshold": {"over": "x = 0.5 .. 2", "reaches": "x = -1", "stop": 4},
-        "gradient": {"to": "x", "goal": "-(x - 1)^2", "stop": 3},
-        "curves": {"over": "k = 0 .. 2"},
-        "ensemble": {"vary": "x = 0.5 .. 2, 3", "stop": 3},
-    }
-    given = settings.get(name, {} if "stop" in question.unused else {"stop": 3})
     answer = getattr(mechc.load(file), name)(**given)
     assert answer.outcome is Outcome.COMPLETED
     assert all(run.outcome is Outcome.COMPLETED for run in answer.runs)
@@ -361,6 +280,26 @@ def test_divergence_and_curl_at_the_start() -> None:
             assert value.error is not None and value.error < 1e-9
             assert abs(value.value - exact.pop(value.name)) <= value.error, value.name
     assert not exact
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_a_file_states_it(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """``study asked = KIND(settings);`` and ``mechc study FILE --json``, from the folder of the file."""
+    monkeypatch.chdir(tmp_path)
+    write_measured(tmp_path)
+    given = settings_of_kind(name, STUDIES[name].question().unused)
+    words = ", ".join(f'{n} = "{v}"' if isinstance(v, str) else f"{n} = {v}" for n, v in given.items())
+    before, end, after = model_of(name).rpartition("end ")
+    text = f"{before}  study asked = {name}({words});\n{end}{after}"
+    Path("model.mech").write_text(text, encoding="utf-8")
+    assert run_command(["study", "model.mech", "asked", "--json"]) == 0
+    (found,) = json.loads(capsys.readouterr().out)["studies"].values()
+    assert found["study"] == name
+    answers = found["runs"] if name == "sweep" else [found]
+    assert answers and all({"model", "outcome", "accuracy"} <= set(one) for one in answers)
+    assert all(one["outcome"] == "completed" for one in answers)
 
 
 @pytest.mark.parametrize("kind", STUDIES)

@@ -222,7 +222,9 @@ def _findings(
         study="optimum",
         model=problem.name,
         outcome=Outcome.INTERRUPTED if interrupted else Outcome.COMPLETED,
-        message=f"{search.goal.text} is {word} with {value:.10g}" + (f" {unit}" if unit else ""),
+        message=("interrupted: as yet " if interrupted else "")
+        + f"{search.goal.text} is {word} with {value:.10g}"
+        + (f" {unit}" if unit else ""),
         values=(
             Value(search.goal.text, unit, value, error),
             *(

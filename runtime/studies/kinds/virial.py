@@ -51,6 +51,8 @@ class Virial(Study, frozen=True, kw_only=True):
             replace(self, progress=part_of(self.progress, 0.0, rough)),
             as_stated=is_as_stated(problem, self),
         )
+        if first.outcome is Outcome.INTERRUPTED:
+            raise KeyboardInterrupt
         plan = plan_run(problem, once)
         tightened = (
             {"step": plan.case.step / 2}
