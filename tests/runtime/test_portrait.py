@@ -124,7 +124,7 @@ end Prey;
     ("name", "said"),
     [
         ("stick_slip_belt", "switches"),
-        ("pendulum_cartesian", "has constraints or rotations"),
+        ("heavy_top_rotation", "leave 3 freedoms"),
         ("double_pendulum_points", "cannot be reduced to one"),
         ("driven_pendulum", "depend"),
     ],

@@ -1,10 +1,13 @@
 """Motion in a plane: one coordinate and its rate, or two states, with the field of rates, its zeros and its paths.
 
+Where constraints leave one freedom, it is a parameter of the curve of positions.
 Where the other coordinates are cyclic, their momenta stay as they start, and their rates follow from the one that is left
 (Routh 1877).
 """
 
 from __future__ import annotations
+
+from collections.abc import Collection
 
 import numpy as np
 from msgspec import Struct
@@ -18,6 +21,7 @@ from ...local.zeros import Complex
 from ...outcome import SimulationError
 from ...problem import Array
 from ..formulas.effective import Effective
+from .tied import Tied
 
 TOLERANCE = 1e-10
 """Of paths."""
@@ -60,25 +64,25 @@ class Path(Struct, frozen=True, eq=False):
 class Plane:
     """The rates of two states over the plane; ``energy`` is told where the model has one."""
 
-    def __init__(self, site: Site, nominal: Array) -> None:
-        """Find the two states. Raises SimulationError where the model moves in more of them, saying why."""
+    def __init__(self, site: Site, nominal: Array, wanted: Collection[str] = ()) -> None:
+        """Find the two states, one of them by a name that is ``wanted`` where constraints leave a choice.
+
+        Raises SimulationError where the model moves in more of them, saying why.
+        """
         problem, chart = site.problem, site.chart
         if problem.hybrid is not None:
             raise SimulationError(
                 f"'{problem.name}' switches: paths through one point are several, and no portrait shows them",
                 help="runs and sections show its motion: mechc run --plot, mechc study section",
             )
-        if problem.constraints or problem.rotations:
-            raise SimulationError(
-                f"'{problem.name}' has constraints or rotations: over one of its coordinates it can stand in several positions, "
-                "whose paths would cross in the picture",
-                help="describe it by a coordinate that is free and tells the others; a section of its motion needs none: "
-                "mechc study section",
-            )
         check_autonomous(site, site.derivatives(site.y), site.y)
         self.site, self.case = site, site.case
         self.reduced: Effective | None = None
-        if problem.nq == problem.nv == 1 and chart.size == 2:
+        self.tied: Tied | None = None
+        if problem.constraints or problem.rotations:
+            self.tied = Tied(site, wanted)
+            self.index = problem.nq
+        elif problem.nq == problem.nv == 1 and chart.size == 2:
             self.index = 0
         elif problem.nq == problem.nv == 0 and chart.size == 2:
             self.index = -1
@@ -91,10 +95,17 @@ class Plane:
                 help="'section' shows where a motion in more of them goes through a surface",
             )
         nq, k = problem.nq, self.index
-        self.columns = (k, nq + k) if k >= 0 else (0, 1)
-        self.names = tuple(problem.states[c].name for c in self.columns)
-        self.units = tuple(problem.states[c].unit for c in self.columns)
-        self.start = site.y[list(self.columns)].copy()
+        self.columns: tuple[int, ...] = (k, nq + k) if k >= 0 else (0, 1)
+        self.names: tuple[str, ...]
+        self.units: tuple[str, ...]
+        if self.tied is not None:
+            self.columns = ()
+            self.names, self.units = self.tied.names, self.tied.units(problem.time.unit)
+            self.start = self.tied.begun()
+        else:
+            self.names = tuple(problem.states[c].name for c in self.columns)
+            self.units = tuple(problem.states[c].unit for c in self.columns)
+            self.start = site.y[list(self.columns)].copy()
         self.stated = False
         energies = [n for n, q in enumerate(problem.phase) if q.kind == "energy"] if k >= 0 else []
         self._place = energies[0] if energies else None
@@ -102,6 +113,8 @@ class Plane:
 
     def state(self, point: Array) -> Array:
         """Return the whole state at a point; cyclic coordinates go on with their momenta."""
+        if self.tied is not None:
+            return self.tied.state(point)
         y = self.site.y.copy()
         y[list(self.columns)] = point
         if self.reduced is not None:
@@ -114,6 +127,8 @@ class Plane:
     def rates(self, point: Array) -> Array:
         """Return the rates of both at a point, not-a-number where they are undefined."""
         site = self.site
+        if self.tied is not None:
+            return self.tied.rates(point)
         try:
             y = self.state(point)
         except np.linalg.LinAlgError:  # at a pole of the cyclic coordinates
@@ -131,8 +146,11 @@ class Plane:
     def conserves(self, sizes: Array) -> bool:
         """Say whether the energy is constant along the paths: looked at at random points."""
         random = np.random.default_rng(3)
+        low, high, _ = self.bounds() if self.tied is not None else (0.0, 0.0, 0.0)
         for _ in range(8):
             point = self.start + 0.5 * sizes * random.uniform(-1, 1, 2)
+            if self.tied is not None:
+                point[0] = random.uniform(low, high)
             slope = self.rates(point)
             step = 1e-3 / max(float(np.abs(slope / sizes).max()), 1e-300)
             h = [self.energy(point + s * step * slope) for s in (-2, -1, 1, 2)]
@@ -146,28 +164,34 @@ class Plane:
     def reverses(self, sizes: Array) -> bool:
         """Say whether the motion goes back the same way with the opposite rate: then closed paths round a point are many."""
         random = np.random.default_rng(5)
+        low, high, _ = self.bounds() if self.tied is not None else (0.0, 0.0, 0.0)
         for _ in range(8):
             x = self.start + 0.5 * sizes * random.uniform(-1, 1, 2)
+            if self.tied is not None:
+                x[0] = random.uniform(low, high)
             one, other = self.rates(x), self.rates(np.array([x[0], -x[1]]))
             if self.index < 0 or not abs(one[1] - other[1]) <= 1e-12 * (abs(one[1]) + sizes[1]):
                 return False
         return True
 
-    def bounds(self) -> tuple[float, float, bool]:
-        """Return the range of the first state, and whether it is an angle that may turn round."""
+    def bounds(self) -> tuple[float, float, float]:
+        """Return the range of the first state, and the turn after which all is the same, 0 where there is none."""
+        if self.tied is not None:
+            low, high, self.stated = self.tied.range_of()
+            return low, high, self.tied.turn
         box, column = box_of(self.site), self.columns[0]
         for k, j in enumerate(box.moved):
             chart = self.site.chart
             place = chart.places[j] if j < chart.nd else self.site.problem.nq + int(j) - chart.nd
             if place == column:
                 self.stated = bool(box.stated[k])
-                return float(box.low[k]), float(box.high[k]), bool(box.periodic[k])
+                return float(box.low[k]), float(box.high[k]), 2 * np.pi * bool(box.periodic[k])
         reach = max(3 * abs(float(self.start[0])), 1.0)
-        return -reach, reach, False
+        return -reach, reach, 0.0
 
     def rests(self, low: float, high: float) -> list[Rest]:
         """Return all points of rest that are found within bounds of the first state."""
-        if self.reduced is None:
+        if self.reduced is None and self.tied is None:
             places = [one.y[list(self.columns)] for one in Search(self.site, box_of(self.site)).run(64)]
         else:
             places = [np.array([x, 0.0]) for x in self._roots(low, high)]
@@ -197,7 +221,7 @@ class Plane:
         return found
 
     def _rest(self, place: Array, width: float) -> Rest:
-        if self.reduced is None:
+        if self.reduced is None and self.tied is None:
             matrix = self.site.derivatives(self.state(place)).rates
         else:
             step = DIFFERENCE * width

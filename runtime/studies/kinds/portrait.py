@@ -16,12 +16,15 @@ from ...results.files import json_number
 from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..flow.plane import Path, Plane, Rest
+from ..flow.tied import ARC, Tied
 from ..study import OF_A_MOTION, Study
 
 OFFSET = 1e-5
 """Of the size of the picture: how far from a saddle its separatrices begin; they are off by its square."""
 MARGIN = 0.08
 """Of a turn, by which the picture of an angle goes beyond it."""
+OFF = 0.0618
+"""Of a turn, by which the range of an angle is shifted where points of rest are looked for."""
 ABOVE = 1.35
 """Times the largest rate on the separatrices, up to which the picture goes."""
 PATHS = 12
@@ -44,7 +47,7 @@ class Line(Struct, frozen=True, eq=False):
 
 class Portrait(Study, frozen=True, kw_only=True):
     """Points of rest with their kinds, the separatrices of saddles, and ``paths`` between them: of one coordinate and its rate,
-    of one that is left where the others are cyclic, or of two states."""
+    of one that is left by constraints or where the others are cyclic, or of two states."""
 
     unused = OF_A_MOTION
     needs: ClassVar[frozenset[str]] = frozenset({PART, SECOND_ORDER, "projection", "phase"})
@@ -59,7 +62,7 @@ class Portrait(Study, frozen=True, kw_only=True):
     def solve(self, problem: Problem) -> Findings:
         """Draw it. Raises SimulationError where the model does not move in a plane."""
         site = site_of(problem, self, Place())
-        plane = Plane(site, np.maximum(np.abs(site.y), 1.0))
+        plane = Plane(site, np.maximum(np.abs(site.y), 1.0), [r.name for r in self.over])
         drawn = _Drawn(plane, self.over)
         lines = drawn.separatrices()
         return _findings(problem, drawn, lines, drawn.others(lines, self.paths), moving_inputs(site))
@@ -79,9 +82,15 @@ class _Drawn:
         low, high, self.turns = plane.bounds()
         margin = MARGIN * (high - low) if self.turns else 0.0
         x = given.get(plane.names[0], (low - margin, high + margin))
-        found = plane.rests(*x)
+        # an angle is looked at over one turn, whose ends are no likely places of rest
+        found = plane.rests(*((low + OFF * self.turns, high + OFF * self.turns) if self.turns else x))
+        inner = [float(one.place[0]) for one in found if one.kind not in ("saddle", "degenerate")]
+        if self.turns and plane.names[0] == ARC and inner and plane.names[0] not in given:
+            x = inner[0] - self.turns / 2 - margin, inner[0] + self.turns / 2 + margin
         if self.turns:
-            turned = [(one, one.place + np.array([k * 2 * np.pi, 0.0])) for one in found for k in (-1, 0, 1)]
+            turned = [
+                (one, one.place + np.array([k * self.turns, 0.0])) for one in found for k in (-2, -1, 0, 1)
+            ]
             found = [Rest(place, one.kind, one.eigenvalues, one.vectors) for one, place in turned]
         self.rests = sorted(
             (one for one in found if x[0] <= one.place[0] <= x[1]), key=lambda one: tuple(one.place)
@@ -163,12 +172,12 @@ class _Drawn:
 
     def others(self, lines: list[Line], count: int) -> list[Path]:
         """Follow paths from places spread over the picture."""
-        turn = 2 * np.pi if self.turns else None
-        found = []
+        turn = self.turns or None
+        found, window = [], self.window.copy()
+        if self.turns:  # what goes round may be faster for a while than is drawn
+            window[1] *= 3
         for begin in self._seeds(count, lines):
-            found.append(
-                self.plane.path(begin, self.time, self.window, self.rests, closes=self.closes, turn=turn)
-            )
+            found.append(self.plane.path(begin, self.time, window, self.rests, closes=self.closes, turn=turn))
             if not (self.closes and found[-1].closed):  # what came before
                 path = self.plane.path(begin, self.time, self.window, self.rests, back=True)
                 joined = np.vstack([path.points[:0:-1], found[-1].points])
@@ -233,10 +242,18 @@ def _findings(
     if plane.reduced is not None:
         others = ", ".join(problem.states[k].name for k in plane.reduced.cyclic)
         told.append(f"the momenta of the cyclic coordinates stay as they start: {others}")
+    if plane.tied is not None:
+        told += _of_tied(plane.tied)
     if not drawn.conserves:
         told.append("its energy is not constant: paths are not levels of it")
     if drawn.turns:
-        told.append(f"{plane.names[0]} is an angle: what is a turn apart is the same")
+        angle = abs(drawn.turns - 2 * np.pi) < 1e-9 and plane.units[0] == "rad"
+        told.append(
+            f"{plane.names[0]} is an angle: what is a turn apart is the same"
+            if angle
+            else f"the positions form a closed curve: what is {drawn.turns:.7g} {plane.units[0]}".rstrip()
+            + " apart is the same"
+        )
     energy = (("energy", unit),) if drawn.conserves else ()
     points: list[tuple[Cell, ...]] = []
     records = []
@@ -249,6 +266,7 @@ def _findings(
         records.append({
             "values": dict(zip(plane.names, map(float, one.place), strict=True)),
             "kind": one.kind,
+            **({"positions": _positions(drawn, one.place)} if plane.tied is not None else {}),
             "energy": json_number(h) if drawn.conserves else None,
             "eigenvalues": [[float(v.real), float(v.imag)] for v in one.eigenvalues],
         })  # fmt: skip
@@ -321,6 +339,26 @@ def _findings(
     )  # fmt: skip
 
 
+def _of_tied(tied: Tied) -> list[str]:
+    told = [
+        "positions are those that lead to the start without leaving the constraints: other assemblies are not looked at"
+    ]
+    if tied.held is None:
+        told.append(f"{ARC} is the length along them from the start: no coordinate tells them apart")
+    if tied.branches:
+        told.append("the picture ends where positions branch: the constraints depend on each other there")
+    return told
+
+
+def _positions(drawn: _Drawn, point: Array) -> dict[str, float]:
+    """Return the coordinates at a point of the picture, where constraints tie them."""
+    problem = drawn.plane.site.problem
+    if drawn.plane.tied is None:
+        return {}
+    y = drawn.plane.state(point)
+    return {q.name: float(v) for q, v in zip(problem.states[: problem.nq], y, strict=False)}
+
+
 def _called(drawn: _Drawn, number: int) -> str:
     one = drawn.rests[number]
     return f"{one.kind} at {drawn.plane.names[0]} = {one.place[0]:.6g}"
@@ -328,7 +366,7 @@ def _called(drawn: _Drawn, number: int) -> str:
 
 def _kind(path: Path, drawn: _Drawn) -> str:
     if path.closed:
-        round_ = drawn.turns and abs(path.points[-1, 0] - path.points[0, 0]) > np.pi
+        round_ = drawn.turns and abs(path.points[-1, 0] - path.points[0, 0]) > drawn.turns / 2
         return "rotation" if round_ else "libration"
     return "leaves the picture" if path.left else "arrives" if path.end is not None else "does not end"
 
@@ -339,7 +377,7 @@ def _panel(drawn: _Drawn, lines: list[Line], paths: list[Path]) -> Panel:
     for path in paths:
         turns = (-1, 0, 1) if _kind(path, drawn) == "rotation" else (0,)
         for k in turns:
-            x, y = _inside(drawn, path.points + np.array([2 * np.pi * k, 0.0]))
+            x, y = _inside(drawn, path.points + np.array([drawn.turns * k, 0.0]))
             if np.isfinite(x).any():
                 curves.append(Curve("", x, y, colour=0))
     named = False
