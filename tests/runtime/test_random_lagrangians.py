@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import random
+import re
 import sys
 
 import pytest
@@ -16,8 +17,9 @@ SHARE = 30
 """Of a thousand, in the slow tests.
 
 The thousand (22 November 2026): of symmetries none found falsely, none missed. Of constants 6 false and 126 missed, all in the kind
-with a cyclic coordinate, before states lay farther apart and the energy was a term by itself; of those that were tried
-again since (the 6 and 13 others), none false and 3 missed.
+with a cyclic coordinate, before states lay farther apart and the energy was a term by itself. Since then none false and 47 missed,
+of 2171 symmetries and constants: the ten that were looked at are energies of the kind with a cyclic coordinate, where y, sin(w y) and their products are so nearly
+dependent that singular values fall to 1e-11 without a gap.
 """
 
 
@@ -88,6 +90,19 @@ def test_random_lagrangians(seed: int) -> None:
     symmetries, constants = judged(seed)
     assert symmetries == 0
     assert constants <= 0  # a constant may be missed among functions that are nearly alike, never invented
+
+
+@pytest.mark.parametrize("seed", [20, 80])
+def test_nearly_dependent_functions_are_no_part_of_a_momentum(seed: int) -> None:
+    """Of y and sin(w y) rates nearly cancel; with 1e-8 of them a constant momentum was told as a long formula."""
+    text, _, _ = lagrangian(seed)
+    numbers = re.search(r"kinetic 1/2\*(\S+)\*der\(x\)\^2 .* \+ (\S+)\*der\(x\)\*der\(y\);", text)
+    assert numbers is not None
+    a, c = map(float, numbers.groups())
+    formula = mechc.loads(text).invariants(target="python").details["invariants"][0]["formula"]
+    first, _, second = formula.partition(" + ")
+    assert first == "der(x)" and second.endswith("*der(y)")
+    assert float(second.removesuffix("*der(y)")) == pytest.approx(c / a, rel=1e-6)
 
 
 @pytest.mark.parametrize("seed", range(6, SHARE))

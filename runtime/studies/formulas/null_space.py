@@ -27,6 +27,12 @@ CONFIRMED = 1e-8
 NEGLIGIBLE = 1e-8
 """Share of the largest coefficient that is rounding."""
 
+ROUNDING = 1e-13
+"""Largest rate of a combination relative to the sum of the sizes of its terms that is rounding."""
+
+THIN = 1e-4
+"""Share of the largest coefficient below which a term is looked at whether it is needed."""
+
 TRIALS = 80
 """Bases of a null space that are tried for combinations of few terms."""
 
@@ -95,6 +101,16 @@ def confirmed(vector: Array, rates: Array, sizes: Array) -> float:
     size = np.abs(terms).sum(axis=1) + np.abs(vector * sizes).sum()
     worst = np.abs(terms.sum(axis=1)) / np.where(size > 0, size, 1.0)
     return float(worst.max(initial=0.0))
+
+
+def without_rounding(vector: Array, rates: Array, sizes: Array) -> Array:
+    """Return a combination without terms that are small and only add what nearly vanishes by itself.
+
+    Terms that are nearly dependent of each other bring such: without them the rate is as small as rounding of the others.
+    """
+    scaled = np.abs(vector * sizes)
+    fewer = np.where(scaled < THIN * scaled.max(initial=0.0), 0.0, vector)
+    return fewer if confirmed(fewer, rates, sizes) < ROUNDING else vector
 
 
 def sparse_basis(

@@ -43,6 +43,7 @@ from ..formulas.null_space import (
     sizes_of,
     sparse_basis,
     support,
+    without_rounding,
 )
 from ..formulas.relations import Chance
 from ..formulas.sampling import Sample, Sampler
@@ -146,7 +147,7 @@ class _Search:
             if len(sure) <= _rank(products, self.sizes):
                 continue
             basis = self._new(np.array(sure), products, columns)
-            for vector in basis:
+            for vector in (without_rounding(v, self.check, self.sizes) for v in basis):
                 known.append((vector, level, _adds([v for v, *_ in known], vector, gradients)))
         return known
 
