@@ -118,6 +118,12 @@ class Matter:
                 caption="this contains a second derivative",
                 help="write the inertia as 'kinetic', 'mass' or 'inertia'",
             )
+        self._check_fixed(
+            field,
+            "'gravity'",
+            gravity,
+            "it is a uniform field: write what depends on the place as 'potential', or as a 'force' at the point",
+        )
         return field
 
     def _inertia(self, inertia: Inertia) -> RotaryInertia:

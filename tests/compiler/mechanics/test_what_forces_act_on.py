@@ -55,6 +55,8 @@ def test_questions_that_are_acted_on(statement: str, x: float, y: float) -> None
         ("gravity {0, -1*der(x, 2)}; mass 1 kg at world*{x, y};", "E0519", "'gravity'"),
         ("mass 1 kg*der(x, 2)/(1 m/s^2) at world*{x, y};", "E0513", "a mass"),
         ("inertia 1 kg.m^2*der(x, 2)/(1 m/s^2) on world*rot(y/(1 m));", "E0513", "an inertia"),
+        ("gravity {0, -9.81*(1 + x/(1 m))} m/s^2; mass 1 kg at world*{x, y};", "E0513", "'gravity'"),
+        ("gravity {0, -9.81*(1 + der(x)/(1 m/s))} m/s^2; mass 1 kg at world*{x, y};", "E0513", "'gravity'"),
     ],
 )
 def test_what_nothing_acts_on(statement: str, code: str, words: str) -> None:
