@@ -46,8 +46,10 @@ def test_a_state_is_carried_to_where_another_joint_closes_the_loop() -> None:
 
 
 def test_a_further_length_moves_what_is_assembled() -> None:
-    base, other = _rod(FREE, RACK), _rod(FREE, RACK, "parameter Length far = 40 m;")
-    assert begins_alike(TWIN, base, _rod(FREE, RACK, "parameter Mass m = 40 kg;"))
+    base, other = _rod(FREE, RACK), _rod(FREE, RACK, "parameter Length far = 40 m; output beyond = far;")
+    assert begins_alike(
+        TWIN, base, _rod(FREE, RACK, "parameter Mass m = 40 kg; parameter Length idle = 40 m;")
+    )
     assert not begins_alike(TWIN, base, other)
     there = carried(TWIN, base, other, base.start())
     assert there is not None

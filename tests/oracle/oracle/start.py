@@ -102,10 +102,11 @@ def deviation(meaning: Meaning, state: State, guess: State, freedoms: list[int],
 
 def sizes_of(meaning: Meaning, freedoms: list[int]) -> Array:
     """What a change of each freedom is a share of (section 11)."""
+    used = _used(meaning.flat)
     lengths = [
         abs(float(meaning.parameters[x]))
         for v in meaning.flat.variables
-        if v.role is flat.Role.PARAMETER and str(v.type.dimension) == "m" and v.type.kind is flat.Kind.REAL
+        if v.name in used and str(v.type.dimension) == "m" and v.type.kind is flat.Kind.REAL
         for x in meaning.parameters
         if x == v.name or x.startswith(f"{v.name}[")
     ]
@@ -118,6 +119,30 @@ def sizes_of(meaning: Meaning, freedoms: list[int]) -> Array:
         size = size if v.attributes.nominal is None else abs(float(v.attributes.nominal))
         out.update(dict.fromkeys(range(first, first + len(rates)), size))
     return np.array([out[i] for i in freedoms])
+
+
+def _used(model: flat.FlatModel) -> set[str]:
+    """The parameters that something uses: pictures and closed solutions do not count, parameters only where they are used."""
+    owners = {v.name: v for v in model.variables if v.role is flat.Role.PARAMETER}
+    found: set[str] = set()
+    pending: list[Any] = [v for v in model.variables if v.name not in owners]
+    pending += [
+        getattr(model, x) for x in model.__struct_fields__ if x not in ("variables", "draws", "exacts")
+    ]
+    seen: set[int] = set()
+    while pending:
+        part = pending.pop()
+        if isinstance(part, flat.Name) and part.name in owners and part.name not in found:
+            found.add(part.name)
+            pending.append(owners[part.name].value)
+        if isinstance(part, (tuple, list)):
+            pending += part
+        elif isinstance(part, Mapping):
+            pending += part.values()
+        elif hasattr(part, "__struct_fields__") and id(part) not in seen:
+            seen.add(id(part))
+            pending += [getattr(part, x) for x in part.__struct_fields__]
+    return found
 
 
 def position_rows(point: Point) -> list[Any]:
