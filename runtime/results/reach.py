@@ -6,7 +6,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
-from ..outcome import Failure, time_text
+from ..outcome import Failure, configuration, time_text
 from ..problem import Array
 
 KIND = "out of reach"
@@ -30,7 +30,7 @@ def with_reach(case: Case, failure: Failure) -> Failure:
     names = " and ".join(dict.fromkeys(f"'{row.name.partition('[')[0]}'" for row in named))
     message = (
         f"what is driven asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
-        f"{names} is stretched out, or folded, to the end"
+        f"{names} is stretched out, or folded, to the end, with {configuration(case.problem, y)}"
     )
     return replace(failure, kind=KIND, message=message, name=named[0].name, origin=named[0].origin)
 

@@ -155,8 +155,12 @@ def test_locked_linkage_is_told_with_time_and_configuration() -> None:
     assert float(found[2]) == pytest.approx(straight - end - 0.2, abs=0.05)
 
 
-def test_step_by_step_says_what_may_help() -> None:
+def test_step_by_step_says_what_may_help(monkeypatch: pytest.MonkeyPatch) -> None:
     """Such a run cannot begin anew; built as it says, a linkage passes a position that is not foreseen."""
+    with pytest.raises(SimulationError, match="out of reach") as met, mechc.loads(LOCKED).start() as sim:
+        sim.step(2.0)
+    assert met.value.help == ""
+    monkeypatch.setattr("mechc.runtime.studies.runs.stepwise.with_cause", lambda _, failure: failure)
     with pytest.raises(SimulationError, match="singular") as met, mechc.loads(LOCKED).start() as sim:
         sim.step(2.0)
     assert 'keep={"compliance"}' in met.value.help
