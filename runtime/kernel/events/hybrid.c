@@ -4,14 +4,14 @@
 #include <string.h>
 
 #include "begin.h"
-#include "hold.h"
+#include "contact_projection.h"
 #include "indicators.h"
 #include "instant.h"
 #include "locate.h"
 #include "method.h"
 #include "projection.h"
 #include "schedule.h"
-#include "slides.h"
+#include "surface_friction.h"
 #include "step.h"
 
 static void swap(mech_real **a, mech_real **b)
@@ -28,7 +28,7 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
     s->run->report.t = t_new;
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
-    mech_hold_state(s);
+    mech_contact_projection_state(s);
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
     s->run->report.t = t;
@@ -205,7 +205,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
-        status = mech_slide_at(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
+        status = mech_surface_friction_at(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
         if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;

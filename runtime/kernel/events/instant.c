@@ -8,7 +8,7 @@
 #include "impacts.h"
 #include "indicators.h"
 #include "journal.h"
-#include "modes.h"
+#include "contact_modes.h"
 #include "pieces.h"
 #include "projection.h"
 #include "rows.h"
@@ -72,7 +72,7 @@ static int settle(mech_solver *s, int hit, int *changed)
     int count = 0, status;
     if (!s->events->n_rows) return MECH_RUNNING;
     status = mech_impacts_resolve(s, &count);
-    if (!status) status = mech_modes_choose(s, hit);
+    if (!status) status = mech_contact_modes_choose(s, hit);
     if (count) *changed = 1;
     return status;
 }

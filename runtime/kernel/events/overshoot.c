@@ -6,7 +6,7 @@
 
 #include <string.h>
 
-#include "hold.h"
+#include "contact_projection.h"
 #include "rows.h"
 
 enum { MOST_LOOKS = 5 };
@@ -77,7 +77,7 @@ mech_real mech_overshoot_go_back(mech_solver *s)
     const mech_real present = s->run->report.t;
     int rows[MECH_MOST_ROWS];
     if (!h->n_rows) return 0;
-    mech_hold_state(s);
+    mech_contact_projection_state(s);
     mech_rows_read(s);
     for (int look = 0; look < MOST_LOOKS; look++) {
         const int n = list_passed(s, 0, rows);
@@ -89,10 +89,10 @@ mech_real mech_overshoot_go_back(mech_solver *s)
         drift(s, -time);
         mech_rows_read(s);
     }
-    const int held = mech_hold_list(s, rows);
+    const int held = mech_contact_projection_rows(s, rows);
     int n = list_passed(s, held, rows);
     mech_rows_find_response(s);
-    if (n > held) mech_hold_close_gaps(s, n, rows);
+    if (n > held) mech_contact_projection_close_gaps(s, n, rows);
     n = held;
     for (int i = 0; i < h->n_rows; i++) {
         const mech_row *row = &h->rows[i];
@@ -107,7 +107,7 @@ mech_real mech_overshoot_go_back(mech_solver *s)
         if (along < 0) rows[n++] = i;
         if (along < 0 && partner >= 0 && !mech_row_holds(s, partner)) rows[n++] = partner;
     }
-    if (n > held) mech_hold_stop_rates(s, n, rows);
+    if (n > held) mech_contact_projection_stop_rates(s, n, rows);
     return present - s->run->report.t;
 }
 
@@ -123,9 +123,9 @@ void mech_overshoot_go_on(mech_solver *s, mech_real time)
     if (list_passed(s, 0, rows)) {
         memcpy(s->y, s->y_new, bytes);
         mech_rows_read(s);
-        const int held = mech_hold_list(s, rows), n = list_passed(s, held, rows);
+        const int held = mech_contact_projection_rows(s, rows), n = list_passed(s, held, rows);
         mech_rows_find_response(s);
-        if (n > held) mech_hold_close_gaps(s, n, rows);
+        if (n > held) mech_contact_projection_close_gaps(s, n, rows);
     }
     s->run->report.t = then;
 }

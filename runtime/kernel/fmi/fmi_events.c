@@ -11,7 +11,7 @@
 #include "indicators.h"
 #include "instance.h"
 #include "instant.h"
-#include "modes.h"
+#include "contact_modes.h"
 #include "overshoot.h"
 #include "rows.h"
 #include "schedule.h"
@@ -52,7 +52,7 @@ static int look(fmu *f)
     forget(f);
     hand_over(f, f->st->t);
     int outcome = mech_begin_look(f->s);
-    if (!outcome) outcome = mech_modes_choose(f->s, -1);
+    if (!outcome) outcome = mech_contact_modes_choose(f->s, -1);
     return outcome < 0 ? fmu_failed(f, outcome) : FMU_OK;
 }
 

@@ -1,28 +1,28 @@
 /* Friction on surfaces: where a slip of two components ends, and in which direction one begins.
  *
  * Near s = 0 the law s/|s| turns as fast as one likes: its direction follows the slip within |s| over an acceleration.
- * Below a size that the tolerance sets, nothing of that can be seen; there the slip counts as none (mech_slide_none),
+ * Below a size that the tolerance sets, nothing of that can be seen; there the slip counts as none (mech_surface_friction_none),
  * the law keeps the direction of z, of that size, and a slip that begins gets it at once, in the direction in which it
  * goes on: that in which it accelerates.
  */
-#include "slides.h"
+#include "surface_friction.h"
 
-#include "hold.h"
+#include "contact_projection.h"
 #include "method.h"
 
 enum { TOLERANCES = 3 }; /* of the largest slip: what counts as none */
 
 static mech_real *sign(const mech_solver *s, int i) { return &s->events->z[s->model->hybrid->rows[i].sign]; }
 
-mech_real mech_slide_none(const mech_solver *s, int i)
+mech_real mech_surface_friction_none(const mech_solver *s, int i)
 {
     const mech_real *speed = s->events->speed, share = mech_max(MECH_C(1e-11), TOLERANCES * s->o.rtol);
     return share * mech_max(speed[i], speed[mech_row_partner(s, i)]);
 }
 
-int mech_slide_is_slow(const mech_solver *s, int i)
+int mech_surface_friction_is_slow(const mech_solver *s, int i)
 {
-    const mech_real most = mech_row_partner(s, i) < 0 ? 10 * mech_row_still(s, i) : 2 * mech_slide_none(s, i);
+    const mech_real most = mech_row_partner(s, i) < 0 ? 10 * mech_row_still(s, i) : 2 * mech_surface_friction_none(s, i);
     return mech_row_size(s, i, MECH_RATE) <= most;
 }
 
@@ -39,13 +39,13 @@ static void set_slips(mech_solver *s, int begins)
 {
     const mech_hybrid *h = s->model->hybrid;
     mech_real aim[MECH_MOST_ROWS];
-    int rows[MECH_MOST_ROWS], n = mech_hold_list(s, rows), changes = 0;
+    int rows[MECH_MOST_ROWS], n = mech_contact_projection_rows(s, rows), changes = 0;
     for (int i = 0; i < h->n_rows; i++)
         if (h->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && mech_row_touches(s, i)) rows[n++] = i;
     for (int k = 0; k < n; k++) aim[k] = mech_row_value(s, rows[k], MECH_RATE);
     for (int i = 0; i < h->n_rows; i++) {
         const int j = mech_row_partner(s, i);
-        if (j < 0 || !mech_row_holds(s, h->rows[i].normal) || !mech_slide_is_slow(s, i)) continue;
+        if (j < 0 || !mech_row_holds(s, h->rows[i].normal) || !mech_surface_friction_is_slow(s, i)) continue;
         const mech_real a = begins ? *sign(s, i) : 0, b = begins ? *sign(s, j) : 0;
         if (begins && a == 0 && b == 0) continue;
         const int before = n;
@@ -60,11 +60,11 @@ static void set_slips(mech_solver *s, int begins)
         changes |= mech_row_value(s, i, MECH_RATE) != a || mech_row_value(s, j, MECH_RATE) != b;
     }
     if (!changes) return;
-    mech_hold_set_rates(s, n, rows, aim);
+    mech_contact_projection_set_rates(s, n, rows, aim);
     mech_rows_read(s);
 }
 
-void mech_slides_end(mech_solver *s)
+void mech_surface_friction_end(mech_solver *s)
 {
     int any = 0;
     for (int i = 0; i < s->events->n_rows; i++) any |= mech_row_partner(s, i) >= 0;
@@ -84,17 +84,17 @@ static void begin_small(mech_solver *s, int i)
 {
     mech_report *r = &s->run->report;
     const mech_real most = reply(s, i);
-    if (s->method->adaptive && most > 0) r->dt = mech_min(r->dt, 10 * mech_slide_none(s, i) / most);
+    if (s->method->adaptive && most > 0) r->dt = mech_min(r->dt, 10 * mech_surface_friction_none(s, i) / most);
 }
 
-void mech_slides_begin(mech_solver *s)
+void mech_surface_friction_begin(mech_solver *s)
 {
     int begins = 0;
     s->run->turning = 0;
     for (int i = 0; i < s->events->n_rows; i++) {
         if (mech_row_partner(s, i) < 0 || (*sign(s, i) == 0 && *sign(s, i + 1) == 0)) continue;
         s->run->turning = 1;
-        if (!mech_slide_is_slow(s, i)) continue;
+        if (!mech_surface_friction_is_slow(s, i)) continue;
         begins = 1;
         begin_small(s, i);
     }
@@ -104,7 +104,7 @@ void mech_slides_begin(mech_solver *s)
     set_slips(s, 1);
 }
 
-int mech_slide_at(const mech_solver *s, int hit)
+int mech_surface_friction_at(const mech_solver *s, int hit)
 {
     const int i = hit - s->model->hybrid->n_switches;
     return i >= 0 && mech_row_partner(s, i) >= 0 && (*sign(s, i) != 0 || *sign(s, i + 1) != 0);
@@ -113,7 +113,7 @@ int mech_slide_at(const mech_solver *s, int hit)
 /* Reads the rows with slide i along (a, b); gives the part of its acceleration across it, and along it. */
 static mech_real across(mech_solver *s, int i, mech_real a, mech_real b, mech_real *along)
 {
-    const mech_real size = mech_sqrt(a * a + b * b), slip = mech_slide_none(s, i);
+    const mech_real size = mech_sqrt(a * a + b * b), slip = mech_surface_friction_none(s, i);
     mech_real *slides = s->events->slides + i;
     slides[0] = a / size;
     slides[1] = b / size;
@@ -127,7 +127,7 @@ static mech_real across(mech_solver *s, int i, mech_real a, mech_real b, mech_re
 
 enum { EIGHTHS = 4, MOST_LOOKS = 40 };
 
-int mech_slide_aim(mech_solver *s, int i)
+int mech_surface_friction_aim(mech_solver *s, int i)
 {
     mech_real x[2] = {s->events->slides[i], s->events->slides[i + 1]}, y[2], along;
     if (x[0] == 0 && x[1] == 0) return 0;

@@ -1,10 +1,10 @@
 /* Which contacts press, which frictions stick: an active set on the level of accelerations. */
-#include "modes.h"
+#include "contact_modes.h"
 
 #include <string.h>
 
-#include "hold.h"
-#include "slides.h"
+#include "contact_projection.h"
+#include "surface_friction.h"
 
 enum { ROUNDS_PER_ROW = 8 };
 
@@ -23,7 +23,7 @@ static int side(mech_real x) { return x > 0 ? 1 : -1; }
 static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 {
     const int j = mech_row_partner(s, i);
-    const mech_real share = j < 0 ? 0 : mech_slide_none(s, i) / mech_sqrt(a * a + b * b);
+    const mech_real share = j < 0 ? 0 : mech_surface_friction_none(s, i) / mech_sqrt(a * a + b * b);
     set(s, i, 0, j < 0 ? side(a) : share * a);
     if (j >= 0) set(s, j, 0, share * b);
 }
@@ -61,7 +61,7 @@ static void propose(mech_solver *s)
         if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
         const int j = mech_row_partner(s, i), open_normal = row->normal >= 0 && !mech_row_holds(s, row->normal);
         const mech_real other = j < 0 ? 0 : slides[j];
-        if (!open_normal && !mech_slide_is_slow(s, i)) {
+        if (!open_normal && !mech_surface_friction_is_slow(s, i)) {
             slide(s, i, mech_row_value(s, i, MECH_RATE), j < 0 ? 0 : mech_row_value(s, j, MECH_RATE));
         } else if (!open_normal && (slides[i] != 0 || other != 0)) {
             slide(s, i, slides[i], other);
@@ -162,7 +162,7 @@ static int take_back(mech_solver *s, int aims)
             if (j >= 0) slides[j] = mech_row_value(s, j, MECH_SECOND) / size;
             return i;
         }
-        if (j >= 0 && aims && mech_slide_aim(s, i)) return i;
+        if (j >= 0 && aims && mech_surface_friction_aim(s, i)) return i;
         const mech_real along = slides[i] * second + (j < 0 ? 0 : slides[j] * mech_row_value(s, j, MECH_SECOND));
         if (!is_partner(s, i) && along < -slack) {
             slides[i] = 0;
@@ -219,7 +219,7 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
     return worst >= 0 ? worst : take_back(s, aims);
 }
 
-int mech_modes_choose(mech_solver *s, int hit)
+int mech_contact_modes_choose(mech_solver *s, int hit)
 {
     const mech_hybrid *h = s->model->hybrid;
     int any = 0;
@@ -230,7 +230,7 @@ int mech_modes_choose(mech_solver *s, int hit)
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     propose(s);
-    mech_slides_end(s);
+    mech_surface_friction_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
         mech_rows_read(s);
         if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
@@ -241,8 +241,8 @@ int mech_modes_choose(mech_solver *s, int hit)
                 }
             int contact;
             if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
-            mech_hold_state(s);
-            mech_slides_begin(s);
+            mech_contact_projection_state(s);
+            mech_surface_friction_begin(s);
             return mech_rows_check(s, 1);
         }
         propose(s);

@@ -1,8 +1,8 @@
-#include "hold.h"
+#include "contact_projection.h"
 
 #include <string.h>
 
-void mech_hold_close_gaps(mech_solver *s, int n, const int *rows)
+void mech_contact_projection_close_gaps(mech_solver *s, int n, const int *rows)
 {
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
@@ -23,7 +23,7 @@ void mech_hold_close_gaps(mech_solver *s, int n, const int *rows)
     mech_rows_find_response(s);
 }
 
-void mech_hold_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
+void mech_contact_projection_set_rates(mech_solver *s, int n, const int *rows, const mech_real *aim)
 {
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
@@ -36,13 +36,13 @@ void mech_hold_set_rates(mech_solver *s, int n, const int *rows, const mech_real
     mech_rhs(s, s->run->report.t, s->y, s->dy);
 }
 
-void mech_hold_stop_rates(mech_solver *s, int n, const int *rows)
+void mech_contact_projection_stop_rates(mech_solver *s, int n, const int *rows)
 {
     const mech_real aim[MECH_MOST_ROWS] = {0};
-    mech_hold_set_rates(s, n, rows, aim);
+    mech_contact_projection_set_rates(s, n, rows, aim);
 }
 
-int mech_hold_list(const mech_solver *s, int *held)
+int mech_contact_projection_rows(const mech_solver *s, int *held)
 {
     const mech_hybrid *h = s->model->hybrid;
     int n = 0;
@@ -51,14 +51,14 @@ int mech_hold_list(const mech_solver *s, int *held)
     return n;
 }
 
-void mech_hold_state(mech_solver *s)
+void mech_contact_projection_state(mech_solver *s)
 {
     int held[MECH_MOST_ROWS], located = 0;
-    const int n = mech_hold_list(s, held);
+    const int n = mech_contact_projection_rows(s, held);
     if (!n) return;
     mech_rows_read(s);
     mech_rows_find_response(s);
     for (int k = 0; k < n; k++) located |= mech_row_value(s, held[k], MECH_GAP) != 0;
-    if (located) mech_hold_close_gaps(s, n, held);
-    mech_hold_stop_rates(s, n, held);
+    if (located) mech_contact_projection_close_gaps(s, n, held);
+    mech_contact_projection_stop_rates(s, n, held);
 }
