@@ -18,8 +18,8 @@ from .uncollected import uncollected
 
 _SPACES = (0, 2, 3)
 """Dimensions in which a part is looked at: its own, the plane, space."""
-_UNTOLD = "E0307"
-"""Nothing tells the dimension."""
+_UNTOLD, _VALUE_MISSING = "E0307", "E0411"
+"""Nothing tells the dimension; a structural parameter has no value."""
 
 
 class Part(Struct, frozen=True):
@@ -32,8 +32,8 @@ class Part(Struct, frozen=True):
 
 
 class Parts(Struct, frozen=True):
-    """What a file without a whole model holds. ``completed``: partial models and functions, which are told where they
-    are used."""
+    """What a file without a whole model holds. ``completed``: partial models, functions, and models that leave the value
+    of a structural parameter to what uses them; they are told there."""
 
     parts: tuple[Part, ...]
     completed: tuple[str, ...]
@@ -58,7 +58,17 @@ def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
         part, flat = looked_at(tree, whole[-1].name, search)
         if not is_part(whole[-1], part, flat):
             return None
-        return Parts(tuple(looked_at(tree, m.name, search)[0] for m in whole), completed)
+        found = [(m, looked_at(tree, m.name, search)[0]) for m in whole]
+        left = tuple(m.name for m, part in found if _left_open(m, part))
+        return Parts(tuple(part for _, part in found if part.name not in left), left + completed)
+
+
+def _left_open(model: ast.Model, part: Part) -> bool:
+    """Whether a model lacks nothing but values of structural parameters of its own."""
+    own = [
+        s.name_span for s in model.body if isinstance(s, ast.Parameter) and s.structural and s.value is None
+    ]
+    return part.wrong and all(d.code == _VALUE_MISSING and d.span in own for d in part.diagnostics)
 
 
 def is_part(model: ast.Model, part: Part, flat: FlatModel | None) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -15,6 +16,8 @@ from ..results.solution import Solution
 
 MOST_SHOWN = 4
 """Values in the short form of an answer."""
+MOST_DIGITS = 12
+"""Of a number in a sentence."""
 
 
 class Value(Struct, frozen=True):
@@ -24,6 +27,14 @@ class Value(Struct, frozen=True):
     unit: str
     value: float
     error: float | None = None
+
+
+def known_digits(value: float, error: float, unit: str) -> str:
+    """Return a number with the digits that its error leaves, twelve at most and two at least, and its unit."""
+    digits = MOST_DIGITS
+    if value and error > 0 and math.isfinite(value) and math.isfinite(error):
+        digits = math.floor(math.log10(abs(value))) + 1 - math.ceil(math.log10(error))
+    return f"{value:.{min(max(digits, 2), MOST_DIGITS)}g} {unit}".rstrip()
 
 
 class Curve(Struct, frozen=True, eq=False):

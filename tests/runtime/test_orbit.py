@@ -127,6 +127,23 @@ def test_what_is_no_orbit() -> None:
         example("van_der_pol_cycle").orbit(energy=1)
 
 
+DAMPED = DUFFING.format(start=1).replace("experiment", "damping {b} on x; experiment")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        (DAMPED.format(b=1), "comes back to is a state of rest, x = 0|comes to rest, x = 0"),
+        (DAMPED.format(b=0.1), "comes back to is a state of rest, x = "),
+        (DUFFING.format(start=0), "comes to rest, x = 0: it has no period"),
+    ],
+)
+def test_a_state_of_rest_is_no_orbit(text: str, words: str) -> None:
+    with pytest.raises(mechc.SimulationError, match=words) as told:
+        mechc.loads(text).orbit()
+    assert "a damped motion that nothing drives ends at rest" in (told.value.help or "")
+
+
 def test_mathieu_edges() -> None:
     """Stability ends at the characteristic values a_n(q), b_n(q), which SciPy has."""
     found = mechc.loads(MATHIEU).floquet(period="pi", over="a = 0 .. 5, 101")

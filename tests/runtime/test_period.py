@@ -169,6 +169,36 @@ def test_what_has_no_period_is_refused() -> None:
         example("pendulum").period(energy="3 N")
 
 
+WELLS = "-1/2*x^2 + 1/4*x^4"
+"""Two wells, with an unstable rest between them whose energy is 0."""
+
+
+@pytest.mark.parametrize(
+    ("potential", "start", "words"),
+    [
+        ("-cos(x)", math.pi, "begins at an unstable rest, x = 3.141593:"),
+        ("-cos(x)", math.pi - 1e-10, "begins at an unstable rest, x = 3.141593:"),
+        (WELLS, 0.0, "begins at an unstable rest, x = 0:"),
+        (WELLS, math.sqrt(2), "moves towards an unstable rest, x = 0:"),
+        ("-x^4 + x^6", 1.0, "moves towards an unstable rest, x = 0:"),
+    ],
+)
+def test_motions_to_an_unstable_rest_have_no_period(potential: str, start: float, words: str) -> None:
+    with pytest.raises(mechc.SimulationError, match=words):
+        one(potential, start=start)
+
+
+def test_near_an_unstable_rest_as_many_digits_are_said_as_are_known() -> None:
+    """A pendulum from 0.002 short of upright lasts 4 K: its error leaves eight digits of the sentence."""
+    found = one("-cos(x)", start=math.pi - 2e-3)
+    (period,) = (value for value in found.values if value.name == "period")
+    exact = float(4 * mpmath.ellipk(mpmath.sin(mpmath.mpf(math.pi - 2e-3) / 2) ** 2))
+    said = found.message.removeprefix("period ")
+    assert period.error is not None and abs(period.value - exact) <= period.error
+    last = 10.0 ** -len(said.partition(".")[2])
+    assert period.error <= last <= 10 * period.error and abs(float(said) - exact) <= 2 * last
+
+
 def test_kinds_of_numbers() -> None:
     joule = example("pendulum").period(energy="-5 J")
     assert joule["energy"] == -5.0

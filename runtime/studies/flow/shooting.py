@@ -132,7 +132,8 @@ class _Shooter:
             raise SimulationError(
                 f"no periodic motion of '{self.problem.name}' was found near its start: the last one misses itself by "
                 f"{size:.1e} of its size",
-                help="begin nearer to it, or say --period",
+                help='begin nearer to it, --set NAME="...", or say --period with a first guess; a damped motion '
+                "that nothing drives has none",
             )
         closing = self.linear.map(case.begin, nodes[0], period)
         if count > 1:  # the product of the pieces: what has grown and fallen within them is not lost

@@ -55,7 +55,7 @@ class Effective:
             raise SimulationError(
                 f"'{name}' moves in {names}, which are not cyclic: a period follows from the energies where one coordinate "
                 "is left",
-                help="'orbit' finds periodic motions of several coordinates",
+                help="'orbit' finds periodic motions of several coordinates, if nothing damps them to rest",
             )
         self.index = free[0]
         self.start = case.y0[: self.nq].copy()
@@ -165,8 +165,8 @@ class Effective:
                     what = f"the momentum of '{whose}'" if whose else "its energy"
                     raise SimulationError(
                         f"'{problem.name}' does not keep {what}: no period follows from its energies",
-                        help="drives, damping and other forces change it; 'orbit' finds periodic motions of such "
-                        "models",
+                        help="drives, damping and other forces change it; 'orbit' finds periodic motions that a "
+                        "drive keeps up, and damping alone leaves none",
                     )
 
     def _check_quadratic(self, y: Array) -> None:

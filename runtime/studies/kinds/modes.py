@@ -91,7 +91,7 @@ def _resting(site: Site, at: Place | None, remarks: list[str]) -> tuple[Site, Eq
     site, found = arrived(site, site.y)
     if at is None:
         remarks.append(
-            "the start is no equilibrium: these are modes about the one that strong damping leads to from it"
+            "the start is no equilibrium: the modes are about the state above, where it would come to rest if damped"
         )
     return site, found
 

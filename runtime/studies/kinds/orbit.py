@@ -15,10 +15,11 @@ from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, ModelFunction, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
-from ..findings import Curve, Findings, Panel, Table, Value
+from ...tangent.coordinates import minimal
+from ..findings import Curve, Findings, Panel, Table, Value, known_digits
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
-from ..flow.shooting import Energy, close, least
+from ..flow.shooting import CLOSED, Energy, close, least
 from ..flow.shooting import Orbit as Found
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study
@@ -29,9 +30,18 @@ LOOKS = 20_000
 """Places of a motion at which it is looked whether it has come back."""
 NEAR, LEFT = 0.1, 0.3
 """Shares of the extent of the motion: so near has come back, what was so far away before."""
+LATE, STILL = 0.1, 1e-6
+"""Last share of a run in which the motion has come to rest, where it moves by less than that of its size."""
 LONGER = (1.0, 5.0, 25.0)
 """Of the span of the run, in which a return is looked for."""
 VALUES = 41
+RESTS = 10.0
+"""Residuals of an orbit which its state would move through within a period: so little is none."""
+MOST_NAMED, NAUGHT = 4, 1e-12
+AT_REST = (
+    "a damped motion that nothing drives ends at rest; 'modes' tells how it swings there. Another motion: "
+    '--set NAME="...", or --period with a first guess'
+)
 SAME = 1e-6
 """In which multipliers and points of an orbit are the same."""
 
@@ -72,6 +82,8 @@ class Orbit(Study, frozen=True, kw_only=True):
         energy = kept_energy(plan, linear, y, period, self.energy) if not driven else None
         loose = close(linear, y, period, free=not driven, energy=energy)
         loose = loose if driven else least(linear, loose, energy)
+        if not driven:
+            refuse_rest(plan, linear, loose)
         tight = replace(self, tolerance=max(plan.case.tolerance / 100, 1e-14), stop=plan.case.stop)
         exact = close(
             Linearised(plan_run(problem, tight)), loose.start, loose.period, free=not driven, energy=energy
@@ -107,6 +119,28 @@ def kept_energy(
     if energy is not None:
         raise SimulationError(f"'{problem.name}' does not keep an energy that its orbits could have")
     return None
+
+
+def refuse_rest(plan: Plan, linear: Linearised, found: Found) -> None:
+    """Refuse a state at which nothing moves: it closes with any period. Raises SimulationError."""
+    case, problem = plan.case, plan.case.problem
+    rate = case.functions.rhs(case.begin, found.start, inputs_at(case, case.begin), case.z, case.p)
+    change = minimal(problem, found.start, rate[:, None])[:, 0] / linear.scale * found.period
+    if float(np.abs(change[linear.kept]).max(initial=0.0)) <= RESTS * max(CLOSED, found.residual):
+        raise SimulationError(
+            f"what '{problem.name}' comes back to is a state of rest, {_place(plan, found.start)}: it has no period",
+            help=AT_REST,
+        )
+
+
+def _place(plan: Plan, y: Array) -> str:
+    """Tell where a state is: its first coordinates, and states of first order; 0 for what is none of their size."""
+    problem, y = plan.case.problem, np.where(np.abs(y) < NAUGHT * plan.nominal, 0.0, y)
+    shown = [k for k, q in enumerate(problem.states) if q.kind in ("coordinate", "state")]
+    texts = [
+        f"{problem.states[k].name} = {y[k]:.6g} {problem.states[k].unit}".rstrip() for k in shown[:MOST_NAMED]
+    ]
+    return ", ".join(texts) + ", ..." * (len(shown) > MOST_NAMED)
 
 
 def depends_on_time(plan: Plan) -> bool:
@@ -171,9 +205,16 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, float]
             if dips.size:
                 found = first + away[0] + 1 + int(dips[0])
                 return y[first], float(t[found] - t[first])
+    late = t >= t[-1] - LATE * (t[-1] - t[0])
+    if (np.ptp(y[late][:, own], axis=0) <= STILL * np.maximum(extent, plan.nominal[own])).all():
+        raise SimulationError(
+            f"the motion of '{problem.name}' comes to rest, {_place(plan, y[-1])}: it has no period",
+            help=AT_REST,
+        )
     raise SimulationError(
         f"the motion of '{problem.name}' does not come near to where it was until t = {stop:g}",
-        help="begin nearer to a periodic motion, say a longer --stop, or --period",
+        help='begin nearer to a periodic motion, --set NAME="...", say a longer --stop, or --period with a first '
+        "guess; a damped motion that nothing drives has none",
     )
 
 
@@ -198,8 +239,7 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
         study="orbit",
         model=problem.name,
         outcome=Outcome.COMPLETED,
-        message=f"a periodic motion, {words}, with the period {exact.period:.12g}"
-        + (f" {unit}" if unit else ""),
+        message=f"a periodic motion, {words}, with the period {known_digits(exact.period, error, unit)}",
         values=(
             Value("period", unit, exact.period, error),
             *(
@@ -299,6 +339,8 @@ def _followed(
                 found = close(
                     linear.renewed(plan), y, period if free or length is None else length, free=free
                 )
+                if free:
+                    refuse_rest(plan, linear, found)
             except SimulationError as failure:
                 message = f"lost at {wanted.name} = {value:.6g}: {failure.message}"
                 break

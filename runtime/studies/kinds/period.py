@@ -18,7 +18,7 @@ from scipy.optimize import brentq, minimize_scalar
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import settable
-from ..findings import Curve, Findings, Panel, Value
+from ..findings import Curve, Findings, Panel, Value, known_digits
 from ..flow.pieces import periodic, with_horizon
 from ..formulas.effective import Effective
 from ..runs.simulate import plan_run
@@ -36,6 +36,10 @@ GROWTH, FIRST = 1.05, 1e-3
 LOOKS, CHUNK = 720, 64
 """Looks at a turn of an angle, and looks at a time."""
 CURVE = 31
+AT_REST = 1e-6
+"""Share of its size within which the start is an unstable rest, if the integral does not settle."""
+SETTLED = 1e-2
+"""Of a period: an error above it is no bound, as the integral grows on with every doubling of the points."""
 
 
 class Period(Study, frozen=True, kw_only=True):
@@ -66,7 +70,7 @@ def _distances(size: float, turn: bool) -> Array:
 
 class Loop(Struct, frozen=True):
     """One period: between ``low`` and ``high``, or a turn where there is no turning point (``turns``). ``advance`` [k]
-    of the cyclic coordinates; ``errors`` of period, action, and advance."""
+    of the cyclic coordinates; ``errors`` of period, action, and advance; ``slowest``: where it stays longest."""
 
     low: float
     high: float
@@ -75,6 +79,7 @@ class Loop(Struct, frozen=True):
     action: float
     advance: Array
     errors: tuple[float, float, float]
+    slowest: float
 
 
 class Well:
@@ -115,6 +120,11 @@ class Well:
 
     def _highest(self, one: float, other: float) -> float:
         return self._least(one, other, -1.0)
+
+    def top(self, near: float) -> float:
+        """Give the place of the maximum near a place."""
+        reach = FIRST * self.size
+        return self._highest(near - reach, near + reach)
 
     def loop(self, energy: float) -> Loop:
         """Give the period at an energy. Raises SimulationError."""
@@ -172,7 +182,7 @@ class Well:
         ends = (self.at(low), self.at(high))
         half = (high - low) / 2
 
-        def parts(n: int) -> tuple[Array, Array]:
+        def parts(n: int) -> tuple[Array, Array, float]:
             theta = (np.arange(n) + 0.5) * np.pi / n
             # distances from the nearer end, so that nothing is lost where the difference of energies vanishes
             fall = np.where(theta < np.pi / 2, 2 * np.sin(theta / 2) ** 2, 2 * np.cos(theta / 2) ** 2) * half
@@ -184,31 +194,32 @@ class Well:
             rows = np.column_stack(
                 [slow, half * np.sin(theta) * np.sqrt(2 * mass * free), slow[:, None] * steady]
             )
-            return 2 * rows.sum(axis=0) * np.pi / n, 2 * (lost / free) @ np.abs(rows) * np.pi / n
+            lost = 2 * (lost / free) @ np.abs(rows) * np.pi / n
+            return 2 * rows.sum(axis=0) * np.pi / n, lost, float(q[np.argmax(slow)])
 
         return self._integrated(parts, low, high, turns=False)
 
     def _turn(self, inside: float, energy: float) -> Loop:
-        def parts(n: int) -> tuple[Array, Array]:
+        def parts(n: int) -> tuple[Array, Array, float]:
             q = inside + np.arange(n) * TURN / n
             mass, potential, steady, _ = self.reduced.reduced(q)
             free = energy - potential
             slow = np.sqrt(mass / (2 * free))
             rows = np.column_stack([slow, np.sqrt(2 * mass * free), slow[:, None] * steady])
             lost = EPSILON * (np.abs(potential) + abs(energy)) / free
-            return rows.sum(axis=0) * TURN / n, lost @ np.abs(rows) * TURN / n
+            return rows.sum(axis=0) * TURN / n, lost @ np.abs(rows) * TURN / n, float(q[np.argmax(slow)])
 
         return self._integrated(parts, inside, inside + TURN, turns=True)
 
     def _integrated(
-        self, parts: Callable[[int], tuple[Array, Array]], low: float, high: float, *, turns: bool
+        self, parts: Callable[[int], tuple[Array, Array, float]], low: float, high: float, *, turns: bool
     ) -> Loop:
         """Double the points until the integrals settle: the last change is the error, and at least what is lost to
         rounding in the difference of two energies."""
-        n, (before, _) = FEWEST, parts(FEWEST)
+        n, (before, *_) = FEWEST, parts(FEWEST)
         while True:
             n *= 2
-            now, lost = parts(n)
+            now, lost, slowest = parts(n)
             change, lost = np.abs(now - before), np.maximum(lost, ROUNDING * np.abs(now))
             if (change <= lost).all() or n >= MOST:
                 break
@@ -217,7 +228,7 @@ class Well:
         advance = now[2:]
         return Loop(
             low, high, turns, float(now[0]), float(now[1]), advance,
-            (float(errors[0]), float(errors[1]), float(errors[2:].max(initial=0.0))),
+            (float(errors[0]), float(errors[1]), float(errors[2:].max(initial=0.0))), slowest,
         )  # fmt: skip
 
 
@@ -225,8 +236,27 @@ ROUNDING = 64 * EPSILON
 """What the sums lose, relative: turning points are known to four roundings, and E - U near them to some more."""
 
 
+def _refuse_endless(problem: Problem, well: Well, energy: float, loop: Loop) -> None:
+    """Refuse motions that end at an unstable rest, or so near to one that rounding decides how long they stay."""
+    if loop.errors[0] <= SETTLED * loop.period:
+        return
+    index = well.reduced.index
+    top = well.top(loop.slowest)
+    coordinate, away = problem.states[index], well.place - top
+    away -= TURN * round(away / TURN) if well.turn else 0.0
+    begins = abs(away) <= AT_REST * well.size and well.reduced.velocity[index] == 0
+    place = well.place if begins else top
+    place = 0.0 if abs(place) <= AT_REST * well.size else place
+    raise SimulationError(
+        f"'{problem.name}' {'begins at' if begins else 'moves towards'} an unstable rest, "
+        f"{f'{coordinate.name} = {place:.7g} {coordinate.unit}'.rstrip()}: it has no finite period",
+        help=f'motions of other energies have one: --set {coordinate.name}="...", or --energy',
+    )
+
+
 def _findings(problem: Problem, well: Well, energy: float) -> Findings:
     loop = well.loop(energy)
+    _refuse_endless(problem, well, energy, loop)
     names = [problem.states[k].name for k in well.reduced.cyclic]
     units = [problem.states[k].unit for k in well.reduced.cyclic]
     coordinate = problem.states[well.reduced.index]
@@ -260,7 +290,7 @@ def _findings(problem: Problem, well: Well, energy: float) -> Findings:
         study="period",
         model=problem.name,
         outcome=Outcome.COMPLETED,
-        message=f"period {loop.period:.12g}" + (f" {problem.time.unit}" if problem.time.unit else ""),
+        message=f"period {known_digits(loop.period, loop.errors[0], problem.time.unit)}",
         values=tuple(values),
         errors_from="integrals with half of the points, and rounding",
         remarks=remarks,
