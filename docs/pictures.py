@@ -47,7 +47,8 @@ def photograph(page: Path, picture: Path, at: float) -> None:
 
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        tab = browser.new_page(viewport={"width": 1100, "height": 760})
+        # the policy of the page forbids the text that says what to wait for
+        tab = browser.new_page(viewport={"width": 1100, "height": 760}, bypass_csp=True)
         tab.goto(page.resolve().as_uri())
         tab.wait_for_function("window.page && window.page.ready", timeout=60_000)
         tab.evaluate("page.playing(false)")

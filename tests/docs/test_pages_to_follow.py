@@ -7,7 +7,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from page_blocks import blocks, follow, unlike
+from page_blocks import blocks, follow, steps, unlike
 
 ROOT = Path(__file__).resolve().parents[2]
 EXPLANATIONS = sorted(
@@ -68,6 +68,11 @@ def test_what_is_not_printed_is_found() -> None:
     assert unlike(("one 1.235 m",), printed) == "one 1.235 m"
     assert unlike(("one 1.234567 m", "three"), printed) == "one 1.234567 m\nthree"
     assert unlike(("three", "...", "two"), printed) == "two"
+
+
+def test_what_prints_an_error_has_to_fail() -> None:
+    text = "$ mechc check a.mech\nerror[E0301]: no\n$ mechc fit a.mech\n...\n  errors: half\n$ mechc run a.mech\n...\nerror: no\n"
+    assert [step.code for step in steps(text)] == [1, 0, 1]
 
 
 def test_blocks() -> None:

@@ -1,8 +1,8 @@
 """Follow a page as a reader does: write its files, type its commands, compare what they print.
 
 Blocks of a page: ```` ```mech file=NAME ```` (or ``csv``, ``c``, ``python`` with ``file=``) is a file; ```` ```console ````
-holds commands behind ``$``, each with lines that it prints (``...`` stands for lines left out; ``# exit code N`` behind a
-command that fails); ```` ```python ```` goes on in one session; ```` ```mech ```` without a file has to compile.
+holds commands behind ``$``, each with lines that it prints (``...`` stands for lines left out; one that prints an
+``error`` ends with exit code 1); ```` ```python ```` goes on in one session; ```` ```mech ```` without a file has to compile.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ import mechc
 from mechc.cli.main import run
 
 FENCE = re.compile(r"^```(\w*)(?: file=(\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-EXIT_CODE = re.compile(r"\s+# exit code (\d+)$")
+ERROR = re.compile(r"error(\[|:)")
 NUMBER = re.compile(r"[-+]?\d+(?: \d{3})*(?:\.\d+)?(?:e[-+]?\d+)?")
 VARIES = ("steps", "run time", "evaluations")
 """Words of lines whose numbers depend on the machine."""
@@ -56,12 +56,8 @@ def steps(text: str) -> Iterator[Step]:
     """Take a console block apart into its commands."""
     for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]:
         command, _, printed = part.partition("\n")
-        code = EXIT_CODE.search(command)
-        yield Step(
-            EXIT_CODE.sub("", command),
-            tuple(printed.rstrip().splitlines()),
-            int(code[1]) if code else 0,
-        )
+        shown = tuple(printed.rstrip().splitlines())
+        yield Step(command, shown, int(any(ERROR.match(line) for line in shown)))
 
 
 def follow(page: str) -> int:
