@@ -9,7 +9,7 @@ beside.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from random import Random
 
 import numpy as np
@@ -23,6 +23,7 @@ from ..compiler.flat.model import Definition, DefinitionRole, Expression, Role
 from ..compiler.twins.reversal import is_rate
 from ..compiler.twins.table import TWINS
 from ..compiler.twins.twin import Seen, Twin
+from ..compiler.twins.twin import size as scale
 from ..lang.units import parse_unit
 from ..model import CompiledModel
 from ..runtime.problem import PURE, Array
@@ -230,12 +231,27 @@ def _allowed(solution: Solution, plan: Plan, rows: Indices) -> dict[str, tuple[A
             if q.kind != "quadrature":
                 largest = float(np.nan_to_num(np.abs(solution[q.name][rows])).max(initial=0.0))
                 alike[q.unit] = max(alike.get(q.unit, 0.0), largest)
+        bases = _bases(plan, alike)
         for q, error in zip(problem.outputs, off, strict=True):
             if q.kind == "quadrature":
                 continue
             own = float(np.nanmax(np.abs(solution[q.name][rows]))) if t.size else 0.0
-            rounding = CONDITION * EPSILON * max(own, alike.get(q.unit, 0.0))  # of what cancels to nothing
+            natural = scale(parse_unit(q.unit or "1").dimension, bases)
+            rounding = (
+                CONDITION * EPSILON * max(own, alike.get(q.unit) or natural)
+            )  # of what cancels to nothing
             found.setdefault(
                 q.name, (np.full(t.size, own or 1.0), np.full(t.size, FACTOR * error + rounding))
             )
     return found
+
+
+def _bases(plan: Plan, largest: Mapping[str, float]) -> tuple[float, float, float, float]:
+    """Give the sizes of kg, m, s and A in a model, of which other units are made."""
+    case = plan.case
+    found = dict(largest)
+    for q, value in zip(case.problem.parameters, case.p, strict=False):
+        found[q.unit] = max(found.get(q.unit, 0.0), abs(float(value)))
+    found["s"] = case.stop - case.begin
+    kg, m, s, a = (found.get(unit, 0.0) or 1.0 for unit in ("kg", "m", "s", "A"))
+    return kg, m, s, a

@@ -75,9 +75,9 @@ def smooth(name: str) -> bool:
     return name not in HYBRID and name not in HYBRID_QUICK and name not in OTHERS
 
 
-OTHERS = {  # modes of contact and friction that only a run chooses, and motions too long for the oracle
+OTHERS = {  # modes of contact and friction that only a run chooses, motions too long for the oracle, outputs that equations determine
     "bead_on_rough_hoop", "belt_with_rosin", "coulomb_block", "cylinder_on_cylinder", "masse_shot", "newtons_cradle",
-    "slider_crank_friction", "rod_in_circle", "beam", "falling_box", "n_four_bar", "squeezing_mechanism",
+    "slider_crank_friction", "rod_in_circle", "beam", "falling_box", "n_four_bar", "squeezing_mechanism", "lorentz_inferred",
 }  # fmt: skip
 
 
