@@ -1,7 +1,7 @@
 // One model and its kernel as WebAssembly: settings in, a whole run out. Runs in a worker, or here where there is none.
 const ARRAYS = ['p', 'set', 'u', 'uSet', 'y0', 'yGiven', 'nominal', 'grid', 'rows', 'outs', 'scenes', 'events', 'instants', 'other', 'zs', 'numbers'];
 
-const STARTS = ['', 'no position near these fulfils the constraints', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
+const STARTS = ['', 'no position near these fulfils the constraints: the parts do not reach; move the slider back, or press reset', 'no velocities fulfil the constraints', 'a constraint has no direction at this start', 'an initial value is not finite', 'there is not enough memory'];
 
 const shortest = v => String(+v.toPrecision(6));
 

@@ -13,7 +13,7 @@ from mechc.answering import answer, plan
 from mechc.asking.given_values import UsageMistake
 from mechc.asking.question import asked
 from mechc.compiler.flat.values.mesh_files import triangles
-from mechc.display import factor
+from mechc.display import Display, factor
 from mechc.presentation.stillness import Stillness
 from mechc.runtime.case import find_experiment, find_setting, inputs_at
 from mechc.runtime.methods import KERNEL_METHODS
@@ -45,12 +45,14 @@ LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
 
 
 class Facts(Struct, frozen=True):
-    """A model with a native run of it, from which a page takes what it does not compute itself."""
+    """A model with a native run of it, from which a page takes what it does not compute itself. ``solution`` is shown in
+    the units of pictures, ``display`` are those that the model asks for."""
 
     model: CompiledModel
     plan: Plan
     solution: Solution
     method: str
+    display: Display
 
     @property
     def problem(self) -> Problem:
@@ -127,11 +129,14 @@ class Facts(Struct, frozen=True):
         return {"name": q.name, "kind": q.kind, "unit": q.unit, "shown": unit, "factor": by, "doc": q.doc}
 
     def shown(self, q: Quantity) -> tuple[str, float]:
-        """Return the unit that a quantity is shown in, and its value in SI."""
-        if q.name in self.solution.quantities:
-            unit, from_si = self.solution.shown_unit(q.name)
-            return unit, 1 / from_si
-        unit = self.solution.display.unit(q.unit, q.display)
+        """Return the unit that a quantity of the motion is shown in, and its value in SI."""
+        unit, from_si = self.solution.shown_unit(q.name)
+        return unit, 1 / from_si
+
+    def set_in(self, q: Quantity) -> tuple[str, float]:
+        """Return the unit that a parameter or an input is set in, and its value in SI: that of the text, if it has one."""
+        display = self.display if q.display else self.solution.display
+        unit = display.unit(q.unit, q.display)
         return unit, factor(unit) / factor(q.unit)
 
     def settings(self) -> dict[str, list[list[float]]]:
@@ -165,8 +170,11 @@ class Facts(Struct, frozen=True):
     def limits(self) -> list[list[object]]:
         """Return the declared limits of parameters (p) and initial values (y0): array, index, name, lowest, highest, factor, unit."""
         return [
-            [array, index, q.name, q.minimum, q.maximum, *reversed(self.shown(q))]
-            for array, quantities in (("p", self.problem.parameters), ("y0", self.problem.states))
+            [array, index, q.name, q.minimum, q.maximum, *reversed(unit(q))]
+            for array, quantities, unit in (
+                ("p", self.problem.parameters, self.set_in),
+                ("y0", self.problem.states, self.shown),
+            )
             for index, q in enumerate(quantities)
             if q.minimum is not None or q.maximum is not None
         ]
@@ -179,27 +187,34 @@ class Facts(Struct, frozen=True):
         u = np.zeros(len(problem.inputs))
         if case.functions.inputs is not None:
             u = inputs_at(case, case.begin)
-        starts = [
+        starts = {
             k
             for k, q in enumerate(problem.states)
             if q.kind in ("coordinate", "rate", "state")
             and case.known[k]
             and k not in problem.dependent
             and not any(first <= k < first + 4 for first in problem.rotations)
-        ]
+        }
         return {
             "parameters": [
-                self.slider(problem.parameters[k], k, float(case.p[k]), 0.0) for k in sorted(free)
+                self.slider(q, k, float(case.p[k]), 0.0, self.set_in(q))
+                for k, q in enumerate(problem.parameters)
+                if k in free
             ],
             "starts": [
-                self.slider(problem.states[k], k, float(case.y0[k]), float(self.plan.nominal[k]))
-                for k in starts
+                self.slider(q, k, float(case.y0[k]), float(self.plan.nominal[k]), self.shown(q))
+                for k, q in enumerate(problem.states)
+                if k in starts
             ],
-            "inputs": [self.slider(q, k, float(u[k]), 0.0) for k, q in enumerate(problem.inputs)],
+            "inputs": [
+                self.slider(q, k, float(u[k]), 0.0, self.set_in(q)) for k, q in enumerate(problem.inputs)
+            ],
         }
 
-    def slider(self, q: Quantity, index: int, value: float, size: float) -> dict[str, object]:
-        unit, by = self.shown(q)
+    def slider(
+        self, q: Quantity, index: int, value: float, size: float, shown: tuple[str, float]
+    ) -> dict[str, object]:
+        unit, by = shown
         if value != 0 and not size:
             low, high = sorted((value / SPAN, value * SPAN))
         else:
@@ -288,14 +303,14 @@ def facts_of(
     solution = answer(*_posed(model, values, {**options, "experiment": experiment}))
     assert isinstance(solution, Solution)
     solution.angles = model.angles
-    solution = solution.in_picture()
+    display, solution = solution.display, solution.in_picture()
     said = solution.statistics.method
     method = "auto" if solution.statistics.switches else said
     if method not in KERNEL_METHODS:
         raise UsageMistake(f"a page cannot run '{method}'", f"it takes one of {', '.join(KERNEL_METHODS)}")
     given = {**options, "experiment": experiment, "method": method if method != "dop853" else None}
     ready, question = _posed(model, values, given)
-    return Facts(ready, plan(ready, question), solution, method)
+    return Facts(ready, plan(ready, question), solution, method, display)
 
 
 def _posed(

@@ -9,6 +9,13 @@ async function unpack(base64) {
 const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
 
+/** Says why nothing moves, or that something does: nothing is computed for the first time any more. */
+function fails(text) {
+  const place = document.getElementById('failure');
+  document.body.classList.remove('computing');
+  place.textContent = text; place.hidden = !text;
+}
+
 const GAUGES = ['bead', 'dial'];
 
 /** The numbers of the picture at any time, and the box that all motion lies in. */
@@ -184,7 +191,7 @@ async function start(info, parts) {
   /** What failed is said over the picture; where nothing moved, nothing of an earlier motion stays in sight. */
   function fail(run) {
     document.body.classList.toggle('still', !run.n);
-    $('failure').textContent = run.failed || ''; $('failure').hidden = !run.failed;
+    fails(run.failed || '');
     if (run.n) { if (resume) playing(true); resume = false; return; }
     state.run = null; state.runs++;
     resume ||= play;

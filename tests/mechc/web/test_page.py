@@ -14,6 +14,7 @@ from browsers import Opened, needs_browser, needs_zig, off, running_browser
 import mechc
 from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import run
+from mechc.web.facts import facts_of
 from mechc.web.page import page
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -86,6 +87,44 @@ def test_no_browser_is_said(
     monkeypatch.setattr("webbrowser.open", lambda url: False)
     assert run(["view", str(model), "--recorded", "-o", str(tmp_path / "b.html")]) == 0
     assert "no browser was found here" in capsys.readouterr().err
+
+
+CRANK = """
+import mech.planar.*;
+model Crank "turned at a speed, from where it is held by a rod"
+  parameter speed = 10 rad/s;
+  parameter tilt = 30 deg;
+  parameter l(max = 90 cm) = 80 cm;
+  parameter rod = 1 m;
+  input w = 2 rad/s;
+  Bar arm(m = 200 g, l = l);
+  Revolute hinge(world -> arm.a, angle = tilt, der(angle) = speed + w);
+  coordinate h ~ 0.6 m;
+  kinetic 1/2*1 kg*der(h)^2;
+  constraint (h - 0.2 m)^2 + (pos(arm.b)[2] - 0.2 m)^2 + 0.16 m^2 = rod^2;
+  experiment(stop = 0.01 s{display});
+end Crank;
+"""
+
+
+@pytest.mark.parametrize(
+    ("display", "units"),
+    [
+        ("", {"speed": "rad/s", "tilt": "deg", "l": "cm", "rod": "m", "w": "rad/s"}),
+        (', display = "deg"', {"speed": "deg/s", "tilt": "deg", "l": "cm", "rod": "m", "w": "deg/s"}),
+    ],
+)
+def test_settings_keep_the_units_of_the_text(display: str, units: dict[str, str]) -> None:
+    """Curves are in degrees where the text writes degrees; a speed that it gives in rad/s stays in rad/s."""
+    facts = facts_of(
+        mechc.loads(CRANK.replace("{display}", display), keep={"scene"}), {}, None, {"method": "dop853"}
+    )
+    told: Any = facts.info(recorded=True)
+    sliders = {q["name"]: q for q in (*told["parameters"], *told["inputs"])}
+    assert {name: sliders[name]["shown"] for name in units} == units
+    assert sliders["l"]["factor"] == 0.01 and sliders["l"]["value"] == 0.8
+    assert next(row for row in told["limits"] if row[2] == "l")[4:] == [0.9, 0.01, "cm"]
+    assert next(q for q in told["states"] if q["name"] == "hinge.angle")["shown"] == "deg"
 
 
 # ---------------------------------------------------------------- in a browser
@@ -169,6 +208,65 @@ def test_a_failed_run_leaves_nothing_of_an_earlier_one_in_sight(browser: Any, tm
     opened.set("l", 0.15)  # the start lies behind the stop
     told = model.simulate(set={"e": 0.25, "l": 0.15}).failure
     assert told is not None and opened.ask(failure) == told.message
+
+
+HELD = """
+(() => {
+  const real = WebAssembly.instantiate;
+  window.Worker = undefined;
+  WebAssembly.instantiate = (...all) => new Promise((good, bad) => {
+    window.release = () => real(...all).then(good, bad);
+    window.refuse = () => bad(Error('no room'));
+  });
+})();
+"""
+"""Makes a page wait for its model until it is released, or refused."""
+
+
+@pytest.mark.slow
+@needs_zig
+@needs_browser
+def test_before_the_first_result_nothing_is_shown_as_one(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "ball.html"
+    path.write_text(page(mechc.loads(BALL)))
+    seen = "id => getComputedStyle(document.querySelector(id)).visibility + getComputedStyle(document.querySelector(id)).display"
+    for then in ("release", "refuse"):
+        tab = browser.new_page()
+        tab.add_init_script(HELD)
+        tab.goto(path.as_uri())
+        tab.wait_for_function("window.release !== undefined")
+        for hidden in ("#scene canvas", ".dot", ".marker", "#phase", "dl"):
+            assert tab.evaluate(seen, hidden).startswith("hidden"), hidden
+        assert tab.evaluate(seen, "#computing") == "visibleblock"
+        tab.evaluate(f"void {then}()")
+        tab.wait_for_function("!document.body.classList.contains('computing')")
+        failure = tab.evaluate("document.getElementById('failure').textContent")
+        assert tab.evaluate(seen, "#computing").endswith("none")
+        if then == "release":
+            tab.wait_for_function("page.ready")
+            assert failure == "" and tab.evaluate(seen, ".dot").startswith("visible")
+        else:
+            assert failure == "This page cannot run here: no room"
+            assert tab.evaluate(seen, ".dot").startswith("hidden")
+        tab.close()
+
+
+@pytest.mark.slow
+@needs_zig
+@needs_browser
+def test_parts_that_do_not_reach_are_told(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "crank.html"
+    path.write_text(page(mechc.loads(CRANK.replace("{display}", ""))))
+    opened = Opened(browser, path)
+    failure = "document.getElementById('failure').textContent"
+    assert opened.ask(failure) == ""
+    opened.set("rod", 0.25)  # it needs 0.45 m
+    assert "the parts do not reach; move the slider back, or press reset" in opened.ask(failure)
+    before = opened.ask("page.runs")
+    opened.ask("document.getElementById('reset').click()")
+    opened.wait(f"page.runs > {before}")
+    assert opened.ask(failure) == "" and opened.ask("page.run.n") > 0
+    opened.tab.close()
 
 
 @pytest.mark.slow
