@@ -217,6 +217,11 @@ _CUSTOMARY = ("lb", "lbs", "lbf", "ft", "in", "inch", "yd", "mi", "mph", "psi", 
 """Units that are no others misspelt, so that none is guessed for them."""
 
 
+_FACTOR = r"rad|deg|min|[mc]m|kg|[msh]"
+_GLUED = re.compile(rf"([kmM]?[NJWAV]|[kM]?Pa|kg)((?:{_FACTOR})+)(?<!kgs)")
+"""Products without their points, as in ``Nms`` or ``kWh``; ``kgs`` is a plural."""
+
+
 def suggest_unit(text: str) -> str:
     """Return the unit that ``text`` may have meant, or an empty string."""
     if text in _SPELLED_OUT:
@@ -226,6 +231,8 @@ def suggest_unit(text: str) -> str:
         return _SPELLED_OUT[singular]
     if len(text) == 1 or text.casefold() in _CUSTOMARY:
         return ""
+    if glued := _GLUED.fullmatch(text):
+        return ".".join([glued[1], *re.findall(_FACTOR, glued[2])])
     return closest(text, [*UNIT_NAMES, *(w for w in _SPELLED_OUT if len(w) > 3)]) or ""
 
 

@@ -217,6 +217,13 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
             help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
             'or stop="10 s" in Python',
         )
+    for name, value in (("start", start), ("stop", stop)):
+        if getattr(options, name) is None and not math.isfinite(value):
+            raise SimulationError(
+                f"'{name}' of the experiment is {value:g} at the values of this run",
+                help=f'change the values that it is formed of, or give the time: --{name} "10 s" to the command, '
+                f'{name}="10 s" in Python',
+            )
     _check_size(problem, start, stop, every, options.points)
     grid = output_times(start, stop, every, options.points)
     begin = min(0.0, start)

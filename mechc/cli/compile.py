@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from .options import (
@@ -15,6 +17,38 @@ from .options import (
     verify_option,
 )
 
+MODULES = ("python", "casadi", "jax")
+ENDINGS = {".html": "web", ".htm": "web", ".fmu": "fmu", ".c": "c", ".h": "c"}
+"""Endings of files -> the target that is meant."""
+MEANT = {
+    "html": "web",
+    "htm": "web",
+    "page": "web",
+    "py": "python",
+    "numpy": "python",
+    "c11": "c",
+    "c99": "c",
+}
+"""Words for targets that are none."""
+
+
+class Targets(click.Choice[str]):
+    """The targets; what people call them otherwise is told by its name."""
+
+    def get_invalid_choice_message(self, value: object, ctx: click.Context | None) -> str:
+        meant = MEANT.get(str(value).casefold())
+        said = super().get_invalid_choice_message(value, ctx)
+        return f"{said} Did you mean '{meant}'?" if meant else said
+
+
+def _check_ending(target: str, output: str | None) -> None:
+    """Refuse to write a module into a file that is of another kind."""
+    ending = Path(output).suffix.lower() if output else ""
+    if target in MODULES and output and ending != ".py":
+        meant = ENDINGS.get(ending)
+        help = f"add --target {meant}" if meant else f"as in -o {Path(output).with_suffix('.py').name}"
+        raise click.UsageError(f"the target {target} writes a module, whose file ends in .py; {help}")
+
 
 @click.command(
     cls=Command, name="compile", short_help="Write a model as code, an FMU, a page, or for CasADi or JAX."
@@ -24,7 +58,7 @@ from .options import (
 @set_option
 @click.option(
     "--target",
-    type=click.Choice(["python", "c", "fmu", "web", "casadi", "jax"]),
+    type=Targets(["python", "c", "fmu", "web", "casadi", "jax"]),
     default="python",
     show_default=True,
     help="A Python module that needs only NumPy, C11 with the kernel beside it, a Functional Mock-up Unit, a page "
@@ -100,10 +134,9 @@ def command(
     """
     from ..api import load
 
+    _check_ending(target, output)
     loaded = load(file, model=model, set=settings, keep=kept(keep_all, target))
     if target == "fmu":
-        from pathlib import Path
-
         from ..asking.given_values import UsageMistake
         from ..fmu.export import FmuOptions, export_fmu
 

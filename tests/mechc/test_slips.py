@@ -39,7 +39,8 @@ end Swing;
 SLIPS = [
     (PENDULUM, "3 N.m/rad", "3 N m/rad", "a unit is written in one piece: '3 N.m/rad'"),
     (PENDULUM, "3 N.m/rad", "3 N*m/rad", "one piece, with '.' for products: '3 N.m/rad'"),
-    (PENDULUM, "3 N.m/rad", "3 N / m / rad", "one piece, with '.' for products: '3 N/m/rad'"),
+    (PENDULUM, "3 N.m/rad", "3 N / m / rad", "a unit has no blanks inside: '3 N/m/rad'"),
+    (PENDULUM, "3 N.m/rad", "3 Nms", "did you mean 'N.m.s'?"),
     (PENDULUM, "l = 0.5 m", "l = 0.5 kg", "'l' is a mass (kg); it would fit as a length (m)"),
     (PENDULUM, "deg;", "deg, der(theta) = 1 rad/s;", "'initial der(..) = ..;'"),
     (STOP, "10 rad/s", "10", "multiply by a second: '(2*3.2/speed)*(1 s)'"),
@@ -51,6 +52,16 @@ SLIPS = [
     (STOP, "Bar bar", "Stick bar", "there are Particle, Body, Bar"),
     (STOP, "world -> bar.a", "world, bar.a", "'world -> other.a'"),
     (STOP, "-9.81}", "-9,81}", "'9.81' is one number"),
+    (
+        STOP,
+        "norm(reaction(pin))",
+        "reaction(bearing)",
+        "ask for 'power(bearing)', the power of this friction",
+    ),
+    (STOP, "norm(reaction(pin))", "multiplier(bearing)", "ask for 'power(bearing)'"),
+    (STOP, "norm(reaction(pin))", "reaction(buffer)", "ask for 'multiplier(buffer)'"),
+    (STOP, "norm(reaction(pin))", "power(buffer)", "ask for 'multiplier(buffer)'"),
+    (STOP, "norm(reaction(pin))", "bearing", "ask for 'power(bearing)'"),
     (STOP, "norm(reaction(pin))", "reaction(pin.angle)", "'reaction(pin)' is the force in the joint"),
 ]
 
@@ -100,6 +111,11 @@ def test_a_bare_parameter_beside_an_angle() -> None:
         (["run", "--set", "l=80", "cm"], "a value with blanks stands in quotes"),
         (["run", "--set", "l=80 kg"], "error: 'l' is given in kg; it has the unit m"),
         (["run", "--set", "m=2 lb"], "unknown unit 'lb'\n"),
+        (["run", "--set", "k=0"], "'stop' of the experiment is inf at the values of this run"),
+        (["run", "--set", "k=0"], '--stop "10 s"'),
+        (["compile", "-o", "p.html"], "whose file ends in .py; add --target web"),
+        (["compile", "-o", "p.txt"], "whose file ends in .py; as in -o p.py"),
+        (["compile", "--target", "html"], "Did you mean 'web'?"),
         (["run", "--output", "theta"], "names of quantities go to --outputs"),
         (["study", "period", "--set", "theta=0 deg"], 'begin away from rest: --set theta="..."'),
         (["fit", "--vary", "m", "l"], "several names are one text, with commas"),
@@ -115,7 +131,8 @@ def test_a_slip_in_a_command(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("p.mech").write_text(PENDULUM, encoding="utf-8")
+    text = PENDULUM.replace("stop = 5 s", "stop = 5 s/(k/(3 N.m/rad))") if "k=0" in arguments else PENDULUM
+    Path("p.mech").write_text(text, encoding="utf-8")
     words = [*arguments, "p.mech"] if arguments[0] != "fit" else ["fit", "p.mech", *arguments[1:]]
     if arguments[-1] == "m l":
         Path("d.csv").write_text("time,theta\n0,1\n1,0.5\n", encoding="utf-8")

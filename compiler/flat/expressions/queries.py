@@ -15,10 +15,8 @@ from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
 from .coordinates import Target, constraint_dimension, on_the_curve, target_of
 from .kinematics import in_frame, position_argument
-from .references import find_instance, find_label
+from .references import CONSTRAINING, find_instance, find_label, question_of
 from .signature import Call
-
-_CONSTRAINING = ("constraint", "contact")
 
 
 def _argument(call: Call) -> ast.Reference | None:
@@ -34,7 +32,8 @@ def _energy(call: Call) -> Expression:
     return _query(call, types.real(call.dimension(types.ENERGY)), "")
 
 
-def _not_named(call: Call, wanted: str, candidates: list[str]) -> Poisoned:
+def _not_named(call: Call, wanted: str, candidates: list[str], other: LabelMember | None = None) -> Poisoned:
+    """``other``: the named statement of another kind that was asked about."""
     node = call.nodes[0]
     near = closest(node.span.text, candidates)
     some = f"there is {', '.join(candidates[:5])}" if candidates else ""
@@ -42,7 +41,11 @@ def _not_named(call: Call, wanted: str, candidates: list[str]) -> Poisoned:
         "E0212",
         f"'{call.name}' asks about {wanted}, '{node.span.text}' is none",
         node.span,
-        help=f"did you mean '{near}'?" if near else some,
+        help=question_of(other.kind, node.span.text)
+        if other
+        else f"did you mean '{near}'?"
+        if near
+        else some,
     )
 
 
@@ -65,7 +68,7 @@ def _label(call: Call, kinds: tuple[str, ...], wanted: str) -> LabelMember:
                 call.nodes[0].span,
                 help=f"ask for 'reaction({joint.path})', its force, or 'moment({joint.path})'",
             )
-        raise _not_named(call, wanted, _labels(call.scope, kinds))
+        raise _not_named(call, wanted, _labels(call.scope, kinds), label)
     return label
 
 
@@ -74,7 +77,7 @@ def _per(call: Call, dimension: Dimension, per: Dimension) -> Dimension:
 
 
 def _multiplier(call: Call) -> Expression:
-    label = _label(call, _CONSTRAINING, "a named constraint or contact")
+    label = _label(call, CONSTRAINING, "a named constraint or contact")
     type, of_rates = constraint_dimension(label)
     interval = call.scope.flattening.interval
     if interval is not None:
@@ -92,7 +95,7 @@ def _curve_multiplier(call: Call, interval: Interval, label: LabelMember, type: 
 
 
 def _closed(call: Call) -> Expression:
-    label = _label(call, _CONSTRAINING, "a named constraint or contact")
+    label = _label(call, CONSTRAINING, "a named constraint or contact")
     return _query(call, types.BOOLEAN, label.name)
 
 
@@ -195,12 +198,13 @@ def _force_vector(call: Call) -> Type:
 def _driven(call: Call) -> Target:
     node = call.nodes[0]
     reference = _argument(call)
-    if reference is not None and find_label(call.scope, reference) is not None:
+    label = find_label(call.scope, reference) if reference is not None else None
+    if label is not None:
         raise call.scope.fail(
             "E0212",
             f"'{node.span.text}' is no joint or coordinate",
             node.span,
-            help=f"ask for 'multiplier({node.span.text})'",
+            help=question_of(label.kind, node.span.text),
         )
     return _coordinate(call)
 

@@ -274,12 +274,13 @@ def unknown(scope: Scope, name: str, span: Span) -> Poisoned:
         )
     if instance is not None:
         expand(instance)
-        if any(key[0] == name for key in instance.labels):
+        kinds = [label.kind for key, label in instance.labels.items() if key[0] == name]
+        if kinds:
             return scope.fail(
                 "E0213",
                 f"'{name}' names a statement and has no value",
                 span,
-                help=f"ask for 'multiplier({name})' or 'power({name})'",
+                help=question_of(kinds[0], name),
             )
     found = scope.namespace.look_up(name, span)
     if found is not None:
@@ -297,12 +298,18 @@ def _rest_of_unit(name: str, span: Span) -> str:
         return ""
     power = _POWER.match(text, span.end)
     number, written = before[1].split(maxsplit=1)
-    unit = "".join(f"{written}{before[2]}{name}{power[0] if power else ''}".split()).replace("*", ".")
+    pieces = f"{written}{before[0][before.end(1) - before.start() :]}{name}{power[0] if power else ''}"
+    unit = "".join(pieces.split()).replace("*", ".")
     try:
         parse_unit(unit)
     except UnitError:
         return ""
-    return f"a unit is written in one piece, with '.' for products: '{number} {unit}'"
+    rule = (
+        "has no blanks inside"
+        if len(pieces.split()) > 1
+        else "is written in one piece, with '.' for products"
+    )
+    return f"a unit {rule}: '{number} {unit}'"
 
 
 def _suggestion(scope: Scope, name: str) -> str:
@@ -339,6 +346,16 @@ def _rate_of(scope: Scope, name: str) -> str:
 
 
 # ---------------------------------------------------------------- named statements and components
+
+CONSTRAINING = ("constraint", "contact")
+"""Kinds of named statements that have a multiplier; the others have a power."""
+
+
+def question_of(kind: str, name: str) -> str:
+    """Say what may be asked of a named statement."""
+    if kind in CONSTRAINING:
+        return f"ask for 'multiplier({name})'"
+    return f"ask for 'power({name})', the power of this {kind}"
 
 
 def find_label(scope: Scope, node: ast.Reference) -> LabelMember | None:
