@@ -214,8 +214,16 @@ class CompiledModel:
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
         if not settings:
             return {}
-        rotations = {c.variable.name for c in self.compilation.system.symbols.coordinates if c.is_rotation}
-        return settings_in_si(settings, self.settable_units(), rotations)
+        system = self.compilation.system
+        rotations = {c.variable.name for c in system.symbols.coordinates if c.is_rotation}
+        units = self.settable_units()
+        for row in system.drives:
+            for name in {system.q[k].name for k in row.q} & settings.keys() - units.keys():
+                raise UsageMistake(
+                    f"'{name}' is prescribed by 'drive' (line {row.origin.span.file.position(row.origin.span.start)[0]})",
+                    "change what the drive is formed of",
+                )
+        return settings_in_si(settings, units, rotations)
 
     def problem(
         self,

@@ -19,6 +19,7 @@ from mechc.suggest import suggest
 from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
+from .limits_of_time import check_finite, check_size
 from .outcome import SimulationError
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
 from .settings import settable
@@ -35,8 +36,6 @@ METHODS = (
     "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF."
 )
 
-MOST_BYTES = 2e9
-"""Of the table of a result."""
 NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
 
@@ -217,14 +216,8 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
             help='give a stop time: experiment(stop = 10 s); in the model, --stop "10 s" to the command, '
             'or stop="10 s" in Python',
         )
-    for name, value in (("start", start), ("stop", stop)):
-        if getattr(options, name) is None and not math.isfinite(value):
-            raise SimulationError(
-                f"'{name}' of the experiment is {value:g} at the values of this run",
-                help=f'change the values that it is formed of, or give the time: --{name} "10 s" to the command, '
-                f'{name}="10 s" in Python',
-            )
-    _check_size(problem, start, stop, every, options.points)
+    check_finite({n: v for n, v in (("start", start), ("stop", stop)) if getattr(options, n) is None})
+    check_size(problem, start, stop, every, options.points)
     grid = output_times(start, stop, every, options.points)
     begin = min(0.0, start)
     tolerance = number("tolerance", options.tolerance)
@@ -238,24 +231,6 @@ def _time_span(problem: Problem, options: SimulationOptions, numbers: Mapping[st
     if not max_step > 0 and stop > begin:
         raise SimulationError(f"the largest step is positive, it is {max_step:g}")
     return _TimeSpan(begin, stop, grid, every, tolerance, step, max_step)
-
-
-def _check_size(problem: Problem, start: float, stop: float, every: float | None, points: int) -> None:
-    """Refuse results that fill the memory before the run begins."""
-    quantities = (problem.states, problem.outputs, problem.inputs, problem.discretes)
-    columns = 1 + sum(map(len, quantities))
-    rows = (stop - start) / every + 1 if every and every > 0 else float(points)
-    size = 8 * rows * columns
-    if size <= MOST_BYTES:  # what is no number is refused elsewhere
-        return
-    if math.isfinite(size):
-        unit = f" {problem.time.unit}" if problem.time.unit else ""
-        least = (stop - start) * 8 * columns / MOST_BYTES
-        what = f"an output spacing of {every:g}{unit} gives" if every else "this is"
-        raise SimulationError(
-            f"{what} {rows:.3g} rows of {columns} numbers, {size / 1e9:.3g} GB",
-            help=f"at most {MOST_BYTES / 1e9:g} GB are kept: every = {least:.2g}{unit} or more",
-        )
 
 
 def output_times(start: float, stop: float, every: float | None, points: int) -> Array:

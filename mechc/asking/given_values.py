@@ -89,7 +89,7 @@ def read_value(text: str) -> Value:
             )
         return Value(tuple(number for number, _ in parts), _unit(rest.strip()), single=False)
     number, tail = _number(text)
-    return Value((number,), _unit(tail))
+    return Value((number,), _unit(tail, text))
 
 
 def read_value_of(name: str, text: str) -> Value:
@@ -119,7 +119,8 @@ def _number(text: str) -> tuple[float, str]:
     return number / float(divisor or 1), text[match.end() :].strip()
 
 
-def _unit(text: str) -> Unit | None:
+def _unit(text: str, whole: str = "") -> Unit | None:
+    """Read a unit; ``whole``: with the number before it."""
     if not text:
         return None
     try:
@@ -127,7 +128,9 @@ def _unit(text: str) -> Unit | None:
     except UnitError as error:
         help = f"did you mean '{error.suggestion}'?" if error.suggestion else ""
         if re.match(r",\s*\d", text):
-            help = "a decimal point is written '.', as in 0.8"
+            help = f"a decimal point is written '.': {whole.replace(',', '.', 1)}"
+        if text == "°":
+            help = f"write '{whole.removesuffix('°').strip()} deg'"
         raise UsageMistake(str(error), help) from None
 
 
@@ -156,7 +159,10 @@ def one_of(word: object, known: Collection[str], what: str) -> None:
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
     """Return the exception for a name that the model has not, with the nearest one it has."""
     names = sorted(known)
-    near = closest(name, names)
+    inside = [one for one in names if one.startswith(f"{name}.")]
+    near = inside[0] if len(inside) == 1 else closest(name, names)
+    if name.endswith("'") and f"der({name[:-1]})" in names:
+        return UsageMistake(f"the model has no {kind} '{name}'", f"a rate is written 'der({name[:-1]})'")
     if near:
         return UsageMistake(f"the model has no {kind} '{name}'", f"did you mean '{near}'?")
     some = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")

@@ -18,6 +18,8 @@ from .given_values import UsageMistake, tidy, unknown_name
 
 Column = tuple[str, str, Array]
 """Name, unit as written (empty: SI), values."""
+_TIMES = ("t", "time", "times", "zeit", "temps", "tid")
+"""What people call the time in a table."""
 
 
 def measured_motion(what: Any, problem: Problem) -> Measured:
@@ -51,6 +53,10 @@ def _motion(source: str, columns: Sequence[Column], problem: Problem) -> Measure
             times = column * _factor(source, problem.time, unit)
             continue
         quantity = compared.get(name) or driving.get(name)
+        if quantity is None and name.casefold() in _TIMES and "time" not in (n for n, _, _ in columns):
+            raise UsageMistake(
+                f"{source} has no column 'time'", f"the time column is called 'time [s]', not '{name}'"
+            )
         if quantity is None:
             raise unknown_name(
                 f"coordinate, state, output or input for a column of {source}:", name, {**compared, **driving}

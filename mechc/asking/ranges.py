@@ -55,6 +55,11 @@ def _in_text(setting: str, text: str) -> list[Varied]:
         if not sign and re.fullmatch(r"\d+", name) and found and found[-1].ends and not found[-1].count:
             found[-1] = Varied(found[-1].name, found[-1].ends, name)
             continue
+        if not part.strip() and text.strip():
+            raise UsageMistake(
+                f"'{text.strip()}' has a comma with no name behind or before it",
+                f"names are one text, without blanks or in quotes: --{setting} A,B",
+            )
         if not name or (sign and not what):
             raise UsageMistake(
                 f"'{setting}' takes names, with ranges where they are meant, not '{part.strip()}'",

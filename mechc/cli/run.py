@@ -217,6 +217,9 @@ def _run_all(
             solution.display = display or solution.display
             solution.angles = model.angles
             outcomes.append(solution.outcome.value)
+        alone = len(sweep.solutions) == 1
+        if alone and sweep.solutions[0].failure is not None and not given["as_json"]:
+            _print_failure(sweep.solutions[0])  # before its report, whose last values may be beyond sense
         if given["as_json"]:
             objects += _objects(sweep, names)
         elif not given["quiet"]:
@@ -225,7 +228,7 @@ def _run_all(
         for i, solution in enumerate(sweep.solutions, start=1):
             digits = len(str(len(sweep.solutions)))  # so that names sort as the runs do
             addition = many + (f"-{i:0{digits}}" if len(sweep.solutions) > 1 else "")
-            if solution.failure is not None and not given["as_json"]:
+            if solution.failure is not None and not alone and not given["as_json"]:
                 _print_failure(solution)
             if given["output"]:
                 _write(solution, _beside(given["output"], addition), names, display, quiet=given["quiet"])

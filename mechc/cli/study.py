@@ -175,8 +175,10 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     written = json.dumps({"study": kind.name, **found.summary()}, indent=1, ensure_ascii=False)
     if output:
         _write(found, written, Path(output))
+        click.echo(f"wrote {output}", err=True)
     if plot:
         save(found, Path(plot))
+        click.echo(f"wrote {plot}", err=True)
     click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
     return code_of([found.outcome.value])
 

@@ -300,9 +300,13 @@ def _events(solution: ShownSolution, style: Style) -> list[str]:
     rows = [style.dim(f"  {len(events)} event{'' if len(events) == 1 else 's'}")]
     rows += [f"  {e.time:>14.9g}{unit}  {pad(e.name, names)}  {style.dim(e.kind)}" for e in shown]
     if len(events) > MOST_EVENTS:
-        kinds = Counter(f"{event.name} {event.kind}" for event in events).most_common(MOST_EVENTS)
+        met = Counter(f"{event.name} {event.kind}" for event in events)
+        kinds, said = (
+            met.most_common(MOST_EVENTS),
+            "in all" if len(met) <= MOST_EVENTS else "of all most often",
+        )
         counts = ", ".join(f"{number} {kind}" for kind, number in kinds)
-        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more; most often {counts}"))
+        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more; {said}: {counts}"))
         last = events[-1]
         rows.append(
             f"  {last.time:>14.9g}{unit}  {pad(last.name, names)}  {style.dim(last.kind + ', the last')}"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from ..outcome import SimulationError
@@ -39,8 +41,8 @@ def not_assembled(
         quantity = problem.states[i]
         place = problem.starts[i] if problem.starts else quantity.origin
         line = f" ({place.file}:{place.line})" if place else ""
-        unit = f" {quantity.unit}" if quantity.unit else ""
-        notes.append(f"{quantity.name} = {found.x[i]:.6g}{unit} is given{line}")
+        where = line if problem.known[i] else " for this run"
+        notes.append(f"{quantity.name} = {_in_words(float(found.x[i]), quantity.unit)} is given{where}")
     for i in _without_velocity(task) if stage == 1 else ():
         quantity = problem.states[i]
         unit = f" {quantity.unit}" if quantity.unit else ""
@@ -53,7 +55,9 @@ def not_assembled(
             origin,
             code="E0604",
             notes=tuple(notes),
-            help="replace '=' by '~' in one of the given values: it is then a guess",
+            help="replace '=' by '~' in one of the given values: it is then a guess"
+            if all(problem.known[i] for i in stated)
+            else "leave out one of them: a value that is set for a run is kept; only '~' in the model makes it a guess",
         )
     if without_known or _contradictory(problem, task, stage, found):
         return SimulationError(
@@ -70,6 +74,12 @@ def not_assembled(
         notes=tuple(notes),
         help="this is the closest position that was found; look at lengths and places, or guess closer",
     )
+
+
+def _in_words(value: float, unit: str) -> str:
+    """Return a value with its unit, an angle in degrees as well."""
+    degrees = f" ({math.degrees(value):.6g} deg)" if unit == "rad" else ""
+    return f"{value:.6g} {unit}".rstrip() + degrees
 
 
 def _told(row: AssemblyRow, stage: int) -> str:

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import mechc
+from mechc.asking.given_values import UsageMistake
+from mechc.cli.main import mechc as program
 from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
+from mechc.runtime.outcome import SimulationError
 
 PENDULUM = """
 model Pendulum
@@ -41,6 +46,7 @@ SLIPS = [
     (PENDULUM, "3 N.m/rad", "3 N*m/rad", "one piece, with '.' for products: '3 N.m/rad'"),
     (PENDULUM, "3 N.m/rad", "3 N / m / rad", "a unit has no blanks inside: '3 N/m/rad'"),
     (PENDULUM, "3 N.m/rad", "3 Nms", "did you mean 'N.m.s'?"),
+    (PENDULUM, "l = 0.5 m", "l = 0.5 s", "'l' is a time (s); it would fit as a length (m)"),
     (PENDULUM, "l = 0.5 m", "l = 0.5 kg", "'l' is a mass (kg); it would fit as a length (m)"),
     (PENDULUM, "deg;", "deg, der(theta) = 1 rad/s;", "'initial der(..) = ..;'"),
     (STOP, "10 rad/s", "10", "multiply by a second: '(2*3.2/speed)*(1 s)'"),
@@ -51,6 +57,8 @@ SLIPS = [
     (STOP, "pos(", "position(", "did you mean 'pos'?"),
     (STOP, "Bar bar", "Stick bar", "there are Particle, Body, Bar"),
     (STOP, "world -> bar.a", "world, bar.a", "'world -> other.a'"),
+    (STOP, "world ->", "world + trans({1, 2} m) ->", "is multiplied: 'world * trans({1, 2} m)'"),
+    (STOP, "world ->", "world + {1, 2} m ->", "is multiplied: 'world * {1, 2} m'"),
     (STOP, "-9.81}", "-9,81}", "'9.81' is one number"),
     (
         STOP,
@@ -107,7 +115,11 @@ def test_a_bare_parameter_beside_an_angle() -> None:
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
-        (["run", "--set", "l=0,8 m"], "a decimal point is written '.'"),
+        (["run", "--set", "l=0,25 m"], "a decimal point is written '.': 0.25 m"),
+        (["run", "--set", "theta=0.1°"], "write '0.1 deg'"),
+        (["run", "--outputs", "theta'"], "a rate is written 'der(theta)'"),
+        (["fit", "--vary", "m,", "l"], "without blanks or in quotes: --vary A,B"),
+        (["fit", "t.csv", "--vary", "m"], "the time column is called 'time [s]', not 't'"),
         (["run", "--set", "l=80", "cm"], "a value with blanks stands in quotes"),
         (["run", "--set", "l=80 kg"], "error: 'l' is given in kg; it has the unit m"),
         (["run", "--set", "m=2 lb"], "unknown unit 'lb'\n"),
@@ -134,6 +146,7 @@ def test_a_slip_in_a_command(
     text = PENDULUM.replace("stop = 5 s", "stop = 5 s/(k/(3 N.m/rad))") if "k=0" in arguments else PENDULUM
     Path("p.mech").write_text(text, encoding="utf-8")
     words = [*arguments, "p.mech"] if arguments[0] != "fit" else ["fit", "p.mech", *arguments[1:]]
+    Path("t.csv").write_text("t,theta\n0,1\n1,0.5\n", encoding="utf-8")
     if arguments[-1] == "m l":
         Path("d.csv").write_text("time,theta\n0,1\n1,0.5\n", encoding="utf-8")
         words.insert(2, "d.csv")
@@ -170,3 +183,65 @@ def test_a_run_that_does_not_begin_has_no_report(tmp_path: Path, capsys: pytest.
     out, err = capsys.readouterr()
     assert out == "Swing: failed at time = 0 s\n"
     assert "a gap is positive where things are apart" in err
+
+
+FOUR = """
+import mech.planar.*;
+model Four
+  Bar a(m = 1 kg, l = 20 cm);
+  Bar b(m = 1 kg, l = 50 cm);
+  Bar c(m = 1 kg, l = 40 cm);
+  Revolute shoulder(world -> a.a, angle = 60 deg);
+  Revolute elbow(a.b -> b.a, angle ~ 0 deg);
+  Revolute wrist(b.b -> c.a, angle ~ -90 deg);
+  Revolute foot(c.b -> world * trans({50, 0} cm));
+  experiment(stop = 1 s);
+end Four;
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "slip", "settings", "told"),
+    [
+        ("", "", {"elbow": "30 deg"}, "did you mean 'elbow.angle'?"),
+        (", angle = 60 deg", "", {"shoulder.angle": "30 deg"}, "is prescribed by 'drive' (line 12)"),
+    ],
+)
+def test_a_name_that_cannot_be_set(right: str, slip: str, settings: dict[str, str], told: str) -> None:
+    text = FOUR.replace(right, slip)
+    if right:
+        text = text.replace("end Four", "  drive shoulder.angle = 60 deg + (1 rad/s)*time;\nend Four")
+    with pytest.raises(UsageMistake, match=re.escape(told)):
+        mechc.loads(text).simulate(set=settings)
+
+
+def test_a_value_that_contradicts_another() -> None:
+    """What is set for a run is no guess, and cannot be made one there; angles are told as they are typed."""
+    with pytest.raises(SimulationError) as caught:
+        mechc.loads(FOUR).simulate(set={"elbow.angle": "110 deg"})
+    assert caught.value.code == "E0604"
+    assert "leave out one of them" in caught.value.help
+    assert any("(110 deg) is given for this run" in note for note in caught.value.notes)
+    with pytest.raises(SimulationError) as caught:
+        mechc.loads(FOUR.replace("angle ~ 0 deg", "angle = 110 deg")).simulate()
+    assert "replace '=' by '~'" in caught.value.help
+
+
+def test_the_reason_of_a_failed_run_stands_before_its_report(tmp_path: Path) -> None:
+    path = tmp_path / "p.mech"
+    path.write_text(
+        PENDULUM.replace("experiment", 'assert theta > 30 deg, "too low"; experiment'), encoding="utf-8"
+    )
+    shown = (
+        CliRunner().invoke(program, ["run", str(path), "--target", "python", "--no-error-estimate"]).output
+    )
+    assert 0 <= shown.index("too low") < shown.index("steps")
+    assert shown.count("assertion failed") == 1
+
+
+def test_a_study_tells_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path, picture, answer = tmp_path / "p.mech", tmp_path / "p.png", tmp_path / "p.json"
+    path.write_text(PENDULUM, encoding="utf-8")
+    assert run(["study", "modes", str(path), "--plot", str(picture), "-o", str(answer)]) == 0
+    assert picture.exists() and answer.exists()
+    assert capsys.readouterr().err.splitlines() == [f"wrote {answer}", f"wrote {picture}"]

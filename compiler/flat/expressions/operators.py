@@ -110,10 +110,18 @@ def _power(a: Constant, b: Constant) -> Fraction | None:
 # ---------------------------------------------------------------- sums and comparisons
 
 
+def _moved_help(node: ast.Binary, a: Type, b: Type) -> str:
+    """Say how a frame is moved where somebody adds to it."""
+    vector = b.kind in types.NUMERIC and len(b.shape) == 1
+    if node.operator != "+" or a.kind not in (Kind.FRAME, Kind.POSE) or not (vector or b.kind is Kind.POSE):
+        return ""
+    return f"what moves a frame is multiplied: '{node.left.span.text} * {node.right.span.text}'"
+
+
 def _sum_type(scope: Scope, node: ast.Binary, left: Expression, right: Expression) -> Type:
     a, b = left.type, right.type
     if a.kind not in types.NUMERIC or b.kind not in types.NUMERIC:
-        raise undefined(scope, node, left, right)
+        raise undefined(scope, node, left, right, _moved_help(node, a, b))
     type = meet(scope, node, left, right, f"the two sides of '{node.operator}'")
     if a.shape != b.shape:
         zero = (

@@ -17,10 +17,13 @@ from ..operands import free_names
 MOST = 3
 """Parameters that a message points at."""
 
+_BASE = (types.LENGTH, types.MASS, types.TIME)
+"""What a parameter is likelier meant to be than an energy or a momentum."""
+
 
 def parameters_of_another_kind(scope: Scope, value: Expression, wanted: Dimension) -> tuple[Label, ...]:
     """Return the places of parameters of which each, were it a length, a force .., would give a product the wanted dimension."""
-    labels = []
+    labels, of_base = [], []
     factor = wanted / value.type.dimension
     for name in free_names(value):
         member = scope.flattening.variables.get(name)
@@ -34,7 +37,10 @@ def parameters_of_another_kind(scope: Scope, value: Expression, wanted: Dimensio
         if types.dimension_word(meant) not in ("quantity", "number"):
             text = f"'{declaration.name}' is {types.unit_words(member.type.dimension)}; it would fit as {types.unit_words(meant)}"
             labels.append(Label(declaration.name_span, text))
-    return tuple(labels) if len(labels) == 1 else ()
+            if meant in _BASE:
+                of_base.append(labels[-1])
+    likely = of_base or labels
+    return tuple(likely) if len(likely) == 1 else ()
 
 
 def _power(value: Expression, name: str) -> Fraction | None:

@@ -54,7 +54,7 @@ def test_of_many_events_the_report_counts_the_kinds() -> None:
     solution = mechc.loads(text + "when sample(0.1 s) then n := n + 1; end when;").simulate(stop=1)
     assert isinstance(solution, mechc.Solution)
     *_, counted, last = report(solution).splitlines()
-    assert counted == "  ... and 3 more; most often 11 sample(0.1 s) when"
+    assert counted == "  ... and 3 more; in all: 11 sample(0.1 s) when"
     assert last.split() == ["1", "s", "sample(0.1", "s)", "when,", "the", "last"]
 
 
