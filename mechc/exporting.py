@@ -201,7 +201,7 @@ def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -
 def _main(name: str, program: Program, defaults: Defaults) -> str:
     """Return the main program."""
     from .compiler.targets.description import make_problem
-    from .runtime.case import MOST_BYTES
+    from .runtime.limits_of_time import MOST_BYTES
     from .runtime.nominal import sizes_of
 
     sizes = sizes_of(make_problem(program))
