@@ -77,7 +77,13 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Callable[[Calls], None]:
     return install
 
 
-@pytest.mark.parametrize("name", STUDIES)
+QUICK = ("simulate", "fit", "section")
+"""Kinds that are tried with every change; the others with the slow tests."""
+
+
+@pytest.mark.parametrize(
+    "name", [n if n in QUICK else pytest.param(n, marks=pytest.mark.slow) for n in STUDIES]
+)
 def test_an_interrupted_study_ends_in_words(
     name: str, tmp_path: Path, counted: Callable[[Calls], None], capsys: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
