@@ -38,6 +38,8 @@ from .twins import Base, compare, disturbed_twin, run_twin, twin_of
 UNDERSTATED = 100.0
 """A true error that is larger than the claimed one by more than this is a silent failure."""
 ROUGH = 0.1
+LINEAR = 1e-3
+"""Share of its size up to which what the error of a start grows to may be told from a motion that begins beside it."""
 """From this error on, claimed or true, a run is not right, whatever it says of it."""
 OPINION = 1e-10
 """Tolerance of the other method where there is no reference."""
@@ -204,6 +206,10 @@ def _twin(base: Base, name: str) -> Row:
     if found is None:
         return replace(row, reason="both have no time and no quantity in common")
     row = replace(row, error=found.difference, claim=found.allowed)
+    if not found.same and twin.backwards and found.allowed > LINEAR:
+        return replace(
+            row, kind="rough", reason="back from its end the motion is too unstable to be followed"
+        )
     if not found.same:
         words = f"{found.name} differs by {found.difference:.1e} from t = {found.at:.6g} on, {found.allowed:.1e} is allowed"
         return replace(row, kind="other", reason=words)

@@ -149,6 +149,7 @@ def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) 
     flat = base.model.compilation.flat
     states = {v.name for v in flat.variables if v.role is Role.STATE}
     named = {q.name for q in base.plan.case.problem.states}
+    turned = _turned(base, other, twin, mine, theirs)
     worst: Compared | None = None
     for name, (size, allowed) in ours.items():
         called = twin.names.get(name, name)
@@ -156,7 +157,7 @@ def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) 
             continue
         by = twin.factor(parse_unit(base.solution.unit(name) or "1").dimension)
         sign = -1.0 if twin.backwards and is_rate(name, states) else 1.0
-        x, y = base.solution[name][mine], sign * other[called][theirs] / by
+        x, y = base.solution[name][mine], sign * other[called][theirs] / by * turned.get(name, 1.0)
         there_allowed = others[called][1] / by
         off = np.abs(x - y)
         if disturbed is not None and disturbed.solution.time.size == other.time.size:
@@ -173,6 +174,18 @@ def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) 
         if worst is None or one.difference * worst.allowed > worst.difference * one.allowed:
             worst = one
     return worst
+
+
+def _turned(base: Base, other: Solution, twin: Twin, mine: Indices, theirs: Indices) -> dict[str, Array]:
+    """Give the sign of the entries of rotations along the rows: q and -q are one."""
+    states = base.plan.case.problem.states
+    found: dict[str, Array] = {}
+    for first in base.plan.case.problem.rotations:
+        names = [q.name for q in states[first : first + 4]]
+        if all(twin.means(n) and twin.names.get(n, n) in other for n in names):
+            product = sum(base.solution[n][mine] * other[twin.names.get(n, n)][theirs] for n in names)
+            found |= dict.fromkeys(names, np.where(product < 0, -1.0, 1.0))
+    return found
 
 
 def _beside(off: Array) -> Array:

@@ -156,3 +156,33 @@ def test_the_exit_code_tells(tmp_path: Path, capsys: pytest.CaptureFixture[str])
     file.write_text(PLANE, encoding="utf-8")
     assert run(["stress", str(file), "--only", "twin"]) == 0
     assert "9 the same motion" in capsys.readouterr().out
+
+
+FREE = """
+coordinate Rotation R;
+initial der(R) = {0.001, 1, 0.001} rad/s;
+frame body = world * R;
+inertia diag({1 kg.m^2, 2 kg.m^2, 3 kg.m^2}) on body;
+experiment(stop = 60 s, tolerance = 1e-10);
+"""
+
+
+def test_a_rotation_may_come_back_with_the_other_sign() -> None:
+    base = base_of(FREE)
+    twin = twin_of("time reversed", base)
+    made = run_twin(twin, base)
+    back = made.solution["R[1]"][::-1]
+    assert abs(back + base.solution["R[1]"]).max() < 1e-6, "nothing is tested otherwise"
+    found = compare(base, twin, made)
+    assert found is not None and found.difference < 1e-7
+
+
+def test_what_is_too_unstable_backwards_is_no_other_motion(tmp_path: Path) -> None:
+    file = tmp_path / "cycle.mech"
+    file.write_text(
+        "coordinate x = 2 m;\nkinetic 1/2*1 kg*der(x)^2;\npotential 1/2*1 N/m*x^2;\n"
+        "force 1 kg/s*(1 - (x/1 m)^2)*der(x) on x;\nexperiment(stop = 20 s);\n",
+        encoding="utf-8",
+    )
+    judge = worker(Subject(str(file), None, {}, None, 5))
+    assert judge(Extreme("twin", "time reversed")).kind == "rough"
