@@ -23,6 +23,8 @@ MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
 FAR_APART = 1e3
 """From this ratio of the sizes of states of one unit on, the sizes are shown that errors are measured against."""
+NOTHING = float(np.finfo(float).eps)
+"""A last value below this part of its nominal size, and below its own error, is told as 0; results keep it."""
 MOST_OUTPUTS = 12
 MOST_DERIVATIVES = 24
 MOST_EVENTS = 8
@@ -148,6 +150,9 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
     for quantity in states:
         row = _last(solution, quantity)
         if estimate:
+            value, size = float(solution[quantity.name][-1]), estimate.nominal[quantity.name]
+            if abs(value) < size * min(estimate.by_state_at_end[quantity.name], NOTHING):
+                row[1] = number(0.0)  # a speed at rest that decays for ever
             row += [
                 f"{estimate.by_state_at_end[quantity.name]:.1e}",
                 f"{estimate.by_state[quantity.name]:.1e}",

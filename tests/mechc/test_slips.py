@@ -13,6 +13,7 @@ from mechc.asking.given_values import UsageMistake
 from mechc.cli.main import mechc as program
 from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
+from mechc.presentation.report import report
 from mechc.runtime.outcome import SimulationError
 
 PENDULUM = """
@@ -245,3 +246,12 @@ def test_a_study_tells_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert run(["study", "modes", str(path), "--plot", str(picture), "-o", str(answer)]) == 0
     assert picture.exists() and answer.exists()
     assert capsys.readouterr().err.splitlines() == [f"wrote {answer}", f"wrote {picture}"]
+
+
+def test_a_speed_at_rest_is_told_as_zero() -> None:
+    """Friction lets it decay for ever; where it is above its error or above rounding, its digits stay."""
+    solution = mechc.loads(STOP).simulate(stop=20.0)
+    assert 0 < abs(solution["der(pin.angle)"][-1]) < 1e-30
+    assert re.search(r"der\(pin\.angle\) +0 rad/s ", report(solution))
+    moving = mechc.loads(STOP).simulate(stop=0.3)
+    assert re.search(r"der\(pin\.angle\) +-?[0-9.]{6,} rad/s ", report(moving))
