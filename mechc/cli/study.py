@@ -97,6 +97,12 @@ class Question(Command):
             return super().parse_args(ctx, args)
         except click.NoSuchOption as unknown:
             name = unknown.option_name.lstrip("-").removeprefix("no-").replace("-", "_")
+            if name == "display":
+                raise click.UsageError(
+                    f"{unknown.option_name}: a study is told in SI, angles in rad; leave it out. A motion is shown in other "
+                    "units by 'mechc run'.",
+                    ctx,
+                ) from None
             if said := self.kind.unused(name):
                 raise click.UsageError(f"{unknown.option_name}: {said}; leave it out.", ctx) from None
             raise

@@ -11,7 +11,7 @@ from ..runtime.outcome import Outcome
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
 from ..shown import ShownSolution
-from .numbers import number, with_unit
+from .numbers import number, unit_in_brackets, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def _row(value: Value) -> list[str]:
 
 def _table(table: Table) -> list[str]:
     """Return the lines of a table: numbers stand right, words left."""
-    cells = [[name + with_unit(f"[{unit}]" if unit and unit != "1" else "") for name, unit in table.head]]
+    cells = [[name + unit_in_brackets(unit) for name, unit in table.head]]
     error = [name == "error" for name, _ in table.head]
     cells += [
         [
@@ -218,4 +218,4 @@ def _landscape(axes: Any, land: Landscape, colours: tuple[str, ...]) -> None:
 
 
 def _label(name: str, unit: str) -> str:
-    return f"{name} [{unit}]" if unit and unit != "1" else name
+    return name + unit_in_brackets(unit)

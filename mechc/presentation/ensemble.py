@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ..runtime.ensembles.result import QUANTILES, Ensemble
-from .numbers import number, with_unit
+from .numbers import number, unit_in_brackets
 from .style import PLAIN, Style, pad, width
 
 WIDTH, HEIGHT, SQUARE = 8.0, 3.2, 6.4
@@ -46,7 +46,7 @@ def _table(runs: Ensemble) -> list[str]:
     for column in runs.scalars:
         values = runs[column.name]
         finite = values[np.isfinite(values)]
-        row = [column.name + with_unit(f"[{column.unit}]" if column.unit not in ("", "1") else "")]
+        row = [column.name + unit_in_brackets(column.unit)]
         if not finite.size:
             cells.append([*row, "no member has it", *[""] * (len(QUANTILES) + 1)])
             continue

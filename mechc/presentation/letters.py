@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from .numbers import as_quotient
+
 _LETTERS = """alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau upsilon phi
 chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"""
 _GREEK = frozenset(_LETTERS.split())
@@ -24,8 +26,8 @@ def letters(name: str) -> str:
 
 
 def unit_text(unit: str) -> str:
-    """Return a unit with points between its factors and raised exponents: ``kg.m^2/s`` as kg·m²/s."""
-    raised = re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), unit)
+    """Return a unit with points between its factors, one stroke and raised exponents: ``kg.m^2/s`` as kg·m²/s."""
+    raised = re.sub(r"\^(-?\d+)", lambda m: m[1].translate(_RAISED), as_quotient(unit))
     return raised.replace(".", "·")
 
 

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import re
+
+_FACTOR = re.compile(r"(^|[./])([^./^]+(?:\^(?:\([^)]*\)|-?\d+(?:\.\d+)?))?)")
+"""A factor of a unit, with the sign before it."""
+
 
 def number(value: float) -> str:
     """Return a number with seven digits, as short as possible."""
@@ -33,4 +38,18 @@ def plural(n: int, word: str, words: str = "") -> str:
 
 def with_unit(unit: str) -> str:
     """Return what stands behind a number: a blank and its unit, nothing for a pure number."""
-    return f" {unit}" if unit and unit != "1" else ""
+    return f" {as_quotient(unit)}" if unit and unit != "1" else ""
+
+
+def unit_in_brackets(unit: str) -> str:
+    """Return what stands behind a name at the head of a column."""
+    return f" [{as_quotient(unit)}]" if unit and unit != "1" else ""
+
+
+def as_quotient(unit: str) -> str:
+    """Return a unit with one stroke at most: ``rad.s/kg/m^2`` as ``rad.s/(kg.m^2)``."""
+    factors = _FACTOR.findall(unit)
+    below = [symbol for sign, symbol in factors if sign == "/"]
+    if len(below) < 2:
+        return unit
+    return f"{'.'.join(symbol for sign, symbol in factors if sign != '/')}/({'.'.join(below)})"

@@ -229,7 +229,7 @@ def _sensitivities(solution: ShownSolution, style: Style, of: Collection[str]) -
     end = f"at {number(float(solution.time[-1]))}{with_unit(solution.problem.time.unit)}"
     table = [["derivatives", end, "", *(["estimated error", "largest"] if found.errors is not None else [])]]
     for one in listed[:MOST_DERIVATIVES]:
-        row = [one.name, number(float(one.values[-1])), "" if one.unit == "1" else one.unit]
+        row = [one.name, number(float(one.values[-1])), with_unit(one.unit).lstrip()]
         if one.errors is not None:
             row += [f"{one.errors[-1]:.1e}", f"{np.nanmax(one.errors):.1e}"]
         table.append(row)

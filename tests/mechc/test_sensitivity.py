@@ -73,7 +73,7 @@ def test_the_command_line_gives_it_everywhere(tmp_path: Path) -> None:
     said = CliRunner().invoke(program, [*arguments, "--outputs", "tip", "--json"])
     assert [*json.loads(said.stdout)["sensitivities"]] == ["tip[1]", "tip[2]"]
     said = CliRunner().invoke(program, arguments)
-    assert "d(der(theta))/d(l)" in said.output and "rad/m/s" in said.output
+    assert "d(der(theta))/d(l)" in said.output and "rad/(m.s)" in said.output
     assert [n for n in read_results(files[0]) if "d(" in n] == [
         f"d(tip[{i}])/d({to})" for i in (1, 2) for to in ("l", "theta", "der(theta)")
     ]

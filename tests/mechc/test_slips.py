@@ -130,6 +130,7 @@ def test_a_bare_parameter_beside_an_angle() -> None:
         (["compile", "-o", "p.txt"], "whose file ends in .py; as in -o p.py"),
         (["compile", "--target", "html"], "Did you mean 'web'?"),
         (["run", "--output", "theta"], "names of quantities go to --outputs"),
+        (["study", "period", "--display", "deg"], "a study is told in SI, angles in rad; leave it out"),
         (["study", "period", "--set", "theta=0 deg"], 'begin away from rest: --set theta="..."'),
         (["fit", "--vary", "m", "l"], "several names are one text, with commas"),
         (["fit", "--vary", "m l"], "names are separated by commas; m, l"),
