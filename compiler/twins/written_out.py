@@ -63,9 +63,8 @@ def _relative(model: FlatModel, e: Apply) -> Expression | None:
                 "components", e.type, frame, total(apply("vel", velocity, place), carried, "subtract")
             )
         case "angvel", (frame, other):
-            first, second = (apply("angvel", e.type, x) for x in (frame, other))
-            between = total(first, second, "subtract")
-            return between if n == 2 else apply("components", e.type, other, between)
+            spin = apply("angvel", e.type, frame)
+            return spin if n == 2 else apply("components", e.type, other, spin)
         case "axis_angle", (axis, angle):
             return apply("axis_angle", e.type, negative(axis), negative(angle))
         case _:

@@ -57,6 +57,7 @@ force {1 N, 2 N, 0} on corner from first.a in first.a;
 output load = reaction(hinge);
 output bend = moment(hinge);
 output spin = angvel(second.a);
+output own = angvel(second.a, first.a);
 experiment(stop = 0.5 s);
 """
 LOSING = """
