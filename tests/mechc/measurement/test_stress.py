@@ -79,7 +79,16 @@ def test_the_command_writes_its_table(tmp_path: Path, capsys: pytest.CaptureFixt
     shown = capsys.readouterr().out
     assert "m = 0 kg" in shown and "right within its claim" in shown
     rows = json.loads(file.read_text(encoding="utf-8"))["rows"]
-    assert {row["kind"] for row in rows} <= {"right", "rough", "refused", "long", "open", "doubtful"}
+    assert {row["kind"] for row in rows} <= {
+        "right",
+        "rough",
+        "refused",
+        "long",
+        "open",
+        "doubtful",
+        "same",
+        "none",
+    }
     assert sum(row["kind"] == "right" for row in rows) > 15
 
 
