@@ -387,5 +387,5 @@ def test_lean_sources(tmp_path: Path) -> None:
     whole, _ = packed(MIXED, 3)
     more = {name for name in whole.files if name.startswith("sources/")} - set(plain.files)
     assert {
-        f"sources/{n}.c" for n in ("hybrid", "instant", "impacts", "modes", "locate", "fmi_events")
+        f"sources/{n}.c" for n in ("hybrid", "instant", "impacts", "contact_modes", "locate", "fmi_events")
     } <= more
