@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ..display import Display, factor
 from .letters import axis_label
 
@@ -13,6 +15,8 @@ if TYPE_CHECKING:
     from ..runtime.curves.found import CurveSolution
 
 WIDTH, HEIGHT = 8.0, 3.6
+STILL = 1e-5
+"""Change, as a share of its size, up to which a quantity is named in a line instead of drawn."""
 
 
 def save_curve(
@@ -31,11 +35,19 @@ def curve_figure(s: CurveSolution, names: Sequence[str] = (), display: Display |
 
     shown = display or Display()
     panels = _panels(s, names)
+    still = (
+        [] if names else [(over, up) for over, up in panels[1:] if up not in s.coordinates and _still(s, up)]
+    )
+    panels = [panel for panel in panels if panel not in still]
     with matplotlib.rc_context(STYLE):
         made = Picture(figsize=(WIDTH, HEIGHT * len(panels)), layout="constrained")
         for k, (across, up) in enumerate(panels, start=1):
             axes = made.add_subplot(len(panels), 1, k)
             _draw(axes, s, across, up, shown, COLOURS[(k - 1) % len(COLOURS)])
+        if still:
+            made.supxlabel(
+                "constant: " + ", ".join(_said(s, name, shown) for _, name in still), fontsize="medium"
+            )
     return made
 
 
@@ -55,6 +67,17 @@ def _panels(s: CurveSolution, names: Sequence[str]) -> list[tuple[str, str]]:
         panels += [(over, n) for n in coordinates]
     panels += [(over, q.name) for q in s.problem.outputs if q.name in s]
     return panels
+
+
+def _still(s: CurveSolution, name: str) -> bool:
+    """Whether a quantity is the same everywhere on the curve, but for what errors make of it."""
+    values = s[name][np.isfinite(s[name])]  # an end may be singular
+    return bool(values.size and np.ptp(values) <= STILL * np.abs(values).max())
+
+
+def _said(s: CurveSolution, name: str, display: Display) -> str:
+    values, unit = _values(s, name, display)
+    return f"{name} = {float(np.nanmedian(values)):.7g}{f' {unit}' if unit else ''}"
 
 
 def _draw(axes: Any, s: CurveSolution, across: str, up: str, display: Display, colour: str) -> None:
