@@ -21,6 +21,9 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*.mech"))
 PARAMETERS = 2
 """Of each example, beside a given initial value and an input."""
 
+WIDTH = 4e-3
+"""Of differences where nothing switches, as a share of the value."""
+
 LONGEST, LONGEST_WITH_EVENTS = 1.0, 3.0
 """Times of a run."""
 
@@ -38,6 +41,7 @@ SPECIAL = {
     "kepler_four_orbits": Special("passes so close to the centre that differences do not converge", stop=0.3),
     "touching_balls": Special("a restitution above 1 does not run", stop=1.9, values={"e": 0.9}),
     "falling_box": Special("rattles later: impacts whose order changes are refused", stop=0.76),
+    "lorentz_inferred": Special("begins at the limit of its parameter", values={"side": 0.5}),
     "beam": Special("81 states, whose differences take long", stop=0.3),
 }
 
@@ -109,9 +113,10 @@ def test_derivatives_agree_with_differences(path: Path) -> None:
             continue
         assert flow.failure is None, (name, flow.failure.message)
         expected, uncertain = with_uncertainty(
-            problem, options, name, *((1e-4, 3) if switches else (4e-3, 4))
+            problem, options, name, *((1e-4, 3) if switches else (WIDTH, 4))
         )
-        found, bound = flow.tangents[:, :, 0], 1e-8 * np.abs(expected).max() + 1e-12 * plan.nominal.max()
+        least = 1e-12 / WIDTH * plan.nominal.max()  # what differences leave of a derivative that is zero
+        found, bound = flow.tangents[:, :, 0], 1e-8 * np.abs(expected).max() + least
         if switches:
             found, expected = found[-1], expected[-1]
             bound = 1e-6 * np.abs(expected).max() + 1e-9
