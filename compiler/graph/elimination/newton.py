@@ -46,9 +46,9 @@ def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: 
     point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
     if system.linear:
         step = system.step(point)
-        values = tuple(map(graph.add, point.values, step))
-        point = system.at(values, tuple(map(graph.abs, values)))
-        return system.checked(point, system.small(point, system.step(point)))
+        point = system.at(tuple(map(graph.add, point.values, step)), point.largest)
+        rest = system.step(point)  # of what rounding leaves beside the guess
+        return system.checked(tuple(map(graph.add, point.values, rest)), system.small(point, rest))
     fraction = graph.one
     found: list[tuple[Node, _Point]] = []
     for _ in range(STEPS):
@@ -135,11 +135,11 @@ class _System:
                 result = graph.logical_and(result, graph.less_equal(graph.abs(h), limit))
         return result
 
-    def checked(self, point: _Point, small: Node) -> Nodes:
+    def checked(self, values: Nodes, small: Node) -> Nodes:
         """Return the values where they are a solution, else no numbers."""
         graph = self.graph
-        nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
-        return tuple(graph.select(small, x, nowhere) for x in point.values)
+        nowhere = graph.acos(graph.add(graph.two, graph.abs(values[0])))
+        return tuple(graph.select(small, x, nowhere) for x in values)
 
     def step(self, point: _Point) -> Nodes:
         """Return the step of Newton's method, rows as shares of their sizes."""

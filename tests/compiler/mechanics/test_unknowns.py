@@ -241,3 +241,17 @@ def test_what_cannot_be_solved_is_refused(text: str) -> None:
 def test_layout_keeps_the_guess() -> None:
     text = 'model M\n  output Length y[2] ~ {1, 2} m "found";\n  equation y = {1, 2} m;\nend M;\n'
     assert format_file(parse(SourceFile("m.mech", text), Reporter())) == text
+
+
+def test_a_linear_system_whose_solution_passes_zero() -> None:
+    """At an event both right sides vanish but for rounding: the guess is far larger than what is found."""
+    solution = mechc.loads(
+        "coordinate x[2] = {0.3, 0.5} m;\nkinetic 1/2*1 kg*(der(x[1])^2 + der(x[2])^2);\n"
+        "potential 1/2*4 N/m*(x[1]^2 + x[2]^2);\nwhen x[1] < 0 m then reinit(der(x[2]), -der(x[2])); end when;\n"
+        "output u[2] ~ {0.5, 0.5};\nequation u[1] + u[2] = x[1]/(1 m);\nequation u[1] - 2*u[2] = x[2]/(1 m);\n"
+        "experiment(stop = 2 s);\n"
+    ).simulate()
+    assert solution.failure is None and solution.events
+    x, y = solution["x[1]"], solution["x[2]"]
+    assert np.abs(solution["u[1]"] - (2 * x + y) / 3).max() < 1e-15
+    assert np.abs(solution["u[2]"] - (x - y) / 3).max() < 1e-15
