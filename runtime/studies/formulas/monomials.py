@@ -59,6 +59,22 @@ class Terms:
         """Leave out terms that are made of others."""
         self.listed = [self.listed[k] for k in kept]
 
+    def product(self, vectors: Sequence[Array]) -> Array | None:
+        """Return the coefficients of the product of combinations of terms; None where it has terms that are not listed."""
+        places = {term.powers: k for k, term in enumerate(self.listed) if term.whole < 0}
+        found = vectors[0]
+        for vector in vectors[1:]:
+            total = np.zeros_like(found)
+            for i in np.flatnonzero(found):
+                for j in np.flatnonzero(vector):
+                    a, b = self.listed[i], self.listed[j]
+                    place = places.get(_together(a.powers, b.powers))
+                    if a.whole >= 0 or b.whole >= 0 or place is None:
+                        return None
+                    total[place] += found[i] * vector[j]
+            found = total
+        return found
+
     def _variables(self, moving: Sequence[Variable] | None) -> list[Variable]:
         problem = self.problem
         nq, nv = problem.nq, problem.nv
@@ -196,6 +212,14 @@ def _count(moving: int, placed: int, degree: int, most: int) -> int:
 
 def _powers(chosen: Sequence[int]) -> tuple[tuple[int, int], ...]:
     return tuple((k, chosen.count(k)) for k in dict.fromkeys(chosen))
+
+
+def _together(a: tuple[tuple[int, int], ...], b: tuple[tuple[int, int], ...]) -> tuple[tuple[int, int], ...]:
+    """Return the powers of a product, in the order in which terms are listed."""
+    both = dict(a)
+    for k, p in b:
+        both[k] = both.get(k, 0) + p
+    return tuple(sorted(both.items()))
 
 
 def _less(powers: tuple[tuple[int, int], ...], place: int) -> tuple[tuple[int, int], ...]:

@@ -165,20 +165,27 @@ class _Search:
         return list(whole)
 
     def _products(self, known: Sequence[tuple[Array, int, bool]], level: int) -> Iterator[Array]:
-        """Yield the products of known constants up to a degree that lie in the span, by their coefficients."""
+        """Yield the products of known constants up to a degree that lie in the span, by their coefficients.
+
+        Multiplied out where all terms are at hand; else fitted, which tells functions that are nearly alike by few digits.
+        """
         scale = np.sqrt((self.values**2).mean(axis=0))
         scale = np.where(scale > 0, scale, 1.0)
-        scaled = self.values / scale
-        scaled = np.hstack([np.ones((len(scaled), 1)), scaled])
         wanted = []
         sequences = [self.values @ vector for vector, *_ in known]
         degrees = [max(n, 1) for _, n, _ in known]
         for factors in range(1, level + 1):
             for chosen in combinations_with_replacement(range(len(known)), factors):
-                if sum(degrees[k] for k in chosen) <= level:
+                if sum(degrees[k] for k in chosen) > level:
+                    continue
+                exact = self.terms.product([known[k][0] for k in chosen])
+                if exact is not None:
+                    yield exact
+                else:
                     wanted.append(np.prod([sequences[k] for k in chosen], axis=0))
         if not wanted:
             return
+        scaled = np.hstack([np.ones((len(self.values), 1)), self.values / scale])
         targets = np.array(wanted).T
         targets = targets / np.abs(targets).max(axis=0)
         coefficients, *_ = np.linalg.lstsq(scaled, targets, rcond=None)
