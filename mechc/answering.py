@@ -16,6 +16,7 @@ from .runtime.case import find_experiment
 from .runtime.outcome import AT_SINGULAR_POSITIONS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
+from .runtime.settings import FORMULAS, settings_of
 from .runtime.studies.kinds.sweep import Runs, Sweep
 from .runtime.studies.runs.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
@@ -145,8 +146,17 @@ def _needs(asked: Asked) -> frozenset[str]:
     )
 
 
+def _states_formulas(asked: Asked) -> bool:
+    """Whether a setting that may hold formulas was given."""
+    return any(
+        s.kind in FORMULAS and isinstance(asked.given.get(s.name), str) for s in settings_of(asked.question)
+    )
+
+
 def with_formulas(model: M, asked: Asked) -> M:
     """Return the model with the formulas of a question as outputs."""
+    if not _states_formulas(asked):
+        return model
     equations = model.compilation.equations
     names = [e.name for e in (*equations.states, *equations.outputs)]
     taken = [e.name for e in (*equations.parameters, *equations.inputs, *equations.discretes)]

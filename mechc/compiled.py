@@ -42,6 +42,10 @@ class Code(Struct, eq=False):
     variants: dict[tuple[tuple[str, object], ...], Code] = field(default_factory=dict)
     kept: dict[frozenset[str], Code] = field(default_factory=dict)
     asked: dict[tuple[tuple[str, str], ...], Code] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    """The SI unit of everything that may be set, once somebody has asked for it."""
+    angles: str | None = None
+    """The unit in which pictures show angles that state none, once somebody has asked for it."""
 
     @staticmethod
     def make(

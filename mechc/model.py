@@ -197,12 +197,15 @@ class CompiledModel:
             )
         raise unknown_name("experiment", name, [e.name for e in experiments if e.name])
 
-    def settable_units(self) -> dict[str, str]:
+    def settable_units(self) -> Mapping[str, str]:
         """Return the SI unit of everything that may be set: parameters, initial values, constant inputs."""
-        equations = self.compilation.equations
-        settable = (*equations.parameters, *equations.states, *equations.inputs)
-        settable += tuple(entry for entry in equations.discretes if entry.kind == "end")
-        return {entry.name: entry.unit for entry in settable if entry.kind not in ("account", "internal")}
+        units = self._code.units
+        if not units:
+            equations = self.compilation.equations
+            settable = (*equations.parameters, *equations.states, *equations.inputs)
+            settable += tuple(entry for entry in equations.discretes if entry.kind == "end")
+            units.update((e.name, e.unit) for e in settable if e.kind not in ("account", "internal"))
+        return units
 
     @property
     def settings(self) -> dict[str, float]:
@@ -316,8 +319,11 @@ class CompiledModel:
     @property
     def angles(self) -> str:
         """The unit in which pictures show angles that state none: ``deg`` where the text writes degrees and no radians."""
-        text = re.sub(r"//[^\n]*", "", self._code.source.text)
-        return "deg" if re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text) else ""
+        if self._code.angles is None:
+            text = re.sub(r"//[^\n]*", "", self._code.source.text)
+            degrees = re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text)
+            self._code.angles = "deg" if degrees else ""
+        return self._code.angles
 
     def keeping(self, parts: Collection[str]) -> Self:
         """Return this model with parts built whether they are needed or not."""

@@ -321,9 +321,9 @@ def _settle(
         for setting, value in zip(settings, values[len(experiment.options) :], strict=True):
             if setting not in fixed:
                 chosen[setting] = float(value)
-        p = parameters()
         if chosen == before:
             return p, chosen, numbers, dict(experiment.words)
+        p = parameters()
     raise SimulationError(
         f"the settings of experiment '{experiment.name}' do not settle: they depend on each other"
     )
@@ -342,7 +342,7 @@ def _tables(problem: Problem, options: SimulationOptions, constants: Mapping[int
 
 
 def _check_parameters(problem: Problem, p: Array) -> None:
-    for quantity, value in zip(problem.parameters, p, strict=False):
+    for quantity, value in zip(problem.parameters, p.tolist(), strict=False):
         if math.isnan(value):
             raise SimulationError(
                 f"the parameter '{quantity.name}' has no value; "
@@ -351,15 +351,15 @@ def _check_parameters(problem: Problem, p: Array) -> None:
             )
         if math.isinf(value):
             raise SimulationError(f"the parameter '{quantity.name}' is infinite", quantity.origin)
-        _check_range(quantity, float(value), "the parameter")
+        _check_range(quantity, value, "the parameter")
 
 
 def _check_state(problem: Problem, y0: Array) -> None:
-    for quantity, value in zip(problem.states, y0, strict=True):
+    for quantity, value in zip(problem.states, y0.tolist(), strict=True):
         if not math.isfinite(value):
             what = "not a number" if math.isnan(value) else "infinite"
             raise SimulationError(f"the initial value of '{quantity.name}' is {what}", quantity.origin)
-        _check_range(quantity, float(value), "the initial value of")
+        _check_range(quantity, value, "the initial value of")
     for index in problem.rotations:
         norm = float(np.linalg.norm(y0[index : index + 4]))
         if not norm > 0:
@@ -369,6 +369,8 @@ def _check_state(problem: Problem, y0: Array) -> None:
 
 
 def _check_range(quantity: Quantity, value: float, what: str) -> None:
+    if quantity.minimum is None and quantity.maximum is None:
+        return
     unit = f" {quantity.unit}" if quantity.unit else ""
     if quantity.minimum is not None and value < quantity.minimum:
         raise SimulationError(

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .inputs import Table, derivatives
+from .once import once
 from .outcome import SimulationError
 from .problem import Array, Problem
 
 
+@once
 def derived(problem: Problem) -> dict[int, tuple[int, int]]:
     """Return the indices of the derivatives of each input that drives, by its own."""
     index = {q.name: k for k, q in enumerate(problem.inputs)}

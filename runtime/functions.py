@@ -165,7 +165,7 @@ def _from_library(problem: Problem) -> Functions:
     fill = native.PARAMETERS_FUNCTION(getattr(model, "parameters"))  # noqa: B009, a field of the struct
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
-        fill(p.ctypes.data, given.ctypes.data_as(ctypes.POINTER(ctypes.c_ubyte)))
+        fill(p.ctypes.data, given.ctypes.data)
 
     return Functions(
         rhs=rhs,

@@ -80,12 +80,12 @@ def nominal_values(
     """
     nominal, unsized = _by_rules(sizes, y0, rates, p, energies, duration, None)
     if not unsized:
-        return nominal
+        return np.array(nominal)
     if pilot is None:
         unbounded = np.full(len(y0), np.inf)
         nominal, _ = _by_rules(sizes, y0, rates, p, energies, duration, None, unbounded)
         return np.where(np.isfinite(nominal), nominal, 1.0)
-    return _by_rules(sizes, y0, rates, p, energies, duration, pilot(nominal))[0]
+    return np.array(_by_rules(sizes, y0, rates, p, energies, duration, pilot(np.array(nominal)))[0])
 
 
 def _by_rules(
@@ -97,36 +97,36 @@ def _by_rules(
     duration: float,
     reached: Array | None,
     bounds: Array | None = None,
-) -> tuple[Array, list[int]]:
+) -> tuple[list[float], list[int]]:
     """Give nominal values, and the states that a pilot run is needed for. ``bounds`` of the floor: by default what is
     ``reached``."""
     bounds = reached if bounds is None else bounds
-    y0 = _without_rounding(sizes, y0)
-    rates = _without_rounding(sizes, np.where(np.isfinite(rates), rates, 0.0))
+    start = _without_rounding(sizes, y0)
+    slopes = _without_rounding(sizes, np.where(np.isfinite(rates), rates, 0.0))
     velocities = range(sizes.nq, sizes.nq + sizes.nv)
-    others = [i for i in range(len(y0)) if i not in velocities]
+    others = [i for i in range(len(start)) if i not in velocities]
     positions = [i for i in others if not sizes.kinds[i]]
     accounts = [i for i in others if sizes.kinds[i] == "account"]
 
-    nominal = np.array([float(kind == "rotation") for kind in sizes.kinds])
+    nominal = [float(kind == "rotation") for kind in sizes.kinds]
     for i in positions:
-        nominal[i] = _own_size(sizes, i, y0[i])
+        nominal[i] = _own_size(sizes, i, start[i])
     unsized = _share(sizes, nominal, positions, bounds)
     for i in positions:
         if nominal[i] == 0:
             nominal[i] = _parameter_size(sizes, p, i)
         if nominal[i] == 0:
             unsized.append(i)
-            far = _reach(sizes, i, rates, duration)
+            far = _reach(sizes, i, slopes, duration)
             nominal[i] = (far if reached is None or reached[i] == 0 else float(reached[i])) or 1.0
 
     partner = dict(zip(velocities, sizes.partner, strict=True))
-    first, second = ([abs(x[i]) / nominal[partner[i]] for i in velocities] for x in (y0, rates))
+    first, second = ([abs(x[i]) / nominal[partner[i]] for i in velocities] for x in (start, slopes))
     noise = NOISE * max(max(first, default=0.0), math.sqrt(max(second, default=0.0)))
     for i, speed, acceleration in zip(velocities, first, second, strict=True):
-        own = _own_size(sizes, i, y0[i] if speed > noise else 0.0)
+        own = _own_size(sizes, i, start[i] if speed > noise else 0.0)
         if not sizes.nominal[i] and acceleration > noise**2 / NOISE:
-            own = max(own, math.sqrt(abs(rates[i]) * nominal[partner[i]]))
+            own = max(own, math.sqrt(abs(slopes[i]) * nominal[partner[i]]))
         nominal[i] = own
     unsized += _share(sizes, nominal, velocities, bounds)
     speeds = [nominal[i] / nominal[partner[i]] for i in velocities]
@@ -137,7 +137,7 @@ def _by_rules(
 
     energy = max((abs(e) for e in energies if math.isfinite(e)), default=0.0)
     for i in accounts:
-        nominal[i] = sizes.nominal[i] or energy or abs(rates[i]) * duration
+        nominal[i] = sizes.nominal[i] or energy or abs(slopes[i]) * duration
         if nominal[i] == 0:
             unsized.append(i)
             nominal[i] = math.inf if reached is None else float(reached[i]) or 1.0
@@ -148,14 +148,15 @@ def _by_rules(
     return nominal, unsized
 
 
-def _without_rounding(sizes: Sizes, values: Array) -> Array:
+def _without_rounding(sizes: Sizes, values: Array) -> list[float]:
     """Give ``values`` [ny] of the states, or of their rates, with zero for what is rounding beside others of its unit."""
-    result = np.array(values)
+    result: list[float] = values.tolist()
     for begin, end in itertools.pairwise((0, sizes.nq, sizes.nq + sizes.nv, len(result))):
         for alike in _alike(sizes, range(begin, end)):
-            group = np.array(alike)
-            size = np.abs(result[group])
-            result[group[size < NOISE * size.max()]] = 0.0
+            least = NOISE * max([abs(result[i]) for i in alike])
+            for i in alike:
+                if abs(result[i]) < least:
+                    result[i] = 0.0
     return result
 
 
@@ -173,7 +174,7 @@ def _own_size(sizes: Sizes, i: int, initial: float) -> float:
     return abs(float(initial)) if initial != 0 else sizes.ranges[i]
 
 
-def _share(sizes: Sizes, nominal: Array, indices: Sequence[int], bounds: Array | None) -> list[int]:
+def _share(sizes: Sizes, nominal: list[float], indices: Sequence[int], bounds: Array | None) -> list[int]:
     """Give states without a size that of the smallest one of their unit, one that they feel if there is one; keep those below
     the floor at what they reach, but not above it. Give these."""
     low: list[int] = []
@@ -208,7 +209,7 @@ def _parameter_size(sizes: Sizes, p: Array, i: int) -> float:
     return math.exp(sum(logarithms) / len(logarithms)) if logarithms else 0.0
 
 
-def _reach(sizes: Sizes, index: int, rates: Array, duration: float) -> float:
+def _reach(sizes: Sizes, index: int, rates: Sequence[float], duration: float) -> float:
     """How far a state gets by its rate, and a coordinate by its acceleration, at the start."""
     reach = abs(float(rates[index])) * duration
     for velocity, coordinate in enumerate(sizes.partner, sizes.nq):

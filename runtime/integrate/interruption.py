@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import signal
 import threading
+from _signal import getsignal as handler_of  # type: ignore[import-not-found]
+from _signal import signal as set_handler
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 ENDING = (signal.SIGINT, signal.SIGTERM)
-"""Signals that ask for an end. The command line lets both raise KeyboardInterrupt; in other programs SIGTERM stays theirs."""
+"""Signals that ask for an end (of ``_signal``: the functions of ``signal`` go through enumerations, longer than a short run). The command line lets both raise KeyboardInterrupt; in other programs SIGTERM stays theirs."""
 
 
 @contextmanager
@@ -33,13 +35,13 @@ def noted_interruptions() -> Iterator[Callable[[], bool]]:
         noted = True
 
     in_main = threading.current_thread() is threading.main_thread()
-    taken = [one for one in ENDING if in_main and signal.getsignal(one) is signal.default_int_handler]
+    taken = [one for one in ENDING if in_main and handler_of(one) is signal.default_int_handler]
     try:
         for one in taken:
-            signal.signal(one, note)
+            set_handler(one, note)
         yield tell
     finally:
         for one in taken:
-            signal.signal(one, signal.default_int_handler)
+            set_handler(one, signal.default_int_handler)
     if noted and not told:
         raise KeyboardInterrupt

@@ -140,7 +140,7 @@ def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.Report
     assert model is not None
 
     def at(time: float) -> float | None:
-        return None if np.isnan(time) else time
+        return None if math.isnan(time) else time
 
     return Statistics(
         method=kernel.mech_method_name(report.method).decode(),

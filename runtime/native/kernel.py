@@ -17,7 +17,6 @@ from ctypes import (
     c_long,
     c_longlong,
     c_size_t,
-    c_ubyte,
     c_void_p,
 )
 from enum import IntEnum
@@ -84,7 +83,7 @@ class Status(IntEnum):
 
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
-PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, POINTER(c_ubyte))
+PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
 
 
 class ModelStruct(Structure):

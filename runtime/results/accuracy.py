@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -144,7 +145,8 @@ def energy_drift(problem: Problem, outputs: Array) -> Drift | None:
         balance -= outputs[:, supplied]
     energies = [i for i, quantity in enumerate(problem.outputs) if quantity.kind == "energy"]
     energies += [i for i in problem.energy_balance if i >= 0]
-    return _drift(problem, total, balance, max(_largest(outputs[:, i]) for i in energies))
+    size = max((_largest(outputs[rows][:, energies]) for rows in _slices(len(outputs))), default=0.0)
+    return _drift(problem, total, balance, size)
 
 
 def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
@@ -159,8 +161,11 @@ def conserved_drifts(problem: Problem, outputs: Array) -> tuple[Drift, ...]:
 
 def _drift(problem: Problem, index: int, values: Array, size: float) -> Drift:
     quantity = problem.outputs[index]
-    defined = np.isfinite(values)
-    absolute = _largest(values, float(values[np.argmax(defined)])) if defined.any() else float("nan")
+    first = float(values[0]) if values.size else math.nan
+    if not math.isfinite(first):
+        defined = np.isfinite(values)
+        first = float(values[np.argmax(defined)]) if defined.any() else math.nan
+    absolute = math.nan if math.isnan(first) else _largest(values, first)
     return Drift(quantity.name, quantity.unit, absolute, absolute / size if size > 0 else None)
 
 

@@ -15,7 +15,7 @@ from ..outcome import (
     time_text,
     value_text,
 )
-from ..problem import Array, Problem
+from ..problem import Array, Problem, Quantity
 from .reach import with_reach
 
 ZERO = 1e-13
@@ -113,9 +113,9 @@ def undefined_energy(problem: Problem, times: Array, states: Array, outputs: Arr
     Steps may cross a wall of the potential that is thinner than they are; what lies behind is no motion of the model.
     ``states`` [n, ny] and ``outputs`` [n, n_outputs] at ``times`` [n].
     """
-    for index, quantity in enumerate(problem.outputs):
+    for index, quantity in _undefined_last(problem, outputs):
         values = outputs[:, index]
-        if quantity.kind != "energy" or not values.size or np.isfinite(values[-1]):
+        if quantity.kind != "energy":
             continue
         defined = np.flatnonzero(np.isfinite(values))
         first = int(defined[-1]) + 1 if defined.size else 0
@@ -131,12 +131,20 @@ def undefined_energy(problem: Problem, times: Array, states: Array, outputs: Arr
     return None
 
 
+def _undefined_last(problem: Problem, outputs: Array) -> list[tuple[int, Quantity]]:
+    """List the outputs that are no numbers at the end, with their places."""
+    if not len(outputs):
+        return []
+    wrong = np.flatnonzero(~np.isfinite(outputs[-1])).tolist()
+    return [(index, problem.outputs[index]) for index in wrong]
+
+
 def undefined_outputs(problem: Problem, times: Array, outputs: Array) -> tuple[str, ...]:
     """Say of outputs that are no numbers at the end since when they are none; the motion does not depend on them."""
     since: dict[int, list[str]] = {}
-    for index, quantity in enumerate(problem.outputs):
+    for index, quantity in _undefined_last(problem, outputs):
         values = outputs[:, index]
-        if quantity.kind != "output" or not values.size or np.isfinite(values[-1]):
+        if quantity.kind != "output":
             continue
         defined = np.flatnonzero(np.isfinite(values))
         since.setdefault(int(defined[-1]) + 1 if defined.size else 0, []).append(f"'{quantity.name}'")

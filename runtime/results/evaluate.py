@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from functools import cached_property
 from typing import Literal, overload
 
 import numpy as np
@@ -83,7 +84,10 @@ class Blocks:
 
     def __init__(self, *blocks: Array) -> None:
         self.blocks = blocks
-        self._places = [(block, i) for block in blocks for i in range(block.shape[1])]
+
+    @cached_property
+    def _places(self) -> list[tuple[Array, int]]:
+        return [(block, i) for block in self.blocks for i in range(block.shape[1])]
 
     @overload
     def __getitem__(self, key: tuple[slice, int]) -> Array: ...
@@ -102,7 +106,7 @@ def solution_blocks(case: Case, t: Array, y: Array, z: Array | None = None) -> B
     outputs = evaluate_rows(case, "outputs", t, y, z)
     inputs = input_rows(case, t)
     own = sum(quantity.kind != "mode" for quantity in case.problem.discretes)
-    discretes = np.tile(case.z[:own], (t.size, 1)) if z is None else z[:, :own]
+    discretes = np.broadcast_to(case.z[:own], (t.size, own)).copy() if z is None else z[:, :own]
     return Blocks(y, outputs, inputs, discretes)
 
 

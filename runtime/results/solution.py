@@ -86,13 +86,8 @@ class Solution(Results):
 
     def __init__(self, motion: Motion) -> None:
         problem = motion.problem
-        listed = quantities(problem)
-        # An account is a state and an output by one name: the later column stands for both.
-        self.quantities = {quantity.name: quantity for quantity in listed}
-        self._column = {quantity.name: index for index, quantity in enumerate(listed)}
-        values = {name: motion.columns[:, index] for name, index in self._column.items()}
-        units = {"time": problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
-        super().__init__(motion.time, values, units)
+        self.time = motion.time
+        self._report = None
         self.motion = motion
         self.problem = problem
         self.model = problem.name
@@ -106,6 +101,24 @@ class Solution(Results):
         self.events = motion.events
         self.interpolation = motion.interpolation
         self._at = motion.at
+
+    @cached_property
+    def quantities(self) -> Mapping[str, Quantity]:
+        """All quantities by their names."""
+        return {quantity.name: quantity for quantity in quantities(self.problem)}
+
+    @cached_property
+    def _column(self) -> Mapping[str, int]:
+        """The column of each quantity: an account is a state and an output by one name, the later one stands for both."""
+        return {quantity.name: index for index, quantity in enumerate(quantities(self.problem))}
+
+    @cached_property
+    def _values(self) -> Values:  # type: ignore[override]
+        return Values({name: self.motion.columns[:, index] for name, index in self._column.items()})
+
+    @cached_property
+    def _units(self) -> dict[str, str]:  # type: ignore[override]
+        return {"time": self.problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
 
     @cached_property
     def energy(self) -> EnergyAccounts | None:

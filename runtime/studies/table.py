@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from importlib import import_module
 
 from msgspec import Struct
@@ -18,16 +19,21 @@ class Kind(Struct, frozen=True):
 
     def question(self) -> type[Study]:
         """Import the question; the others stay unread."""
-        module, _, name = self.home.partition(":")
-        found: object = getattr(import_module(f".{module}", __package__), name)
-        assert isinstance(found, type) and issubclass(found, Study)
-        return found
+        return _imported(self.home)
 
     def unused(self, setting: str) -> str:
         """Say why a setting cannot be given, or nothing where it is none of a run that the question does not use."""
         if setting not in self.question().unused:
             return ""
         return f"'{setting}' is a setting of a run, and would change nothing in the answer of the study '{self.name}'"
+
+
+@functools.cache
+def _imported(home: str) -> type[Study]:
+    module, _, name = home.partition(":")
+    found: object = getattr(import_module(f".{module}", __package__), name)
+    assert isinstance(found, type) and issubclass(found, Study)
+    return found
 
 
 def kind_of(question: type[Study]) -> Kind:

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import numpy as np
 from msgspec.structs import replace
+from numpy.typing import NDArray
 
 from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
 from ...nominal import NOISE
+from ...once import once
 from ...problem import PURE, Array, Problem, Quantity
-from ...results.accuracy import EPSILON
+from ...results.accuracy import AT_ONCE, EPSILON
 from ...results.evaluate import evaluate_rows
 from .companion import Plan, trajectory_of
 
@@ -64,8 +66,11 @@ def by_own_size(
 
 def _reached(run: Trajectory) -> Array:
     """Give the largest size of each state."""
-    columns = (run.y[:, i] for i in range(run.y.shape[1]))  # one by one: of many points no copy is made
-    return np.array([np.abs(np.where(np.isfinite(column), column, 0.0)).max() for column in columns])
+    reached = np.zeros(run.y.shape[1])
+    for begin in range(0, len(run.y), AT_ONCE):  # of many points no copy is made
+        rows = np.abs(run.y[begin : begin + AT_ONCE])
+        np.maximum(reached, np.where(np.isfinite(rows), rows, 0.0).max(axis=0), out=reached)
+    return reached
 
 
 def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
@@ -73,13 +78,21 @@ def _small(problem: Problem, nominal: Array, reached: Array) -> list[int]:
 
     Angles and pure numbers have a size of their own, and so has what the model declares.
     """
-    low = (reached > 0) & (reached < FAR * nominal)
+    found: list[int] = np.flatnonzero((reached > 0) & (reached < FAR * nominal) & _sizeless(problem)).tolist()
+    return found
+
+
+@once
+def _sizeless(problem: Problem) -> NDArray[np.bool_]:
+    """Tell [ny] which states have no size of their own, nor their coordinates."""
     partner = dict(zip(range(problem.nq, problem.nq + problem.nv), problem.partner, strict=True))
-    return [
-        i
-        for i, q in enumerate(problem.states)
-        if low[i] and not _has_size(q) and not _has_size(problem.states[partner.get(i, i)])
-    ]
+    return np.array(
+        [
+            not _has_size(q) and not _has_size(problem.states[partner.get(i, i)])
+            for i, q in enumerate(problem.states)
+        ],
+        dtype=bool,
+    )
 
 
 def _no_rounding(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
