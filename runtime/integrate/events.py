@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, overload
+from typing import Any, Protocol, overload
 
 import numpy as np
 from msgspec import Struct, field
@@ -40,15 +40,22 @@ class Note(Struct, frozen=True):
     value: float
 
 
+class Sides(Protocol):
+    """States and discrete variables [ny + nz] before and after each instant."""
+
+    def __len__(self) -> int: ...
+    def at(self, instant: int) -> tuple[Array, Array]: ...
+
+
 class Events(Sequence[Event]):
     """The events of a run in their order, each made when it is asked for: what the kernel noted stays as it is.
 
-    ``noted`` [k] of ``NOTED``; ``before`` and ``after`` [m, ny + nz] by instant.
+    ``noted`` [k] of ``NOTED``; ``sides`` of the instants.
     """
 
-    def __init__(self, problem: Problem, noted: NDArray[np.void], before: Array, after: Array) -> None:
+    def __init__(self, problem: Problem, noted: NDArray[np.void], sides: Sides) -> None:
         self.noted = noted
-        self._before, self._after = before, after
+        self._sides = sides
         self._hybrid = problem.hybrid
         quantities = (*problem.states, *problem.discretes)
         self._names = [q.name for q in quantities]
@@ -67,8 +74,8 @@ class Events(Sequence[Event]):
         one = self.noted[index]
         kind, instant = native.EVENT_KINDS[one["kind"]], int(one["instant"])
         changed: tuple[dict[str, float], dict[str, float]] = ({}, {})
-        if instant < len(self._before):
-            sides = self._before[instant], self._after[instant]
+        if instant < len(self._sides):
+            sides = self._sides.at(instant)
             for i in np.flatnonzero((sides[0] != sides[1]) & self._shown):
                 for values, side in zip(changed, sides, strict=True):
                     values[self._names[i]] = float(side[i])
@@ -98,30 +105,71 @@ def _note(one: Any) -> Note:
     return Note(int(one["instant"]), kind, int(one["index"]), float(one["value"]))
 
 
-class EventRecord(Struct, frozen=True, eq=False):
-    """``times`` [m]; ``before`` and ``after`` [m, ny + nz]; ``grid_z`` [n, nz] belongs to the rows of the grid."""
+class EventRecord:
+    """``times`` [m]; ``before`` and ``after`` [m, ny + nz]; ``grid_z`` [n, nz] belongs to the rows of the grid.
 
-    events: Events
-    times: Array
-    before: Array
-    after: Array
-    start_z: Array
-    grid_z: Array
+    ``instants`` [m, 1 + 2(ny + nz)] are kept until they are ``merged`` with the rows of the grid, and found there from
+    then on: the numbers of many events are there once.
+    """
+
+    def __init__(
+        self, problem: Problem, noted: NDArray[np.void], instants: Array, start_z: Array, grid_z: Array
+    ) -> None:
+        self.times = instants[:, 0].copy()
+        self.start_z, self.grid_z = start_z, grid_z
+        self.events = Events(problem, noted, self)
+        self._sides: Array | _Merged = instants[:, 1:]
+
+    def __len__(self) -> int:
+        return len(self.times)
+
+    def at(self, instant: int) -> tuple[Array, Array]:
+        """Give both sides [ny + nz] of an instant."""
+        before, after = (self._side(k, np.array([instant])) for k in range(2))
+        return before[0], after[0]
+
+    @property
+    def before(self) -> Array:
+        return self._side(0)
+
+    @property
+    def after(self) -> Array:
+        return self._side(1)
+
+    def _side(self, which: int, of: NDArray[np.intp] | slice = slice(None)) -> Array:
+        if isinstance(self._sides, _Merged):
+            places = self._sides.places[of] + which
+            return np.hstack([self._sides.y[places], self._sides.z[places]])
+        size = self._sides.shape[1] // 2
+        found: Array = self._sides[of, which * size : (which + 1) * size]
+        return found
 
     def discretes(self, t: Array, ny: int) -> Array:
         """Give z [n, nz] at the times t [n], continuous from the right."""
-        rows = np.vstack([self.start_z, self.after[:, ny:]])
-        found: Array = rows[np.searchsorted(self.times, t, side="right")]
+        last = np.searchsorted(self.times, t, side="right") - 1
+        found = np.tile(self.start_z, (len(t), 1))
+        later = last >= 0
+        found[later] = self._side(1, last[later])[:, ny:]
         return found
 
     def merged(self, t: Array, y: Array, ny: int) -> tuple[Array, Array, Array]:
         """Give times, states and discrete variables of the grid with both sides of each instant."""
         kept = ~np.isin(t, self.times)
-        times = np.concatenate([t[kept], self.times, self.times])
-        side = np.concatenate([np.zeros(kept.sum()), np.zeros(self.times.size), np.ones(self.times.size)])
-        number = np.concatenate(
-            [np.zeros(kept.sum()), np.arange(self.times.size), np.arange(self.times.size)]
-        )
-        states = np.vstack([np.hstack([y[kept], self.grid_z[kept]]), self.before, self.after])
-        order = np.lexsort((side, number, times))
-        return times[order], states[order, :ny], states[order, ny:]
+        t, m = t[kept], len(self.times)
+        rows = np.arange(len(t)) + 2 * np.searchsorted(self.times, t)
+        places = 2 * np.arange(m) + np.searchsorted(t, self.times)
+        times, states = np.empty(len(t) + 2 * m), np.empty((len(t) + 2 * m, ny))
+        modes = np.empty((len(times), self.grid_z.shape[1]))
+        times[rows], states[rows], modes[rows] = t, y[kept], self.grid_z[kept]
+        for k, side in enumerate((self.before, self.after)):
+            times[places + k], states[places + k], modes[places + k] = self.times, side[:, :ny], side[:, ny:]
+        self._sides = _Merged(states, modes, places)
+        return times, states, modes
+
+
+class _Merged(Struct, frozen=True, eq=False):
+    """States and discrete variables of a run, and the rows [m] before its instants: those behind these are the other sides."""
+
+    y: Array
+    z: Array
+    places: NDArray[np.intp]

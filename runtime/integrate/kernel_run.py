@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..case import Case
 from ..functions import Functions
@@ -40,7 +41,7 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
         Solver(kernel, case, options.method, options.tolerance, options.atol, options.step or 0.0) as solver,
         noted_interruptions() as interrupted,
     ):
-        record = _Record(solver) if options.dense else None
+        record = _Record(solver, min(options.dense_kept, DENSE_LIMIT)) if options.dense else None
         log = EventLog(solver, problem) if problem.hybrid is not None else None
         status = _advance(solver, case, options, record, log, interrupted)
         report, y = solver.report()
@@ -58,7 +59,7 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
         return Trajectory(
             t=t,
             y=rows,
-            dense=record.polynomials() if record is not None else None,
+            dense=_dense(record, case, options, report, interrupted()),
             statistics=_statistics(kernel, case.functions, report),
             failure=_failure(problem, status, report, y, options),
             interrupted=status in UNTROUBLED and interrupted(),
@@ -108,10 +109,11 @@ def _steps_left(options: SolverOptions, report: native.ReportStruct) -> float:
 
 
 class _Record:
-    """The polynomials of all steps, kept as long as they stay within ``DENSE_LIMIT``."""
+    """The polynomials of all steps, kept as long as they stay within ``limit`` bytes."""
 
-    def __init__(self, solver: Solver) -> None:
+    def __init__(self, solver: Solver, limit: float) -> None:
         self._solver = solver
+        self._limit = limit
         self._filled: list[Array] = []
         self._size = 0
         solver.start_record(FIRST_RECORD)
@@ -121,18 +123,55 @@ class _Record:
         filled = self._solver.recorded(self._solver.report()[0].n_record)
         self._filled.append(filled)
         self._size += filled.nbytes
-        if self._size > DENSE_LIMIT:
+        if self._size > self._limit:
             self._filled.clear()
-        self._solver.start_record(2 * len(filled) if self._size <= DENSE_LIMIT else 0)
+        self._solver.start_record(2 * len(filled) if self._size <= self._limit else 0)
+
+    def steps_fit(self, steps: int) -> bool:
+        """Whether the polynomials of so many steps stay within ``DENSE_LIMIT``."""
+        return 8 * (2 + self._solver.n_dense * self._solver.ny) * steps <= DENSE_LIMIT
 
     def polynomials(self) -> DenseOutput | None:
-        if self._size > DENSE_LIMIT:
+        if self._size > self._limit:
             return None
         rows = np.concatenate([*self._filled, self._solver.recorded(self._solver.report()[0].n_record)])
         if not rows.size:
             return None
         coefficients = rows[:, 2:].reshape(-1, self._solver.n_dense, self._solver.ny)
         return DenseOutput(rows[:, 0].copy(), rows[:, 1].copy(), coefficients)
+
+
+class PolynomialsAgain:
+    """The polynomials of a run that was too long to keep them for nobody: it is run again when they are asked for."""
+
+    def __init__(self, case: Case, options: SolverOptions) -> None:
+        self._case = case
+        self._options = replace(options, dense_kept=math.inf, progress=None)
+        self._found: Callable[[Array], Array] | None = None
+
+    def __call__(self, t: Array) -> Array:
+        """Give y [n, ny] at the times t [n]."""
+        if self._found is None:
+            again = run_kernel(self._case, self._options)
+            if again.interrupted:
+                raise KeyboardInterrupt
+            self._found = again.dense
+        assert self._found is not None, "a run goes the same way again"
+        return self._found(t)
+
+
+def _dense(
+    record: _Record | None,
+    case: Case,
+    options: SolverOptions,
+    report: native.ReportStruct,
+    cut_off: bool,
+) -> Callable[[Array], Array] | None:
+    """Give the polynomials, or what computes them again where that gives the same."""
+    found = None if record is None else record.polynomials()
+    if record is None or found is not None or not record.steps_fit(report.steps):
+        return found
+    return None if cut_off or options.seconds < math.inf else PolynomialsAgain(case, options)
 
 
 def _statistics(kernel: ctypes.CDLL, functions: Functions, report: native.ReportStruct) -> Statistics:

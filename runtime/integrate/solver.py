@@ -131,22 +131,53 @@ class Solver:
         self._record = np.empty((capacity, 2 + self.n_dense * self.ny))
         self._kernel.mech_set_record(self._handle, self._record.ctypes.data if capacity else None, capacity)
 
+    @property
+    def _width(self) -> int:
+        """Numbers of an instant: its time and both sides."""
+        return 1 + 2 * (self.ny + self.nz)
+
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = np.empty(4 * capacity + 256, dtype=NOTED)
-        self._instants = np.empty((capacity, 1 + 2 * (self.ny + self.nz)))
+        self._events = np.empty(_events_of(capacity), dtype=NOTED)
+        self._instants = np.empty((capacity, self._width))
+        self._n_events = self._n_instants = 0
+        self._give_events()
+
+    def grow_events(self, most: int) -> None:
+        """Give the kernel room for as many instants again, ``most`` at most, behind those that it has noted.
+
+        The arrays grow where they are (``resize``), so that nothing is there twice.
+        """
+        self._count_events()
+        more = min(self._n_instants, most)
+        self._events.resize(self._n_events + _events_of(more), refcheck=False)
+        self._instants.resize((self._n_instants + more, self._width), refcheck=False)
+        self._give_events()
+
+    def _count_events(self) -> None:
+        """Count what the kernel has noted since it was given room, and number its instants through."""
+        report, _ = self.report()
+        self._events["instant"][self._n_events : self._n_events + report.n_events] += self._n_instants
+        self._n_events += report.n_events
+        self._n_instants += report.n_instants
+
+    def _give_events(self) -> None:
         self._kernel.mech_set_events(
             self._handle,
-            self._events.ctypes.data,
-            len(self._events),
-            self._instants.ctypes.data,
-            capacity,
+            self._events.ctypes.data + self._n_events * self._events.itemsize,
+            len(self._events) - self._n_events,
+            self._instants.ctypes.data + self._n_instants * 8 * self._width,
+            len(self._instants) - self._n_instants,
         )
 
     def happened(self) -> tuple[NDArray[np.void], Array]:
-        """Give the events and instants since ``start_events``."""
-        report, _ = self.report()
-        return self._events[: report.n_events].copy(), self._instants[: report.n_instants].copy()
+        """Give the events and instants since ``start_events``; the solver notes no more."""
+        self._count_events()
+        events, instants = self._events, self._instants
+        self._kernel.mech_set_events(self._handle, None, 0, None, 0)
+        events.resize(self._n_events, refcheck=False)
+        instants.resize((self._n_instants, self._width), refcheck=False)
+        return events, instants
 
     def discretes(self) -> Array:
         z = np.empty(self.nz)
@@ -158,6 +189,11 @@ class Solver:
 
     def recorded(self, count: int) -> Array:
         return self._record[:count]
+
+
+def _events_of(instants: int) -> int:
+    """Room for the events of so many instants: four each."""
+    return 4 * instants + 256
 
 
 def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.TableStruct], list[Array]]:

@@ -12,7 +12,8 @@ from ..problem import Array
 
 class SolverOptions(Struct, frozen=True, eq=False):
     """``nominal`` [ny]: sizes of the states; the absolute tolerance is ``tolerance`` times these. ``step`` is that of a
-    method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps. A run of more than
+    method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps, those
+    of more than ``dense_kept`` bytes by running again where somebody asks for them. A run of more than
     ``max_steps`` accepted steps or ``seconds`` is given up, and one that is stiff after ``stiff_after`` steps. ``reproducible``: by the kernel that gives the same bits on
     every machine."""
 
@@ -26,6 +27,7 @@ class SolverOptions(Struct, frozen=True, eq=False):
     seconds: float = math.inf
     reproducible: bool = False
     progress: Progress | None = None
+    dense_kept: float = math.inf
 
     @property
     def atol(self) -> Array:

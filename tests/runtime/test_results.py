@@ -12,7 +12,11 @@ from msgspec.structs import replace
 from written_problems import compiled_kepler, compiled_pendulum, kepler, kepler_position, pendulum, rigid_body
 
 import mechc
-from mechc.runtime.case import SimulationOptions
+from mechc.runtime.case import Case, SimulationOptions
+from mechc.runtime.integrate import kernel_run
+from mechc.runtime.integrate.kernel_run import run_kernel
+from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.problem import Array
 from mechc.runtime.results.evaluate import Blocks
 from mechc.runtime.results.files import ResultsFileError, read_results
@@ -98,6 +102,26 @@ def test_polynomials_are_dropped_beyond_their_bound_of_memory(monkeypatch: pytes
         compiled_kepler(), SimulationOptions(stop=600, tolerance=1e-11, points=6000, dense=False)
     )
     assert np.abs(long["x"] - whole["x"]).max() < 1e-6
+
+
+def test_polynomials_that_were_not_kept_are_those_of_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run of many steps is made again when somebody asks for times between its points: with the same bits, once."""
+    options = SimulationOptions(stop=600, tolerance=1e-11, points=50)
+    kept = simulate(compiled_kepler(), options)
+    monkeypatch.setattr("mechc.runtime.studies.runs.companion.DENSE_KEPT", 100_000)
+    dropped = simulate(compiled_kepler(), options)
+    assert dropped.interpolation == "dense output"
+    made: list[Trajectory] = []
+
+    def counted(case: Case, options: SolverOptions) -> Trajectory:
+        made.append(run_kernel(case, options))
+        return made[-1]
+
+    monkeypatch.setattr(kernel_run, "run_kernel", counted)
+    times = np.linspace(0, 600, 999)
+    for _ in range(2):
+        assert all(np.array_equal(dropped(times)[name], kept(times)[name]) for name in kept)
+    assert len(made) == 1
 
 
 def test_hermite_interpolation_keeps_rotations_of_unit_length() -> None:

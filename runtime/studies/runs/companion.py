@@ -3,6 +3,8 @@ judged."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
@@ -32,6 +34,9 @@ COMPANION_STEPS, FEW_STEPS = 10, 100_000
 before the second number it may meet a singular position, which is worth knowing."""
 
 
+DENSE_KEPT = 4_000_000
+"""Bytes of polynomials that are kept for whoever may ask for times between steps; where checks go through them, all are."""
+
 APART = 2.618
 """Into how many parts the steps of a third run divide those of the main one: no small ratio is near it (square of the golden
 section)."""
@@ -60,6 +65,7 @@ class Estimated(Struct, frozen=True):
 def trajectory_of(
     plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
 ) -> Trajectory:
+    problem = plan.case.problem
     run = run_kernel if plan.method.in_kernel else run_scipy
     options = SolverOptions(
         plan.method.name,
@@ -69,6 +75,7 @@ def trajectory_of(
         dense,
         plan.options.max_steps,
         plan.options.stiff_after,
+        dense_kept=math.inf if problem.narrow or problem.constraints else DENSE_KEPT,
         reproducible=plan.options.reproducible,
         progress=progress,
     )
