@@ -90,9 +90,11 @@ class Series:
 def product(a: Array, b: Array) -> Array:
     """The product of two series in time, as far as both are known."""
     k = min(len(a), len(b))
-    out = np.empty((k, *np.broadcast_shapes(a.shape[1:], b.shape[1:])), complex)
-    for n in range(k):
-        out[n] = a[0] * b[n]
+    first = a[0] * b[0]
+    out = np.empty((k, *first.shape), complex)
+    out[0] = first
+    for n in range(1, k):
+        np.multiply(a[0], b[n], out=out[n])
         for j in range(1, n + 1):
             out[n] += a[j] * b[n - j]
     return out

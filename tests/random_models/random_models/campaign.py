@@ -12,6 +12,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
+from mechc.runtime.native.cache import prune_cache
 from random_models.checks import MODES, Disagreement, Report, examined, still
 from random_models.definition import LOOKED, SKIPPED
 from random_models.generator import generate
@@ -20,6 +21,8 @@ from random_models.shrink import shrunk
 
 FOLDER = Path(__file__).resolve().parents[3] / "build" / "random_models"
 _CHUNK = 100
+_KEPT = 50_000_000
+"""Bytes of libraries that the campaign keeps: the kernel's, and few models', as each build looks at all of them."""
 _SECONDS = {"units": 400}
 """Processor time that one model may take, with all its checks; 60 without a line here."""
 
@@ -73,6 +76,7 @@ def _chunk(first: int, mode: str) -> dict[str, Any]:
         text=True,
         check=False,
     )
+    prune_cache(_KEPT)
     if ran.returncode == 0:
         line: dict[str, Any] = json.loads(ran.stdout.splitlines()[-1])
         return line

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import re
 import shutil
 import subprocess
 import sys
@@ -16,12 +17,14 @@ import fmpy
 import numpy as np
 
 import mechc
+from mechc.fmu.export import FmuOptions, export_fmu
 from random_models.motions import columns, errors, run
 
 RELATIVE = 1e-4
 """Programs have one method each, at a tolerance of 1e-8 and 1e-6: a hundred times the looser of both."""
 OBJECTS = Path(__file__).resolve().parents[3] / "build" / "random_models" / "objects"
 """Compiled files of exported C programs, as far as they are the kernel's."""
+_INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]*"([^"]+)"', re.M)
 KERNEL = {f.name for f in (Path(mechc.__file__).parents[1] / "runtime" / "kernel").rglob("*.c")}
 
 
@@ -126,8 +129,7 @@ def _object(source: Path) -> Path:
     if source.name not in KERNEL:
         _cc("-O0", "-I", str(source.parent), "-c", str(source), "-o", f"{source}.o")
         return Path(f"{source}.o")
-    headers = b"".join(f.read_bytes() for f in sorted(source.parent.glob("*.h")))
-    digest = hashlib.sha256(headers + source.read_bytes()).hexdigest()
+    digest = hashlib.sha256(b"".join(f.read_bytes() for f in _included(source))).hexdigest()
     kept = OBJECTS / f"{digest[:32]}.o"
     if not kept.exists():
         OBJECTS.mkdir(parents=True, exist_ok=True)
@@ -135,6 +137,15 @@ def _object(source: Path) -> Path:
         _cc("-O0", "-I", str(source.parent), "-c", str(source), "-o", str(made))
         shutil.move(made, kept)
     return kept
+
+
+def _included(source: Path) -> list[Path]:
+    """Return a file and all that it includes of its folder, directly or not."""
+    found = [source]
+    for file in found:  # which grows
+        inner = (source.parent / name for name in _INCLUDE.findall(file.read_text(encoding="utf-8")))
+        found += [f for f in dict.fromkeys(inner) if f not in found and f.exists()]
+    return found
 
 
 def _cc(*words: str) -> None:
@@ -148,15 +159,13 @@ def _given(model: Any) -> dict[str, float]:
 
 def _units(text: str, native: Any, here: Path, given: dict[str, float]) -> list[tuple[str, str]]:
     """Export both versions, which checks them, and simulate both kinds by fmpy, which sets some inputs as they go on."""
-    path = here / "m.mech"
-    path.write_text(text)
     found: list[tuple[str, str]] = []
-    made = subprocess.run(
-        [sys.executable, "-m", "mechc", "compile", str(path), "--target", "fmu", "--fmi", "both", "-o", str(here / "u.fmu")],
-        capture_output=True, text=True, timeout=300, check=False,
-    )  # fmt: skip
-    if made.returncode:
-        return [("fmu", f"export fails: {made.stdout[-400:]}{made.stderr[-400:]}")]
+    try:
+        export_fmu(mechc.loads(text), here / "u.fmu", FmuOptions(fmi="both"))
+    except mechc.CompileError as error:
+        return [("fmu", f"export fails: {mechc.render(error.diagnostics)[-800:]}")]
+    except (mechc.SimulationError, mechc.UsageMistake) as error:
+        return [("fmu", f"export fails: {error}")]
     for unit in sorted(here.rglob("*.fmu")):
         for kind in ("ModelExchange", "CoSimulation"):
             result = fmpy.simulate_fmu(
