@@ -65,7 +65,8 @@ class Reference(Node, frozen=True):
     @property
     def name(self) -> str:
         """The dotted name without indices."""
-        return ".".join(p.name for p in self.parts)
+        parts = self.parts
+        return parts[0].name if len(parts) == 1 else ".".join(p.name for p in parts)
 
 
 class Derivative(Node, frozen=True):

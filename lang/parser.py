@@ -30,6 +30,8 @@ VERSION = 1
 
 _VERSION_LINE = re.compile(r"//[ \t]*mech[ \t]+(\d{1,9})[ \t]*")
 _MOST_REPAIRS = 40
+_PASSED: dict[tuple[int, int, str], int] = {}
+"""What ``_passed`` found; there is one automaton."""
 
 
 def parse(source: SourceFile, reporter: Reporter) -> ast.File:
@@ -56,6 +58,17 @@ def parse(source: SourceFile, reporter: Reporter) -> ast.File:
     )
 
 
+def _passed(tables: Tables, below: int, top: int, kind: str) -> int:
+    """Return the state on top of ``below`` after all reductions before a token of this kind that make no value: of a number to a
+    factor, to a term, and so on."""
+    while (move := tables.moves[top].get(kind)) is not None and move < 0:
+        production = tables.productions[~move]
+        if production.mode is not Mode.PASS:
+            break
+        top = tables.gotos[below][production.origin]
+    return top
+
+
 class _Machine(Struct):
     """The stacks of the automaton: states, the value of each symbol, and where each begins."""
 
@@ -78,7 +91,8 @@ class _Machine(Struct):
         tables, builder, source = self.tables, self.builder, self.builder.source
         states, values, starts, tokens = self.states, self.values, self.starts, self.tokens
         moves, gotos, productions = tables.moves, tables.gotos, tables.productions
-        keywords = tables.keywords
+        keywords, actions = tables.keywords, ACTIONS
+        passes, calls, appends = Mode.PASS, Mode.CALL, Mode.APPEND
         end = tokens[self.index - 1].end if self.index else 0
         for index in range(self.index, len(tokens) if stop is None else stop):
             token = tokens[index]
@@ -101,19 +115,23 @@ class _Machine(Struct):
                     break
                 production = productions[~move]
                 mode, size = production.mode, production.size
-                if mode is Mode.PASS:
-                    states[-1] = gotos[states[-2]][production.origin]
+                if mode is passes:
+                    key = (states[-2], states[-1], kind)
+                    passed = _PASSED.get(key)
+                    if passed is None:
+                        passed = _PASSED[key] = _passed(tables, *key)
+                    states[-1] = passed
                     continue
                 children = values[-size:] if size else []
                 start = starts[-size] if size else token.start
                 if size:
                     del values[-size:], states[-size:], starts[-size:]
-                if mode is Mode.CALL:
+                if mode is calls:
                     if production.slots is not None:
                         children = [None if i is None else children[i] for i in production.slots]
                     span = Span(source, start, max(start, end))
-                    value = ACTIONS[production.action](builder, children, span)
-                elif mode is Mode.APPEND:
+                    value = actions[production.action](builder, children, span)
+                elif mode is appends:
                     value = children[0]
                     value.append(children[-1])
                 else:

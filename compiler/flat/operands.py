@@ -97,11 +97,12 @@ def free_names(expression: Expression) -> dict[str, None]:
     pending: list[Expression] = [expression]
     while pending:
         at = pending.pop()
-        if isinstance(at, Name):
-            found[at.name] = None
-        elif id(at) not in seen:  # arguments of functions are shared
+        kind = at.__class__
+        if kind is Name:
+            found[at.name] = None  # type: ignore[union-attr]
+        elif kind is not Literal and id(at) not in seen:  # arguments of functions are shared
             seen.add(id(at))
-            pending.extend(reversed(children(at)))
+            pending += children(at)[::-1]
     return found
 
 

@@ -19,7 +19,7 @@ def make(
     angle: bool = False,
 ) -> Type:
     """Return the type; equal types are one object, so that rules can be cached by identity."""
-    key = (kind.value, shape, dimension, angle)
+    key = (kind._value_, shape, dimension, angle)  # `value` is a property of Python, and types are made often
     found = _KNOWN.get(key)
     if found is None:
         found = _KNOWN[key] = Type(kind, shape, dimension, angle)

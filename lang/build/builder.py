@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from fractions import Fraction
+from functools import lru_cache
 from typing import Any
 
 from msgspec import Struct
@@ -58,11 +59,9 @@ def text_of(b: Builder, token: Token | None) -> str:
 
 def value_of(b: Builder, text: str, span: Span) -> Fraction:
     """Return the exact value of a number that a float can hold."""
-    exponent = re.search(r"[eE]([+-]?\d+)$", text)
-    if len(text) <= _LONGEST_NUMBER and not (exponent and abs(int(exponent[1])) > _LARGEST_EXPONENT):
-        value = Fraction(text)
-        if value < 2**1023:
-            return value
+    value = _number(text) if len(text) <= _LONGEST_NUMBER else None
+    if value is not None:
+        return value
     shown = text if len(text) <= 24 else text[:20] + "..."
     b.reporter.error(
         "E0109",
@@ -71,6 +70,15 @@ def value_of(b: Builder, text: str, span: Span) -> Fraction:
         help="numbers lie between 1e-400 and 8e307 and have at most 400 digits",
     )
     return Fraction(1)
+
+
+@lru_cache(maxsize=1024)
+def _number(text: str) -> Fraction | None:
+    exponent = re.search(r"[eE]([+-]?\d+)$", text)
+    if exponent and abs(int(exponent[1])) > _LARGEST_EXPONENT:
+        return None
+    value = Fraction(text)
+    return value if value < 2**1023 else None
 
 
 def dotted(names: list[Token]) -> str:

@@ -158,7 +158,8 @@ def _dependencies(tree: ast.File) -> Mapping[str, object]:
         tuple(item.name for item in items if isinstance(item, _NAMED)),
         tuple(item.span.text for item in items if isinstance(item, ast.Import)),
     )
-    uses = {name: set(_WORD.findall(text)) & texts.keys() for name, text in texts.items()}
+    alone = len(texts) == 1  # it can use nothing but itself
+    uses = {name: set() if alone else set(_WORD.findall(text)) & texts.keys() for name, text in texts.items()}
     return {name: (shared, {used: texts[used] for used in _reached(name, uses)}) for name in texts}
 
 

@@ -10,13 +10,14 @@ import asyncio
 import gc
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
+from pygls.protocol import LanguageServerProtocol
 
 from .. import __version__
 from ..compiler.recursion import deep_recursion
@@ -38,11 +39,35 @@ P = ParamSpec("P")
 T = TypeVar("T")
 
 
+class Forgetful(LanguageServerProtocol):
+    """What pygls speaks, without all futures of the notifications that were ever answered: it keeps two for each."""
+
+    def _execute_handler(
+        self,
+        msg_id: str | int,
+        handler: Callable[..., Any],
+        callback: Callable[[Future[Any]], None],
+        args: tuple[Any, ...] | None = None,
+        kwargs: dict[str, Any] | None = None,
+    ) -> None:
+        def ended(future: Future[Any]) -> None:
+            if not future.cancelled():  # pygls cancels while it goes through them
+                self._request_futures.pop(msg_id, None)
+            callback(future)
+
+        super()._execute_handler(msg_id, handler, ended, args, kwargs)
+
+
 class Server(LanguageServer):
     """One editor's documents. ``idle``: seconds without a change before the whole compiler is asked."""
 
     def __init__(self, idle: float = IDLE) -> None:
-        super().__init__("mechc", __version__, text_document_sync_kind=lsp.TextDocumentSyncKind.Full)
+        super().__init__(
+            "mechc",
+            __version__,
+            text_document_sync_kind=lsp.TextDocumentSyncKind.Full,
+            protocol_cls=Forgetful,
+        )
         self.documents: dict[str, Document] = {}
         self.shown: dict[str, tuple[Diagnostic, ...]] = {}
         self.idle = idle

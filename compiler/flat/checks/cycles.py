@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from mechc.lang.diagnostics import Reporter
 
-from ..model import Definition, Expression, Role, Variable
+from ..model import Definition, Expression, Literal, Role, Variable
 from ..operands import free_names
 
 
@@ -14,8 +14,8 @@ def check_cycles(
     variables: tuple[Variable, ...], definitions: tuple[Definition, ...], reporter: Reporter
 ) -> None:
     """Report each chain of names that leads back to its beginning."""
-    elements = _defined(variables, definitions)
     for chain in chains_to_themselves(variables, definitions):
+        elements = _defined(variables, definitions)
         reporter.error(
             "E0207",
             f"'{chain[0]}' is defined by itself",
@@ -29,7 +29,9 @@ def chains_to_themselves(
 ) -> Iterator[list[str]]:
     """Yield the names of each chain of parameters and definitions that leads back to its beginning."""
     elements = _defined(variables, definitions)
-    values: dict[str, Expression] = {n: e.value for n, e in elements.items() if e.value is not None}
+    values: dict[str, Expression] = {
+        n: e.value for n, e in elements.items() if e.value is not None and not isinstance(e.value, Literal)
+    }
     done: set[str] = set()
     for name in values:
         if chain := _chain(name, values, done):

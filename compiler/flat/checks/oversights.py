@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from mechc.lang import ast
 from mechc.lang.units import Dimension, parse_unit
@@ -15,7 +15,7 @@ from .inside import Inside
 _ANGULAR = ("omega", "w", "spin", "Omega", "w0", "omega0")
 
 
-def lint(instance: Instance, inside: Inside) -> None:
+def lint(instance: Instance, inside: Sequence[Inside]) -> None:
     """Warn of Hz used as an angular velocity, of degrees without unit, of units that are also names of like quantities."""
     flattening = instance.flattening
     variables = {
@@ -28,14 +28,14 @@ def lint(instance: Instance, inside: Inside) -> None:
         for name, member in instance.members.items()
         if isinstance(member, VariableMember) and isinstance(member.declaration, ast.Declaration)
     }
-    for stated, found in inside:
-        if stated.model is not instance.cls.model:
+    for found in inside:
+        if found.stated.model is not instance.cls.model:
             continue
-        _angular_frequency(stated.statement, flattening)
+        _angular_frequency(found.stated.statement, flattening)
         if not flattening.dimensionless:
-            warn_of_degrees(found, declarations, flattening.reporter)
+            warn_of_degrees(found.calls, declarations, flattening.reporter)
         if variables:
-            _unit_names(found, variables, flattening)
+            _unit_names(found.quantities, variables, flattening)
 
 
 def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None:
@@ -52,12 +52,10 @@ def _angular_frequency(statement: ast.Statement, flattening: Flattening) -> None
 
 
 def _unit_names(
-    found: Iterable[ast.Node], variables: Mapping[str, Dimension], flattening: Flattening
+    found: Iterable[ast.Quantity], variables: Mapping[str, Dimension], flattening: Flattening
 ) -> None:
     """Warn where dividing by the variable instead would give the same dimension, so that no check could tell."""
     for node in found:
-        if not isinstance(node, ast.Quantity):
-            continue
         last = node.unit.rpartition("/")[2]
         if "/" in node.unit and last in variables and parse_unit(last).dimension == variables[last]:
             flattening.reporter.warning(

@@ -2,30 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from mechc.lang import ast
 
 from ..names.instance import Instance
-from ..names.space import nodes
-from .inside import Inside
+from .inside import Inside, listed
 
 
-def warn_of_unused(instance: Instance, inside: Inside) -> None:
+def warn_of_unused(instance: Instance, inside: Sequence[Inside]) -> None:
     """Warn of parameters and inputs that the model declares itself and that none of its statements names.
 
     What is said under conditions counts, whether they hold or not. Bases and components are not asked: those of a
     library offer more than each of their users needs.
     """
-    used = {name for _, found in inside for name in _names(found)}
-    used |= {
-        name for inherited in instance.cls.inherited for name in _names((*nodes(inherited.modification),))
-    }
-    for stated, found in inside:
-        if stated.model is not instance.cls.model:
+    used = {name for found in inside for name in _names(found.references, found.modifications)}
+    for inherited in instance.cls.inherited:
+        references, modifications, *_ = listed(inherited.modification)
+        used.update(_names(references, modifications))
+    for found in inside:
+        if found.stated.model is not instance.cls.model:
             continue
-        for node in found:
-            if not isinstance(node, ast.Parameter | ast.Input) or node.name in used:
+        for node in found.declared:
+            if node.name in used:
                 continue
             word = "parameter" if isinstance(node, ast.Parameter) else "input"
             instance.flattening.reporter.warning(
@@ -37,9 +36,9 @@ def warn_of_unused(instance: Instance, inside: Inside) -> None:
             )
 
 
-def _names(found: Iterable[ast.Node]) -> Iterator[str]:
-    """Yield the first parts of all references; what a modification or an experiment sets is not used by that."""
-    set_by = {id(n.target) for n in found if isinstance(n, ast.Modification) and n.kind != "->"}
-    for inner in found:
-        if isinstance(inner, ast.Reference) and id(inner) not in set_by:
-            yield inner.parts[0].name
+def _names(references: Iterable[ast.Reference], modifications: Iterable[ast.Modification]) -> Iterator[str]:
+    """Yield the first parts of references; what a modification or an experiment sets is not used by that."""
+    set_by = {id(m.target) for m in modifications if m.kind != "->"}
+    for reference in references:
+        if id(reference) not in set_by:
+            yield reference.parts[0].name

@@ -21,7 +21,8 @@ LIBRARY = "mech"
 
 SUFFIX = ".mech"
 
-_parsed: dict[tuple[Path, int, int], ast.File] = {}
+_parsed: dict[Path, tuple[tuple[int, int], ast.File]] = {}
+"""Files with what tells whether they have changed."""
 
 
 def load(path: Path | str, reporter: Reporter) -> ast.File:
@@ -34,13 +35,14 @@ def load(path: Path | str, reporter: Reporter) -> ast.File:
         status = path.stat()
     except OSError:
         return parse(read_source(path, reporter), reporter)
-    key = (path, status.st_mtime_ns, status.st_size)
-    file = _parsed.get(key)
-    if file is None:
-        before = len(reporter.diagnostics)
-        file = parse(_read(path, reporter), reporter)
-        if len(reporter.diagnostics) == before:
-            _parsed[key] = file
+    state = (status.st_mtime_ns, status.st_size)
+    known = _parsed.get(path)
+    if known is not None and known[0] == state:
+        return known[1]
+    before = len(reporter.diagnostics)
+    file = parse(_read(path, reporter), reporter)
+    if len(reporter.diagnostics) == before:
+        _parsed[path] = (state, file)
     return file
 
 

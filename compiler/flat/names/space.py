@@ -130,7 +130,7 @@ def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.N
             continue
         yield at
         inner: list[ast.Node] = []
-        for name in _branches(at.__class__):
+        for name in branches_of(at.__class__):
             value = getattr(at, name)
             if isinstance(value, ast.Node):
                 inner.append(value)
@@ -140,7 +140,7 @@ def nodes(node: ast.Node, apart: type[ast.Node] | None = None) -> Iterator[ast.N
 
 
 @cache
-def _branches(kind: Hashable) -> tuple[str, ...]:
+def branches_of(kind: Hashable) -> tuple[str, ...]:
     """Return the fields of a kind of node in which nodes may stand."""
     assert isinstance(kind, type) and issubclass(kind, ast.Node)
     kinds = get_type_hints(kind)

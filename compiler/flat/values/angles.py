@@ -72,13 +72,13 @@ def _bare_numbers(node: ast.Expression | None) -> Iterator[ast.Number]:
 
 
 def warn_of_degrees(
-    found: Iterable[ast.Node], declarations: Mapping[str, ast.Declaration], reporter: Reporter
+    calls: Iterable[ast.Call], declarations: Mapping[str, ast.Declaration], reporter: Reporter
 ) -> None:
-    """Warn of arguments of sines and rotations among nodes that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
-    for node in found:
-        if not isinstance(node, ast.Call) or node.function.name not in _OF_ANGLES:
+    """Warn of arguments of sines and rotations that look like degrees: ``sin(30)``, ``cos(phi)`` with ``phi = 60``."""
+    for call in calls:
+        if call.function.name not in _OF_ANGLES:
             continue
-        for term in (t for argument in node.arguments for t in _terms(argument)):
+        for term in (t for argument in call.arguments for t in _terms(argument)):
             match term:
                 case ast.Number(value=value) if value > _TURN:
                     _warn(term.span, value, reporter, ())

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 from editor_client import Client, editor
+
+from mechc.editor.server import make_server
 
 TEXT = "model M\n  parameter rod = 1 m;\n  coordinate x = 0 m;\n  kinetic 1/2*1 kg*der(x)^2;\n  output y = x + rod;\nend M;\n"
 URI = "file:///tmp/of_an_editor/m.mech"
@@ -56,6 +59,32 @@ def test_an_editor_opens_writes_asks_and_closes(client: Client) -> None:
     (fix,) = client.send("textDocument/codeAction", action)
     assert fix["edit"]["changes"][URI][0]["newText"] == "rod"
     client.send("textDocument/didClose", {"textDocument": {"uri": URI}}, asks=False)
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_what_was_answered_is_forgotten(waits: bool) -> None:
+    """pygls keeps the futures of all notifications; a session has hundreds of thousands."""
+    server = make_server()
+    seen = []
+
+    def noticed(what: str) -> Iterator[None]:  # as pygls writes its own
+        seen.append(what)
+        yield from ()
+
+    async def late(what: str) -> None:
+        await asyncio.sleep(0)
+        seen.append(what)
+
+    server.feature("noticed")(late if waits else noticed)
+
+    async def session() -> int:
+        for _ in range(5):
+            server.protocol._handle_notification("noticed", "noticed")
+        await asyncio.sleep(0.01)
+        return len(server.protocol._request_futures)
+
+    assert asyncio.run(session()) == 0
+    assert seen == ["noticed"] * 5
 
 
 WHOLE = {"start": {"line": 0, "character": 0}, "end": {"line": 99, "character": 0}}
