@@ -2,7 +2,9 @@
 
 Minimise |D (x - guess)|^2 + |e|^2 subject to c(x) = 0, with weights D and wishes e. Each step solves the linear
 problem by a singular value decomposition, so that equations that repeat others do no harm. Steps longer than half a
-characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved.
+characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved. Close to the
+end the part along the equations is stretched by what the step before has left of it (A. Aitken 1937): steps do not see
+the curvature of the equations, by which the nearest point may be much nearer or farther.
 
 J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
 
@@ -23,6 +25,8 @@ from ..problem import Array
 
 STEPS = 200
 LONGEST = 0.5
+CLOSE = 1e-7
+NEAR_BY = 0.05
 RESTORATION = 50
 ROUNDING = 1e-16
 RANK = 1e-10
@@ -74,8 +78,9 @@ def nearest(
     """
     x, here, taken = start, at(start), 0
     scale = np.zeros(here.hard.size)
-    unit = 1.0
+    unit, share, factor = 1.0, 1.0, 1.0
     w = weights[free]
+    before = np.zeros(free.size)
     while taken < STEPS:
         taken += 1
         jacobian = here.hard_jacobian / weights
@@ -83,11 +88,12 @@ def nearest(
         rows = np.where(scale > 0, scale, 1.0)
         if linear:
             unit = max(unit, _worst(here, rows))
-        step, mu = _step(here, rows, free, w)
+        step, mu, share = _step(here, rows, free, w, before, (share, factor))
         size = float(np.abs(step).max(initial=0.0))
         if not np.isfinite(size) or size <= CONVERGED * unit:
             break
-        step *= 1.0 if linear else min(1.0, LONGEST / size)
+        factor = 1.0 if linear else min(1.0, LONGEST / size)
+        step *= factor
         merit = _merit(here, rows, w, free, mu)
         for _ in range(12):
             d = np.zeros(weights.size)
@@ -95,13 +101,13 @@ def nearest(
             there = at(move(x, d))
             value = _merit(there, rows, w, free, mu)
             # close to rounding the merit function says nothing any more
-            if value < merit or (np.isfinite(value) and np.abs(step).max() < 1e-7 * unit):
+            if value < merit or (np.isfinite(value) and np.abs(step).max() < CLOSE * unit):
                 break
-            step = step / 2
+            step, factor = step / 2, factor / 2
         else:
             break
         settled = bool(np.abs(step).max() < 1e-12 * unit and value >= merit)
-        x, here = move(x, d), there
+        x, here, before = move(x, d), there, before if linear else step
         if settled:
             break
     rows = np.where(scale > 0, scale, 1.0)
@@ -139,16 +145,30 @@ def _restored(
     return x, here, RESTORATION
 
 
+def _share(step: Array, before: Array, share: float, factor: float) -> float:
+    """Return the share of a step along the equations that ends it, as far as the step ``before`` tells, of which a
+    ``factor`` was taken."""
+    squares, size = float(before @ before), float(np.abs(step).max(initial=0.0))
+    if not squares > 0 or not size < NEAR_BY:
+        return 1.0
+    left = squares - share * factor * float(before @ step)
+    best = share * factor * squares / left if left > 0 else 1.0
+    return min(max(best, share / 4), 1.0, 2 * share)
+
+
 def _worst(here: Local, rows: Array) -> float:
     return float((np.abs(here.hard) / rows).max(initial=0.0))
 
 
-def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[Array, float]:
-    """The step in scaled directions, and the weight of the equations in the merit function."""
+def _step(
+    here: Local, rows: Array, free: NDArray[np.intp], w: Array, before: Array, shares: tuple[float, float]
+) -> tuple[Array, float, float]:
+    """The step in scaled directions, the weight of the equations in the merit function, and the share of the part along
+    them that it holds; ``before``: the last step, with its ``shares`` of that part and of the whole."""
     c = here.hard / rows
     matrix = here.hard_jacobian[:, free] / w / rows[:, None]
     if not (np.isfinite(c).all() and np.isfinite(matrix).all()):
-        return np.full(free.size, np.nan), 0.0
+        return np.full(free.size, np.nan), 0.0, 1.0
     left, values, right = np.linalg.svd(matrix, full_matrices=True)
     rank = _rank(values)
     particular = -right[:rank].T @ ((left[:, :rank].T @ c) / values[:rank])
@@ -158,10 +178,11 @@ def _step(here: Local, rows: Array, free: NDArray[np.intp], w: Array) -> tuple[A
     along = np.zeros(null.shape[1])
     if along.size:
         along = np.linalg.lstsq(wishes @ null, -(wanted + wishes @ particular), rcond=None)[0]
-    step = particular + null @ along
+    share = _share(null @ along, before, *shares)
+    step = particular + share * (null @ along)
     pull = wishes.T @ (wanted + wishes @ step)
     multipliers = left[:, :rank] @ ((right[:rank] @ pull) / values[:rank]) if rank else np.zeros(0)
-    return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers))
+    return step, 1.0 + 2.0 * float(np.linalg.norm(multipliers)), share
 
 
 def _rank(values: Array) -> int:

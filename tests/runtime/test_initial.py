@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import Literal
+
 import numpy as np
 import pytest
 
@@ -244,3 +247,26 @@ def test_rounding_of_the_assembly_is_no_size() -> None:
     solution = mechc.loads(text).simulate(stop=1, tolerance=1e-9)
     assert isinstance(solution, mechc.Solution) and solution.outcome.value == "completed"
     assert all(drift.after < 1e-12 for drift in solution.accuracy.constraints)
+
+
+CURVED = """
+coordinate x ~ {x} m; coordinate y ~ {y} m;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+constraint wave: y = 0.4 m*sin(x/(0.1 m));
+"""
+
+
+@pytest.mark.parametrize(("x", "y"), [(0.12, 1.5), (0.17, 0.9), (0.5, -1.1), (0.47, 0.0)])
+@pytest.mark.parametrize("target", ["c", "python"])
+def test_the_nearest_point_of_a_curve_that_bends_more_than_it_is_far(
+    x: float, y: float, target: Literal["c", "python"]
+) -> None:
+    """Far beyond the centre of its curvature, where a step along the tangent leads back by more than it came from."""
+    solution = mechc.loads(CURVED.format(x=x, y=y)).simulate(stop=1e-9, target=target, estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    s, h = float(solution["x"][0]), float(solution["y"][0])
+    assert h == pytest.approx(0.4 * math.sin(s / 0.1), abs=1e-14)
+    gradient = (s - x) + (h - y) * 4 * math.cos(s / 0.1)
+    curvature = 1 + (4 * math.cos(s / 0.1)) ** 2 - (h - y) * 40 * math.sin(s / 0.1)
+    assert curvature > 0, "it is a nearest point"
+    assert abs(gradient / curvature) < 1e-11

@@ -1,6 +1,8 @@
 /* Minimise |D (x - guess)|^2 + |e|^2 subject to c(x) = 0, with weights D and wishes e. Each step solves the linear
  * problem by orthogonal factors with pivoting, so that rows that repeat others do no harm. Steps longer than half a
- * characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved.
+ * characteristic size are shortened, and steps that raise the merit function |...|^2/2 + mu |c| are halved. Close to the
+ * end the part along the rows is stretched by what the step before has left of it (A. Aitken 1937): steps do not see the
+ * curvature of the rows, by which the nearest point may be much nearer or farther.
  *
  * J. Nocedal, S. Wright, Numerical Optimization, 2nd ed., Springer 2006, sections 10.3 and 15.4.
  */
@@ -13,6 +15,7 @@
 enum { STEPS = 200, RESTORATION = 50, HALVINGS = 12 };
 
 static const mech_real LONGEST = MECH_C(0.5);
+static const mech_real CLOSE = MECH_C(1e-7), NEAR_BY = MECH_C(0.05);
 static const mech_real RANK = MECH_C(1e-10);
 /* Largest residual, as a share of a characteristic size, that counts as none. */
 static const mech_real FULFILLED = MECH_C(1e-11);
@@ -150,8 +153,28 @@ static mech_real wish(const mech_task *k, int a, const mech_real *step)
     return k->shares[row] * sum;
 }
 
+/* `share` of the steps along the rows, `taken` of the last one. */
+typedef struct progress {
+    mech_real unit, share, taken;
+} progress;
+
+/* The share of a step along the rows that ends it, as far as the step before tells. */
+static mech_real share_of(const mech_task *k, const progress *at, const mech_real *step)
+{
+    mech_real product = 0, squares = 0, size = 0;
+    for (int f = 0; f < k->n_free; f++) {
+        const mech_real x = k->d[k->free[f]] * k->weights[k->free[f]];
+        product += x * step[f];
+        squares += x * x;
+        size = mech_max(size, mech_abs(step[f]));
+    }
+    if (!(squares > 0) || !(size < NEAR_BY)) return 1;
+    const mech_real best = at->taken * squares / (squares - at->taken * product);
+    return best > 0 ? mech_min(mech_max(best, at->share / 4), mech_min(1, 2 * at->share)) : mech_min(1, 2 * at->share);
+}
+
 /* Adds to the step what brings it nearest to guesses and wishes within what the hard rows leave. */
-static void along(const mech_task *k, factors *x, mech_real *step)
+static void along(const mech_task *k, factors *x, progress *at, mech_real *step)
 {
     const int n = k->n_free, r = x->across.rank, left = n - r, rows = left + k->n_soft;
     mech_real *back = x->rest, *b = back + n, *found = b + rows, *a = found + left;
@@ -177,7 +200,8 @@ static void along(const mech_task *k, factors *x, mech_real *step)
     }
     for (int i = 0; i < n; i++) back[i] = i < r ? 0 : found[i - r];
     mech_rotate(&x->across, 0, back);
-    for (int f = 0; f < n; f++) step[f] += back[f];
+    at->share = k->stage == 1 ? share_of(k, at, back) : 1;
+    for (int f = 0; f < n; f++) step[f] += at->share * back[f];
 }
 
 /* The length of the multipliers of the hard rows: of the pull of guesses and wishes against them. */
@@ -255,40 +279,42 @@ static int restore(mech_task *k)
 }
 
 /* One step of the search; 0 where it is at its end. */
-static int search(mech_task *k, mech_real *unit)
+static int search(mech_task *k, progress *at)
 {
     const int linear = k->stage == 2;
     factors x;
     measure_rows(k);
-    if (linear) *unit = mech_max(*unit, worst_of(k, &k->here, NULL));
+    if (linear) at->unit = mech_max(at->unit, worst_of(k, &k->here, NULL));
     if (!factorise(k, &x)) return 0;
     onto(k, &x, k->step);
-    along(k, &x, k->step);
+    along(k, &x, at, k->step);
     const mech_real mu = 1 + 2 * multipliers(k, &x, k->step), size = largest(k->step, k->n_free);
-    if (!mech_finite(size) || size <= converged() * *unit) return 0;
+    if (!mech_finite(size) || size <= converged() * at->unit) return 0;
     mech_real factor = linear || size <= LONGEST ? 1 : LONGEST / size;
     const mech_real before = merit(k, &k->here, mu);
     for (int i = 0; i < HALVINGS; i++, factor /= 2) {
         try_step(k, factor);
         const mech_real after = merit(k, &k->there, mu);
         /* close to rounding the merit function says nothing any more */
-        if (!(after < before || (mech_finite(after) && factor * size < MECH_C(1e-7) * *unit))) continue;
+        if (!(after < before || (mech_finite(after) && factor * size < CLOSE * at->unit))) continue;
         take(k);
-        return !(factor * size < settled() * *unit && after >= before);
+        at->taken = factor * at->share;
+        return !(factor * size < settled() * at->unit && after >= before);
     }
     return 0;
 }
 
 int mech_nearest(mech_task *k, mech_real *worst, int *row, int *steps)
 {
-    mech_real unit = 1;
+    progress at = {1, 1, 1};
     for (int i = 0; i < k->model->start->n_rows; i++) k->scale[i] = 0;
+    for (int j = 0; j < k->model->nv; j++) k->d[j] = 0;
     mech_look(k, &k->here);
     int taken = 1;
-    while (search(k, &unit) && taken < STEPS) taken++;
+    while (search(k, &at) && taken < STEPS) taken++;
     taken += restore(k);
     *row = -1;
     *worst = worst_of(k, &k->here, row);
     *steps += taken;
-    return *worst <= FULFILLED * unit;
+    return *worst <= FULFILLED * at.unit;
 }
