@@ -145,7 +145,7 @@ def _restored(
     return x, here, RESTORATION
 
 
-def _share(step: Array, before: Array, share: float, factor: float) -> float:
+def _along_share(step: Array, before: Array, share: float, factor: float) -> float:
     """Return the share of a step along the equations that ends it, as far as the step ``before`` tells, of which a
     ``factor`` was taken."""
     squares, size = float(before @ before), float(np.abs(step).max(initial=0.0))
@@ -178,7 +178,7 @@ def _step(
     along = np.zeros(null.shape[1])
     if along.size:
         along = np.linalg.lstsq(wishes @ null, -(wanted + wishes @ particular), rcond=None)[0]
-    share = _share(null @ along, before, *shares)
+    share = _along_share(null @ along, before, *shares)
     step = particular + share * (null @ along)
     pull = wishes.T @ (wanted + wishes @ step)
     multipliers = left[:, :rank] @ ((right[:rank] @ pull) / values[:rank]) if rank else np.zeros(0)

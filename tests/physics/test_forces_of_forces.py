@@ -309,3 +309,48 @@ output F = reaction(h);
 """
     solution = mechc.loads(text).simulate(stop=0.1)
     np.testing.assert_allclose(solution["F"][-1], [-30, -40], rtol=1e-12)
+
+
+TRACK = """coordinate x = 0 m;
+coordinate Length y;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+potential 1 kg*9.81 m/s^2*y;
+constraint track: y = 0.5*x;
+force {law} on x;
+output held = multiplier(track);
+experiment(stop = 1 us);
+"""
+ROOTS: dict[str, tuple[str, Callable[[float], float]]] = {
+    "one bend": ("0.05 N^-1*multiplier(track)^2", lambda n: 0.05 * n**2),
+    "a dip": (
+        "-80 N*multiplier(track)/(1 N)*exp(-multiplier(track)/(1 N))",
+        lambda n: -80 * n * math.exp(-n),
+    ),
+    "three forces": ("4 N*sin(multiplier(track)/(1 N))", lambda n: 4 * math.sin(n)),
+    "eleven forces": ("30 N*sin(multiplier(track)/(1 N))", lambda n: 30 * math.sin(n)),
+}
+
+
+def grown(law: Callable[[float], float]) -> float:
+    """Follow n = 7.848 N + 0.4 F(n) as the law F grows from nothing, in steps that find the root beside the last one."""
+    n = 7.848
+    for k in range(1, 2001):
+        a, b = n - 0.05, n + 0.05
+        n = float(brentq(lambda m, k=k: m - 7.848 - 0.4 * k / 2000 * law(m), a, b, xtol=1e-14))
+    return n
+
+
+@pytest.mark.parametrize("name", ROOTS)
+def test_of_several_forces_the_one_holds_into_which_that_without_the_law_grows(name: str) -> None:
+    text, law = ROOTS[name]
+    solution = mechc.loads(TRACK.format(law=text)).simulate(target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution["held"][0] == pytest.approx(grown(law), rel=1e-13)
+
+
+def test_where_two_forces_have_met_and_gone_there_is_none() -> None:
+    """N = 7.848 N + 0.4 c N^2 has no solution beyond c = 0.0796/N."""
+    text = TRACK.format(law="0.09 N^-1*multiplier(track)^2")
+    solution = mechc.loads(text).simulate(target="python", estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
+    assert solution.outcome is Outcome.FAILED and "not a number" in solution.message

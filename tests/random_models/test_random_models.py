@@ -13,9 +13,7 @@ from random_models.shrink import shrunk
 from random_models.tree import E, Model, map_expression
 from random_models.twins import Twin
 
-KNOWN: dict[int, str] = {
-    47: "a loop fixes the gap of its contact, which is only seen, and then refused, where another joint closes the loop",
-}
+KNOWN: dict[int, str] = {}
 """Seeds that disagree today, with the reason."""
 _EXPORTS = ("exports", "units")
 _SLOW = ("oracle", "motion", "twins", *_EXPORTS)

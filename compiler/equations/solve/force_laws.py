@@ -5,7 +5,9 @@ s = A + B w, with A and B of the state. The laws w = g(s) remain: H(s) = s - A -
 forces enter laws. The iteration begins at s = A, the force without the laws, with steps that are shortened where they
 lead nowhere (its derivative is that of the graph); each further step stands in a branch that is not entered once H is
 small. One more step polishes the result, so that it is exact to rounding in any precision, and its derivatives too.
-Where the iteration does not converge the result is no number, and the run says so.
+Where several forces agree with the laws the one holds into which A changes as the laws grow from nothing. On that way
+the determinant of dH/ds begins at one and stays positive, as two solutions meet where it vanishes: no step leads to
+where it is not, and none turns the angle of a sine so far that it might have vanished between. Where the iteration does not converge the result is no number, and the run says so.
 """
 
 from __future__ import annotations
@@ -26,6 +28,10 @@ STEPS = 24
 TOLERANCE = 1e-11
 """Residual at which the iteration ends, as a share of the terms it is made of; the last step squares it."""
 
+WAVES = frozenset({ops.SIN, ops.COS, ops.TAN})
+TURN = 1.0
+"""Most that one step turns the argument of a wave, in rad."""
+
 JUMPING = frozenset({ops.FLOOR, ops.MODULO, ops.EQUAL, ops.SIGN, ops.LESS, ops.LESS_EQUAL})
 
 
@@ -41,6 +47,11 @@ class Laws(Struct, frozen=True):
 
     formulas: Mapping[Node, Node]
     forces: tuple[Node, ...]
+
+    def waves(self, graph: Graph) -> tuple[Node, ...]:
+        """Return the sines, cosines and tangents of forces in the laws."""
+        reached = graph.reach(list(self.formulas.values()))
+        return tuple(n for n in reached if graph.op(n) in WAVES and set(graph.support(n)) & set(self.forces))
 
 
 def take_laws_out(
@@ -96,10 +107,11 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
     """Return what replaces each symbol w; ``affine`` gives each force in terms of these. Raises ZeroPivot."""
     equations = _Equations(graph, laws, affine)
     point = equations.begin()
+    forward = point.forward
     fraction = graph.one
     found: list[tuple[Node, tuple[Node, ...]]] = []
     for _ in range(STEPS):
-        step = equations.step(point)
+        step = point.step
         done = graph.less_equal(point.merit, graph.zero)  # the slope may be infinite there
         polished = tuple(graph.add(s, d) for s, d in zip(point.forces, step, strict=True))
         ends = tuple(graph.select(done, s, p) for s, p in zip(point.forces, polished, strict=True))
@@ -107,6 +119,10 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
         moved = tuple(graph.add(s, graph.mul(fraction, d)) for s, d in zip(point.forces, step, strict=True))
         tried = equations.at(moved)
         better = graph.less(_merit(graph, tried.residual, point.sizes), point.merit)
+        better = graph.logical_and(better, tried.forward)
+        for a, b in zip(tried.turned, point.turned, strict=True):
+            near = graph.less_equal(graph.abs(graph.sub(a, b)), graph.constant(TURN))
+            better = graph.logical_and(better, near)
         longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
         fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
         point = _chosen(graph, better, tried, point)
@@ -114,12 +130,14 @@ def solve_laws(graph: Graph, laws: Laws, affine: Mapping[Node, Node]) -> dict[No
     result: tuple[Node, ...] = (nowhere,) * len(laws.forces)
     for small, polished in reversed(found):
         result = tuple(graph.select(small, a, b) for a, b in zip(polished, result, strict=True))
+    result = tuple(graph.select(forward, s, nowhere) for s in result)
     values = dict(zip(laws.forces, result, strict=True))
     return dict(zip(laws.formulas, substitute(graph, list(laws.formulas.values()), values), strict=True))
 
 
 class _Point(Struct, frozen=True):
-    """``residual`` H and ``slopes`` dH/ds at ``forces``; ``merit`` is to fall, ``small`` says that H is.
+    """``residual`` H at ``forces``; ``merit`` is to fall, ``small`` says that H is; the next ``step`` of Newton's method;
+    ``forward`` says that dH/ds has a positive determinant; ``turned``: the angles of waves.
 
     ``sizes`` of the terms in H. A step is judged by the sizes where it begins: where all forces go to zero together, H
     is as large as its terms from step to step.
@@ -128,23 +146,27 @@ class _Point(Struct, frozen=True):
     forces: tuple[Node, ...]
     residual: tuple[Node, ...]
     sizes: tuple[Node, ...]
-    slopes: tuple[Node, ...]
+    step: tuple[Node, ...]
     merit: Node
     small: Node
+    forward: Node
+    turned: tuple[Node, ...]
 
 
 def _chosen(graph: Graph, condition: Node, a: _Point, b: _Point) -> _Point:
     def choose(x: tuple[Node, ...], y: tuple[Node, ...]) -> tuple[Node, ...]:
         return tuple(graph.select(condition, m, n) for m, n in zip(x, y, strict=True))
 
-    merit, small = choose((a.merit, a.small), (b.merit, b.small))
+    merit, small, forward = choose((a.merit, a.small, a.forward), (b.merit, b.small, b.forward))
     return _Point(
         choose(a.forces, b.forces),
         choose(a.residual, b.residual),
         choose(a.sizes, b.sizes),
-        choose(a.slopes, b.slopes),
+        choose(a.step, b.step),
         merit,
         small,
+        forward,
+        choose(a.turned, b.turned),
     )
 
 
@@ -170,6 +192,7 @@ class _Equations:
         self.factors = jacobian(graph, rows, list(laws.formulas))
         self.gradients = jacobian(graph, self.laws, list(laws.forces))
         self.sizes = [graph.abs(a) for a in self.base]
+        self.angles = [graph.args(n)[0] for n in laws.waves(graph)]
 
     def at(self, forces: tuple[Node, ...]) -> _Point:
         graph, count = self.graph, len(forces)
@@ -196,7 +219,10 @@ class _Equations:
                 small, graph.less_equal(graph.abs(h), graph.mul(graph.constant(TOLERANCE), size))
             )
         merit = _merit(graph, residual, sizes)
-        return _Point(forces, tuple(residual), tuple(sizes), tuple(matrix), merit, small)
+        step, determinant = self._step(residual, matrix)
+        forward = graph.less(graph.zero, determinant)
+        turned = tuple(substitute(graph, self.angles, places))
+        return _Point(forces, tuple(residual), tuple(sizes), step, merit, small, forward, turned)
 
     def begin(self) -> _Point:
         """Return the forces without the laws, or where these have no value there, as 1/N at zero, one unit beside."""
@@ -209,14 +235,20 @@ class _Equations:
         largest = graph.constant(len(self.base) + 1)  # a share of the terms that it is made of is at most one
         return _chosen(graph, graph.less(first.merit, largest), first, beside)
 
-    def step(self, point: _Point) -> tuple[Node, ...]:
-        """Return the step of Newton's method."""
-        graph, count = self.graph, len(point.forces)
+    def _step(self, residual: Sequence[Node], matrix: Sequence[Node]) -> tuple[tuple[Node, ...], Node]:
+        """Return the step of Newton's method, and the determinant of the matrix."""
+        graph, count = self.graph, len(residual)
         if count == 1:
-            return (graph.neg(graph.div(point.residual[0], point.slopes[0])),)
+            return (graph.neg(graph.div(residual[0], matrix[0])),), matrix[0]
         steps = [graph.symbol(f"#step {i}") for i in range(count)]
         rows = [
-            graph.add(point.residual[i], graph.dot(point.slopes[i * count : (i + 1) * count], steps))
+            graph.add(residual[i], graph.dot(matrix[i * count : (i + 1) * count], steps))
             for i in range(count)
         ]
-        return solve_dense(graph, rows, steps).solutions
+        found = solve_dense(
+            graph, rows, steps
+        )  # each unknown by its own row: the pivots are those of the matrix
+        determinant = graph.one
+        for pivot in found.pivots:
+            determinant = graph.mul(determinant, pivot)
+        return found.solutions, determinant

@@ -60,6 +60,7 @@ def unknown_forces(
         affine, laws = take_laws_out(graph, taken, symbols, unknowns)
     except Jumps as jump:
         raise _report_jump(system, jump.symbol, reporter) from None
+    _warn_of_waves(system, laws, reporter)
     return affine[: len(formulas)], UnknownForces(symbols, tuple(affine[len(formulas) :]), laws)
 
 
@@ -83,6 +84,21 @@ def _report_jump(system: MechanicalSystem, symbol: Node, reporter: Reporter) -> 
         caption="for some states no force agrees with itself",
         help="a comparison is possible: its sides are switches, which change at instants",
     )
+
+
+def _warn_of_waves(system: MechanicalSystem, laws: Laws, reporter: Reporter) -> None:
+    """Warn of laws that rise and fall with a force without end: several forces may agree with them."""
+    graph = system.graph
+    for n in laws.waves(graph)[:1]:
+        for query in [system.queries[s] for s in graph.support(n) if s in system.queries][:1]:
+            reporter.warning(
+                "W0565",
+                f"this force rises and falls with '{title(query)}', so that several may agree with its law",
+                query.span,
+                caption="asked for inside of 'sin', 'cos' or 'tan'",
+                help="the one is taken into which the force without the law changes as the law grows from nothing; "
+                "a law that only rises, or only falls, leaves no choice",
+            )
 
 
 def report_circle(system: MechanicalSystem, symbols: Sequence[Node], reporter: Reporter) -> Exception:

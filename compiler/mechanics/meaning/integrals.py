@@ -150,10 +150,14 @@ def _bounds(graph: Graph, integrand: Integrand, s: Node, lower: Node, upper: Nod
 
 
 def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
-    """Return where relations, absolute values and extremes change inside a formula, as far as they are linear in s."""
+    """Return where relations, absolute values and extremes change inside a formula, and the points of tables, as far as
+    they are linear in s."""
     found: dict[Node, None] = {}
     for n in graph.reach([body], [s]):
+        places: tuple[float, ...] = (0.0,)
         match graph.op(n):
+            case ops.LOOKUP:
+                argument, places = graph.args(n)[0], graph.tables[graph.table_of(n)[0]].points
             case ops.ABS | ops.SIGN:
                 argument = graph.args(n)[0]
             case ops.MINIMUM | ops.MAXIMUM | ops.LESS | ops.LESS_EQUAL:
@@ -166,7 +170,9 @@ def _kinks(graph: Graph, body: Node, s: Node) -> list[Node]:
         (start,) = substitute(graph, [argument], {s: graph.zero})
         flat = graph.equal(slope, graph.zero)
         divisor = graph.select(flat, graph.one, slope)
-        found[graph.neg(graph.div(start, divisor))] = None
+        for place in places:
+            off = graph.sub(start, graph.constant(place)) if place else start
+            found[graph.neg(graph.div(off, divisor))] = None
     return list(found)
 
 

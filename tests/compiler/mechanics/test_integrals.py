@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 import pytest
 from compiled import compiled, outcome
+from scipy.interpolate import PchipInterpolator
 
 import mechc
 
@@ -131,3 +132,18 @@ def test_integral_of_nothing(integral: str) -> None:
     model = compiled(text)
     assert outcome(model, "rhs", {})["der(x)"] == 1
     assert outcome(model, "outputs", {})["found"] == 0
+
+
+def test_an_integral_of_a_table_bends_at_its_points() -> None:
+    """V = c integral of table(s - x) for s in 0:1 m pulls with c (table(1 m - x) - table(-x)), wherever its points lie."""
+    model = mechc.loads(
+        """coordinate Length x = 0.21 m;
+        kinetic 1/2*1 kg*der(x)^2;
+        potential 1 N/m*integral(table(s/(1 m) - x/(1 m), {-0.5, 0.1, 0.9}, {-0.95, -0.57, 0.1}) for s in 0 m:1 m)*1 m;
+        output a = der(x, 2);
+        experiment(stop = 1 us);"""
+    )
+    curve = PchipInterpolator([-0.5, 0.1, 0.9], [-0.95, -0.57, 0.1])
+    for x in (0.21, 0.33, 0.45):
+        solution = model.simulate(target="python", set={"x": x}, estimate_error=False)
+        assert solution["a"][0] == pytest.approx(float(curve(1 - x) - curve(-x)), rel=1e-12)

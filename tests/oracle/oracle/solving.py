@@ -14,13 +14,15 @@ from oracle.expressions import der
 from oracle.point import Point, Unknowns, at_order, now
 from oracle.questions import answer, key_of, known_now
 from oracle.series import STEP, real
-from oracle.values import Undetermined
+from oracle.values import Several, Undetermined
 
 if TYPE_CHECKING:
     from oracle.meaning import Meaning
 
 Array = Any
 NEAR = 1e-9
+AWAY = (3, -3, 1, -1)
+"""Where other answers to questions in laws are looked for, as shares of their size."""
 
 
 @dataclass(frozen=True)
@@ -139,33 +141,52 @@ def solve_in(
             return np.full(N, np.nan), np.full((N, N), np.nan)
         return rows[:, 0].real, rows.imag / STEP
 
+    def root(z: Array, steps: int = 80) -> tuple[Array, Array, Array, Array, bool]:
+        """Newton's method from z: where it ends with residual, Jacobian and the directions left open, and whether it bends."""
+        dz, loose, r, J = np.zeros(N), np.zeros((0, N)), np.zeros(N), np.zeros((N, N))
+        first: Array | None = None
+        for attempt in range(steps if N else 0):
+            r, J = scan(z)
+            for _ in range(40):
+                if np.isfinite(r).all() and np.isfinite(J).all():
+                    break
+                dz = dz / 2
+                z = z + dz
+                r, J = scan(z)
+            else:
+                raise Undetermined("the laws are no numbers here")
+            first = J if first is None else first
+            dz, loose = least(J, r)
+            size = np.abs(J) @ np.abs(z) + np.abs(J) @ np.abs(dz) + np.abs(r) + 1e-300
+            if (attempt and np.abs(dz).max() <= 1e-13 * (np.abs(z).max() + 1e-300)) or not r.any():
+                break
+            z = z - dz
+            if quick and meaning.plain and not any(m == "slip*" for m in modes.values()):
+                break
+            if attempt >= 1 and (np.abs(r) <= 1e-13 * size).all():
+                break
+        else:
+            if N:
+                raise Undetermined("no accelerations that satisfy the laws")
+        bends = first is not None and np.abs(J - first).max(initial=0) > 1e-6 * np.abs(first).max(initial=0)
+        return z, r, J, loose, bool(bends)
+
     z, superfluous = np.zeros(N), frozenset[str]()
     z[n : n + len(names)] = [
         angle if name.endswith("/angle") else 0.0 if meaning.plain else 1.0 for name in names
     ]
-    dz = np.zeros(N)
-    for attempt in range(80 if N else 0):
-        r, J = scan(z)
-        for _ in range(40):
-            if np.isfinite(r).all() and np.isfinite(J).all():
-                break
-            dz = dz / 2
-            z = z + dz
-            r, J = scan(z)
-        else:
-            raise Undetermined("the laws are no numbers here")
-        dz, loose = least(J, r)
-        size = np.abs(J) @ np.abs(z) + np.abs(J) @ np.abs(dz) + np.abs(r) + 1e-300
-        if (attempt and np.abs(dz).max() <= 1e-13 * (np.abs(z).max() + 1e-300)) or not r.any():
-            break
-        z = z - dz
-        if quick and meaning.plain and not any(m == "slip*" for m in modes.values()):
-            break
-        if attempt >= 1 and (np.abs(r) <= 1e-13 * size).all():
-            break
-    else:
-        if N:
-            raise Undetermined("no accelerations that satisfy the laws")
+    z, r, J, loose, bends = root(z)
+    if bends and asked and not quick and "slip*" not in modes.values():
+        k = n + len(names) + len(states)
+        for away in AWAY:  # other answers that agree with themselves
+            elsewhere = z.copy()
+            elsewhere[k:] += away * (1 + np.abs(z[k:]))
+            try:
+                other = root(elsewhere, 20)[0]
+            except Undetermined:
+                continue
+            if np.abs(other - z)[:n].max(initial=0) > 1e-6 * (1 + np.abs(z[:n]).max(initial=0)):
+                raise Several("several forces that agree with their laws")
     if N and not quick:
         size = np.abs(J) @ np.abs(z) + np.abs(J).max(axis=1) * (1e-5 * np.abs(z).max() + 1e-12)
         if (np.abs(r) > 1e-7 * size).any():
@@ -303,6 +324,8 @@ def solve(
         for angle in np.arange(8) * np.pi / 4 + 0.1 if "slip*" in combination else [0.1]:
             try:
                 s = solve_in(meaning, state, taken, dict(frozen) if frozen is not None else None, angle=angle)
+            except Several:
+                raise
             except Undetermined:
                 continue
             if min(margins(meaning, s, options).values(), default=0) >= -NEAR:

@@ -9,3 +9,7 @@ class NotCovered(Exception):
 
 class Undetermined(Exception):
     """Say that no law, or more than one, determines what is asked for."""
+
+
+class Several(Undetermined):
+    """Several motions satisfy the laws."""

@@ -53,10 +53,15 @@ def _initial(name: str, sign: str, e: E) -> S:
 def in_arrays(model: Model, random: Random) -> Twin | None:
     """Let parameters of one dimension be those of components in an array inside of an array."""
     items = list(model.top.seq().items)
+    held = _named_elsewhere(model)
     plain = [
         s
         for s in items
-        if s.kind == "parameter" and len(s.slots) == 1 and _literal(s.slots[0].expression) and s.name
+        if s.kind == "parameter"
+        and len(s.slots) == 1
+        and _literal(s.slots[0].expression)
+        and s.name
+        and s.name not in held
     ]
     random.shuffle(plain)
     pair = next(
@@ -113,6 +118,23 @@ def in_arrays(model: Model, random: Random) -> Twin | None:
     rest.insert(random.randrange(len(rest)), tree)
     top = model.with_top(tuple(rest))
     return Twin("in arrays", Model((*top.items[:-1], leaf, branch, top.items[-1])))
+
+
+def _named_elsewhere(model: Model) -> set[str]:
+    """Return what an experiment sets, what other models and functions name, and what is overruled in `extends`."""
+    named = {
+        e.ref
+        for item in model.items[:-1]
+        for s in item.walk()
+        for slot in s.slots
+        for e in slot.expression.walk()
+    }
+    for s in model.top.seq().items:
+        if s.kind == "experiment":
+            named |= {word for p in s.parts if isinstance(p, str) for word in p.replace(",", " ").split()}
+        if s.kind == "extends":
+            named |= {m.name for m in s.seq().items}
+    return named
 
 
 def _literal(e: E) -> bool:
