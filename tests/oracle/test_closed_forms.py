@@ -357,3 +357,28 @@ def test_power_of_a_damping_whose_coefficient_depends_on_velocities() -> None:
     assert m.outputs(state)["lost"] == pytest.approx(-2 * 0.3 * 2.0**2 * 1.5**2, rel=1e-12)
     a = m.accelerations(state)
     assert m.outputs(state)["lost"] == pytest.approx(2 * a["der(x, 2)"] + 0.5 * a["der(y, 2)"], rel=1e-9)
+
+
+def test_outputs_that_equations_determine() -> None:
+    """Kepler's equation and its rate M'/(1 - e cos E); a vector whose first entry its length tells."""
+    m = meaning(
+        """coordinate x = 0.3 m; kinetic 1/2*1 kg*der(x)^2; force 2 N on x; initial der(x) = 0.5 m/s;
+        let M = 2*time/1 s + x/1 m;
+        output E ~ M; equation E - 0.6*sin(E) = M; output rate = der(E);
+        output B[2] ~ {1, 1} N; equation B[2] = 4 N; equation norm(B) = 5 N;"""
+    )
+    state = {"x": 0.3, "der(x)": 0.5, "time": 0.4}
+    found = m.outputs(state)
+    angle = found["E"]
+    assert angle - 0.6 * math.sin(angle) == pytest.approx(1.1, abs=1e-14)
+    assert found["rate"] == pytest.approx(2.5 / (1 - 0.6 * math.cos(angle)), rel=1e-13)
+    assert (found["B[1]"], found["B[2]"]) == pytest.approx((3, 4), rel=1e-14)
+
+
+def test_several_solutions_beside_a_guess_are_refused() -> None:
+    m = meaning(
+        """coordinate x = 0.3 m; kinetic 1/2*1 kg*der(x)^2;
+        output y ~ 0.57; equation y^3 - y = 0;"""
+    )
+    with pytest.raises(Undetermined, match="several"):
+        m.outputs({"x": 0.3, "der(x)": 0.5})

@@ -29,6 +29,7 @@ QUICK = [
     "chaplygin_sleigh",
     "ball_on_turntable",
     "differential",
+    "lorentz_inferred",
 ]
 HYBRID_QUICK = ["bouncing_ball", "sliding_block", "clutch", "potential_step"]
 HYBRID = [
@@ -75,9 +76,9 @@ def smooth(name: str) -> bool:
     return name not in HYBRID and name not in HYBRID_QUICK and name not in OTHERS
 
 
-OTHERS = {  # modes of contact and friction that only a run chooses, motions too long for the oracle, outputs that equations determine
+OTHERS = {  # modes of contact and friction that only a run chooses, motions too long for the oracle
     "bead_on_rough_hoop", "belt_with_rosin", "coulomb_block", "cylinder_on_cylinder", "masse_shot", "newtons_cradle",
-    "slider_crank_friction", "rod_in_circle", "beam", "falling_box", "n_four_bar", "squeezing_mechanism", "lorentz_inferred",
+    "slider_crank_friction", "rod_in_circle", "beam", "falling_box", "n_four_bar", "squeezing_mechanism",
 }  # fmt: skip
 
 

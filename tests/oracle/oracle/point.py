@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mechc.compiler.flat import model as flat
-from oracle import poses
+from oracle import poses, unknowns
 from oracle.expressions import Evaluator, Value, der, position
 from oracle.poses import Pose, vector
 from oracle.series import Series
@@ -55,11 +55,13 @@ class Point:
         self.space = meaning.flat.space or 2
         self.extra = 0 if not cut else 3 if self.space == 2 else 6
         self.size = meaning.size + self.extra
+        self._found: dict[str, Value] | None = None
         self.time = state.get("time", 0.0)
         t = Series(np.array([[self.time], [1.0], [0.0]], complex))
         names: dict[str, Value] = {"time": t, meaning.flat.independent: t, **meaning.parameter_values}
         self.at = Evaluator(names, meaning.definitions, self.space, self.frame, self.question, frozen)
         self.at.lazy.update({n: self._computed(n) for n in meaning.computed})
+        self.at.lazy.update({u.name: lambda n=u.name: self._unknowns()[n] for u in meaning.flat.unknowns})  # type: ignore[misc]
         self._fill(names)
 
     # ------------------------------------------------------------ variables
@@ -125,6 +127,12 @@ class Point:
         names[f"{name} quaternion"] = quaternion
         back = vector(quaternion[0], *(-x for x in quaternion[1:]))
         names[f"{name} rate"] = 2 * poses.times(back, der(quaternion))[1:]
+
+    def _unknowns(self) -> dict[str, Value]:
+        """The outputs that equations determine, found once."""
+        if self._found is None:
+            self._found = unknowns.found(self.at, self.meaning.flat)
+        return self._found
 
     # ------------------------------------------------------------ frames
 

@@ -8,6 +8,7 @@ from random_models import bodies, coordinates, decorations
 from random_models.quantities import quantity
 from random_models.scope import File, Scope
 from random_models.tree import TIME, Model, Seq, Slot, statement
+from random_models.unknown import unknowns
 
 
 def skeleton(seed: int) -> Scope:
@@ -29,6 +30,7 @@ def skeleton(seed: int) -> Scope:
     for _ in range(s.random.choice((0, 1, 2, 2, 3, 3, 4, 5, 6))):
         s.weighted(table)(s)
     decorations.outputs(s)
+    unknowns(s, seed)
     return s
 
 
