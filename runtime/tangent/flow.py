@@ -19,6 +19,7 @@ from ..integrate.scipy_methods import PREFIX
 from ..integrate.trajectory import Statistics
 from ..outcome import Failure, SimulationError
 from ..problem import Array, Problem
+from ..results.accuracy import companion_tolerance
 from ..results.evaluate import evaluate_rows
 from .augmented import augment
 from .coordinates import basis, minimal
@@ -27,12 +28,6 @@ from .pieces import Pieces, Rows, spread
 from .projection import projected
 from .sizes import tangent_nominals
 from .start import start_tangents
-
-TIGHTER = 100.0
-"""Ratio of the tolerances of both runs, whose difference is the estimated error."""
-
-LOWEST = 1e-14
-"""Tightest tolerance of the second run."""
 
 GENERAL = ("auto", "dop853", "radau5", "rk4", "gauss2", "gauss4", "gauss6", "gauss8")
 """Methods for whatever has a right-hand side; a motion by others is differentiated by dop853."""
@@ -143,10 +138,10 @@ class Tangents:
         self.sizes = sizes
 
     def tighter(self) -> Tangents:
-        """Give the same with a tighter tolerance, or half the step."""
+        """Give the same with a tighter tolerance, a looser one where it is the tightest, or half the step."""
         other = object.__new__(Tangents)
         other.__dict__.update(self.__dict__)
-        other.tolerance = max(self.tolerance / TIGHTER, LOWEST)
+        other.tolerance = companion_tolerance(self.tolerance)[0]
         if self.method.fixed_step and self.case.step is not None:
             other.augmented = replace(self.augmented, case=replace(self.case, step=self.case.step / 2))
         else:  # where the longest step bounds both runs, they would make the same error

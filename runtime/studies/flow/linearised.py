@@ -15,6 +15,8 @@ from ..runs.simulate import Plan
 
 RANK = 1e-9
 """Relative singular value below which a direction is none."""
+ROUNDING = 64 * float(np.finfo(float).eps)
+"""Of a map over some hundred steps, relative to its size."""
 
 
 class LinearMap(Struct, frozen=True, eq=False):
@@ -86,9 +88,11 @@ class Linearised:
         matrix = arriving.T @ found @ directions
         error = np.zeros_like(matrix)
         if checked:
-            end, tighter = self._over(self.tangents.tighter(), begin, y, duration)
-            error = np.abs(matrix - arriving.T @ tighter @ directions)
-            matrix = arriving.T @ tighter @ directions
+            beside = self.tangents.tighter()
+            there, other = self._over(beside, begin, y, duration)
+            error = np.abs(matrix - arriving.T @ other @ directions)
+            if beside.tolerance <= self.tangents.tolerance:
+                end, matrix = there, arriving.T @ other @ directions
         return LinearMap(matrix, error, directions, end)
 
     def _over(self, tangents: Tangents, begin: float, y: Array, duration: float) -> tuple[Array, Array]:
@@ -119,25 +123,47 @@ def sizes(problem: Problem, nominal: Array) -> Array:
 def multipliers(found: LinearMap) -> tuple[Array, Array]:
     """Give the eigenvalues [r] of a linear map, the largest first, and how far each may be off [r].
 
-    Of a simple eigenvalue the change is |x* E x| / |x* y| with its left and right vectors; where that is larger than
-    the root of the error, as for those that coincide, the root.
+    Of a simple eigenvalue the change is |x* E y| / |x* y| with its left and right vectors; where that is larger than
+    the root of the error, as for those that coincide, the root. No entry is taken for better known than all of them are
+    relative to the sizes of its row and column.
     """
     from scipy.linalg import eig
 
     values, left, right = eig(found.matrix, left=True, right=True)
     size = float(np.linalg.norm(found.matrix)) or 1.0
-    noise = float(np.linalg.norm(found.error)) + 8 * np.finfo(float).eps * size
+    noise = float(np.linalg.norm(found.error)) + ROUNDING * size
+    rows, columns = (np.linalg.norm(found.matrix, axis=k) / size for k in (1, 0))
+    entries = np.maximum(found.error, noise * np.outer(rows, columns))
     condition = np.abs(np.einsum("ij,ij->j", left.conj(), right))
-    with np.errstate(divide="ignore"):
-        simple = noise / condition
+    with np.errstate(divide="ignore", invalid="ignore"):
+        simple = np.einsum("ij,ik,kj->j", np.abs(left), entries, np.abs(right)) / condition
+    simple = np.where(np.isfinite(simple), simple, np.inf)
     errors = np.minimum(simple, np.sqrt(noise * size))
     order = np.lexsort((-values.imag, -np.abs(values)))
     return values[order], errors[order]
 
 
+def compared(found: LinearMap, looser: LinearMap, *, free: bool) -> tuple[Array, Array]:
+    """Give multipliers and errors, which hold what the map of a looser orbit has otherwise.
+
+    ``free``: nothing depends on time, so that the multiplier of a shift along the orbit is 1.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    values, errors = multipliers(found)
+    others, _ = multipliers(looser)
+    if len(values) == len(others):
+        apart = np.abs(values[:, None] - others)
+        errors = np.maximum(errors, apart[linear_sum_assignment(apart)])
+    if free and len(values):
+        shift = int(np.argmin(np.abs(values - 1)))
+        errors[shift] = max(errors[shift], abs(values[shift] - 1))
+    return values, errors
+
+
 def determinant(found: LinearMap) -> tuple[float, float]:
     """Give the determinant of a linear map and how far it may be off."""
     value = float(np.linalg.det(found.matrix))
-    noise = float(np.linalg.norm(found.error)) + 8 * np.finfo(float).eps * float(np.linalg.norm(found.matrix))
+    noise = float(np.linalg.norm(found.error)) + ROUNDING * float(np.linalg.norm(found.matrix))
     inverse = float(np.linalg.norm(np.linalg.pinv(found.matrix)))
     return value, abs(value) * inverse * noise

@@ -54,7 +54,6 @@ def pieces(
     stop: float,
     ending: Ending,
     interrupted: Callable[[], bool],
-    tolerance: float | None = None,
     *,
     looked_at: bool = True,
 ) -> Iterator[Piece]:
@@ -67,8 +66,9 @@ def pieces(
         raise SimulationError(
             f"a long motion in pieces needs the compiled kernel, and '{plan.method.name}' is no method of it"
         )
-    rtol = case.tolerance if tolerance is None else tolerance
-    with Solver(kernel, case, plan.method.name, rtol, rtol * plan.nominal, case.step or 0.0) as solver:
+    with Solver(
+        kernel, case, plan.method.name, case.tolerance, case.tolerance * plan.nominal, case.step or 0.0
+    ) as solver:
         status, steps = Status.RUNNING, FIRST_STEPS
         most = max(FIRST_STEPS, MOST_BYTES // (8 * (2 + solver.n_dense * solver.ny)))
         while status in (Status.RUNNING, Status.RECORD_FULL) and not interrupted():

@@ -11,13 +11,13 @@ from ...outcome import ENDED, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Value
 from ..formulas.combination import stop_of, tracked
+from ..runs.companion import closer
+from ..runs.simulate import plan_run
 from ..study import Study
 from .symmetries import case_of
 
 SAMPLES = 4000
 """Of a path; half of them give the error of the integrals."""
-TIGHTER, TIGHTEST = 1e-2, 1e-13
-"""Times the tolerance, and the least one, of the run from which the answer is; the difference from the run itself is its error."""
 
 
 class Action(Study, frozen=True, kw_only=True):
@@ -43,13 +43,15 @@ class Action(Study, frozen=True, kw_only=True):
         lagrangian, flow = _along(case, solution, times)
         values = _values(case, solution, times, lagrangian, flow) if good else []
         if good:
-            tolerance = max(TIGHTER * case.tolerance, TIGHTEST)
-            closer = replace(self, tolerance=tolerance, stop=end, progress=None)
-            better = tracked(case_of(problem, closer), closer)
-            assert better is not None, "there is a stop"
-            if better.solution.outcome in ENDED and float(better.solution.time[-1]) == end:
-                tight = _along(case, better.solution, times)
-                values = _differing(values, _values(case, better.solution, times, *tight))
+            settings, _ = closer(plan_run(problem, self))
+            other = replace(self, stop=end, progress=None, **settings)
+            beside = tracked(case_of(problem, other), other)
+            assert beside is not None, "there is a stop"
+            if beside.solution.outcome in ENDED and float(beside.solution.time[-1]) == end:
+                along = _along(case, beside.solution, times)
+                found = _values(case, beside.solution, times, *along)
+                looser = settings.get("tolerance", 0.0) > case.tolerance
+                values = _differing(found, values) if looser else _differing(values, found)
             else:
                 values = [replace(value, error=None) for value in values]
         running = np.concatenate([[0.0], np.cumsum(np.diff(times) * (lagrangian[1:] + lagrangian[:-1]) / 2)])
@@ -60,7 +62,7 @@ class Action(Study, frozen=True, kw_only=True):
             outcome=solution.outcome,
             message=solution.message,
             values=tuple(values),
-            errors_from="the same at a looser tolerance, and Simpson's rule with half of the points",
+            errors_from="the same at a looser tolerance, or with twice the step, and Simpson's rule with half of the points",
             panels=(
                 Panel(
                     "action along the path",

@@ -17,11 +17,11 @@ from ...case import find_setting
 from ...integrate.interruption import noted_interruptions
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
-from ...results.accuracy import companion_tolerance
 from ...results.solution import Solution
 from ...settings import Formula, Free, settable
 from ..findings import Curve, Findings, Panel, Value
 from ..flow.pieces import with_horizon
+from ..runs.companion import closer
 from ..runs.simulate import plan_run, run
 from ..study import Study
 
@@ -34,6 +34,7 @@ DIFFERENCE = 2e-3
 NEWTON = 6
 WHEN = ("end", "highest", "lowest")
 TURN = math.pi / 2
+EPSILON = float(np.finfo(float).eps)
 
 
 class Optimum(Study, frozen=True, kw_only=True):
@@ -87,14 +88,14 @@ class _Search:
         ])  # fmt: skip
         self.low = np.array([-np.inf if one.low is None else one.low for one in study.vary])
         self.high = np.array([np.inf if one.high is None else one.high for one in study.vary])
-        self.count, self.tolerance = 0, study.tolerance
+        self.count = 0
+        self.closer: dict[str, float] = {}
+        """Settings of motions beside those of the study, from which errors follow."""
         self.seen: list[tuple[Array, float]] = []
 
     def motion(self, x: Array) -> Solution:
         values = {**self.study.values, **dict(zip(self.names, map(float, x), strict=True))}
-        options = replace(
-            self.study, values=values, estimate_error=False, progress=None, tolerance=self.tolerance
-        )
+        options = replace(self.study, values=values, estimate_error=False, progress=None, **self.closer)
         return run(self.problem, options)
 
     def __call__(self, x: Array) -> float:
@@ -176,6 +177,15 @@ class _Search:
                 break
         return x, last
 
+    def moved(self, x: Array) -> Array:
+        """Give how far Newton's step leads from the optimum, by the motions of now: nan where it leads nowhere."""
+        gradient, hessian = self._derivatives(x)
+        try:
+            step = np.abs(np.linalg.solve(hessian, gradient))
+        except np.linalg.LinAlgError:
+            return np.full(len(x), np.nan)
+        return np.asarray(np.maximum(step, EPSILON * np.abs(x)))
+
     def _derivatives(self, x: Array) -> tuple[Array, Array]:
         n, h = len(x), DIFFERENCE * self.size
         here = self(x)
@@ -200,9 +210,10 @@ def _findings(
 ) -> Findings:
     best = search.motion(place)
     value = search.read(best)
-    tolerance = plan_run(problem, search.study).case.tolerance
-    search.tolerance = companion_tolerance(tolerance)[0]
-    error = abs(search.read(search.motion(place)) - value)
+    search.closer, factor = closer(plan_run(problem, search.study))
+    error = factor * abs(search.read(search.motion(place)) - value)
+    if off is not None and not interrupted:
+        off = np.maximum(off, factor * search.moved(place))
     word = "least" if search.study.least else "greatest"
     unit = best.unit(search.goal.name)
     remarks = []

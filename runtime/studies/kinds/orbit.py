@@ -17,10 +17,11 @@ from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ...tangent.coordinates import minimal
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
-from ..flow.linearised import Linearised, multipliers
+from ..flow.linearised import Linearised, compared, multipliers
 from ..flow.pieces import column_at, with_horizon
 from ..flow.shooting import CLOSED, Energy, close, least
 from ..flow.shooting import Orbit as Found
+from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study
 
@@ -84,10 +85,10 @@ class Orbit(Study, frozen=True, kw_only=True):
         loose = loose if driven else least(linear, loose, energy)
         if not driven:
             refuse_rest(plan, linear, loose)
-        tight = replace(self, tolerance=max(plan.case.tolerance / 100, 1e-14), stop=plan.case.stop)
-        exact = close(
-            Linearised(plan_run(problem, tight)), loose.start, loose.period, free=not driven, energy=energy
-        )
+        beside = plan_run(problem, replace(options, **closer(plan)[0]))
+        exact = close(Linearised(beside), loose.start, loose.period, free=not driven, energy=energy)
+        if beside.case.tolerance > plan.case.tolerance:  # the tightest there is has a looser one beside it
+            loose, exact = exact, loose
         return _findings(problem, plan, loose, exact, driven)
 
 
@@ -223,7 +224,7 @@ def _rows(solution: Solution, t: Array) -> Array:
 
 
 def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: bool) -> Findings:
-    values, errors = multipliers(exact.map)
+    values, errors = compared(exact.map, loose.map, free=not driven)
     error = (
         max(abs(exact.period - loose.period), 8 * np.finfo(float).eps * exact.period) if not driven else 0.0
     )
@@ -247,7 +248,7 @@ def _findings(problem: Problem, plan: Plan, loose: Found, exact: Found, driven: 
                 for name, k in zip(names, own, strict=True)
             ),
         ),
-        errors_from="the same at a tolerance a hundred times looser; multipliers: conditions of the eigenvalues",
+        errors_from="the same at a looser tolerance, or with twice the step; multipliers: conditions of the eigenvalues, too",
         remarks=tuple(remarks),
         tables=(Table("multipliers", (("multiplier", ""), ("size", ""), ("error", "")), rows),),
         panels=_picture(problem, plan, exact),

@@ -24,9 +24,11 @@ from ...integrate.solver_options import SolverOptions
 from ...integrate.trajectory import DenseOutput
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
+from ...results.accuracy import companion_tolerance
 from ...results.files import json_number
 from ...settings import Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
+from ..flow.extrapolation import extrapolated
 from ..flow.masses import mass_matrix
 from ..flow.pieces import with_horizon
 from ..runs.simulate import Plan, plan_run
@@ -130,6 +132,11 @@ class _Beam:
                 help="of two bodies, write the relative motion with the reduced mass",
             )
         plan = plan_run(problem, options)
+        if plan.method.fixed_step or not plan.method.in_kernel:
+            raise SimulationError(
+                f"scattering takes steps that grow with the distance, and '{plan.method.name}' is no method that does",
+                help="take one of the kernel that chooses its steps: --method dop853, taylor or radau5",
+            )
         random = np.random.default_rng(2)
         here = mass_matrix(plan, plan.case.begin, plan.case.y0)
         for _ in range(2):
@@ -159,8 +166,8 @@ class _Beam:
         forces = [rhs(case.begin, y, u, case.z, case.p)[nq : 2 * nq] for y in self.probes]
         return Beam(float(np.linalg.norm(foot)), case.y0[nq : 2 * nq], np.array(forces))
 
-    def passage(self, b: float) -> Passage:
-        """Follow one particle."""
+    def passage(self, b: float, *, checked: bool = True) -> Passage:
+        """Follow one particle. ``checked``: its error holds what a tighter tolerance changes."""
         plan = self.plan(b)
         nq = self.problem.nq
         place, speed = self.root @ plan.case.y0[:nq], self.root @ plan.case.y0[nq : 2 * nq]
@@ -180,7 +187,7 @@ class _Beam:
             if math.isnan(angle):
                 return Passage(b, beam, math.nan, math.nan)
             angles.append(angle)
-            limit = _extrapolated(angles)
+            limit = extrapolated(angles)
             error = abs(limit - before)
             if len(angles) >= FEWEST_LEVELS and error < SETTLED * max(1.0, abs(limit)):
                 break
@@ -188,6 +195,10 @@ class _Beam:
                 limit, error = before, previous
                 break
             before, previous = limit, error
+        if checked:
+            tolerance, factor = companion_tolerance(plan.case.tolerance)
+            beside = replace(plan, case=replace(plan.case, tolerance=tolerance))
+            error += factor * abs(self._angle(beside, place, speed, ahead, 1.0) - angles[0])
         return Passage(b, beam, limit, max(error, 1e-14))
 
     def differentiated(self, b: float) -> Passage:
@@ -196,7 +207,7 @@ class _Beam:
         if math.isnan(here.deflection) or b == 0:
             return here
         h = STENCIL * abs(b)
-        a = [self.passage(b + k * h).deflection for k in (-2, -1, 1, 2)]
+        a = [self.passage(b + k * h, checked=False).deflection for k in (-2, -1, 1, 2)]
         return replace(here, slope=(a[0] - 8 * a[1] + 8 * a[2] - a[3]) / (12 * h))
 
     def _angle(self, plan: Plan, place: Array, speed: Array, ahead: float, factor: float) -> float:
@@ -273,16 +284,8 @@ class _Beam:
         return math.copysign(angle, float(foot @ leaving)) if float(foot @ leaving) else angle
 
 
-def _extrapolated(angles: list[float]) -> float:
-    """Give the limit of values at 1/R, 1/(2R), 1/(4R), ... by their polynomial at zero (Neville)."""
-    row = list(angles)
-    for order in range(1, len(row)):
-        row = [(2.0**order * row[k + 1] - row[k]) / (2.0**order - 1) for k in range(len(row) - 1)]
-    return row[0]
-
-
 def _signed_deflection(beam: _Beam, sign: float, b: float) -> float:
-    return sign * beam.passage(b).deflection
+    return sign * beam.passage(b, checked=False).deflection
 
 
 def _rainbows(beam: _Beam, found: list[Passage]) -> list[Passage]:
@@ -387,7 +390,7 @@ def _findings(
         outcome=outcome,
         message=words + (f", angles within {largest:.1e}" if largest is not None else ""),
         values=values,
-        errors_from="extrapolation from one distance less",
+        errors_from="extrapolation from one distance less, and a tighter tolerance",
         remarks=tuple(remarks),
         tables=(Table("", head, rows),),
         panels=panels,

@@ -19,13 +19,13 @@ from msgspec.structs import replace
 from ...integrate.interruption import noted_interruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text, worst
 from ...problem import Array, Problem
-from ...results.accuracy import companion_tolerance
 from ...results.evaluate import evaluate_rows
 from ...results.solution import Solution
 from ...settings import Formula, Surface, settable
 from ..findings import Curve, Findings, Panel, Table, Value
 from ..flow.crossings import crossings
 from ..flow.pieces import Ending, Piece, column_at, periodic, pieces, with_horizon
+from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study, swept_axes
 
@@ -41,7 +41,7 @@ PATIENCE = 100
 """Spans between crossings, or of the run, without a crossing, after which none is waited for."""
 HORIZON = 100.0
 """Of motions that do not say when to stop, where their size is to be known."""
-ERRORS = "the same motions at a tighter tolerance, for the first points"
+ERRORS = "the same motions at a tighter tolerance, or with half the step, for the first points"
 NEAR = 1e-6
 """Of a unit of time: over which the rate of a surface is taken, for a correction by a few times the resolution of time."""
 WRAPPED = 2 * math.pi
@@ -154,7 +154,7 @@ class _Follower:
 
     def strand(self) -> Strand:
         count, case = self.study.count, self.case
-        t, y, ending = self._points(count, None)
+        t, y, ending = self._points(count, self.plan)
         outcome, message = Outcome.COMPLETED, f"{len(t)} points until {time_text(case.problem, self.reached)}"
         if ending.failure is not None:
             outcome, message = Outcome.FAILED, ending.failure.message
@@ -165,9 +165,11 @@ class _Follower:
         compared, agreeing, errors = 0, 0, np.full(case.y0.size, np.nan)
         if outcome is Outcome.COMPLETED and len(t):
             compared = min(len(t), COMPARED)
-            _, other, _ = self._points(compared, companion_tolerance(case.tolerance)[0])
+            settings, factor = closer(self.plan)
+            beside = plan_run(case.problem, replace(self.plan.options, **settings))
+            _, other, _ = self._points(compared, beside)
             compared = min(compared, len(other))
-            apart = np.abs(y[:compared] - other[:compared])
+            apart = factor * np.abs(y[:compared] - other[:compared])
             parted = (apart > APART * self.plan.nominal).any(axis=1)
             agreeing = int(np.argmax(parted)) if parted.any() else compared
             errors = apart[:agreeing].max(axis=0, initial=0.0)
@@ -187,7 +189,7 @@ class _Follower:
         off = np.abs(rows - rows[0]).max(axis=0)
         return {name: float(off[k]) for name, k in kept.items()}
 
-    def _points(self, count: int, tolerance: float | None) -> tuple[Array, Array, Ending]:
+    def _points(self, count: int, plan: Plan) -> tuple[Array, Array, Ending]:
         ending = Ending()
         times: list[Array] = []
         states: list[Array] = []
@@ -202,7 +204,7 @@ class _Follower:
             self._smooth if self.plan.method.in_kernel and self.case.problem.hybrid is None else self._whole
         )
         self.reached = self.case.begin
-        for piece in source(max(stop, self.first), ending, tolerance):
+        for piece in source(max(stop, self.first), ending, plan):
             t, y = self._in(piece)
             late = t >= self.first
             t, y = t[late][: count - found], y[late][: count - found]
@@ -213,7 +215,7 @@ class _Follower:
             if len(t):
                 waited = float(t[-1])
                 span = max(span, float(t[-1] - self.case.begin) / found)
-            if tolerance is None and self.study.progress is not None:
+            if plan is self.plan and self.study.progress is not None:
                 k, n = self.part
                 self.study.progress((k + min(1.0, found / count)) / n)
             if found >= count or (math.isinf(stop) and self.reached - waited > PATIENCE * span):
@@ -221,23 +223,21 @@ class _Follower:
         empty = np.empty((0, self.case.y0.size))
         return np.concatenate([np.empty(0), *times]), np.vstack([empty, *states]), ending
 
-    def _smooth(self, stop: float, ending: Ending, tolerance: float | None) -> Iterator[Piece]:
+    def _smooth(self, stop: float, ending: Ending, plan: Plan) -> Iterator[Piece]:
         through = self.study.where is not None
-        return pieces(self.plan, stop, ending, self.interrupted, tolerance, looked_at=through)
+        return pieces(plan, stop, ending, self.interrupted, looked_at=through)
 
-    def _whole(self, stop: float, ending: Ending, tolerance: float | None) -> Iterator[Piece]:
+    def _whole(self, stop: float, ending: Ending, plan: Plan) -> Iterator[Piece]:
         """Yield runs of twice the length each, for models that switch and for the methods outside of the kernel."""
         problem, end, done = self.case.problem, self.case.stop, self.case.begin
         ny = problem.ny
         while done < stop and not self.interrupted():
             end = min(end, stop)
             options = replace(
-                self.plan.options, stop=end, start=self.case.begin, estimate_error=False, tolerance=tolerance, progress=None
-            ) if tolerance is not None else replace(
-                self.plan.options, stop=end, start=self.case.begin, estimate_error=False, progress=None
-            )  # fmt: skip
+                plan.options, stop=end, start=self.case.begin, estimate_error=False, progress=None
+            )
             solution = run(problem, options)
-            if tolerance is None:
+            if plan is self.plan:
                 self.runs = (solution,)
             if solution.interpolation != "dense output":
                 raise SimulationError(

@@ -11,10 +11,10 @@ from msgspec.structs import replace
 from ...integrate.interruption import noted_interruptions
 from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
-from ...results.accuracy import companion_tolerance
 from ...results.solution import Solution
 from ...settings import Range, Surface, settable
 from ..findings import Curve, Findings, Panel, Table
+from ..runs.companion import closer
 from ..runs.simulate import plan_run, run
 from ..study import Study
 
@@ -59,19 +59,24 @@ class _Bisection:
 
     def __init__(self, problem: Problem, study: Threshold, over: Range) -> None:
         self.problem, self.study, self.over = problem, study, over
-        case = plan_run(problem, replace(study, values={**study.values, over.name: over.low})).case
+        plan = plan_run(problem, replace(study, values={**study.values, over.name: over.low}))
+        case = plan.case
         self.tolerance = case.tolerance if study.tolerance is not None else min(case.tolerance, TOLERANCE)
+        self.closer, _ = closer(replace(plan, case=replace(case, tolerance=self.tolerance)))
         self.horizon = time_text(problem, case.stop)
         self.seen: list[tuple[float, bool, float]] = []
         self.last: Solution | None = None
 
-    def happens(self, value: float, tolerance: float | None = None) -> bool:
-        """Say whether it happens with a value. Raises SimulationError where a motion fails before it can be told."""
+    def happens(self, value: float, *, closer: bool = False) -> bool:
+        """Say whether it happens with a value, also in the ``closer`` motion. Raises SimulationError where one fails before
+        it can be told."""
         study = self.study
         options = replace(
             study, values={**study.values, self.over.name: value}, estimate_error=False, progress=None,
-            tolerance=tolerance or self.tolerance, max_steps=None, stiff_after=None,
+            tolerance=self.tolerance, max_steps=None, stiff_after=None,
         )  # fmt: skip
+        if closer:
+            options = replace(options, **self.closer)
         solution = run(self.problem, options)
         if solution.outcome is Outcome.INTERRUPTED:
             raise KeyboardInterrupt
@@ -85,7 +90,7 @@ class _Bisection:
                 f"whether it happens at {self.over.name} = {value:.9g} cannot be told: {solution.message}",
                 help="stop earlier, or vary over a smaller range",
             )
-        if tolerance is None:
+        if not closer:
             self.seen.append((value, happened, extreme))
         return happened
 
@@ -141,12 +146,12 @@ class _Bisection:
                 high = middle
             if interrupted():
                 raise KeyboardInterrupt
-        tight, (first, last) = companion_tolerance(self.tolerance)[0], (self.over.low, self.over.high)
+        first, last = self.over.low, self.over.high
         a, b, reach = low, high, max(high - low, 4e-16 * abs(low))
-        while a > first and self.happens(a, tight) != below:
+        while a > first and self.happens(a, closer=True) != below:
             a, reach = max(first, a - reach), 3 * reach
         reach = max(high - low, 4e-16 * abs(high))
-        while b < last and self.happens(b, tight) == below:
+        while b < last and self.happens(b, closer=True) == below:
             b, reach = min(last, b + reach), 3 * reach
         place = (low + high) / 2
         return {

@@ -15,10 +15,10 @@ from msgspec.structs import replace
 
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
-from ...results.accuracy import companion_tolerance
 from ...results.solution import Solution
 from ...settings import settable
 from ..findings import Curve, Findings, Panel, Value
+from ..runs.companion import closer
 from ..runs.simulate import is_as_stated, part_of, plan_run, run
 from ..study import Study
 
@@ -54,12 +54,9 @@ class Virial(Study, frozen=True, kw_only=True):
         if first.outcome is Outcome.INTERRUPTED:
             raise KeyboardInterrupt
         plan = plan_run(problem, once)
-        tightened = (
-            {"step": plan.case.step / 2}
-            if plan.method.fixed_step and plan.case.step is not None
-            else {"tolerance": companion_tolerance(plan.case.tolerance)[0]}
+        solution = run(
+            problem, replace(once, progress=part_of(self.progress, rough, tight), **closer(plan)[0])
         )
-        solution = run(problem, replace(once, progress=part_of(self.progress, rough, tight), **tightened))
         names = [name for name in (KINETIC, POTENTIAL, *self.of) if name in solution]
         if not names:
             raise SimulationError(

@@ -62,6 +62,16 @@ class Estimated(Struct, frozen=True):
     interrupted: bool = False
 
 
+def closer(plan: Plan) -> tuple[dict[str, float], float]:
+    """Give the settings of a companion for runs that a study makes, and the factor from their difference to the error."""
+    if plan.method.fixed_step:
+        assert plan.case.step is not None
+        step, factor = companion_step(plan.case.step, plan.method.order)
+        return {"step": step}, factor
+    tolerance, factor = companion_tolerance(plan.case.tolerance)
+    return {"tolerance": tolerance}, factor
+
+
 def trajectory_of(
     plan: Plan, tolerance: float, step: float | None, dense: bool, progress: Progress | None
 ) -> Trajectory:
