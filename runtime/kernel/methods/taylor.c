@@ -45,7 +45,8 @@ typedef struct series {
     mech_real *z, *y_begun;
     mech_real *weight;    /* [n] 1 / the error allowed                                                   */
     mech_real *kept;      /* rates, then kept numbers                                                    */
-    mech_real *slope;     /* [n] derivative of the polynomial at the end of the step                     */
+    mech_real *end;       /* [n] the polynomial at the end of the step                                   */
+    mech_real *slope;     /* [n] its derivative there                                                    */
     mech_real *sums;      /* [4][slots] begun for four orders at once, then what `next` reads            */
     mech_real *x;         /* [ROWS][n] coefficients of the state                                         */
     mech_real *rows;      /* [MOST][stride] of rates, A and B                                            */
@@ -67,6 +68,7 @@ static size_t lay_out(const mech_model *m, mech_real *at, series *k)
     PART(y_begun, ny);
     PART(weight, ny);
     PART(kept, ny + m->series->n_kept);
+    PART(end, ny);
     PART(slope, ny);
     PART(sums, 5 * k->slots + 2);
     PART(x, ROWS * k->n);
@@ -120,18 +122,22 @@ static void start(mech_solver *s, const series *k, mech_real t, const mech_real 
 }
 
 /* The sums of all slots of order k. From order 4 on those of four orders are begun at once, with two numbers read for four
- * products, and completed when their order comes. */
+ * products, and completed when their order comes. What the latest order gave comes last: processors add up the rest while
+ * they wait for it. */
 static void add_up(const series *v, int k)
 {
     const int r = k % 4, step = v->stride / WIDTH, row = v->slots / WIDTH;
     for (int i = 0; i < row; i++) {
         const lanes *a = (const lanes *)(v->rows + v->n) + i, *b = a + row;
         lanes *begun = (lanes *)v->sums + i, sum = {0};
+        int last = k - 1;
         if (k < 4) {
-            for (int j = 1; j < k; j++) sum += a[step * j] * b[step * (k - j)];
+            last = 1;
+            for (int j = 2; j < k; j++) sum += a[step * j] * b[step * (k - j)];
+            if (k > 1) sum += a[step] * b[step * (k - 1)];
         } else if (r == 0) {
             lanes s1 = {0}, s2 = {0}, s3 = {0}, w1 = {0}, w2 = {0}, w3 = {0};
-            for (int j = 1; j < k; j++) {
+            for (int j = 2; j < last; j++) {
                 const lanes w = b[step * (k - j)], x = a[step * j];
                 sum += x * w;
                 s1 += x * w1;
@@ -139,10 +145,14 @@ static void add_up(const series *v, int k)
                 s3 += x * w3;
                 w3 = w2, w2 = w1, w1 = w;
             }
-            begun[row] = s1, begun[2 * row] = s2, begun[3 * row] = s3;
+            const lanes x = a[step * last], w = b[step * last];
+            begun[row] = s1 + (x * b[2 * step] + a[2 * step] * w);
+            begun[2 * row] = s2 + x * b[3 * step] + (k > 4 ? a[3 * step] * w : sum * 0);
+            begun[3 * row] = s3 + (k > 4 ? x * b[4 * step] + a[4 * step] * w : sum * 0);
+            sum += x * b[step] + a[step] * w;
         } else {
             sum = begun[r * row];
-            for (int j = 1; j <= r; j++) sum += a[step * j] * b[step * (k - j)] + a[step * (k - j)] * b[step * j];
+            for (int j = r; j > 0; j--) sum += a[step * j] * b[step * (k - j)] + a[step * (k - j)] * b[step * j];
         }
         begun[4 * row] = sum;
     }
@@ -200,7 +210,8 @@ static void expand(mech_solver *s, const series *v)
         u[v->slots] = MECH_C(1.0) / k;
         u[v->slots + 1] = k == 1;
         s->model->series->next(k, v->x + k * n, u, v->kept + ny, s->o.p, rates);
-        for (int i = 0; i < ny; i++) next[i] = rates[i] / (k + 1);
+        const mech_real share = 1 / (mech_real)(k + 1);
+        for (int i = 0; i < ny; i++) next[i] = rates[i] * share;
     }
     m->t = t;
     m->holds = 1;
@@ -221,15 +232,18 @@ static mech_real attempt(mech_solver *s, mech_real h)
     const int ny = s->ny, n = v.n;
     memory *m = memory_of(s);
     expand(s, &v);
-    for (int i = 0; i < ny; i++) {
-        mech_real y = v.x[m->order * n + i], slope = 0;
+    const int row = n / WIDTH;
+    for (int i = 0; i < row; i++) {
+        const lanes *x = (const lanes *)v.x + i;
+        lanes y = x[m->order * row], slope = y - y;
         for (int k = m->order - 1; k >= 0; k--) {
             slope = slope * h + y;
-            y = y * h + v.x[k * n + i];
+            y = y * h + x[k * row];
         }
-        s->y_new[i] = y;
-        v.slope[i] = slope;
+        ((lanes *)v.slope)[i] = slope;
+        ((lanes *)v.end)[i] = y;
     }
+    memcpy(s->y_new, v.end, (size_t)ny * sizeof(mech_real));
     start(s, &v, s->run->report.t + h, s->y_new);
     mech_real most = 0;
     for (int i = 0; i < ny; i++) {
