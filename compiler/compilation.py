@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from mechc.lang.source import SourceFile
 
     from .equations.model import Equations
-    from .flat.model import FlatModel
+    from .flat.model import FlatModel, Outline
     from .mechanics.system import MechanicalSystem
     from .program.model import Program
 
@@ -25,6 +25,8 @@ class Compilation(Protocol):
     @property
     def ast(self) -> ast.File: ...
     @property
+    def outline(self) -> Outline: ...
+    @property
     def flat(self) -> FlatModel: ...
     @property
     def system(self) -> MechanicalSystem: ...
@@ -36,6 +38,8 @@ class Compilation(Protocol):
     def diagnostics(self) -> tuple[Diagnostic, ...]: ...
     @property
     def parts(self) -> frozenset[str]: ...
+    @property
+    def kept_as(self) -> str: ...  # what tells its program from all others; empty where it was formed
 
 
 class StoredCompilation:
@@ -44,10 +48,20 @@ class StoredCompilation:
 
     diagnostics: tuple[Diagnostic, ...] = ()
 
-    def __init__(self, source: SourceFile, stages: Mapping[str, bytes], parts: frozenset[str]) -> None:
+    def __init__(
+        self, source: SourceFile, stages: Mapping[str, bytes], parts: frozenset[str], kept_as: str = ""
+    ) -> None:
         self.source = source
         self.parts = parts
+        self.kept_as = kept_as
         self._stages = stages
+
+    @cached_property
+    def outline(self) -> Outline:
+        from .flat.model import Outline
+        from .stored import read
+
+        return read(self._stages["outline"], Outline)
 
     @cached_property
     def flat(self) -> FlatModel:
@@ -94,4 +108,4 @@ def stages_of(compilation: Compilation) -> dict[str, bytes]:
     """Return the stages as bytes, for ``StoredCompilation``."""
     from .stored import write
 
-    return {name: write(getattr(compilation, name)) for name in ("flat", "equations", "program")}
+    return {name: write(getattr(compilation, name)) for name in ("outline", "flat", "equations", "program")}

@@ -22,7 +22,7 @@ from .equations.assemble import assemble
 from .equations.model import Equations
 from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
-from .flat.model import FlatModel
+from .flat.model import FlatModel, Outline
 from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
 from .program.lower import lower
@@ -49,6 +49,11 @@ class Formed(Struct, frozen=True):
     program: Program
     diagnostics: tuple[Diagnostic, ...]
     parts: frozenset[str] = frozenset()
+    kept_as: str = ""
+
+    @property
+    def outline(self) -> Outline:
+        return self.flat.outline
 
 
 def compile_source(

@@ -7,7 +7,7 @@ from typing import Literal
 
 from msgspec.structs import replace
 
-from mechc.runtime.native.build import build_shared, find_compiler, model_flags
+from mechc.runtime.native.build import build_shared, built_once, find_compiler, model_flags
 from mechc.runtime.problem import Problem
 
 from .program.model import Program
@@ -23,18 +23,25 @@ TURNS = ("turns.h", "turn.h")
 
 
 def make_problem(
-    program: Program, target: Literal["auto", "c", "python"] = "auto", *, reproducible: bool = False
+    program: Program,
+    target: Literal["auto", "c", "python"] = "auto",
+    *,
+    reproducible: bool = False,
+    kept_as: str = "",
 ) -> Problem:
     """Return the functions of a program, ready to be called.
 
-    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says.
-    Raises CompilerMissing (target ``c``) and BuildError.
+    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says. ``kept_as`` tells the
+    program from all others: its code is found by that, without being written again. Raises CompilerMissing (target ``c``) and
+    BuildError.
     """
-    made = _made(program, target, reproducible)
+    made = _made(program, target, reproducible, kept_as)
     return replace(made, enclosure=enclosure(program)) if program.function("bias") is not None else made
 
 
-def _made(program: Program, target: Literal["auto", "c", "python"], reproducible: bool) -> Problem:
+def _made(
+    program: Program, target: Literal["auto", "c", "python"], reproducible: bool, kept_as: str
+) -> Problem:
     if program.curve is not None:
         from .targets.python import load_arrays
 
@@ -46,11 +53,19 @@ def _made(program: Program, target: Literal["auto", "c", "python"], reproducible
         program = without_series(program)
         functions, parameters = load_python(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
-    text = emit_c(program, turns=not reproducible)
-    headers = (HEADER, *TURNS) if TURNS_INCLUDED in text else (HEADER,)
-    sources = {"model.c": text, **{name: header(name) for name in headers}}
     flags = model_flags(reproducible, program.long)
-    return description.make_problem(program, library=build_shared(sources, flags))
+
+    def written() -> dict[str, str]:
+        text = emit_c(program, turns=not reproducible)
+        headers = (HEADER, *TURNS) if TURNS_INCLUDED in text else (HEADER,)
+        return {"model.c": text, **{name: header(name) for name in headers}}
+
+    if kept_as:
+        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS)}}
+        library = built_once(known, flags, lambda: build_shared(written(), flags))
+    else:
+        library = build_shared(written(), flags)
+    return description.make_problem(program, library=library)
 
 
 def header(name: str = HEADER) -> str:

@@ -43,7 +43,7 @@ def kept_or_formed(
     if entry is not None:
         stages = _read(entry)
         if stages is not None:
-            return StoredCompilation(source, stages, parts)
+            return StoredCompilation(source, stages, parts, entry.name)
     with collected() as looked_for:
         formed = form()
     if not formed.diagnostics:

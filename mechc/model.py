@@ -82,11 +82,11 @@ class CompiledModel:
 
     @property
     def name(self) -> str:
-        return self.compilation.flat.name
+        return self.compilation.outline.name
 
     @property
     def doc(self) -> str:
-        return self.compilation.flat.doc
+        return self.compilation.outline.doc
 
     @property
     def diagnostics(self) -> tuple[Diagnostic, ...]:
@@ -99,7 +99,7 @@ class CompiledModel:
 
     @property
     def structural_parameters(self) -> Structural:
-        return self.compilation.flat.structural
+        return self.compilation.outline.structural
 
     @property
     def coordinates(self) -> tuple[Entry, ...]:
@@ -121,12 +121,12 @@ class CompiledModel:
     @property
     def experiments(self) -> tuple[str, ...]:
         """The names of the experiments in their order; the default one has the name ``""``."""
-        return tuple(experiment.name for experiment in self.compilation.flat.experiments)
+        return tuple(experiment.name for experiment in self.compilation.outline.experiments)
 
     @property
     def studies(self) -> Mapping[str, Study]:
         """The questions that the file puts, by name: kinds and settings (``study NAME = KIND(settings);``)."""
-        return {study.name: study for study in self.compilation.flat.studies}
+        return {study.name: study for study in self.compilation.outline.studies}
 
     def with_values(self, values: Mapping[str, Given]) -> Self:
         """Return this model with other values of parameters; structural ones compile it again."""
@@ -185,7 +185,7 @@ class CompiledModel:
 
     def _experiment(self, name: str | None) -> Experiment | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
-        experiments = self.compilation.flat.experiments
+        experiments = self.compilation.outline.experiments
         if name is None:
             return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
         for experiment in experiments:
@@ -251,8 +251,8 @@ class CompiledModel:
         if key not in problems:
             from .compiler.problem import make_problem
 
-            program = self._program(wanted)
-            problem = make_problem(program, target, reproducible=reproducible)
+            kept_as = self.compilation.kept_as if wanted <= self.compilation.parts else ""
+            problem = make_problem(self._program(wanted), target, reproducible=reproducible, kept_as=kept_as)
             problems[key] = replace(
                 problem,
                 tangents=self._tangents(target, reproducible, wanted),

@@ -27,7 +27,7 @@ def impossible_starts(model: CompiledModel) -> list[SimulationError]:
     from .runtime.outcome import SimulationError
 
     found: dict[str, SimulationError] = {}
-    experiments = model.compilation.flat.experiments
+    experiments = model.compilation.outline.experiments
     names: list[str | None] = [e.name for e in experiments if not e.sweeps] if experiments else [None]
     for name in names:
         try:

@@ -160,6 +160,25 @@ def build_shared(
     return library
 
 
+def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Path]) -> Path:
+    """Give what ``build`` gives, from the cache under the name of what is ``known`` of it beforehand.
+
+    So that sources need not be written to look for what was compiled of them. Raises what ``build`` raises.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        return build()
+    stem = f"known-{cache_key(known, flags, '', compiler)}"
+    found = find_entry(stem, LIBRARY_SUFFIX)
+    if found is None:
+        built = build()
+        with build_folder() as folder:
+            copy = folder / built.name
+            shutil.copyfile(built, copy)
+            found = keep_entry(copy, stem, LIBRARY_SUFFIX)
+    return found
+
+
 def _compile(
     compiler: Compiler, sources: Mapping[str, str], flags: Sequence[str], folder: Path, link: Sequence[str]
 ) -> None:

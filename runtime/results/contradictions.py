@@ -32,6 +32,8 @@ HELD = 0.5
 
 MOST_POINTS, MOST_ROWS = 64, 40_000
 """Times at which derivatives of the checks are taken, and states that are evaluated for them."""
+MOST_NUMBERS = 1_000_000
+"""Numbers of such states that are there at once."""
 SHARE = 1e-6
 """Of the size of a state: the step of a derivative; it is longer where the error is."""
 CONDITION = 1e5
@@ -230,17 +232,21 @@ def _slopes(
     """Give |dB/dy_i| [n, ny + 1, k] by differences to both sides, the larger one; the last is the derivative by time."""
     t, y, z = at
     n, many = step.shape
-    both = np.zeros((n, 2, many, many))
-    for i in range(many):
-        both[:, 0, i, i], both[:, 1, i, i] = step[:, i], -step[:, i]
-    moved = both.reshape(n, 2 * many, many)
-    states = (y[:, None, :] + moved[:, :, :-1]).reshape(-1, many - 1)
-    times = (t[:, None] + moved[:, :, -1]).ravel()
-    there = _values(case, listed, times, states, None if z is None else np.repeat(z, 2 * many, axis=0))
     here = _values(case, listed, t, y, z)
-    change = np.abs(there.reshape(n, 2, many, -1) - here[:, None, None, :]).max(axis=1)
-    width = step[:, :, None]
-    slopes: Array = np.divide(change, width, out=np.zeros_like(change), where=width > 0)
+    slopes = np.zeros((n, many, here.shape[1]))
+    at_once = max(1, MOST_NUMBERS // (2 * n * many))
+    for begin in range(0, many, at_once):
+        part = slice(begin, min(begin + at_once, many))
+        which = np.arange(part.start, part.stop)
+        moved = np.zeros((n, 2, which.size, many))
+        moved[:, 0, which - begin, which], moved[:, 1, which - begin, which] = step[:, part], -step[:, part]
+        states = (y[:, None, None, :] + moved[..., :-1]).reshape(-1, many - 1)
+        times = (t[:, None, None] + moved[..., -1]).ravel()
+        held = None if z is None else np.repeat(z, 2 * which.size, axis=0)
+        there = _values(case, listed, times, states, held)
+        change = np.abs(there.reshape(n, 2, which.size, -1) - here[:, None, None, :]).max(axis=1)
+        width = step[:, part, None]
+        np.divide(change, width, out=slopes[:, part], where=width > 0)
     return slopes
 
 

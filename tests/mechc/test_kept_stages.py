@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import mechc
@@ -44,6 +45,31 @@ def test_the_same_text_is_read(tmp_path: Path) -> None:
     assert implicit == ["Whole", "Whole"], "what is not kept is formed of what is"
     one, two = (m.simulate(set={"p.k": 9}, estimate_error=False) for m in (formed, kept))
     assert one["o"].tolist() == two["o"].tolist()
+
+
+def test_code_of_a_kept_program_is_not_written_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the second reading on, it is found by what the program was kept as; with other flags it is other code."""
+    file = write(tmp_path, 4)
+    first = load(file)[0].problem("c")
+    assert load(file)[0].problem("c").library is not None
+    with monkeypatch.context() as patch:
+        patch.setattr("mechc.compiler.problem.emit_c", None)
+        again = load(file)[0].problem("c")
+        assert again.library is not None and first.library is not None
+        assert again.library.read_bytes() == first.library.read_bytes()
+        with pytest.raises(TypeError):
+            load(file)[0].problem("c", reproducible=True)
+    assert load(file)[0].problem("c", reproducible=True).library != again.library
+
+
+def test_questions_are_asked_without_the_flat_model(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = write(tmp_path, 4)
+    formed = load(file)[0]
+    kept = load(file)[0]
+    monkeypatch.setattr(StoredCompilation, "flat", None)
+    assert (kept.name, kept.doc, kept.experiments, kept.studies) == ("Whole", "", ("",), formed.studies)
+    assert kept.method(None) == "" and kept.structural_parameters == formed.structural_parameters
+    assert kept.simulate(estimate_error=False)["o"][-1] == pytest.approx(2 * np.cos(2.0), abs=1e-6)
 
 
 def test_what_it_depends_on_is_looked_at(tmp_path: Path) -> None:

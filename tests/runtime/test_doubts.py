@@ -17,6 +17,8 @@ from mechc.runtime.outcome import Outcome, worst
 from mechc.runtime.problem import Problem
 from mechc.runtime.results import accuracy
 from mechc.runtime.results.accuracy import ConstraintDrift
+from mechc.runtime.results.contradictions import compared
+from mechc.runtime.results.doubts import Contradiction
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.runs import companion
 from mechc.runtime.studies.runs import simulate as simulating
@@ -182,3 +184,20 @@ def test_the_command_line_says_it_first_and_has_an_exit_code(
     assert "doubtful" in first or "but 'x', against its closed solution, is off by" in first
     assert run([*command, str(file), "--json"]) == 3
     assert json.loads(capsys.readouterr().out)["outcome"] == "doubtful"
+
+
+def test_checks_of_many_states_are_looked_at_in_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The derivatives of the checks are the same numbers however many states are moved at once."""
+    found = []
+    for at_once in (10**6, 1, 500):
+        monkeypatch.setattr("mechc.runtime.results.contradictions.MOST_NUMBERS", at_once)
+        made: list[tuple[Contradiction, float]] = []
+
+        def noted(*asked: Any, made: list[Any] = made, **more: Any) -> tuple[Contradiction, ...]:
+            made += compared(*asked, **more)
+            return ()
+
+        monkeypatch.setattr(companion, "contradictions", noted)
+        mechc.loads(DAMPED).simulate()
+        found.append([ratio for _, ratio in made])
+    assert found[0] and found[0] == found[1] == found[2]
