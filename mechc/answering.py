@@ -243,6 +243,10 @@ def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: 
         said = str(asked.given.get("method") or model.method(asked.experiment))
         return with_formulas(model, asked).lanes(said, _needs(asked), wanted, by)
 
+    def make_items(wanted: Wanted, by: str) -> str:
+        said = str(asked.given.get("method") or model.method(asked.experiment))
+        return with_formulas(model, asked).items(said, _needs(asked), wanted, by)
+
     def send(whole: Study) -> SentQuestion:
         from .sent import SentQuestion
 
@@ -251,7 +255,7 @@ def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: 
         return SentQuestion.of(model, builds, asked, whole, recipe_of)
 
     compliance = bool(problem.constraints) and not _foreseen(model)
-    question = replace(question, make_lanes=make_lanes, send=send)
+    question = replace(question, make_lanes=make_lanes, make_items=make_items, send=send)
     others = []
     if compliance:
         others.append(Other(False, lambda: problem_of(compliant(model), asked)))

@@ -274,6 +274,13 @@ class CompiledModel:
             made[key] = lanes.build_lanes(self._program(needed), wanted, by)
         return made[key]
 
+    def items(self, method: str, parts: Collection[str], wanted: Wanted, by: str) -> str:
+        """Return the text of the same program for devices, one member in each work item. Raises NoLanes."""
+        from .compiler import lanes
+        from .runtime.methods import parts_for
+
+        return lanes.item_text(self._program(parts_for(method).union(parts)), wanted, by)
+
     def _program(self, parts: frozenset[str]) -> Program:
         if parts <= self.compilation.parts:
             return self.compilation.program

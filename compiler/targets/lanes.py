@@ -6,6 +6,7 @@ sums and differences read is fused with them here, so that no compiler decides a
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 
@@ -25,6 +26,8 @@ CHUNK = 400
 
 METHODS = {"dop853": "lane_dop853.h", "taylor": "lane_taylor.h"}
 """The header that holds each method in lanes."""
+LIBRARY, DEVICE = "lane_model.h", "lane_item.h"
+"""What the text ends with: as a library of vectors, or as the kernel of a device, one member in each work item."""
 
 _PRELUDE = """\
 #include "lane_functions.h"
@@ -49,18 +52,21 @@ def check_lanes(program: Program) -> None:
         raise NoLanes("it is a curve")
 
 
-def emit_lanes(program: Program, kept: Sequence[tuple[str, int]], method: str) -> str:
-    """Return the C text of a model in lanes; ``kept``: numbers of "y" and "outputs" that are wanted along each step.
+def emit_lanes(
+    program: Program, kept: Sequence[tuple[str, int]], method: str, ending: str = LIBRARY
+) -> str:
+    """Return the C text of a model in lanes; ``kept``: numbers of "y" and "outputs" that are wanted along each step; ``ending``: the
+    header that makes it a library, or the kernel of a device.
 
     Raises NoLanes.
     """
     check_lanes(program)
     if method not in METHODS:
         raise NoLanes(f"'{method}' takes no steps side by side (there are {', '.join(METHODS)})")
-    return "\n".join(_lines(program, kept, method)) + "\n"
+    return "\n".join(_lines(program, kept, method, ending)) + "\n"
 
 
-def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str) -> Iterator[str]:
+def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str, ending: str) -> Iterator[str]:
     functions = [f for name in ("rhs", "inputs", "assertions") if (f := program.function(name)) is not None]
     functions = [f for f in functions if f.n_out]
     if kept:
@@ -77,15 +83,15 @@ def _lines(program: Program, kept: Sequence[tuple[str, int]], method: str) -> It
     }
     for name, size in sizes.items():
         yield f"#define {name} {size}"
-    if program.rotations:
-        yield f"static const int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
     further: tuple[str, ...] = ()
     if method == "taylor":
         series, further = series_functions(program)
         functions += series
     yield from function_lines(program, functions)
     yield from further
-    yield f'#include "{METHODS[method]}"\n#include "lane_model.h"'
+    if program.rotations:
+        yield f"static MECH_FIXED int rotations[] = {{{', '.join(map(str, program.rotations))}}};\n"
+    yield f'#include "{METHODS[method]}"\n#include "{ending}"'
 
 
 def function_lines(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[str]:
@@ -125,16 +131,16 @@ def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[
     """Yield the tables that are looked up, and how: lane by lane."""
     used = sorted({s.table for f in functions for body in f.bodies for s in body if type(s) is Lookup})
     if used:
-        yield OWN[ops.LOOKUP]
+        yield re.sub(r"const mech_real (?=\(?\*)", "MECH_FIXED mech_real ", OWN[ops.LOOKUP])
     for i in used:
         table = program.tables[i]
-        yield f"static const double table_{i}[{len(table.points)}][3] = {{"
+        yield f"static MECH_FIXED double table_{i}[{len(table.points)}][3] = {{"
         for row in zip(table.points, table.values, table.slopes, strict=True):
             yield f"    {{{', '.join(literal(Fraction(x))[0] for x in row)}}},"
         yield "};\n"
         yield f"static NOINLINE V lookup_{i}(int order, V x)"
         yield "{"
-        yield f"    for (int l = 0; l < WIDTH; l++) x[l] = lookup(table_{i}, {len(table.points)}, order, x[l]);"
+        yield f"    for (int l = 0; l < WIDTH; l++) LANE_OF(x, l) = lookup(table_{i}, {len(table.points)}, order, LANE_OF(x, l));"
         yield "    return x;"
         yield "}\n"
 

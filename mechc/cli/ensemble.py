@@ -24,6 +24,7 @@ SETTINGS = (
     "errors",
     "threads",
     "lanes",
+    "device",
     *MAKING,
 )
 FORMATS = (".nc", ".zarr", ".parquet")
@@ -65,6 +66,11 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--lanes",
             metavar="auto|on|off",
             help="Many runs side by side in vectors; auto takes them from 1000 members on.",
+        ),
+        click.option(
+            "--device",
+            metavar="opencl[:NAME]",
+            help="Many runs on a device, one in each work item; 'pip install mechc[gpu]' reaches it.",
         ),
         click.option("--time-limit", metavar="TIME", help="How long a member may take; it fails then."),
         click.option(

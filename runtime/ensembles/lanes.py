@@ -66,6 +66,23 @@ class Lanes(Struct, frozen=True, eq=False):
         return bytes(self.struct.build).decode()
 
 
+def check_asked(tables: Sequence[int], reproducible: bool) -> None:
+    """Raise NoLanes for what is asked of members that lanes, and devices, cannot do."""
+    if reproducible:
+        raise NoLanes("'reproducible' asks for the bits of the scalar kernel")
+    if any(rows > 1 for rows in tables):
+        raise NoLanes("its inputs follow tables over time")
+
+
+def stepped_by(method: str) -> str:
+    return "dop853" if method == "auto" else method
+
+
+def turns(method: str, model: ModelStruct) -> bool:
+    """Tell whether members that turn out stiff go to the other part of the method."""
+    return method == "auto" and bool(model.jacobian)
+
+
 def find_lanes(
     maker: Maker,
     problem: Problem,
@@ -76,13 +93,9 @@ def find_lanes(
     reproducible: bool,
 ) -> Lanes:
     """Give the lanes of a model; ``tables``: rows of those that inputs follow. Raises NoLanes, saying why there are none."""
-    turns = method == "auto" and bool(model.jacobian)
-    if reproducible:
-        raise NoLanes("'reproducible' asks for the bits of the scalar kernel")
-    if any(rows > 1 for rows in tables):
-        raise NoLanes("its inputs follow tables over time")
+    check_asked(tables, reproducible)
     try:
-        path = maker.make(wanted, "dop853" if method == "auto" else method)
+        path = maker.make(wanted, stepped_by(method))
     except CompilerMissing as missing:
         raise NoLanes(str(missing)) from None
     except BuildError as error:
@@ -94,7 +107,7 @@ def find_lanes(
     sizes = (problem.ny, len(problem.discretes), len(problem.inputs), len(problem.parameters) + problem.nh)
     if found != (LANES_VERSION, *sizes):
         raise RuntimeError(f"the lanes of '{problem.name}' have the sizes {found}, not {sizes}")
-    return Lanes(library, struct, turns)
+    return Lanes(library, struct, turns(method, model))
 
 
 def refuse_lanes(why: NoLanes) -> SimulationError:

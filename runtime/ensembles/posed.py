@@ -30,7 +30,8 @@ from ..outcome import SimulationError
 from ..problem import Array, Problem, Quantity
 from ..results.accuracy import companion_step, companion_tolerance, looser_companion
 from .kept import FLOWING, REDUCTIONS, SERIES, Kept
-from .lanes import Lanes, Maker, NoLanes, find_lanes, refuse_lanes
+from .device import Items, MakeItems, find_device, refuse_device
+from .lanes import Lanes, Maker, NoLanes, Wanted, check_asked, find_lanes, refuse_lanes, stepped_by, turns
 from .members import Members
 from .native import (
     ARRAYS,
@@ -80,6 +81,7 @@ class Posed:
         members: Members,
         kept: Sequence[Kept],
         maker: Maker | None = None,
+        device: tuple[str, MakeItems] | None = None,
     ) -> None:
         self.problem, self.options, self.members = problem, options, members
         if problem.library is None:
@@ -105,8 +107,11 @@ class Posed:
             self.grid = self.case.grid[:: max(1, self.case.grid.size // 20)]
         self._alive: list[Any] = []
         self.lanes: Lanes | None = None
+        self.items: Items | None = None
         self.without_lanes = ""
-        if maker is not None and maker.wanted_for(members.count):
+        if device is not None:
+            self.items = self._items(*device)
+        elif maker is not None and maker.wanted_for(members.count):
             try:
                 self.lanes = self._lanes(maker)
             except NoLanes as why:
@@ -117,22 +122,37 @@ class Posed:
 
     def _lanes(self, maker: Maker) -> Lanes:
         """Raises NoLanes."""
-        flowing = any(one.kind in FLOWING for one in self.scalars)
-        names = {number: name for name, number in ARRAYS.items()}
-        places = [self._of(one) if one.kind in FLOWING else (-1, 0) for one in self.scalars if flowing]
         return find_lanes(
             maker,
             self.problem,
             self._model(),
             self.method.name,
-            tuple((names.get(array, ""), index) for array, index in places),
+            self._wanted(),
             [len(table.times) for table in self.case.tables.values()],
             self.options.reproducible,
         )
 
+    def _wanted(self) -> Wanted:
+        """Give what is wanted along each step."""
+        flowing = any(one.kind in FLOWING for one in self.scalars)
+        names = {number: name for name, number in ARRAYS.items()}
+        places = [self._of(one) if one.kind in FLOWING else (-1, 0) for one in self.scalars if flowing]
+        return tuple((names.get(array, ""), index) for array, index in places)
+
+    def _items(self, asked: str, make: MakeItems) -> Items:
+        """Give the model on a device. Raises SimulationError."""
+        try:
+            check_asked([len(table.times) for table in self.case.tables.values()], self.options.reproducible)
+            text = make(self._wanted(), stepped_by(self.method.name))
+            return Items(find_device(asked), text, turns(self.method.name, self._model()))
+        except NoLanes as why:
+            raise refuse_device(why) from None
+
     @property
     def build(self) -> str:
         """What makes the members, in words."""
+        if self.items is not None:
+            return self.items.build
         if self.lanes is not None:
             return f"compiled C, {self.lanes.build}"
         return "compiled C" + (", reproducible" if self.options.reproducible else "")
@@ -240,10 +260,9 @@ class Posed:
         return numbers, settings, ctypes.cast(function, ctypes.c_void_p).value
 
     def _options(self) -> native.OptionsStruct:
-        case, begin = self.case, float(self.case.grid[0])
+        case = self.case
         tables, data = table_structs(case.tables)
-        stops = {t for table in case.tables.values() for t in table.kinks().tolist()} | {begin}
-        kinks = np.array(sorted(t for t in stops if t > case.begin), dtype=float)
+        kinks = self._stops()
         self._alive += [tables, data]
         index = native.load_kernel(self.options.reproducible).mech_method_index(self.method.name.encode())
         return native.OptionsStruct(
@@ -259,6 +278,12 @@ class Posed:
             stops=self._array(kinks),
             grid=self._array(self.grid),
         )
+
+    def _stops(self) -> Array:
+        """Give the times that steps end at: where tables have kinks, and where what is kept begins."""
+        stops = {t for table in self.case.tables.values() for t in table.kinks().tolist()}
+        stops.add(float(self.case.grid[0]))
+        return np.array(sorted(t for t in stops if t > self.case.begin), dtype=float)
 
     def _companion(self) -> CompanionStruct:
         case = self.case
@@ -297,14 +322,46 @@ class Posed:
     ) -> None:
         """Run the members of a batch that wait. ``values`` [n, varied]; ``done`` counts them, ``stopped`` ends it soon."""
         values, estimated = np.ascontiguousarray(values), np.ascontiguousarray(estimated, dtype=np.uint8)
+        if self.items is not None and self.case.stop > self.case.begin:
+            self._run_on_device(self.items, values, estimated, into, threads, done, stopped)
+            return
+        struct = self._of_batch(values, estimated, into, threads, done, stopped)
+        if load_ensemble(self.options.reproducible).mech_ensemble_run(ctypes.byref(struct)):
+            raise MemoryError("the kernel could not allocate room for the members of an ensemble")
+
+    def _run_on_device(
+        self,
+        items: Items,
+        values: Array,
+        estimated: NDArray[np.uint8],
+        into: Batch,
+        threads: int,
+        done: Any,
+        stopped: Any,
+    ) -> None:
+        """Run members in as many pieces as the device has room for."""
+        problem, grid = self.problem, self.grid.tolist()
+        given = np.zeros(len(problem.inputs), dtype=np.uint8)
+        given[[table for table in self.case.tables]] = 1
+        flowing = any(one.kind in FLOWING for one in self.scalars)
+        kinds = [REDUCTIONS.index(one.kind) for one in self.scalars] if flowing else []
+        size = items.abreast(self._struct, len(grid) * problem.ny)
+        for first in range(0, len(values), size):
+            part = slice(first, first + size)
+            piece = Batch(*(getattr(into, name)[part] for name in Batch.__struct_fields__))
+            struct = self._of_batch(values[part], estimated[part], piece, threads, done, stopped)
+            items.run(struct, grid, self._stops(), kinds, given, problem.ny, done, stopped)
+
+    def _of_batch(
+        self, values: Array, estimated: NDArray[np.uint8], into: Batch, threads: int, done: Any, stopped: Any
+    ) -> EnsembleStruct:
         struct = EnsembleStruct.from_buffer_copy(self._struct)
         struct.n, struct.values, struct.estimated = len(values), values.ctypes.data, estimated.ctypes.data
         struct.kept_values, struct.kept_errors = into.kept.ctypes.data, into.errors.ctypes.data
         struct.series_values, struct.ends = into.series.ctypes.data, into.ends.ctypes.data
         struct.members, struct.threads = into.members.ctypes.data, threads
         struct.done, struct.stopped = ctypes.pointer(done), ctypes.pointer(stopped)
-        if load_ensemble(self.options.reproducible).mech_ensemble_run(ctypes.byref(struct)):
-            raise MemoryError("the kernel could not allocate room for the members of an ensemble")
+        return struct
 
 
 def _bounds(quantities: Sequence[Quantity]) -> tuple[list[float], list[float]]:

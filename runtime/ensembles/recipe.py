@@ -12,6 +12,7 @@ from ..case import SimulationOptions
 from ..problem import Problem
 from .batches import Batches, Other
 from .kept import Kept
+from .device import MakeItems
 from .lanes import Maker, Wanted
 from .members import Members
 from .posed import Posed
@@ -30,12 +31,15 @@ class Recipe(Struct, frozen=True, eq=False):
     few_steps: int | None = None
     make_lanes: Callable[[Wanted, str], Path] | None = None
     lanes: str = "auto"
+    make_items: MakeItems | None = None
+    device: str | None = None
 
     def posed(self, members: Members) -> Posed:
         """Make an ensemble ready. Whether a member gets another try does not depend on the other members."""
         maker = None if self.make_lanes is None else Maker(self.make_lanes, self.lanes)
         bounded = replace(self.options, max_steps=self.few_steps or self.options.max_steps)
-        return Posed(self.problem, bounded, members, self.kept, maker)
+        device = (self.device, self.make_items) if self.device and self.make_items else None
+        return Posed(self.problem, bounded, members, self.kept, maker, device)
 
     def batches(self, first: Posed, threads: int) -> Batches:
         """Give what makes batches of the members."""

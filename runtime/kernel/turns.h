@@ -33,6 +33,9 @@ static inline void mech_turns(double *turns, double a, double b, double c, doubl
 typedef double V __attribute__((vector_size(32)));
 typedef long long M __attribute__((vector_size(32)));
 
+#define MECH_FIXED const
+LANE M lane_raw(V x) { return (M)x; }
+LANE V lane_value(M m) { return (V)m; }
 LANE V lane(double x) { return (V){x, x, x, x}; }
 LANE V lane_fma(V a, V b, V c) { return MECH_TURNS_FUSED(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return MECH_TURNS_FUSED(-a, b, c); }

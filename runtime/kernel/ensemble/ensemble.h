@@ -10,6 +10,7 @@
 #ifndef MECH_ENSEMBLE_H
 #define MECH_ENSEMBLE_H
 
+#include "kinds.h"
 #include "lanes.h"
 #include "start.h"
 
@@ -19,8 +20,6 @@ enum mech_array { MECH_IN_P = 0, MECH_IN_Y, MECH_IN_U, MECH_IN_OUTPUTS, MECH_IN_
 typedef struct mech_place {
     int array, index, guess;
 } mech_place;
-
-enum mech_kept_kind { MECH_FINAL = 0, MECH_LARGEST, MECH_LEAST, MECH_MEAN, MECH_FIRST, MECH_EVENT_COUNT };
 
 /* A number to keep of each member. FIRST: the first time at which the quantity is positive. EVENT_COUNT: how often a thing of
  * kind `event` happened (-1: any) to `row` (a branch for MECH_WHEN; -1: any). */

@@ -3,23 +3,23 @@
 #define MECH_LANE_DOP853_H
 
 #include "dop853_tableau.h"
-enum { N_DENSE = 4 + TERMS, N_EXTRA = 0, ERROR_ORDER = 8, LOOK_EVERY = 100 };
+enum { N_DENSE = 4 + TERMS, N_HELD = 0, N_EXTRA = 0, ERROR_ORDER = 8, LOOK_EVERY = 100 };
 /* Rooms that are stepped together: two hide latencies, where the stages of both stay near. */
-#define GROUPS (NY <= 16 ? 2 : 1)
+#define GROUPS (WIDTH > 1 && NY <= 16 ? 2 : 1)
 #define STIFFNESS_BOUND 6.1
 #define LANE_PLAIN 0
 
 #include "lane_step.h"
 
-static const double FACTOR_MIN = 0.333, FACTOR_MAX = 6.0;
+static MECH_FIXED double FACTOR_MIN = 0.333, FACTOR_MAX = 6.0;
 /* Values between the ends of a step may be worse than those at the end by this factor; share of it that is noted. */
-static const double DENSE_BOUND = 10.0, DENSE_NOTED = 0.1;
+static MECH_FIXED double DENSE_BOUND = 10.0, DENSE_NOTED = 0.1;
 
 #define EACH_STAGE(DO) \
     DO(1) DO(2) DO(3) DO(4) DO(5) DO(6) DO(7) DO(8) DO(9) DO(10) DO(11) DO(12) DO(13) DO(14) DO(15) DO(16)
 
 /* Element i of the sum of the first `last` stages, each times its weight, added to `sum`. */
-LANE V weighted(V k[][NY], int last, const double *w, int i, V sum)
+LANE V weighted(V k[][NY], int last, MECH_FIXED double *w, int i, V sum)
 {
 #define TERM(j) \
     if ((j) <= last && w[j] != 0) sum = lane_fma(lane(w[j]), k[j][i], sum);

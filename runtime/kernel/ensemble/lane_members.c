@@ -2,27 +2,20 @@
  *
  * The companion of a member runs in its lane. A member that is in trouble there runs once more by the scalar kernel. */
 #include <stdlib.h>
-#include <string.h>
 
+#include "course.h"
+#include "hits.h"
 #include "lanes.h"
-#include "member.h"
 #include "threads.h"
 
-enum { ALIGNED = 64, MOST_WIDTH = 16, MOST_GROUPS = 4, STIFF_HITS = 15, CALM_HITS = 6 };
-
-enum phase { MAIN = 0, TIGHT, LOOSE };
+enum { ALIGNED = 64, MOST_WIDTH = 16, MOST_GROUPS = 4 };
 
 /* What runs in one lane. */
 typedef struct lane {
-    mech_room room;
-    mech_member told;
-    mech_outcome main, other;
-    long k;              /* the member                                                          */
-    int phase;
-    int next_stop, stiff_hits, calm_hits;
+    mech_course course;
+    int next_stop;
     long n_grid;         /* rows written                                                        */
-    long bound;          /* steps of this run, 0: without a bound                               */
-    mech_real stiff_time;
+    mech_hits hits;
 } lane;
 
 typedef struct team {
@@ -89,8 +82,6 @@ static void next_limit(team *c, int l)
     x->limit[s] = stop ? o->stops[it->next_stop] : e->stop;
 }
 
-static mech_real *rows_of(const lane *it) { return it->phase == MAIN ? it->room.grid_y : it->room.other_y; }
-
 static void next_row(team *c, int l)
 {
     mech_lane_room *x = room_of(c, l);
@@ -100,21 +91,17 @@ static void next_row(team *c, int l)
     x->next_row[s] = it->n_grid < o->n_grid ? o->grid[it->n_grid] : (mech_real)INFINITY;
 }
 
-/* Lets the member of a lane begin a run at a tolerance. */
-static void set_out(team *c, int l, int phase, mech_real rtol, mech_real dt_max, long bound)
+/* Lets the member of a lane begin the run that its course has come to. */
+static void set_out(team *c, int l)
 {
     mech_lane_room *x = room_of(c, l);
     const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
     lane *it = &c->lanes[l];
-    mech_room *r = &it->room;
-    const size_t ny = (size_t)c->of->ny;
-    it->phase = phase;
-    it->bound = bound;
-    it->next_stop = it->stiff_hits = it->calm_hits = 0;
-    it->n_grid = 0;
-    it->stiff_time = (mech_real)NAN;
-    for (size_t i = 0; i < ny; i++) r->atol[i] = rtol * r->nominal[i];
+    mech_room *r = &it->course.room;
+    it->next_stop = 0;
+    it->n_grid = it->course.n_grid;
+    it->hits = MECH_NO_HITS;
     put(c, l, r->y, c->of->ny, x->y);
     put(c, l, r->atol, c->of->ny, x->atol);
     put(c, l, r->p, c->of->n_all, x->p);
@@ -122,25 +109,14 @@ static void set_out(team *c, int l, int phase, mech_real rtol, mech_real dt_max,
     for (int k = 0; k < e->options->n_tables; k++)
         x->u[r->tables[k].input * c->of->width + s] = r->tables[k].value[0];
     x->t[s] = e->options->t0;
-    x->rtol[s] = rtol;
-    x->longest[s] = dt_max;
-    x->most[s] = bound ? (mech_real)bound : (mech_real)INFINITY;
+    x->rtol[s] = it->course.rtol;
+    x->longest[s] = it->course.dt_max;
+    x->most[s] = it->course.bound ? (mech_real)it->course.bound : (mech_real)INFINITY;
     x->next_look[s] = c->of->look_every ? (mech_real)c->of->look_every : (mech_real)INFINITY;
     next_limit(c, l);
-    for (; it->n_grid < e->options->n_grid && e->options->grid[it->n_grid] <= x->t[s]; it->n_grid++)
-        memcpy(rows_of(it) + (size_t)it->n_grid * ny, r->y, ny * sizeof(mech_real));
     next_row(c, l);
-    mech_watch_begin(r);
-    if (x->watched) mech_watch_jump(r, x->t[s], r->y, r->z);
     x->fresh |= 1u << s;
     x->alive |= 1u << s;
-}
-
-static void keep(team *c, int l)
-{
-    lane *it = &c->lanes[l];
-    c->e->members[it->k] = it->told;
-    mech_count(c->e->done);
 }
 
 /* Gives a lane the next member of the queue that can begin; none: the lane stays open. */
@@ -149,73 +125,40 @@ static void enter(team *c, int l)
     mech_lane_room *x = room_of(c, l);
     const int s = l % c->of->width;
     const mech_ensemble *e = c->e;
-    lane *it = &c->lanes[l];
-    const size_t ny = (size_t)c->of->ny;
+    mech_course *course = &c->lanes[l].course;
     x->alive &= ~(1u << s);
     while (!*e->stopped) {
-        it->k = mech_count(&c->crew->next);
-        if (it->k >= e->n) return;
-        if (e->members[it->k].stage != MECH_MEMBER_WAITS) continue;
-        mech_member_waits(e, it->k, &it->told);
-        it->room.values = e->values + (size_t)it->k * (size_t)e->n_varied;
-        it->told.stage = mech_member_start(&it->room, &it->told);
-        memcpy(e->ends + (size_t)it->k * ny, it->room.y, ny * sizeof(mech_real));
-        it->told.t = e->options->t0;
-        if (it->told.stage == MECH_MEMBER_RAN) {
-            set_out(c, l, MAIN, e->options->rtol, e->options->dt_max, e->max_steps);
+        const long k = mech_count(&c->crew->next);
+        if (k >= e->n) return;
+        if (e->members[k].stage != MECH_MEMBER_WAITS) continue;
+        if (mech_course_begin(e, course, k)) {
+            set_out(c, l);
             return;
         }
-        keep(c, l);
+        mech_course_keep(e, course);
     }
 }
 
 /* Runs the member of a lane by the scalar kernel. */
 static void by_scalar(team *c, int l)
 {
-    lane *it = &c->lanes[l];
-    mech_member_waits(c->e, it->k, &it->told);
-    it->told.stage = mech_member_make(&it->room, it->k, &it->told);
-    if (it->told.stage != MECH_MEMBER_WAITS) keep(c, l);
+    mech_course *course = &c->lanes[l].course;
+    mech_course_by_scalar(c->e, course);
+    if (course->told.stage != MECH_MEMBER_WAITS) mech_course_keep(c->e, course);
     enter(c, l);
-}
-
-static long companion_bound(const mech_companion *c, long long steps)
-{
-    return !c->most ? 0 : steps > c->most / 10 ? (long)(10 * steps) : c->most;
 }
 
 static void leave(team *c, int l, int status)
 {
-    mech_lane_room *x = room_of(c, l);
+    const mech_lane_room *x = room_of(c, l);
     const int s = l % c->of->width;
-    const mech_ensemble *e = c->e;
-    const mech_companion *second = &e->companion;
     lane *it = &c->lanes[l];
-    mech_room *r = &it->room;
-    mech_outcome *told = it->phase == MAIN ? &it->main : &it->other;
-    mech_real *end = it->phase == MAIN ? r->end : r->before;
-    *told = (mech_outcome){.status = status};
-    told->report.t = x->t[s];
-    told->report.steps = (long long)x->steps[s];
-    told->report.n_grid = it->n_grid;
-    told->report.stiff_time = it->stiff_time;
-    told->report.failed_index = -1;
-    read_state(c, l, end);
-    mech_watch_end(r, told->report.t, end, r->z, it->phase == MAIN ? r->kept : r->other_kept);
-    if (it->phase == MAIN) {
-        mech_member_ran(r, it->k, &it->main, &it->told);
-        if (status == MECH_REACHED && e->estimated[it->k]) {
-            set_out(c, l, TIGHT, second->rtol, second->dt_max, companion_bound(second, told->report.steps));
-            return;
-        }
-    } else if (it->phase == TIGHT && status == MECH_RUNNING) {
-        set_out(c, l, LOOSE, second->loose_rtol, second->dt_max, 0);
+    read_state(c, l, mech_course_end(&it->course));
+    if (mech_course_ended(c->e, &it->course, status, x->t[s], x->steps[s], it->n_grid, it->hits.since)) {
+        set_out(c, l);
         return;
-    } else {
-        const mech_real factor = it->phase == TIGHT ? second->factor : second->loose_factor;
-        mech_member_compare(r, &it->main, &it->other, factor, &it->told, e->kept_errors + (size_t)it->k * (size_t)e->n_kept);
     }
-    keep(c, l);
+    mech_course_keep(c->e, &it->course);
     enter(c, l);
 }
 
@@ -227,36 +170,28 @@ static void write_rows(team *c, int l)
     const int s = l % c->of->width;
     const mech_options *o = c->e->options;
     lane *it = &c->lanes[l];
-    mech_room *r = &it->room;
     const size_t ny = (size_t)c->of->ny;
     const mech_real end = x->t[s];
     for (; it->n_grid < o->n_grid && o->grid[it->n_grid] <= end; it->n_grid++) {
-        mech_real *row = rows_of(it) + (size_t)it->n_grid * ny;
+        mech_real *row = mech_course_rows(&it->course) + (size_t)it->n_grid * ny;
         if (o->grid[it->n_grid] == end) {
             read_state(c, l, row);
             continue;
         }
         const mech_real place = (o->grid[it->n_grid] - x->from[s]) / x->h[s];
         mech_dense_beside(x->dense + s, x->terms, c->of->ny, c->of->width, c->of->plain, place, row);
-        mech_normalise(r->e->model, row);
+        mech_normalise(c->e->model, row);
     }
     next_row(c, l);
 }
 
-/* Of stiffness as stepping/step.c tells it. */
 static void look(team *c, int l)
 {
     mech_lane_room *x = room_of(c, l);
     const int s = l % c->of->width;
     lane *it = &c->lanes[l];
-    if (x->stiffness[s] > c->of->stiffness_bound) {
-        it->calm_hits = 0;
-        if (++it->stiff_hits == STIFF_HITS && !(it->stiff_time == it->stiff_time)) it->stiff_time = x->from[s];
-    } else if (it->stiff_hits && ++it->calm_hits == CALM_HITS) {
-        it->stiff_hits = it->calm_hits = 0;
-    }
-    const mech_real every = (mech_real)c->of->look_every;
-    x->next_look[s] = it->stiff_hits ? x->steps[s] + 1 : (mech_floor(x->steps[s] / every) + 1) * every;
+    x->next_look[s] = mech_hit(&it->hits, x->stiffness[s] > c->of->stiffness_bound, x->from[s], x->steps[s],
+                               (mech_real)c->of->look_every);
 }
 
 static void after_step(team *c, int l)
@@ -270,14 +205,14 @@ static void after_step(team *c, int l)
         return;
     }
     if (x->looked & x->took & bit) look(c, l);
-    if (it->stiff_hits >= STIFF_HITS && c->e->turns) { /* a method of two parts goes on with the other one */
+    if (it->hits.stiff >= STIFF_HITS && c->e->turns) { /* a method of two parts goes on with the other one */
         by_scalar(c, l);
         return;
     }
     if (x->passed & bit) write_rows(c, l);
     if (x->watched && x->took & bit) {
         const mech_beside step = {x->from[s], x->h[s], x->dense + s, x->samples + s, x->terms, c->of->width, c->of->plain};
-        mech_watch_beside(&it->room, &step);
+        mech_watch_beside(&it->course.room, &step);
     }
     if (x->landed & bit && x->limit[s] == c->e->stop) leave(c, l, MECH_REACHED);
     else if (x->full & bit) leave(c, l, MECH_RUNNING);
@@ -328,7 +263,7 @@ static void run_team(team *c)
         begin_fresh(c);
     }
     for (int l = 0; l < c->n; l++)
-        if (room_of(c, l)->alive >> l % width & 1) mech_member_waits(c->e, c->lanes[l].k, &c->lanes[l].told);
+        if (room_of(c, l)->alive >> l % width & 1) mech_member_waits(c->e, c->lanes[l].course.k, &c->lanes[l].course.told);
 }
 
 void mech_members_in_lanes(void *shared)
@@ -355,7 +290,7 @@ void mech_members_in_lanes(void *shared)
         c.x[g].watched = of->n_kept > 0;
     }
     c.lanes = (lane *)(next + n * each);
-    for (int l = 0; l < c.n; l++) mech_room_in(&c.lanes[l].room, e, next + (size_t)l * each);
+    for (int l = 0; l < c.n; l++) mech_room_in(&c.lanes[l].course.room, e, next + (size_t)l * each);
     run_team(&c);
     free(memory);
 }

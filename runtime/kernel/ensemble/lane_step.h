@@ -134,24 +134,31 @@ LANE void state_at(const mech_lane_room *r, int n_dense, double s, V *y)
 #endif
 }
 
+static MECH_FIXED double LANE_PLACES[] = MECH_LANE_PLACES;
+
+#if N_KEPT
+LANE void kept_at(const mech_lane_room *r, V t, const V *y, V *out)
+{
+#if NU
+    V u[NU];
+    inputs(t, NULL, NULL, (const V *)r->z, (const V *)r->p, u);
+    for (int i = 0; i < NU; i++)
+        if (r->given[i]) u[i] = ((const V *)r->u)[i];
+#else
+    V *u = NULL;
+#endif
+    kept(t, y, u, (const V *)r->z, (const V *)r->p, out);
+}
+#endif
+
 /* What is kept, along a step whose polynomial is there. */
 static __attribute__((unused)) void sample(const mech_lane_room *r, const trial *step, int n_dense)
 {
 #if N_KEPT
-    static const double places[] = MECH_LANE_PLACES;
     for (int j = 0; j < MECH_LANE_SAMPLES; j++) {
-        V y[NY], *out = (V *)r->samples + j * N_KEPT;
-        state_at(r, n_dense, places[j], y);
-        const V t = lane_fma(lane(places[j]), step->h, step->t);
-#if NU
-        V u[NU];
-        inputs(t, NULL, NULL, (const V *)r->z, (const V *)r->p, u);
-        for (int i = 0; i < NU; i++)
-            if (r->given[i]) u[i] = ((const V *)r->u)[i];
-#else
-        V *u = NULL;
-#endif
-        kept(t, y, u, (const V *)r->z, (const V *)r->p, out);
+        V y[NY];
+        state_at(r, n_dense, LANE_PLACES[j], y);
+        kept_at(r, lane_fma(lane(LANE_PLACES[j]), step->h, step->t), y, (V *)r->samples + j * N_KEPT);
     }
 #else
     (void)r, (void)step, (void)n_dense;

@@ -17,9 +17,9 @@ enum { N_HELD = NY + N_SERIES_KEPT, N_EXTRA = N_HELD + (MOST + 1) * N_ROWS };
 #include "lane_step.h"
 
 /* Orders for each factor e of the tolerance, as in the scalar kernel. Measured: 0.6 and 1.0 cost more for the same error. */
-static const double ORDERS = 0.8;
+static MECH_FIXED double ORDERS = 0.8;
 /* Residuals at the end of a good step, in errors that its last coefficients let expect. */
-static const double RESIDUAL = 10.0;
+static MECH_FIXED double RESIDUAL = 10.0;
 
 /* The order of a lane, from its tolerance. */
 LANE V orders(const mech_lane_room *r)
@@ -27,7 +27,7 @@ LANE V orders(const mech_lane_room *r)
     V order;
     for (int l = 0; l < WIDTH; l++) {
         const double wanted = ceil(ORDERS * -log(r->rtol[l] > MECH_EPSILON ? r->rtol[l] : MECH_EPSILON));
-        order[l] = wanted <= LEAST ? LEAST : wanted >= MOST ? MOST : wanted;
+        LANE_OF(order, l) = wanted <= LEAST ? LEAST : wanted >= MOST ? MOST : wanted;
     }
     return order;
 }
@@ -146,8 +146,8 @@ static void judge(mech_lane_room *r, work *w)
     const unsigned shorter = lane_bits((error > 1.0) & lane_finite(error));
     for (int l = 0; shorter >> l; l++) /* rare, and of another power in each lane */
         if (shorter >> l & 1) {
-            const double wanted = 0.9 * pow(error[l], -1.0 / (order[l] + 1));
-            factor[l] = wanted < 0.2 ? 0.2 : wanted;
+            const double wanted = 0.9 * pow(LANE_OF(error, l), -1.0 / (LANE_OF(order, l) + 1));
+            LANE_OF(factor, l) = wanted < 0.2 ? 0.2 : wanted;
         }
     for (int i = 0; i < N_HELD; i++) w->held[i] = lane_pick(took, w->found[i], w->held[i]);
     take(r, &w->step, good, error, AT(r->longest), h * factor, w->y_new, w->found);

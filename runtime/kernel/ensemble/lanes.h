@@ -16,6 +16,10 @@
 
 #define MECH_LANES_VERSION 1
 
+#ifndef MECH_FIXED
+#define MECH_FIXED const /* qualifies constants in memory; devices have a word of their own for it */
+#endif
+
 /* The lanes of one vector. Sets of lanes are bits: lane l is 1 << l. */
 typedef struct mech_lane_room {
     /* of each lane, set where a member enters it */
@@ -52,6 +56,7 @@ typedef struct mech_lane_room {
 enum { MECH_LANE_SAMPLES = 5 };
 #define MECH_LANE_PLACES {0, MECH_C(0.17267316464601143), MECH_C(0.5), MECH_C(0.82732683535398857), 1}
 
+#if !defined(__OPENCL_VERSION__)
 typedef struct mech_lanes {
     int version, width, groups, fused;
     int ny, n_all, nz, nu;          /* n_all: parameters with hoisted constants                     */
@@ -65,5 +70,6 @@ typedef struct mech_lanes {
     /* Attempts one step in each lane of rooms[groups], which do not feel each other either. */
     void (*attempt)(mech_lane_room *rooms);
 } mech_lanes;
+#endif
 
 #endif

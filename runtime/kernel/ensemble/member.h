@@ -62,6 +62,8 @@ typedef struct mech_beside {
     int n_dense, width, plain;
 } mech_beside;
 void mech_watch_beside(mech_room *r, const mech_beside *step);
+/* [n_kept] what was found so far. */
+mech_real *mech_watch_sums(const mech_room *r);
 void mech_watch_jump(mech_room *r, mech_real t, const mech_real *y, const mech_real *z);
 void mech_watch_events(mech_room *r, const mech_event *events, long n);
 void mech_watch_end(mech_room *r, mech_real t, const mech_real *y, const mech_real *z, mech_real *out);

@@ -1,4 +1,5 @@
 /* DOP853: explicit Runge-Kutta method of order 8 for problems that are not stiff. */
+#include "explicit.h"
 #include "dop853_tableau.h"
 #define SMALL_SIZES
 #include "explicit_step.h"

@@ -8,12 +8,12 @@
 #ifndef MECH_DOP853_TABLEAU_H
 #define MECH_DOP853_TABLEAU_H
 
-#include "explicit.h"
+#include "tableau.h"
 
 enum { STAGES = 12, FURTHER = 3, TERMS = 4 };
 
 /* clang-format off */
-static const mech_tableau TABLEAU = {
+static MECH_FIXED mech_tableau TABLEAU = {
     .stages = STAGES,
     .further = FURTHER,
     .terms = TERMS,

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from ...ensembles.batches import Other
+from ...ensembles.device import MakeItems
 from ...ensembles.files import PiecesFolder
 from ...ensembles.kept import Kept, check_kept, kept_by_default
 from ...ensembles.lanes import CHOICES, Wanted
@@ -68,6 +69,10 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         str,
         settable("Members side by side in vectors: auto (from 1000 members on), on or off.", "text"),
     ] = "auto"
+    device: Annotated[
+        str | None,
+        settable("Members on a device, one in each work item: opencl, or opencl:NAME.", "text"),
+    ] = None
     store: Annotated[
         str | None, settable("File beside which finished members are kept until all are made.", "text")
     ] = None
@@ -84,6 +89,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
     others: tuple[Other, ...] = ()
     few_steps: int | None = None
     make_lanes: Callable[[Wanted, str], Path] | None = None
+    make_items: MakeItems | None = None
     send: Callable[[EnsembleOf], Make] | None = None
     """Gives what makes the recipe of this question in another process."""
 
@@ -102,6 +108,8 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
                 f"'lanes' is {' or '.join(CHOICES)}, not '{self.lanes}'",
                 help="without it, lanes are taken for many members of models that can have them",
             )
+        if self.device is not None:
+            self._check_device()
         pieces = None
         if self.store:
             pieces = PiecesFolder(Path(self.store), self._fingerprint(problem, members), resume=self.resume)
@@ -111,6 +119,22 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         if pieces is not None and found.complete:
             pieces.remove()
         return found
+
+    def _check_device(self) -> None:
+        """Raise SimulationError for what members on a device cannot have."""
+        why = {
+            "lanes": "lanes are those of this processor" if self.lanes != "auto" else "",
+            "time_limit": "many go on together there, and none is ended alone" if self.time_limit else "",
+            "workers": "the device is one of this machine" if self.workers else "",
+            "cluster": "the device is one of this machine" if self.cluster is not None else "",
+        }
+        for name, reason in why.items():
+            if reason:
+                raise SimulationError(
+                    f"'{name}' does not go with members on a device: {reason}", help=f"leave '{name}' or 'device' out"
+                )
+        if self.make_items is None:
+            raise SimulationError("a problem that was written by hand has no text for devices")
 
     def recipe(self, problem: Problem) -> Recipe:
         """Say how members are made."""
@@ -124,6 +148,8 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             self.few_steps,
             self.make_lanes,
             self.lanes,
+            self.make_items,
+            self.device,
         )
 
     @contextmanager
@@ -155,6 +181,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
             "others",
             "few_steps",
             "make_lanes",
+            "make_items",
             "send",
             "time_limit",
             "workers",

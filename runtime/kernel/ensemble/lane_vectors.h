@@ -1,0 +1,129 @@
+/* Vectors of doubles, one number for each lane.
+ *
+ * MECH_LANE_WIDTH may be defined before; else it is the widest that the compiler may use. Written with vector extensions of
+ * GCC and Clang, and one row of intrinsics for each width where these have no operator. Compiled with -ffp-contract=off:
+ * what is fused stands in the text.
+ */
+#ifndef MECH_LANE_VECTORS_H
+#define MECH_LANE_VECTORS_H
+
+#include "lanes.h"
+#include "real.h"
+
+#define LANE static inline __attribute__((always_inline))
+#if defined(__clang__)
+#define LANE_TWICE _Pragma("clang loop unroll_count(2)")
+#else
+#define LANE_TWICE _Pragma("GCC unroll 2")
+#endif
+
+#ifndef MECH_LANE_WIDTH
+#if defined(_WIN32) && defined(__GNUC__) && !defined(__clang__)
+#define MECH_LANE_WIDTH 2 /* GCC does not align the stack there */
+#elif defined(__AVX512F__) && defined(__AVX512DQ__)
+#define MECH_LANE_WIDTH 8
+#elif defined(__AVX__)
+#define MECH_LANE_WIDTH 4
+#else
+#define MECH_LANE_WIDTH 2
+#endif
+#endif
+
+enum { WIDTH = MECH_LANE_WIDTH };
+typedef double V __attribute__((vector_size(8 * MECH_LANE_WIDTH)));
+typedef long long M __attribute__((vector_size(8 * MECH_LANE_WIDTH))); /* -1 where something holds, else 0 */
+#define LANE_BITS(hex) hex##LL
+#define LANE_OF(x, l) x[l]
+#define LANE_RARELY(x) __builtin_expect(x, 0)
+LANE M lane_raw(V x) { return (M)x; }
+LANE V lane_value(M m) { return (V)m; }
+LANE V lane(double x) { return x - (V){0}; }
+LANE M lane_all(M m) { return m; } /* all bits where something holds, else none */
+LANE V lane_number(M m) { return lane_value(m & lane_raw(lane(1))); }
+LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & lane_raw(b))); }
+
+#if defined(__FMA__) || defined(__ARM_FEATURE_FMA)
+#define LANE_FUSED 1
+#define LANE_HOW ", fused"
+#else
+#define LANE_FUSED 0
+#define LANE_HOW ", not fused"
+#endif
+
+/* ---- one row for each width: a b + c, c - a b, root, sets of lanes as bits */
+
+#if defined(__x86_64__) || defined(__i386__)
+#include <immintrin.h>
+#endif
+#if MECH_LANE_WIDTH == 8 && defined(__AVX512F__)
+#define LANE_NAME "AVX-512"
+LANE V lane_fma(V a, V b, V c) { return _mm512_fmadd_pd(a, b, c); }
+LANE V lane_fnma(V a, V b, V c) { return _mm512_fnmadd_pd(a, b, c); }
+LANE V lane_sqrt(V a) { return _mm512_sqrt_pd(a); }
+LANE unsigned lane_bits(M m) { return _mm512_movepi64_mask((__m512i)m); }
+LANE M lane_set(unsigned bits) { return (M)_mm512_movm_epi64((__mmask8)bits); }
+#elif MECH_LANE_WIDTH == 4 && defined(__AVX__)
+#define LANE_NAME "AVX2"
+#if LANE_FUSED
+LANE V lane_fma(V a, V b, V c) { return _mm256_fmadd_pd(a, b, c); }
+LANE V lane_fnma(V a, V b, V c) { return _mm256_fnmadd_pd(a, b, c); }
+#else
+LANE V lane_fma(V a, V b, V c) { return a * b + c; }
+LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
+#endif
+LANE V lane_sqrt(V a) { return _mm256_sqrt_pd(a); }
+LANE unsigned lane_bits(M m) { return (unsigned)_mm256_movemask_pd((__m256d)m); }
+#define LANE_SET_BY_BITS
+#elif MECH_LANE_WIDTH == 2 && defined(__SSE2__)
+#define LANE_NAME "SSE2"
+#if LANE_FUSED
+LANE V lane_fma(V a, V b, V c) { return _mm_fmadd_pd(a, b, c); }
+LANE V lane_fnma(V a, V b, V c) { return _mm_fnmadd_pd(a, b, c); }
+#else
+LANE V lane_fma(V a, V b, V c) { return a * b + c; }
+LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
+#endif
+LANE V lane_sqrt(V a) { return _mm_sqrt_pd(a); }
+LANE unsigned lane_bits(M m) { return (unsigned)_mm_movemask_pd((__m128d)m); }
+#define LANE_SET_BY_BITS
+#elif MECH_LANE_WIDTH == 2 && defined(__ARM_NEON) && defined(__aarch64__)
+#define LANE_NAME "NEON"
+#include <arm_neon.h>
+LANE V lane_fma(V a, V b, V c) { return (V)vfmaq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b); }
+LANE V lane_fnma(V a, V b, V c) { return (V)vfmsq_f64((float64x2_t)c, (float64x2_t)a, (float64x2_t)b); }
+LANE V lane_sqrt(V a) { return (V)vsqrtq_f64((float64x2_t)a); }
+LANE unsigned lane_bits(M m) { return (unsigned)((m[0] & 1) | (m[1] & 2)); }
+#define LANE_SET_BY_BITS
+#else
+#define LANE_NAME "vectors"
+#define LANE_ONE_BY_ONE
+LANE V lane_fma(V a, V b, V c)
+{
+    for (int l = 0; l < WIDTH; l++) c[l] = LANE_FUSED ? fma(a[l], b[l], c[l]) : a[l] * b[l] + c[l];
+    return c;
+}
+LANE V lane_fnma(V a, V b, V c) { return lane_fma(-a, b, c); }
+LANE V lane_sqrt(V a)
+{
+    for (int l = 0; l < WIDTH; l++) a[l] = sqrt(a[l]);
+    return a;
+}
+LANE unsigned lane_bits(M m)
+{
+    unsigned bits = 0;
+    for (int l = 0; l < WIDTH; l++) bits |= (unsigned)(m[l] & 1) << l;
+    return bits;
+}
+#define LANE_SET_BY_BITS
+#endif
+
+#ifdef LANE_SET_BY_BITS
+LANE M lane_set(unsigned bits)
+{
+    M m;
+    for (int l = 0; l < WIDTH; l++) m[l] = -(long long)(bits >> l & 1);
+    return m;
+}
+#endif
+
+#endif
