@@ -88,7 +88,15 @@ class SentQuestion(Struct, frozen=True):
         """Freeze a model with those of its ``builds`` that the question takes."""
         given = {name: what for name, what in asked.given.items() if name not in NOT_SENT}
         alone = replace(asked, given=given, inputs={}, progress=None)
-        here = {"vary": (), "others": (), "make_lanes": None, "make_items": None, "send": None, "progress": None, "cluster": None}
+        here = {
+            "vary": (),
+            "others": (),
+            "make_lanes": None,
+            "make_items": None,
+            "send": None,
+            "progress": None,
+            "cluster": None,
+        }
         frozen = Frozen.of(model.code, *(build.code for build in builds))
         return SentQuestion(frozen, model.stated, alone, replace(question, **here), form)
 

@@ -52,9 +52,7 @@ def check_lanes(program: Program) -> None:
         raise NoLanes("it is a curve")
 
 
-def emit_lanes(
-    program: Program, kept: Sequence[tuple[str, int]], method: str, ending: str = LIBRARY
-) -> str:
+def emit_lanes(program: Program, kept: Sequence[tuple[str, int]], method: str, ending: str = LIBRARY) -> str:
     """Return the C text of a model in lanes; ``kept``: numbers of "y" and "outputs" that are wanted along each step; ``ending``: the
     header that makes it a library, or the kernel of a device.
 

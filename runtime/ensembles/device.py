@@ -7,7 +7,7 @@ import functools
 import importlib
 import warnings
 from collections.abc import Callable, Iterator, Sequence
-from ctypes import POINTER, c_int, c_long, c_size_t, c_void_p
+from ctypes import POINTER, c_long, c_size_t, c_void_p
 from typing import Any
 
 import numpy as np
@@ -105,7 +105,7 @@ def _devices(cl: Any) -> Iterator[Any]:
 
 
 def _name(device: Any) -> str:
-    return f"{device.name.strip()} ({device.platform.name.strip()}, {device.version.strip()})"
+    return f"{device.name.strip()} ({device.platform.name.strip()})"
 
 
 def _opened(cl: Any, device: Any) -> Device | str:
@@ -117,7 +117,9 @@ def _opened(cl: Any, device: Any) -> Device | str:
         _compiled(cl, context, PROBE)
         return Device(cl, context, cl.CommandQueue(context), _name(device))
     except cl.Error as error:
-        return next((line for line in str(error).splitlines() if "error:" in line), "its driver does not compile")
+        return next(
+            (line for line in str(error).splitlines() if "error:" in line), "its driver does not compile"
+        )
 
 
 def _compiled(cl: Any, context: Any, text: str) -> Any:
@@ -135,7 +137,9 @@ class Items:
         try:
             program = _compiled(cl, device.context, text)
         except cl.Error as error:
-            raise NoLanes(f"{device.name} does not compile the model: {str(error).strip().splitlines()[0]}") from None
+            raise NoLanes(
+                f"{device.name} does not compile the model: {str(error).strip().splitlines()[0]}"
+            ) from None
         self._kernel = cl.Kernel(program, "mech_items")
         sizes = self._empty(2, np.int32)
         cl.Kernel(program, "mech_item_sizes")(device.queue, (1,), None, sizes)
@@ -147,7 +151,9 @@ class Items:
 
     def abreast(self, struct: EnsembleStruct, n_rows: int) -> int:
         """Give how many members are taken on at once; ``n_rows`` numbers of each on the grid."""
-        each = _library().mech_items_bytes(ctypes.byref(struct)) + 8 * (self.n_numbers + self.n_fixed + n_rows)
+        each = _library().mech_items_bytes(ctypes.byref(struct)) + 8 * (
+            self.n_numbers + self.n_fixed + n_rows
+        )
         return max(1, min(ABREAST, int(MOST_BYTES / each)))
 
     def run(
@@ -173,11 +179,26 @@ class Items:
         if not items:
             raise MemoryError("there is no room for the members that a device takes on")
         try:
-            buffers = {name: self._empty(array.size, array.dtype) for name, array in
-                       (("which", which), ("numbers", numbers), ("marks", marks), ("fixed", fixed), ("rows", rows))}
-            rest = [self._filled(np.array([*grid, *stops, 0.0])), np.int32(len(grid)), np.int32(len(stops)),
-                    np.float64(struct.stop), np.float64(struct.begin), self._filled(np.array([*kinds, 0], np.int32)),
-                    self._filled(np.append(given, np.uint8(0)).astype(np.uint8)), np.int32(self._turns)]
+            buffers = {
+                name: self._empty(array.size, array.dtype)
+                for name, array in (
+                    ("which", which),
+                    ("numbers", numbers),
+                    ("marks", marks),
+                    ("fixed", fixed),
+                    ("rows", rows),
+                )
+            }
+            rest = [
+                self._filled(np.array([*grid, *stops, 0.0])),
+                np.int32(len(grid)),
+                np.int32(len(stops)),
+                np.float64(struct.stop),
+                np.float64(struct.begin),
+                self._filled(np.array([*kinds, 0], np.int32)),
+                self._filled(np.append(given, np.uint8(0)).astype(np.uint8)),
+                np.int32(self._turns),
+            ]
             begun = mine.value
             done.value += begun
             first = True
@@ -188,8 +209,18 @@ class Items:
                 while alive.size and not stopped.value:
                     self._write(buffers["which"], alive)
                     self._kernel(
-                        self.device.queue, (alive.size,), None, np.uint32(n), np.uint32(alive.size), buffers["which"],
-                        np.int32(ATTEMPTS), buffers["numbers"], buffers["marks"], buffers["fixed"], buffers["rows"], *rest,
+                        self.device.queue,
+                        (alive.size,),
+                        None,
+                        np.uint32(n),
+                        np.uint32(alive.size),
+                        buffers["which"],
+                        np.int32(ATTEMPTS),
+                        buffers["numbers"],
+                        buffers["marks"],
+                        buffers["fixed"],
+                        buffers["rows"],
+                        *rest,
                     )
                     self._read(buffers["marks"], marks)
                     left = alive[marks[0, alive] <= RUNS]
@@ -208,7 +239,9 @@ class Items:
 
     def _empty(self, count: int, kind: Any) -> Any:
         cl = self.device.cl
-        return cl.Buffer(self.device.context, cl.mem_flags.READ_WRITE, max(1, count) * np.dtype(kind).itemsize)
+        return cl.Buffer(
+            self.device.context, cl.mem_flags.READ_WRITE, max(1, count) * np.dtype(kind).itemsize
+        )
 
     def _filled(self, array: Any) -> Any:
         buffer = self._empty(array.size, array.dtype)

@@ -29,8 +29,8 @@ from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array, Problem, Quantity
 from ..results.accuracy import companion_step, companion_tolerance, looser_companion
-from .kept import FLOWING, REDUCTIONS, SERIES, Kept
 from .device import Items, MakeItems, find_device, refuse_device
+from .kept import FLOWING, REDUCTIONS, SERIES, Kept
 from .lanes import Lanes, Maker, NoLanes, Wanted, check_asked, find_lanes, refuse_lanes, stepped_by, turns
 from .members import Members
 from .native import (
@@ -342,7 +342,7 @@ class Posed:
         """Run members in as many pieces as the device has room for."""
         problem, grid = self.problem, self.grid.tolist()
         given = np.zeros(len(problem.inputs), dtype=np.uint8)
-        given[[table for table in self.case.tables]] = 1
+        given[list(self.case.tables)] = 1
         flowing = any(one.kind in FLOWING for one in self.scalars)
         kinds = [REDUCTIONS.index(one.kind) for one in self.scalars] if flowing else []
         size = items.abreast(self._struct, len(grid) * problem.ny)
@@ -350,7 +350,7 @@ class Posed:
             part = slice(first, first + size)
             piece = Batch(*(getattr(into, name)[part] for name in Batch.__struct_fields__))
             struct = self._of_batch(values[part], estimated[part], piece, threads, done, stopped)
-            items.run(struct, grid, self._stops(), kinds, given, problem.ny, done, stopped)
+            items.run(struct, grid, self._stops().tolist(), kinds, given, problem.ny, done, stopped)
 
     def _of_batch(
         self, values: Array, estimated: NDArray[np.uint8], into: Batch, threads: int, done: Any, stopped: Any

@@ -11,8 +11,8 @@ from msgspec.structs import replace
 from ..case import SimulationOptions
 from ..problem import Problem
 from .batches import Batches, Other
-from .kept import Kept
 from .device import MakeItems
+from .kept import Kept
 from .lanes import Maker, Wanted
 from .members import Members
 from .posed import Posed

@@ -9,12 +9,15 @@ from pathlib import Path
 import pytest
 from page_blocks import blocks, follow, steps, unlike
 
+from mechc.runtime.ensembles.device import find_device
+from mechc.runtime.outcome import SimulationError
+
 ROOT = Path(__file__).resolve().parents[2]
 EXPLANATIONS = sorted(
     path for path in (ROOT / "docs" / "explanation").glob("*.md") if path.name != "README.md"
 )
 HOW_TO = sorted(path for path in (ROOT / "docs" / "how_to").glob("*.md") if path.name != "README.md")
-LONG = {"fmu_in_co_simulation", "c_for_embedded_use", "cluster"}
+LONG = {"fmu_in_co_simulation", "c_for_embedded_use", "cluster", "device"}
 """Pages that build libraries or pages, or begin processes."""
 
 
@@ -33,6 +36,11 @@ def test_how_to(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
             pytest.importorskip(library, reason=f"needs {library}: pip install 'mechc[{library}]'")
     if "--workers" in page.read_text(encoding="utf-8"):
         pytest.importorskip("distributed", reason="needs Dask: pip install 'mechc[cluster]'")
+    if "--device" in page.read_text(encoding="utf-8"):
+        try:
+            find_device("opencl")
+        except SimulationError as missing:
+            pytest.skip(missing.message)
     if "\n$ cc " in page.read_text(encoding="utf-8") and shutil.which("cc") is None:
         pytest.skip("needs a C compiler by the name of cc")
     assert follow(page.read_text(encoding="utf-8")) > 0

@@ -87,7 +87,7 @@ model Closed
   coordinate Length y = 0 m;
   kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
   potential 1 kg*9.81 m/s^2*y;
-  constraint x^2 + y^2 == 1 m^2;
+  constraint x^2 + y^2 = 1 m^2;
   experiment(stop = 1 s);
 end Closed;
 """
@@ -133,8 +133,8 @@ def test_pieces_and_threads_change_no_bit(
     whirl: mechc.Model, whirls: Ensemble, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of few members at a time, a few steps in each call."""
-    monkeypatch.setattr(devices, "ABREAST", 7)
-    monkeypatch.setattr(devices, "ATTEMPTS", 3)
+    monkeypatch.setattr(devices, "ABREAST", 16)
+    monkeypatch.setattr(devices, "ATTEMPTS", 12)
     again = whirl.ensemble(**WHIRL_ASKED, device="opencl", threads=2)
     for name in ("numbers", "number_errors", "rows", "errors", "steps", "outcomes", "ends"):
         np.testing.assert_array_equal(getattr(again, name), getattr(whirls, name), err_msg=name)
@@ -155,7 +155,7 @@ def test_inputs_tables_assertions_and_troubles(there: devices.Device) -> None:
     asked: dict[str, Any] = {
         "vary": {
             ("l", "x", "steady"): np.array(
-                [[1.0, 0.1, 0.0], [1.1, 0.1, 0.3], [1, 0.29, 2], [1, 0.5, 0], [0, 0.1, 0]]
+                [[1.0, 0.1, 0.0], [1.1, 0.1, 0.3], [1, 0.29, 12], [1, 0.5, 0], [0, 0.1, 0]]
             )
         },
         "keep": "final(x), max(theta), first(theta < 0 rad), x, energy.total",
@@ -180,16 +180,16 @@ def test_smooth_examples_are_within_the_tolerance_of_the_run(name: str, there: d
     value = float(dict(run.parameters)[SMOOTH[name]])
     asked: dict[str, Any] = {
         "vary": {SMOOTH[name]: [0.99 * value, value, 1.01 * value]},
-        "keep": ", ".join(f"final({q.name})" for q in model.problem().states),
+        "keep": ", ".join(q.name for q in model.problem().states),
         "errors": "none",
     }
     found = model.ensemble(**asked, device="opencl")
     assert found.build == f"OpenCL, {there.name}" and found.counts() == {"completed": 3}
-    single = np.array([run[q.name][-1] for q in model.problem().states])
-    off = np.abs(found.numbers[1] - single) / (1 + np.abs(single))
-    assert off.max() < found.tolerance
+    single = np.array([run[q.name] for q in model.problem().states])
+    np.testing.assert_array_equal(found.times, run.time)
+    assert (np.abs(found.rows[1] - single) / (1 + np.abs(single))).max() < found.tolerance
     others = model.ensemble(**asked, lanes="off")
-    assert (np.abs(found.numbers - others.numbers) / (1 + np.abs(others.numbers))).max() < found.tolerance
+    assert (np.abs(found.rows - others.rows) / (1 + np.abs(others.rows))).max() < found.tolerance
 
 
 def rates(on: devices.Device, model: mechc.Model, states: Any) -> tuple[Any, Any, Any]:
@@ -229,7 +229,9 @@ def exactly(model: mechc.Model, y: Any, p: Any, z: Any) -> tuple[list[Any], list
                     row = ops.OPERATIONS[code]
                     form = row.digits(mpmath.mp) if row.digits else row.value
                     assert form is not None
-                    found.append(form(*(found[a] for a in operands)) * (1 + (k == changed) * mpmath.mpf(10) ** -25))
+                    found.append(
+                        form(*(found[a] for a in operands)) * (1 + (k == changed) * mpmath.mpf(10) ** -25)
+                    )
                 case Store(_, index, value):
                     out[index] = found[value]
                     found.append(None)
@@ -314,7 +316,12 @@ def of_kind(name: str, double: int) -> SimpleNamespace:
         ("opencl", None, "pyopencl, which is not installed", r"mechc\[gpu\]"),
         ("opencl", (), "there is no OpenCL device on this machine", "pocl"),
         ("opencl:big", (of_kind("small", 63),), "no OpenCL device is called 'big'", "small"),
-        ("opencl", (of_kind("small", 0),), r"small \(Some, OpenCL 1.2\): it has no double precision", "double"),
+        (
+            "opencl",
+            (of_kind("small", 0),),
+            r"small \(Some\): it has no double precision",
+            "double",
+        ),
         ("opencl", (of_kind("new", 63),), "unknown target CPU 'generic'", "knows the processor"),
     ],
 )

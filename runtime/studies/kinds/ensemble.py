@@ -131,7 +131,8 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         for name, reason in why.items():
             if reason:
                 raise SimulationError(
-                    f"'{name}' does not go with members on a device: {reason}", help=f"leave '{name}' or 'device' out"
+                    f"'{name}' does not go with members on a device: {reason}",
+                    help=f"leave '{name}' or 'device' out",
                 )
         if self.make_items is None:
             raise SimulationError("a problem that was written by hand has no text for devices")
