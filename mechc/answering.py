@@ -244,8 +244,12 @@ def with_others(model: CompiledModel, asked: Asked, problem: Problem, question: 
         return with_formulas(model, asked).lanes(said, _needs(asked), wanted, by)
 
     def make_items(wanted: Wanted, by: str) -> str:
+        from .compiler.lanes import item_text
+        from .runtime.methods import parts_for
+
         said = str(asked.given.get("method") or model.method(asked.experiment))
-        return with_formulas(model, asked).items(said, _needs(asked), wanted, by)
+        parts = parts_for(said).union(_needs(asked))
+        return item_text(with_formulas(model, asked).program(parts), wanted, by)
 
     def send(whole: Study) -> SentQuestion:
         from .sent import SentQuestion

@@ -252,7 +252,7 @@ class CompiledModel:
             from .compiler.problem import make_problem
 
             kept_as = self.compilation.kept_as if wanted <= self.compilation.parts else ""
-            problem = make_problem(self._program(wanted), target, reproducible=reproducible, kept_as=kept_as)
+            problem = make_problem(self.program(wanted), target, reproducible=reproducible, kept_as=kept_as)
             problems[key] = replace(
                 problem,
                 tangents=self._tangents(target, reproducible, wanted),
@@ -271,17 +271,10 @@ class CompiledModel:
         if key not in made:
             from .compiler import lanes
 
-            made[key] = lanes.build_lanes(self._program(needed), wanted, by)
+            made[key] = lanes.build_lanes(self.program(needed), wanted, by)
         return made[key]
 
-    def items(self, method: str, parts: Collection[str], wanted: Wanted, by: str) -> str:
-        """Return the text of the same program for devices, one member in each work item. Raises NoLanes."""
-        from .compiler import lanes
-        from .runtime.methods import parts_for
-
-        return lanes.item_text(self._program(parts_for(method).union(parts)), wanted, by)
-
-    def _program(self, parts: frozenset[str]) -> Program:
+    def program(self, parts: frozenset[str]) -> Program:
         if parts <= self.compilation.parts:
             return self.compilation.program
         from .compiler.pipeline import program_with

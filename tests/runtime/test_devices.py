@@ -196,7 +196,7 @@ def rates(on: devices.Device, model: mechc.Model, states: Any) -> tuple[Any, Any
     """Give derivatives [n, ny] at states [n, ny] as a device forms them, with parameters and given inputs."""
     problem = model.problem()
     case = prepare(problem, load_functions(problem), SimulationOptions())
-    items = devices.Items(on, item_text(model._program(frozenset()), (), "dop853"), turns=False)
+    items = devices.Items(on, item_text(model.program(frozenset()), (), "dop853"), turns=False)
     n, ny = states.shape
     first = devices.SINGLES + 2 * ny
     numbers, marks = np.ones((items.n_numbers, n)), np.zeros((devices.MARKS, n), np.int32)
@@ -213,7 +213,7 @@ def rates(on: devices.Device, model: mechc.Model, states: Any) -> tuple[Any, Any
 
 def exactly(model: mechc.Model, y: Any, p: Any, z: Any) -> tuple[list[Any], list[Any]]:
     """Give derivatives by mpmath, and of each the largest term: what a relative change of a value on the way to it changes."""
-    (body,) = model._program(frozenset()).function("rhs").bodies  # type: ignore[union-attr]
+    (body,) = model.program(frozenset()).function("rhs").bodies  # type: ignore[union-attr]
     given = {"y": y, "p": p, "z": z}
 
     def values(changed: int = -1) -> tuple[list[Any], dict[int, Any]]:
