@@ -115,8 +115,8 @@ def command() -> None:
     """Put a question to a model.
 
     \b
-    mechc study virial kepler.mech --stop "100 s" --plot averages.png
-    mechc study kepler.mech               # the studies that the file states, all of them or those named
+    mechc study virial kepler.mech --stop 200 --plot averages.png
+    mechc study swing.mech                # the studies that the file states, all of them or those named
     """
 
 

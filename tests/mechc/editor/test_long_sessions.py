@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 import time
 from pathlib import Path
@@ -38,6 +39,7 @@ PIECES = [
     ),
     "\U0001d465",
 ]
+WORD = re.compile(r"\w+")
 QUESTIONS = (
     *(
         "hover",
@@ -78,12 +80,24 @@ def asked(question: str, line: int, column: int) -> dict[str, Any]:
             what = {"range": {"start": {"line": 0, "character": 0}, "end": {"line": 999, "character": 0}}}
         case "codeAction":
             what = {
-                "range": {"start": {"line": max(line - 3, 0), "character": 0}, "end": here},
+                "range": {"start": {"line": 0, "character": 0}, "end": {"line": line + 9, "character": 0}},
                 "context": {"diagnostics": []},
             }
         case "formatting":
             what = {"options": {"tabSize": 2, "insertSpaces": True}}
     return what
+
+
+def edited(text: str, whole: str, random: Random) -> str:
+    """Write something somewhere: half of the time a word for a word, which often can be read and means something else."""
+    words = list(WORD.finditer(text))
+    if words and random.random() < 0.5:
+        old = random.choice(words)
+        new: str = random.choice(WORD.findall(whole))
+        return text[: old.start()] + new + text[old.end() :]
+    at = random.randrange(len(text) + 1)
+    word = random.choice([random.choice(PIECES), random.choice(whole.split())])
+    return text[:at] + word + text[at + random.choice((0, 0, 1, 3, 12)) :]
 
 
 def session(folder: Path, edits: int, seed: int) -> tuple[list[float], list[int]]:
@@ -103,10 +117,7 @@ def session(folder: Path, edits: int, seed: int) -> tuple[list[float], list[int]
                 whole = text
                 client.open(uri, text)
             else:
-                text = whole if random.random() < 0.15 else text
-                at = random.randrange(len(text) + 1)
-                word = random.choice([random.choice(PIECES), random.choice(whole.split())])
-                text = text[:at] + word + text[at + random.choice((0, 0, 1, 3, 12)) :]
+                text = edited(whole if random.random() < 0.5 else text, whole, random)
                 client.change(uri, text)
             question = random.choice(QUESTIONS)
             line = random.randrange(text.count("\n") + 2)
