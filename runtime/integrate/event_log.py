@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ..problem import Array, Problem
 from .events import EventRecord
 from .solver import Solver
@@ -20,6 +22,15 @@ class EventLog:
     def renew(self) -> None:
         self._solver.grow_events(MOST_AT_ONCE)
 
-    def finish(self, start_z: Array, grid_z: Array) -> EventRecord:
+    def finish(self, begin: float, t: Array, grid_z: Array) -> EventRecord:
+        """Give what happened since ``begin``, with the discrete variables ``grid_z`` [n, nz] at the times ``t`` [n].
+
+        At the start they are as before the first later instant: the first of these times may be behind that.
+        """
         noted, instants = self._solver.happened()
+        ny, size = self._solver.ny, self._solver.ny + self._solver.nz
+        start_z = grid_z[0] if t.size else self._solver.discretes()
+        later = np.flatnonzero(instants[:, 0] > begin)
+        if later.size and not (t.size and t[0] < instants[later[0], 0]):
+            start_z = instants[later[0], 1 + ny : 1 + size]
         return EventRecord(self._problem, noted, instants, start_z, grid_z)

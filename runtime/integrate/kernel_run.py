@@ -53,7 +53,7 @@ def run_kernel(case: Case, options: SolverOptions) -> Trajectory:
         if log is not None:
             z = solver.grid_discretes(count)
             z = z if count == t.size else np.vstack([z, solver.discretes()])
-            happened = log.finish(z[0] if count else solver.discretes(), z)
+            happened = log.finish(case.begin, t, z)
             if status == Status.TERMINATED and problem.hybrid is not None:
                 ended = problem.hybrid.branches[report.failed_index].message or ""
         return Trajectory(

@@ -111,6 +111,8 @@ class Pieces:
             dt = jump.dt
             t, state, z, w, dz = until, after[:ny], after[ny:], jump.w, jump.dz
             rows.append((until, state, w, z, dz))
+        if not rows:  # it fails where it begins
+            rows.append((t, state, w, z, dz))
         return self._rows(rows, run, None, remarks)
 
     def _recorded(self, begin: float, y: Array, times: Array) -> Trajectory:
