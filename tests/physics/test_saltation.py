@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 from derivatives import differences
+from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.runtime.case import SimulationOptions
@@ -259,3 +261,100 @@ def test_a_box_that_rattles_to_rest_is_refused_with_the_reason() -> None:
     plan = plan_run(problem, options)
     with pytest.raises(SimulationError, match="hits so softly that the time of the impact is not known"):
         tangent_flow(plan.case, plan.method, plan.nominal, ["a"], estimate_error=False)
+
+
+SLIDING = """\
+model Sliding
+  dimensionless;
+  coordinate x = 0.5;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  force 1 on x;
+  friction 1/10 on x;
+  experiment(stop = 4);
+end Sliding;
+"""
+
+
+def test_a_motion_that_begins_to_slide_is_differentiated_where_output_begins_later() -> None:
+    """It slides forwards from rest about x = 0.9, turns at t = pi, where the rate changes from -0.4 to -0.2, and slides back about
+    1.1: volumes shrink to a half there, and nowhere else."""
+    found = mechc.loads(SLIDING).volume(stop=4)
+    assert found["ratio"] == pytest.approx(0.5, rel=1e-10)
+    mapped = mechc.loads(SLIDING).floquet(period=3.3).summary()["multipliers"]
+    second = 3.3 - math.pi
+    turn = np.array([[1, 0], [0, 0.5]])
+    rotations = [
+        np.array([[math.cos(t), math.sin(t)], [-math.sin(t), math.cos(t)]]) for t in (math.pi, second)
+    ]
+    exact = np.linalg.eigvals(rotations[1] @ turn @ rotations[0])
+    assert sorted(complex(*m).real for m in mapped) == pytest.approx(sorted(exact.real), abs=1e-9)
+
+
+HAMMER = """\
+model Hammer "mass on a spring with dry friction, driven against a stop"
+  dimensionless;
+  parameter e = 0.7;
+  parameter mu = 0.1;
+  parameter w = 2.3;
+  input push = cos(w*time);
+  coordinate x = 0.5;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  force push on x;
+  friction mu on x;
+  contact stop: x + 0.2 restitution e;
+  experiment(stop = 60);
+end Hammer;
+"""
+
+
+def slides_and_strikes(y: list[float], stop: float) -> np.ndarray:
+    """Follow it by SciPy from one turn or impact to the next; it does not stick on this way."""
+    t, y = 0.0, list(y)
+    while stop - t > 1e-13:
+        side = math.copysign(1.0, y[1]) if abs(y[1]) > 1e-12 else math.copysign(1.0, math.cos(2.3 * t) - y[0])
+
+        def rates(t: float, y: np.ndarray, side: float = side) -> list[float]:
+            return [y[1], math.cos(2.3 * t) - y[0] - 0.1 * side]
+
+        def strikes(t: float, y: np.ndarray) -> float:
+            return float(y[0] + 0.2)
+
+        def turns(t: float, y: np.ndarray, side: float = side) -> float:
+            return float(side * y[1])
+
+        for event in (strikes, turns):
+            event.terminal, event.direction = True, -1  # type: ignore[attr-defined]
+        run = solve_ivp(
+            rates,
+            (t, stop),
+            y,
+            method="DOP853",
+            rtol=1e-12,
+            atol=1e-12,
+            max_step=0.1,
+            events=[strikes, turns],
+        )
+        t, y = float(run.t[-1]), [float(v) for v in run.y[:, -1]]
+        if run.t_events[0].size:
+            y = [-0.2, -0.7 * y[1]]
+        elif run.t_events[1].size:
+            y[1] = 0.0
+    return np.array(y)
+
+
+def test_an_orbit_with_dry_friction_an_impact_and_an_input() -> None:
+    """Its multipliers against differences of motions by SciPy."""
+    period = 2 * math.pi / 2.3
+    found = mechc.loads(HAMMER).orbit(period=period).summary()
+    start = [found["start"]["x"], found["start"]["der(x)"]]
+    assert slides_and_strikes(start, period) == pytest.approx(start, abs=1e-9)
+    h, columns = 1e-5, []
+    for k in (0, 1):
+        ends = [
+            slides_and_strikes([v + s * h * (i == k) for i, v in enumerate(start)], period) for s in (1, -1)
+        ]
+        columns.append((ends[0] - ends[1]) / (2 * h))
+    exact = sorted(np.linalg.eigvals(np.array(columns).T).real)
+    assert sorted(m[0] for m in found["multipliers"]) == pytest.approx(exact, rel=1e-5)

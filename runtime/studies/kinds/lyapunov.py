@@ -219,8 +219,15 @@ class _Carrier:
         own[linear.kept] = (reduced / linear.scale[:, None])[linear.kept]
         q, r = np.linalg.qr(own)
         sizes = np.abs(np.diag(r))
-        if not np.isfinite(sizes).all() or (sizes == 0).any():
-            raise _Ended(f"changes of the motion are lost at {time_text(problem, until)}")
+        if not np.isfinite(sizes).all():
+            raise _Ended(f"changes of the motion are no numbers at {time_text(problem, until)}")
+        if (sizes == 0).any():
+            left = int((sizes > 0).sum())
+            raise _Ended(
+                f"before {time_text(problem, until)} neighbouring motions become one, as where friction sticks: of "
+                f"{len(sizes)} exponents {len(sizes) - left} are minus infinity"
+                + (f"; ask for the others: --count {left}" if left else "")
+            )
         turned = basis(problem, self.y) if self.fixed is None else self.fixed
         self.w = turned @ (q * linear.scale[:, None])
         self.time = until
