@@ -11,7 +11,7 @@ import random
 import re
 import sys
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -103,6 +103,14 @@ end Random;
     return Random(text, kinetic, potential, damping, symmetries, constants)
 
 
+def _written_out(one: dict[str, Any]) -> str:
+    """Return the formula of a symmetry or a constant, without letters for its functions."""
+    text = str(one["conserved"] if "conserved" in one else one["formula"])
+    for name, function in one.get("where", {}).items():
+        text = re.sub(rf"\b{name}\b", f"({function})", text)
+    return text
+
+
 def judged(seed: int) -> Judged:
     """Find symmetries and constants of a random Lagrangian, and look at each of them."""
     random = lagrangian(seed)
@@ -111,13 +119,12 @@ def judged(seed: int) -> Judged:
     told, constants = symmetries.details["symmetries"], invariants.details["invariants"]
     motions = Motions(random.kinetic, random.potential, random.damping, seed)
     false, missed = [], []
-    for one in (*told, *constants, *invariants.details["dependent"]):
-        formula = one["conserved"] if "conserved" in one else one["formula"]
-        for name, text in one.get("where", {}).items():
-            formula = re.sub(rf"\b{name}\b", f"({text})", formula)
-        false.append(motions.false(formula))
+    formulas = [
+        [_written_out(one) for one in group] for group in (told, constants, invariants.details["dependent"])
+    ]
+    false += [motions.false(text) for group in formulas for text in group]
     false += [motions.unsymmetric(one["generator"], one["conserved"]) for one in told]
-    independent = motions.independent([one["formula"] for one in constants])
+    independent = motions.independent(formulas[1])
     if independent < len(constants):
         false.append(f"{len(constants)} constants, of which {independent} are independent")
     for what, found, there in (

@@ -30,8 +30,8 @@ NEGLIGIBLE = 1e-8
 ROUNDING = 1e-13
 """Largest rate of a combination relative to the sum of the sizes of its terms that is rounding."""
 
-THIN = 1e-4
-"""Share of the largest coefficient below which a term is looked at whether it is needed."""
+THIN = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
+"""Shares of the largest coefficient below which terms are looked at whether they are needed."""
 
 TRIALS = 80
 """Bases of a null space that are tried for combinations of few terms."""
@@ -103,23 +103,48 @@ def confirmed(vector: Array, rates: Array, sizes: Array) -> float:
     return float(worst.max(initial=0.0))
 
 
-def without_rounding(vector: Array, rates: Array, sizes: Array) -> Array:
-    """Return a combination without terms that are small and only add what nearly vanishes by itself.
+class Refining:
+    """Combinations freed of terms that rounding brought in: of functions that are nearly alike, small shares change no rate.
 
-    Terms that are nearly dependent of each other bring such: without them the rate is as small as rounding of the others.
+    ``rates`` and other ones to ``check`` with, [n, k] each; ``sizes`` [k].
     """
-    scaled = np.abs(vector * sizes)
-    fewer = np.where(scaled < THIN * scaled.max(initial=0.0), 0.0, vector)
-    return fewer if confirmed(fewer, rates, sizes) < ROUNDING else vector
+
+    def __init__(self, rates: Array, check: Array, sizes: Array) -> None:
+        scaled = np.asarray(rates / sizes)
+        norms = np.linalg.norm(scaled, axis=1)
+        self.triangle = np.asarray(np.linalg.qr(scaled / np.maximum(norms, FAINT)[:, None], mode="r"))
+        self.check, self.sizes = check, sizes
+
+    def refined(self, scaled: Array) -> Array:
+        """Return a combination, in sizes of its terms, solved for anew with its larger terms alone, if these vanish as well."""
+        shares = np.abs(scaled) / np.abs(scaled).max(initial=0.0)
+        tried = np.count_nonzero(scaled)
+        for share in THIN:
+            places = np.flatnonzero(shares >= share)
+            if len(places) >= tried:
+                continue
+            _, _, right = np.linalg.svd(self.triangle[:, places], full_matrices=True)
+            own = np.zeros_like(scaled)
+            own[places] = right[-1] / right[-1][np.abs(right[-1]).argmax()]
+            alone = np.abs(own) >= NEGLIGIBLE
+            if alone.sum() == len(places) and confirmed(own / self.sizes, self.check, self.sizes) < ROUNDING:
+                return own
+        return scaled
 
 
 def sparse_basis(
-    vectors: Array, costs: Array, sizes: Array, seed: int = 5, known: Array | None = None
+    vectors: Array,
+    costs: Array,
+    sizes: Array,
+    seed: int = 5,
+    known: Array | None = None,
+    refining: Refining | None = None,
 ) -> Array:
     """Return a basis [k, n] of the same space with few terms; what ``known`` [m, n] spans already is left out.
 
     Of many reduced echelon forms, with pivots chosen at random, the cheapest independent rows are taken: no basis
-    made of these rows is cheaper, as independent sets are a matroid. ``costs`` [n] of a term; ``sizes``: see above.
+    made of these rows is cheaper, as independent sets are a matroid. ``costs`` [n] of a term; ``sizes``: see above. ``refining``
+    frees each row of what is rounding.
     """
     count, n = vectors.shape
     if count == 0:
@@ -137,7 +162,8 @@ def sparse_basis(
     cleaned = []
     for row in rows:
         row = row / np.abs(row).max()
-        cleaned.append(np.where(np.abs(row) < NEGLIGIBLE, 0.0, row))
+        row = np.where(np.abs(row) < NEGLIGIBLE, 0.0, row)
+        cleaned.append(row if refining is None else refining.refined(row))
     prices = [float(costs[row != 0].sum()) for row in cleaned]
     order = sorted(range(len(cleaned)), key=lambda k: (prices[k], tuple(np.flatnonzero(cleaned[k]))))
     before = [] if known is None else list(_orthonormal(known * sizes))

@@ -37,13 +37,13 @@ from ..formulas.null_space import (
     CONFIRMED,
     NEGLIGIBLE,
     Null,
+    Refining,
     confirmed,
     independent_columns,
     null_space,
     sizes_of,
     sparse_basis,
     support,
-    without_rounding,
 )
 from ..formulas.relations import Chance
 from ..formulas.sampling import Sample, Sampler
@@ -147,17 +147,19 @@ class _Search:
             if len(sure) <= _rank(products, self.sizes):
                 continue
             basis = self._new(np.array(sure), products, columns)
-            for vector in (without_rounding(v, self.check, self.sizes) for v in basis):
+            for vector in basis:
                 known.append((vector, level, _adds([v for v, *_ in known], vector, gradients)))
         return known
 
     def _new(self, vectors: Array, products: list[Array], columns: Sequence[int]) -> list[Array]:
         costs = np.array([self.terms.cost(self.terms.listed[k]) for k in columns])
+        sizes = self.sizes[columns]
         found = sparse_basis(
             vectors[:, columns],
             costs,
-            self.sizes[columns],
+            sizes,
             known=np.array([p[columns] for p in products]) if products else None,
+            refining=Refining(self.rates[:, columns], self.check[:, columns], sizes),
         )
         whole = np.zeros((len(found), vectors.shape[1]))
         if len(found):
