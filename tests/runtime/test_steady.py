@@ -113,11 +113,172 @@ def test_friction_on_the_shaft_leaves_only_rest() -> None:
     assert model.steady(vary="theta").summary()["steady"] == []
 
 
+CONICAL = """\
+model Conical
+  parameter l = 0.7 m;
+  parameter g = 9.81 m/s^2;
+  coordinate x = 0.3 m;
+  coordinate y = 0 m;
+  coordinate z ~ -0.6 m;
+  initial der(y) = 1.5 m/s;
+  kinetic 1/2*(2 kg)*(der(x)^2 + der(y)^2 + der(z)^2);
+  potential (2 kg)*g*z;
+  constraint x^2 + y^2 + z^2 = l^2;
+end Conical;
+"""
+LOOPS = """\
+model Loops "governor of four rods: two balls and a sleeve"
+  parameter l = 0.3 m;
+  parameter m = 1 kg;
+  parameter M = 2 kg;
+  coordinate phi = 0 rad;
+  coordinate x(min = 0.01 m) = 0.2 m;
+  coordinate z ~ -0.2 m;
+  coordinate s(max = -0.01 m) ~ -0.4 m;
+  initial der(phi) = 12 rad/s;
+  kinetic m*(der(x)^2 + der(z)^2 + x^2*der(phi)^2) + 1/2*M*der(s)^2;
+  potential (9.81 m/s^2)*(2*m*z + M*s);
+  constraint upper: x^2 + z^2 = l^2;
+  constraint lower: x^2 + (z - s)^2 = l^2;
+end Loops;
+"""
+DISK = """\
+model Disk "thin, rolls without slipping"
+  parameter m = 0.5 kg;
+  parameter r = 0.2 m;
+  let A = m*r^2/4;
+  let C = m*r^2/2;
+  coordinate x = 0 m;
+  coordinate y = 0 m;
+  coordinate psi = 0 rad;
+  coordinate theta = 0.3 rad;
+  coordinate phi = 0 rad;
+  initial der(psi) = 2 rad/s;
+  initial der(phi) = -8 rad/s;
+  kinetic 1/2*m*(der(x)^2 + der(y)^2 + r^2*sin(theta)^2*der(theta)^2)
+    + 1/2*A*(der(theta)^2 + cos(theta)^2*der(psi)^2) + 1/2*C*(der(phi) + sin(theta)*der(psi))^2;
+  potential m*(9.81 m/s^2)*r*cos(theta);
+  constraint cos(psi)*der(x) + sin(psi)*der(y) = -r*(der(phi) + sin(theta)*der(psi));
+  constraint cos(psi)*der(y) - sin(psi)*der(x) = r*cos(theta)*der(theta);
+end Disk;
+"""
+
+
+def steady_of(text: str, **settings: Any) -> list[dict[str, Any]]:
+    found = mechc.loads(text).steady(**settings).summary()["steady"]
+    assert isinstance(found, list)
+    return found
+
+
+def test_conical_pendulum_as_a_point_on_a_sphere() -> None:
+    """m r^2 W = L with W^2 = g/|z|; small motions: W^2 (1 + 3 cos^2) as of the spherical pendulum. Then the speed at this height."""
+    (one,) = steady_of(CONICAL)
+    x, z, rate = (one["values"][name] for name in ("x", "z", "turn(x, y)"))
+    assert one["values"]["y"] == pytest.approx(0, abs=1e-12) and math.hypot(x, z) == pytest.approx(
+        0.7, rel=1e-14
+    )
+    assert 2 * x**2 * rate == pytest.approx(2 * 0.3 * 1.5, rel=1e-13)
+    assert rate**2 == pytest.approx(9.81 / -z, rel=1e-13)
+    assert one["stable"] is True and one["momenta"] == pytest.approx({"x, y": 0.9}, rel=1e-13)
+    assert frequencies(one) == pytest.approx([math.sqrt(rate**2 * (1 + 3 * (z / 0.7) ** 2))], rel=1e-10)
+    assert all(error < 1e-13 for error in one["errors"].values())
+    (there,) = steady_of(CONICAL, vary="der(y)")
+    assert there["values"]["x"] == pytest.approx(0.3, rel=1e-14)
+    assert there["values"]["turn(x, y)"] == pytest.approx(
+        math.sqrt(9.81 / math.sqrt(0.7**2 - 0.3**2)), rel=1e-13
+    )
+
+
+def test_governor_of_rods_in_loops() -> None:
+    """cos(theta) = (m + M) g/(m l w^2), over the speed; below it leans in, and only where rods lie along the shaft is rest."""
+    found = steady_of(LOOPS, vary="x", over="der(phi) = 8 .. 16, 5")
+    speeds = [w for w in (8, 10, 12, 14, 16) if 0.3 * w**2 > 3 * 9.81]
+    assert [one["parameter"]["der(phi)"] for one in found] == speeds
+    for one, w in zip(found, speeds, strict=True):
+        height = 3 * 9.81 / w**2
+        assert one["values"]["s"] == pytest.approx(-2 * height, rel=1e-12)
+        assert one["values"]["x"] == pytest.approx(math.sqrt(0.3**2 - height**2), rel=1e-12)
+
+
+def test_rods_in_loops_have_the_frequencies_of_one_angle() -> None:
+    """The same governor in its lean alone: frequencies and stability with the momentum of the start."""
+    free = """\
+model Free
+  coordinate phi = 0 rad;
+  coordinate theta(min = 0.01 rad, max = 1.5 rad) = 0.7297276562269663 rad;
+  initial der(phi) = 12 rad/s;
+  let l = 0.3 m;
+  kinetic 1 kg*l^2*(der(theta)^2 + sin(theta)^2*der(phi)^2) + 1/2*(2 kg)*(2*l*sin(theta)*der(theta))^2;
+  potential -(9.81 m/s^2)*(2 kg + 4 kg)*l*cos(theta);
+end Free;
+"""
+    (tied,), (one,) = steady_of(LOOPS), steady_of(free)
+    assert tied["values"]["x"] == pytest.approx(0.3 * math.sin(one["values"]["theta"]), rel=1e-10)
+    assert frequencies(tied) == pytest.approx(frequencies(one), rel=1e-9)
+    assert tied["stable"] is one["stable"] is True
+
+
+@pytest.mark.parametrize("vary", [None, "der(phi)", "der(psi)"])
+def test_a_disk_rolls_in_circles(vary: str | None) -> None:
+    """(C + m r^2) s W cos - A W^2 sin cos + m g r sin = 0 with s = phi' + W sin, from the moment about the centre."""
+    found = steady_of(DISK, **({"vary": vary} if vary else {}))
+    assert found
+    for one in found:
+        lean, turn, spin = (one["values"][name] for name in ("theta", "turn(psi; x, y)", "der(phi)"))
+        s = spin + turn * math.sin(lean)
+        terms = (
+            1.5 * 0.04 * s * turn * math.cos(lean),
+            -0.25 * 0.04 * turn**2 * math.sin(lean) * math.cos(lean),
+            9.81 * 0.2 * math.sin(lean),
+        )
+        assert sum(terms) == pytest.approx(0, abs=1e-12 * max(map(abs, terms)))
+        assert math.hypot(one["values"]["der(x)"], one["values"]["der(y)"]) == pytest.approx(
+            abs(0.2 * s), rel=1e-12
+        )
+        if vary:
+            assert lean == pytest.approx(0.3, abs=1e-13)
+        assert vary == "der(psi)" or turn == pytest.approx(2, rel=1e-13)
+        assert vary == "der(phi)" or spin == pytest.approx(-8, rel=1e-13)
+
+
+def test_a_disk_stands_up_from_a_speed_on() -> None:
+    """Straight on: stable for s^2 > A m g r/((C + m r^2) C), which here is (s r)^2 > g r/3; eigenvalues in between are not told."""
+    text = DISK.replace("theta = 0.3", "theta = 0").replace("= 2 rad/s", "= 0 rad/s")
+    slow, fast = (math.sqrt(9.81 / 0.2 / 3) * factor for factor in (0.99, 1.01))
+    told = [steady_of(text, set={"der(phi)": f"{-speed} rad/s"}) for speed in (slow, fast)]
+    assert [[one["stable"] for one in found if abs(one["values"]["theta"]) < 1e-9] for found in told] == [
+        [False],
+        [None],
+    ]
+    for speed, found in zip((slow, fast), told, strict=True):
+        (one,) = (one for one in found if abs(one["values"]["theta"]) < 1e-9)
+        expected = (1.5 * 0.5 * speed**2 / 0.25 - 9.81 / 0.2) / 1.25
+        largest = max((complex(*v) for v in one["eigenvalues"]), key=abs)
+        assert (largest**2).real == pytest.approx(-expected, rel=1e-8)
+
+
+def test_circular_orbit_in_plane_coordinates() -> None:
+    """r = L^2 and W = 1/L^3; the start of an ellipse has velocities that no move has, and its momentum is held."""
+    (one,) = steady("kepler")
+    assert one["values"] == pytest.approx({"x": 0.64, "y": 0, "turn(x, y)": 0.8**-3}, rel=1e-13)
+    assert frequencies(one) == pytest.approx([0.8**-3], rel=1e-12) and one["stable"] is True
+
+
+def test_what_leaves_a_family_is_refused() -> None:
+    with pytest.raises(SimulationError, match="form a family when these are sought"):
+        steady_of(DISK, vary="der(psi), der(phi), theta")
+
+
 @pytest.mark.parametrize(
     ("name", "settings", "said"),
     [
-        ("kepler", {}, "no cyclic coordinate: its forces depend on x, y"),
-        ("pendulum_cartesian", {}, "has constraints or rotations"),
+        (
+            "henon_heiles",
+            {},
+            "no cyclic coordinate: its forces depend on q1, q2, and no shift of them and no turn",
+        ),
+        ("pendulum_cartesian", {}, "no cyclic coordinate: its forces depend on x, y"),
+        ("rolling_coin", {}, "has rotations"),
         ("stick_slip_belt", {}, "switches"),
         ("lorenz", {}, "states of first order"),
         ("governor", {"vary": "phi"}, "'phi' cannot be sought"),

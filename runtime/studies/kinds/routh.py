@@ -45,30 +45,14 @@ class SteadySearch:
     def __init__(
         self, problem: Problem, study: Study, vary: Sequence[str], values: Mapping[str, float]
     ) -> None:
-        if problem.hybrid is not None or problem.constraints or problem.rotations or problem.nq != problem.nv:
-            what = "switches" if problem.hybrid is not None else "has constraints or rotations"
-            raise SimulationError(
-                f"'{problem.name}' {what}: steady motions are sought in coordinates that are free",
-                help="describe it by free coordinates, rotations by Euler angles; or drive the turn (drive phi = w*time) and "
-                "ask 'equilibria', which goes over constraints",
-            )
-        if problem.nq == 0 or any(q.kind not in ("coordinate", "rate", "account") for q in problem.states):
-            raise SimulationError(
-                f"'{problem.name}' has states of first order or no coordinates: it has no cyclic coordinates to move steadily in",
-                help="'equilibria' finds where it rests",
-            )
         asked = replace(study, values={**study.values, **values})
         self.site = site = site_of(problem, asked, Place())
         check_autonomous(site, site.derivatives(site.y), site.y)
         self.nq = nq = problem.nq
         self.names = [q.name for q in problem.states[: 2 * nq]]
+        self.units = [q.unit for q in problem.states[: 2 * nq]]
         box = box_of(site)
         self.cyclic = [k for k in range(nq) if self.names[k] in box.idle]
-        if not self.cyclic:
-            raise SimulationError(
-                f"'{problem.name}' has no cyclic coordinate: its forces depend on {', '.join(self.names[:nq])}",
-                help="'equilibria' finds where it rests; choose coordinates in which the symmetry is seen",
-            )
         self.shape = [k for k in range(nq) if k not in self.cyclic]
         self.momenta = [k for k, q in enumerate(problem.phase) if q.kind == "momentum"]
         self.energy_place = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
@@ -265,6 +249,16 @@ class SteadySearch:
         return float(
             np.abs(d / np.maximum(self.sizes, np.abs(a[: 2 * self.nq])))[self.unknown].max(initial=0.0)
         )
+
+    @property
+    def axes(self) -> list[str]:
+        """Return the names of the coordinates that keep their rates."""
+        return [self.names[k] for k in self.cyclic]
+
+    def words(self) -> str:
+        """Say which momenta stay as at the start."""
+        held = ", ".join(f"{name} {v:.6g}" for name, v in zip(self.axes, self.p0, strict=True))
+        return f"the momenta of cyclic coordinates: {held}" if self.fixed else ""
 
     def columns(self) -> list[int]:
         """Return what a steady motion is told by: coordinates that rest and rates of the others."""

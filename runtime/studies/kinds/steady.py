@@ -1,4 +1,5 @@
 """Steady motions: all coordinates but cyclic ones rest, and the rates of those stay: equilibria of Routh's function.
+Under constraints, or where none is cyclic, shifts and turns carry the motion (``carried.py``).
 
 E. J. Routh, A treatise on the stability of a given state of motion (1877). A minimum of the energy with the momenta of the
 cyclic coordinates held is stable.
@@ -6,18 +7,22 @@ cyclic coordinates held is stable.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from ...local.site import PART, moving_inputs
+from ...local.search import box_of
+from ...local.site import PART, moving_inputs, site_of
 from ...outcome import Outcome, SimulationError
 from ...problem import Problem
-from ...settings import Range, settable
+from ...settings import Place, Range, settable
 from ..findings import Cell, Curve, Findings, Panel, Table
 from ..study import OF_A_MOTION, Study
+from .carried import CarriedSearch
 from .routh import Motion, SteadySearch
 
+Search = SteadySearch | CarriedSearch
 COUNT = 41
 WORDS = {True: "stable", False: "unstable", None: "cannot be told"}
 
@@ -46,25 +51,43 @@ class Steady(Study, frozen=True, kw_only=True):
             raise SimulationError(
                 "steady motions are sought over one quantity", help='over = "NAME = LOW .. HIGH"'
             )
-        first = SteadySearch(problem, self, self.vary, {})
+        first = _search(problem, self, {})
         if not self.over:
             return _listed(first, first.run())
         over = self.over[0]
         values = np.linspace(over.low, over.high, over.count or COUNT)
         found = []
         for k, value in enumerate(values):
-            search = SteadySearch(problem, self, self.vary, {over.name: float(value)})
+            search = _search(problem, self, {over.name: float(value)})
             found.append((float(value), search.run()))
             if self.progress is not None:
                 self.progress((k + 1) / len(values))
         return _followed(first, over, found)
 
 
-def _record(search: SteadySearch, one: Motion, parameter: dict[str, float]) -> dict[str, Any]:
+def _search(problem: Problem, study: Steady, values: Mapping[str, float]) -> Search:
+    """Return the search in cyclic coordinates, or along moves of all where constraints tie these or none is cyclic."""
+    if problem.hybrid is not None or problem.rotations or problem.nq != problem.nv:
+        what = "switches" if problem.hybrid is not None else "has rotations or driven coordinates"
+        raise SimulationError(
+            f"'{problem.name}' {what}: steady motions are sought in coordinates that are free, or tied by constraints",
+            help="describe rotations by Euler angles; or drive the turn (drive phi = w*time) and ask 'equilibria'",
+        )
+    if problem.nq == 0 or any(q.kind not in ("coordinate", "rate", "account") for q in problem.states):
+        raise SimulationError(
+            f"'{problem.name}' has states of first order or no coordinates: it has no cyclic coordinates to move steadily in",
+            help="'equilibria' finds where it rests",
+        )
+    if not problem.constraints and box_of(site_of(problem, study, Place())).idle:
+        return SteadySearch(problem, study, study.vary, values)
+    return CarriedSearch(problem, study, study.vary, values)
+
+
+def _record(search: Search, one: Motion, parameter: dict[str, float]) -> dict[str, Any]:
     momenta = search.momenta_at(one.y)
     return {
         "values": {search.names[k]: float(one.y[k]) for k in search.columns()},
-        "momenta": {search.names[k]: float(v) for k, v in zip(search.cyclic, momenta, strict=True)},
+        "momenta": {name: float(v) for name, v in zip(search.axes, momenta, strict=True)},
         "parameter": parameter,
         "stable": one.stable,
         "eigenvalues": [[float(v.real), float(v.imag)] for v in one.eigenvalues],
@@ -72,25 +95,24 @@ def _record(search: SteadySearch, one: Motion, parameter: dict[str, float]) -> d
     }
 
 
-def _listed(search: SteadySearch, found: list[Motion]) -> Findings:
+def _listed(search: Search, found: list[Motion]) -> Findings:
     problem, site = search.site.problem, search.site
-    units = [q.unit for q in problem.states]
+    units = search.units
     rate = f"1/{problem.time.unit}" if problem.time.unit else ""
     rows: list[tuple[Cell, ...]] = []
     for one in found:
         worst = max(one.errors.values(), default=0.0)
         shown = [_short(v) for v in one.eigenvalues if v.imag >= 0][:3]
         rows.append((
-            *(float(one.y[k]) if abs(one.y[k]) > worst else 0.0 for k in search.columns()),
+            *(0.0 if abs(one.y[k]) <= worst else float(one.y[k]) for k in search.columns()),
             worst if np.isfinite(worst) else None, WORDS[one.stable], ", ".join(shown),
         ))  # fmt: skip
     head = (
         *((search.names[k], units[k]) for k in search.columns()), ("error", ""), ("", ""), ("eigenvalues", rate),
     )  # fmt: skip
     remarks = list(moving_inputs(site))
-    if search.fixed:
-        held = ", ".join(f"{search.names[k]} {v:.6g}" for k, v in zip(search.cyclic, search.p0, strict=True))
-        remarks.append(f"the momenta of cyclic coordinates are those of the start: {held}")
+    if words := search.words():
+        remarks.append(f"as at the start: {words}")
     if any(not np.isfinite(e) for one in found for e in one.errors.values()):
         remarks.append(
             "some of these are not isolated, or where the coordinates are singular: their errors cannot be told"
@@ -108,7 +130,7 @@ def _listed(search: SteadySearch, found: list[Motion]) -> Findings:
         panels=_potential(search, found),
         details={
             "steady": records,
-            "cyclic": [search.names[k] for k in search.cyclic],
+            "cyclic": search.axes,
             "accuracy": {"errors": [r["errors"] for r in records], "errors_from": "residual and rounding times the condition"},
         },
     )  # fmt: skip
@@ -124,10 +146,10 @@ def _short(z: complex) -> str:
     return f"{z.imag:.5g}i" if abs(z.real) <= 1e-12 * abs(z) else f"{z.real:.5g} +- {z.imag:.5g}i"
 
 
-def _potential(search: SteadySearch, found: list[Motion]) -> tuple[Panel, ...]:
+def _potential(search: Search, found: list[Motion]) -> tuple[Panel, ...]:
     """Draw Routh's potential over the one coordinate that rests; of several, the eigenvalues."""
     problem = search.site.problem
-    if len(search.shape) != 1 or not search.fixed:
+    if isinstance(search, CarriedSearch) or len(search.shape) != 1 or not search.fixed:
         rate = f"1/{problem.time.unit}" if problem.time.unit else ""
         curves = tuple(
             Curve(", ".join(f"{search.names[k]} = {one.y[k]:.4g}" for k in search.columns()[:2]),
@@ -152,7 +174,7 @@ def _potential(search: SteadySearch, found: list[Motion]) -> tuple[Panel, ...]:
     return (Panel("Routh's potential", search.names[k], problem.states[k].unit, "energy", unit, curves),)
 
 
-def _followed(search: SteadySearch, over: Range, found: list[tuple[float, list[Motion]]]) -> Findings:
+def _followed(search: Search, over: Range, found: list[tuple[float, list[Motion]]]) -> Findings:
     problem = search.site.problem
     records = [_record(search, one, {over.name: value}) for value, motions in found for one in motions]
     panels = []
@@ -168,7 +190,7 @@ def _followed(search: SteadySearch, over: Range, found: list[tuple[float, list[M
             if points:
                 x, y = np.array(points).T
                 curves.append(Curve(WORDS[stable], x, y, "points", colour))
-        panels.append(Panel(name, over.name, over.unit, name, problem.states[k].unit, tuple(curves)))
+        panels.append(Panel(name, over.name, over.unit, name, search.units[k], tuple(curves)))
     counts = sorted({len(motions) for _, motions in found})
     between = f"{counts[0]}" if len(counts) == 1 else f"{counts[0]} to {counts[-1]}"
     return Findings(
@@ -179,5 +201,5 @@ def _followed(search: SteadySearch, over: Range, found: list[tuple[float, list[M
         values=(),
         errors_from="residual and rounding times the condition of the equations",
         panels=tuple(panels),
-        details={"steady": records, "cyclic": [search.names[k] for k in search.cyclic]},
+        details={"steady": records, "cyclic": search.axes},
     )
