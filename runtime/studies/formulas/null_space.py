@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
-from scipy.linalg import qr
+from scipy.linalg import qr, solve_triangular
 
 from ...problem import Array
 
@@ -61,26 +61,40 @@ def independent_columns(values: Array) -> list[int]:
     return [int(k) for k, size in zip(filled, corner[1:], strict=True) if size > DEPENDENT]
 
 
-def null_space(rates: Array, sizes: Array) -> Null:
-    """Return the combinations of the columns of ``rates`` [n, k] that vanish; ``sizes`` [k] of the columns."""
+def null_space(rates: Array, sizes: Array, values: Array | None = None) -> Null:
+    """Return the combinations of the columns of ``rates`` [n, k] that vanish; ``sizes`` [k] of the columns.
+
+    ``values`` [m, k]: rates are measured against how much combinations differ themselves, so that those of functions that are
+    nearly alike, which hardly differ, do not count as constant for that.
+    """
     if rates.shape[1] == 0:
         return Null(np.empty((0, 0)), 0.0, 1.0)
     scaled = rates / sizes
     norms = np.linalg.norm(scaled, axis=1)
     scaled = scaled / np.maximum(norms, FAINT)[:, None]
-    rows = len(scaled)
-    if len(scaled) > scaled.shape[1]:
-        scaled = np.asarray(np.linalg.qr(scaled, mode="r"))
-    _, found, right = np.linalg.svd(scaled)
-    values = np.zeros(rates.shape[1])
-    values[: len(found)] = found / max(found[0], FAINT * np.sqrt(rows))
-    count = _zeros(values)
-    kept = len(values) - count
+    plain, right = _singular(scaled)
+    measured = plain
+    if values is not None and len(values) > scaled.shape[1]:
+        spread = np.asarray(np.linalg.qr((values - values.mean(axis=0)) / sizes, mode="r"))
+        measured, _ = _singular(solve_triangular(spread / np.sqrt(len(values)), scaled.T, trans="T").T)
+    count = _zeros(measured)
+    kept = len(measured) - count
     return Null(
         right[kept:] / sizes,
-        float(values[kept]) if count else 0.0,
-        float(values[kept - 1]) if kept else 1.0,
+        float(measured[kept]) if count else 0.0,
+        float(measured[kept - 1]) if kept else 1.0,
     )
+
+
+def _singular(rows: Array) -> tuple[Array, Array]:
+    """Return the singular values relative to the largest, one for each column, and the directions that belong to them."""
+    count = len(rows)
+    if count > rows.shape[1]:
+        rows = np.asarray(np.linalg.qr(rows, mode="r"))
+    _, found, right = np.linalg.svd(rows)
+    values = np.zeros(rows.shape[1])
+    values[: len(found)] = found / max(found[0], FAINT * np.sqrt(count))
+    return values, right
 
 
 def _zeros(values: Array) -> int:

@@ -136,17 +136,16 @@ class _Search:
             columns = [k for k, term in enumerate(self.terms.listed) if term.degree <= level]
             if not columns:
                 continue
-            null = null_space(self.rates[:, columns], self.sizes[columns])
+            null = null_space(self.rates[:, columns], self.sizes[columns], self.values[:, columns])
             whole = np.zeros((len(null.vectors), count))
             if len(null.vectors):
                 whole[:, columns] = null.vectors
-            sure = [v for v in whole if confirmed(v, self.check, self.sizes) < CONFIRMED]
-            if level == degree:
-                self.null, self.in_span, self.unsure = null, len(sure), len(whole) - len(sure)
             products = list(self._products(known, level))
-            if len(sure) <= _rank(products, self.sizes):
-                continue
-            basis = self._new(np.array(sure), products, columns)
+            found = self._new(whole, products, columns) if len(whole) > _rank(products, self.sizes) else []
+            basis = [v for v in found if confirmed(v, self.check, self.sizes) < CONFIRMED]
+            if level == degree:
+                self.null, self.unsure = null, len(found) - len(basis)
+                self.in_span = len(whole) - self.unsure
             for vector in basis:
                 known.append((vector, level, _adds([v for v, *_ in known], vector, gradients)))
         return known
