@@ -63,6 +63,9 @@ class Placed(Struct, frozen=True, eq=False, kw_only=True):
     def __eq__(self, other: object) -> bool:
         return type(self) is type(other) and self._stated() == other._stated()
 
+    def __ne__(self, other: object) -> bool:  # that of structs does not ask `==`
+        return not self == other
+
     def __hash__(self) -> int:
         return hash(self._stated())
 

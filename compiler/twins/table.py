@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from .answers import answers_written_out
+from .clocks import actions_reordered, clocks_counted
 from .closing import joint_as_closure
 from .coordinates import other_coordinates
 from .energies import bodies_as_energies, energies_as_forces
+from .functions import functions_otherwise
+from .heirs import heirs_written_out
 from .kinks import kinks_by_choice
+from .nominal import nominal_sizes
 from .order import in_another_order
 from .parts import integrals_in_parts
 from .reversal import time_reversed
 from .sizes import other_units
+from .stated import starts_elsewhere
+from .tables import tables_in_pieces
 from .twin import Make
 from .world import turned_world
 from .written_out import written_out
@@ -24,6 +30,13 @@ TWINS: Mapping[str, Make] = {
     "bodies as energies": bodies_as_energies,
     "answers written out": answers_written_out,
     "integrals in parts": integrals_in_parts,
+    "functions otherwise": functions_otherwise,
+    "tables in pieces": tables_in_pieces,
+    "clocks counted": clocks_counted,
+    "actions reordered": actions_reordered,
+    "starts elsewhere": starts_elsewhere,
+    "heirs written out": heirs_written_out,
+    "nominal sizes": nominal_sizes,
     "written out": written_out,
     "turned world": turned_world,
     "other units": other_units,

@@ -20,9 +20,11 @@ from random_models.compiled import Compiled, NoMotion, Refused, differences, pre
 from random_models.modes import Target
 
 AT_STATES = tuple(
-    name for name in TWINS if name not in ("joint as closure", "other coordinates", "time reversed")
+    name
+    for name in TWINS
+    if name not in ("joint as closure", "other coordinates", "nominal sizes", "time reversed")
 )
-"""Twins with the states of the model; the others need its motion."""
+"""Twins with the states of the model; the others have other ones."""
 MOST = 3
 """Motions of twins of one model."""
 

@@ -1,0 +1,152 @@
+"""Events said otherwise: clocks as counts of one base clock, actions that do not see each other in another order."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+from random import Random
+
+from msgspec.structs import replace
+
+from ..flat import types
+from ..flat.model import (
+    Action,
+    Apply,
+    Assign,
+    Event,
+    EventBranch,
+    Expression,
+    FlatModel,
+    Literal,
+    Name,
+    Previous,
+    Reinit,
+    Role,
+    Variable,
+)
+from ..flat.operands import children
+from ..flat.values.evaluate import constant
+from .asked import expressions, parts
+from .rewriting import apply, choice, compared, number, total, undrawn
+from .twin import NotApplicable, Seen, Twin
+
+COUNT = "base count"
+MOST = 1000
+"""Ticks of the base clock between those of the slowest."""
+
+
+def clocks_counted(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Let one clock of the common base period count, and each task act at its own counts, in the order of the text."""
+    tasks = [(e, _clock(e)) for e in model.events]
+    clocks = [clock for _, clock in tasks if clock is not None]
+    if len(clocks) < 2:
+        raise NotApplicable("it has no two clocks whose periods are numbers and whose tasks set values")
+    first = min(start for _, start in clocks)
+    base = _divisor([x for period, start in clocks for x in (period, start - first) if x])
+    if max(period for period, _ in clocks) / base > MOST:
+        raise NotApplicable("its clocks have no common base period")
+    origin = next(e.origin for e, clock in tasks if clock is not None)
+    span = origin.span
+    second = _condition(next(e for e, clock in tasks if clock is not None)).arguments[0].type
+    count = Name(type=types.NUMBER, span=span, name=COUNT)
+    tick = apply("sample", types.BOOLEAN, number(base, second, span), number(first, second, span))
+    events = []
+    for event, clock in tasks:
+        if clock is None:
+            events.append(event)
+            continue
+        due = _due(count, int(clock[0] / base), int((clock[1] - first) / base))
+        events.append(_when(tick, [_chosen(due, action) for action in event.branches[0].actions], event))
+    one = number(1, types.NUMBER, span)
+    events.append(_when(tick, [Assign(count, total(count, one), origin)], events[0]))
+    zero = Literal(type=types.NUMBER, span=span, value=Fraction(0))
+    counter = Variable(COUNT, Role.DISCRETE, types.NUMBER, origin, value=zero)
+    made = replace(undrawn(model), events=tuple(events), variables=(*model.variables, counter))
+    says = f"{len(clocks)} clocks as counts of one of {float(base):g} s"
+    return Twin("clocks counted", says, made)
+
+
+def _when(condition: Expression, actions: list[Action], like: Event) -> Event:
+    return Event((EventBranch(condition, tuple(actions), like.origin),), like.origin)
+
+
+def _chosen(due: Expression, action: Action) -> Action:
+    """Return an action that leaves what it sets where it is not due."""
+    assert isinstance(action, (Assign, Reinit))
+    return replace(action, value=choice(due, action.value, action.target))
+
+
+def _condition(event: Event) -> Apply:
+    condition = event.branches[0].condition
+    assert isinstance(condition, Apply)
+    return condition
+
+
+def _clock(event: Event) -> tuple[Fraction, Fraction] | None:
+    """Return period and first instant of a task that only sets values, by numbers and what is there now."""
+    if len(event.branches) != 1:
+        return None
+    condition, actions = event.branches[0].condition, event.branches[0].actions
+    if not isinstance(condition, Apply) or condition.function != "sample":
+        return None
+    if not all(isinstance(a, (Assign, Reinit)) for a in actions):
+        return None
+    if any(isinstance(p, Previous) for p in parts(expressions(actions))):
+        return None
+    period, *start = (constant(a) for a in condition.arguments)
+    found = period, start[0] if start else Fraction(0)
+    return found if all(isinstance(x, Fraction) for x in found) and period else None  # type: ignore[return-value]
+
+
+def _divisor(numbers: list[Fraction]) -> Fraction:
+    """Return the greatest common divisor."""
+    bottom = math.lcm(*(x.denominator for x in numbers))
+    return Fraction(math.gcd(*(int(x * bottom) for x in numbers)), bottom)
+
+
+def _due(count: Expression, period: int, start: int) -> Expression:
+    """Return whether a count is start, start + period, ..."""
+    of, first, zero = (number(n, types.NUMBER, count.span) for n in (period, start, 0))
+    left = apply("mod", types.NUMBER, total(count, first, "subtract"), of)
+    begun = compared("greater_equal", count, first)
+    return apply("and", types.BOOLEAN, begun, compared("less_equal", left, zero))
+
+
+def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+    """Exchange neighbouring actions of which neither sees what the other sets."""
+    changed = 0
+
+    def other(branch: EventBranch) -> EventBranch:
+        nonlocal changed
+        actions, k = list(branch.actions), 0
+        while k + 1 < len(actions):
+            one, two = actions[k : k + 2]
+            if isinstance(one, Assign) and isinstance(two, Assign) and _apart(one, two):
+                actions[k : k + 2] = two, one
+                changed += 1
+                k += 1
+            k += 1
+        return replace(branch, actions=tuple(actions))
+
+    events = tuple(replace(e, branches=tuple(map(other, e.branches))) for e in model.events)
+    if not changed:
+        raise NotApplicable("no two of its actions could stand the other way round")
+    made = replace(undrawn(model), events=events)
+    return Twin("actions reordered", "actions that do not see each other in another order", made)
+
+
+def _apart(one: Assign, two: Assign) -> bool:
+    a, b = (_heads(x.target) for x in (one, two))
+    return not a & b and not a & _now(two.value) and not b & _now(one.value)
+
+
+def _heads(e: Expression) -> set[str]:
+    return {p.name for p in parts([e]) if isinstance(p, Name)}
+
+
+def _now(e: Expression) -> set[str]:
+    """Return the names whose present value an expression contains: not what stands in `pre`."""
+    if isinstance(e, Previous):
+        return set()
+    own = {e.name} if isinstance(e, Name) else set()
+    return own.union(*(_now(c) for c in children(e)))
