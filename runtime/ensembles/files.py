@@ -64,9 +64,10 @@ def write(runs: Ensemble, path: Path) -> None:
                 text = json.dumps(runs.summary(), indent=1, ensure_ascii=False)
                 partial.write_text(text + "\n", encoding="utf-8")
             case ".nc":
-                dataset(runs).to_netcdf(partial)
+                _write_netcdf(runs, partial)
             case ".zarr":
-                dataset(runs).to_zarr(partial, mode="w", consolidated=False)
+                named = dataset(runs).rename(_named_for_files(runs))
+                named.to_zarr(partial, mode="w", consolidated=False)
                 if path.exists():
                     shutil.rmtree(path)
             case ".parquet":
@@ -176,17 +177,57 @@ def read_ensemble(path: str | Path) -> Ensemble:
         raise ResultsFileError(f"{path} holds no ensemble: {error}") from error
 
 
+Described = dict[str, tuple[Any, Any, dict[str, Any]]]
+"""Variables by name: their dimensions, values and attributes."""
+
+
 def dataset(runs: Ensemble) -> xarray.Dataset:
     """Give an xarray.Dataset. Raises ImportError where xarray is not installed."""
     try:
         import xarray
     except ImportError:
         raise ImportError("xarray is not installed: pip install 'mechc[data]' brings it") from None
+    return xarray.Dataset(*_described(runs))
+
+
+def _named_for_files(runs: Ensemble) -> dict[str, str]:
+    """Give other names to what files cannot name: a slash parts folders there. The attribute ``long_name`` keeps it."""
+    return {name: name.replace("/", " per ") for name in _described(runs)[0] if "/" in name}
+
+
+def _write_netcdf(runs: Ensemble, path: Path) -> None:
+    """Write what xarray reads as that dataset, in the conventions that it writes itself; xarray takes a second to import."""
+    try:
+        import netCDF4
+    except ImportError:
+        raise ImportError("netCDF4 is not installed: pip install 'mechc[data]' brings it") from None
+    data, coords, facts = _described(runs)
+    named = _named_for_files(runs)
+    lengths = dict(zip(runs.dimensions, runs.shape, strict=True)) | {"time": runs.times.size}
+    beside = [name for name, (dims, _, _) in coords.items() if dims != name]
+    with netCDF4.Dataset(path, "w", format="NETCDF4") as file:
+        file.setncatts(facts)
+        for name, (dims, values, about) in {**coords, **data}.items():
+            dims = (dims,) if isinstance(dims, str) else dims
+            for one in dims:
+                if one not in file.dimensions:
+                    file.createDimension(one, lengths[one])
+            empty = np.nan if values.dtype.kind == "f" and name not in runs.dimensions else None
+            variable = file.createVariable(named.get(name, name), values.dtype, dims, fill_value=empty)
+            variable.set_auto_maskandscale(False)
+            variable.setncatts({n: np.array(v) if isinstance(v, list) else v for n, v in about.items()})
+            if here := [one for one in beside if name not in coords and coords[one][0] in dims]:
+                variable.setncattr("coordinates", " ".join(here))
+            variable[...] = values
+
+
+def _described(runs: Ensemble) -> tuple[Described, Described, dict[str, Any]]:
+    """Give the variables of an ensemble, its coordinates, and what is told of the whole."""
     dims = runs.dimensions
-    coords: dict[str, Any] = {
+    coords: Described = {
         a.name: (a.name, a.values, {"units": a.unit, "long_name": a.name}) for a in runs.members.axes
     }
-    data: dict[str, Any] = {}
+    data: Described = {}
     cloud = runs.members.cloud
     for k, (name, unit) in enumerate(zip(cloud.names, cloud.units, strict=True) if cloud else ()):
         assert cloud is not None
@@ -216,7 +257,7 @@ def dataset(runs: Ensemble) -> xarray.Dataset:
         {"long_name": "number of a reason, -1: none", **texts},
     )
     facts = {"model": runs.model, "method": runs.method, "tolerance": runs.tolerance, "build": runs.build}
-    return xarray.Dataset(data, coords, facts)
+    return data, coords, facts
 
 
 class PiecesFolder:

@@ -324,6 +324,31 @@ def test_named_dimensions_go_through_files(spring: mechc.Model, tmp_path: Path, 
     assert found["outcome"].attrs["flag_meanings"].split()[1] == "completed"
 
 
+@pytest.mark.parametrize(
+    "asked",
+    [
+        {"vary": "k = 1 .. 2 N/m, 3; a = 1 .. 2 m, 2", "keep": "max(x), x, x/(1 m)"},
+        {"vary": "k = 1 .. 2 N/m, 2; a ~ uniform(1 m, 2 m)", "keep": "max(x/(2 m))", "samples": 3},
+    ],
+)
+def test_files_are_those_of_xarray(spring: mechc.Model, asked: dict[str, Any], tmp_path: Path) -> None:
+    """Written without xarray, whose import takes most of the time of a small ensemble."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("netCDF4")
+    runs = spring.ensemble(**asked, every="5 s")
+    runs.save(tmp_path / "own.nc")
+    whole = runs.to_xarray()
+    named = whole.rename({name: name.replace("/", " per ") for name in whole.data_vars})
+    named.to_netcdf(tmp_path / "theirs.nc")
+    with (
+        xarray.open_dataset(tmp_path / "own.nc") as own,
+        xarray.open_dataset(tmp_path / "theirs.nc") as theirs,
+    ):
+        assert own.identical(theirs)
+        for name in (*own.data_vars, *own.coords):
+            assert own[name].encoding["dtype"] == theirs[name].encoding["dtype"], name
+
+
 def test_an_interrupted_ensemble_goes_on(spring: mechc.Model, tmp_path: Path) -> None:
     file = tmp_path / "runs.npz"
     asked: dict[str, Any] = {"vary": "k = 1 .. 9 N/m, 1000", "keep": "max(x)", "store": str(file)}
