@@ -338,7 +338,7 @@ def test_files_are_those_of_xarray(spring: mechc.Model, asked: dict[str, Any], t
     runs = spring.ensemble(**asked, every="5 s")
     runs.save(tmp_path / "own.nc")
     whole = runs.to_xarray()
-    named = whole.rename({name: name.replace("/", " per ") for name in whole.data_vars})
+    named = whole.rename({name: str(name).replace("/", " per ") for name in whole.data_vars})
     named.to_netcdf(tmp_path / "theirs.nc")
     with (
         xarray.open_dataset(tmp_path / "own.nc") as own,
