@@ -31,7 +31,7 @@ from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index
 from ..values.evaluate import check_size, iterate, truth, whole_number
 
-MOST = 20_000
+MOST = 30_000
 """Most components of a model."""
 
 _ROLES: dict[type[ast.Declaration], Role] = {

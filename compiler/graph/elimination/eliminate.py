@@ -30,8 +30,8 @@ ALWAYS_TRIED = 3
 TRIAL_NODES = 40_000
 """Nodes made by all variants together, after which no others are tried."""
 
-COMPARED_HALF_WAY = 80
-"""From so many unknowns on variants are compared where half of the unknowns are gone, and one goes on."""
+COMPARED_HALF_WAY, COMPARED_AFTER = 80, 100
+"""From so many unknowns on variants are compared where half of the unknowns are gone, or so many, and one goes on."""
 
 DENSE = "dense elimination"
 DENSE_LIMIT = 16
@@ -77,7 +77,8 @@ def solve(
     rows = _check(residuals, unknowns, rows)
     system = linear_system(graph, residuals, unknowns)
     order = elimination_order(system, rows, after)
-    count = len(unknowns) if len(unknowns) < COMPARED_HALF_WAY else len(unknowns) // 2
+    half = min(len(unknowns) // 2, COMPARED_AFTER)
+    count = len(unknowns) if len(unknowns) < COMPARED_HALF_WAY else half
     best: _Candidate | None = None
     made = tried = 0
     done: list[tuple[Variant, frozenset[int]]] = []
