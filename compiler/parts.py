@@ -56,7 +56,7 @@ def parts_of(source: SourceFile, search: tuple[Path, ...]) -> Parts | None:
         if not whole:
             return Parts((), completed) if completed else None
         part, flat = looked_at(tree, whole[-1].name, search)
-        if not is_part(whole[-1], part, flat):
+        if not is_part(whole[-1], part, flat, tree):
             return None
         found = [(m, looked_at(tree, m.name, search)[0]) for m in whole]
         left = tuple(m.name for m, part in found if _left_open(m, part))
@@ -71,15 +71,31 @@ def _left_open(model: ast.Model, part: Part) -> bool:
     return part.wrong and all(d.code == _VALUE_MISSING and d.span in own for d in part.diagnostics)
 
 
-def is_part(model: ast.Model, part: Part, flat: FlatModel | None) -> bool:
-    """Whether nothing but other models can use it: it states no run, and lacks what places it or what moves in it."""
+def is_part(model: ast.Model, part: Part, flat: FlatModel | None, tree: ast.File) -> bool:
+    """Whether nothing but other models can use it: it states no run, and lacks what places it or what moves in it, be it
+    that another model of the file, of which it is a component, joins one of its bodies to the world."""
     if any(isinstance(s, ast.Experiment) for s in model.body):
         return False
     if flat is None:
         return any(isinstance(s, ast.Frame) and s.value is None for s in model.body)
     moving = {Role.COORDINATE, Role.STATE}
     still = not any(v.role in moving for v in flat.variables)
-    return bool(part.free) or (still and any(v.role is Role.INPUT for v in flat.variables))
+    if part.free or (still and any(v.role is Role.INPUT for v in flat.variables)):
+        return True
+    return _hangs_nowhere(flat) and _is_component(model.name, tree)
+
+
+def _hangs_nowhere(flat: FlatModel) -> bool:
+    """Whether a model has bodies, none of which a joint leads to from the world."""
+    return bool(flat.joints and flat.masses) and all(
+        joint.source not in ("", "world") for joint in flat.joints
+    )
+
+
+def _is_component(name: str, tree: ast.File) -> bool:
+    """Whether another model of the file has a component of this one."""
+    models = (m for m in tree.items if isinstance(m, ast.Model) and m.name != name)
+    return any(isinstance(s, ast.Component) and s.type == name for m in models for s in m.body)
 
 
 def looked_at(tree: ast.File, name: str | None, search: tuple[Path, ...]) -> tuple[Part, FlatModel | None]:

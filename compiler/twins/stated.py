@@ -15,7 +15,7 @@ from .twin import NotApplicable, Seen, Twin
 
 
 def starts_elsewhere(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
-    """State each initial value that stands in the model itself where it does not stand now."""
+    """State each initial value that stands in the file where it does not stand now."""
     moved = 0
 
     def change(body: Body, file: ast.File) -> Body:
@@ -58,9 +58,9 @@ def starts_elsewhere(model: FlatModel, seen: Seen | None, random: Random) -> Twi
                     found.append(s)
         return (*found, *added)
 
-    made = retold(model, change)
+    made = retold(model, change, others=True)
     if not moved:
-        raise NotApplicable("it states no initial values itself")
+        raise NotApplicable("its file states no initial values")
     return Twin("starts elsewhere", f"{moved} initial values stated elsewhere", made)
 
 

@@ -19,8 +19,9 @@ from .twin import NotApplicable
 Body = tuple[ast.Statement, ...]
 
 
-def retold(model: FlatModel, change: Callable[[Body, ast.File], Body]) -> FlatModel:
-    """Return the flat model of the text that a model stands in, with other statements of the model itself."""
+def retold(model: FlatModel, change: Callable[[Body, ast.File], Body], others: bool = False) -> FlatModel:
+    """Return the flat model of the text that a model stands in, with other statements of the model itself, or also of the
+    ``others`` in its file."""
     source = model.origin.span.file
     try:
         tree = parse(source, Reporter())
@@ -34,9 +35,10 @@ def retold(model: FlatModel, change: Callable[[Body, ast.File], Body]) -> FlatMo
         bare = tuple(i for i in tree.items if i not in outside)
         if not bare:
             raise NotApplicable("its text is not at hand")
-        items: tuple[ast.Statement, ...] = (*outside, *change(bare, tree))
+        inner = tuple(_changed(i, None, others, tree, change) for i in outside)
+        items: tuple[ast.Statement, ...] = (*inner, *change(bare, tree))
     else:
-        items = tuple(replace(m, body=change(m.body, tree)) if m is own else m for m in tree.items)
+        items = tuple(_changed(m, own, others, tree, change) for m in tree.items)
     folder = Path(source.name).parent
     try:
         made = flatten(
@@ -50,3 +52,15 @@ def retold(model: FlatModel, change: Callable[[Body, ast.File], Body]) -> FlatMo
         first = next(d for d in error.diagnostics if d.code.startswith("E"))
         raise NotApplicable(f"said otherwise it is refused: {first.code}: {first.message}") from None
     return undrawn(made)
+
+
+def _changed(
+    item: ast.Statement,
+    own: ast.Model | None,
+    others: bool,
+    tree: ast.File,
+    change: Callable[[Body, ast.File], Body],
+) -> ast.Statement:
+    if not isinstance(item, ast.Model) or not (others or item is own):
+        return item
+    return replace(item, body=change(item.body, tree))

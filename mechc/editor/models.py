@@ -144,7 +144,7 @@ def _looked(tree: ast.File, name: str, search: tuple[Path, ...]) -> Looked:
     with suppress(RecursionError):
         part, flat = looked_at(tree, name or None, search)
         model = next((m for m in tree.items if isinstance(m, ast.Model) and m.name == name), None)
-        return Looked(part.diagnostics, flat, model is not None and is_part(model, part, flat))
+        return Looked(part.diagnostics, flat, model is not None and is_part(model, part, flat, tree))
     return Looked((), None, False)
 
 

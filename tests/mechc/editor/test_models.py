@@ -10,6 +10,7 @@ import pytest
 from mechc.editor import models
 from mechc.editor.document import Document
 from mechc.lang import ast
+from mechc.lang.source import SourceFile
 
 TEXT = """\
 import mech.planar.*;
@@ -133,3 +134,16 @@ def test_what_is_told_is_what_a_first_look_tells(folder: Path, seed: int) -> Non
         assert document.at_once() == fresh.at_once()
         if random.random() < 0.2:
             assert document.in_full() == fresh.in_full()
+
+
+def test_bodies_that_another_model_of_the_file_joins_to_the_world_are_a_part() -> None:
+    leg = "model Leg\n  Bar thigh;\n  Bar shin;\n  Revolute knee(thigh.b -> shin.a, angle = 10 deg);\nend Leg;\n"
+    whole = "model Walker\n  Leg leg;\n  Revolute hip(world -> leg.thigh.a, angle = 0 deg);\nend Walker;\n"
+
+    def codes(text: str) -> list[str]:
+        looked = models.Models(())
+        front = looked.look(models.read(SourceFile("walker.mech", "import mech.planar.*;\n" + text)))
+        return [d.code for d in looked.assembled(front) if d.code.startswith("E")]
+
+    assert codes(leg + whole) == []
+    assert codes(leg) == ["E0512", "E0512"]

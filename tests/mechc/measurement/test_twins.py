@@ -13,6 +13,7 @@ import mechc
 from mechc.answering import answered
 from mechc.asking.question import asked
 from mechc.cli.main import run
+from mechc.compiler.flat.names.instance import STATED, rank_of
 from mechc.compiler.flat.statements import elaborate, initial_values
 from mechc.compiler.flat.statements.energies import gravities
 from mechc.compiler.graph import Graph
@@ -224,7 +225,18 @@ FAULTS: dict[str, tuple[str, Callable[[pytest.MonkeyPatch], None], str]] = {
         "coordinate Length y = 2 m; initial y = 3 m; kinetic 1/2*1 kg*der(y)^2;"
         "potential 1/2*1 N/m*y^2; experiment(stop = 1 s);",
     ),
+    "what the whole says of a part loses to the part": (
+        "starts elsewhere",
+        lambda patch: patch.setattr(initial_values, "rank_of", _inner_first),
+        "model Part coordinate Length x; initial x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*1 N/m*x^2; end Part;"
+        "model Whole Part part; initial part.x = 4 m; experiment(stop = 1 s); end Whole;",
+    ),
 }
+
+
+def _inner_first(scope: Any, stage: int) -> tuple[int, int, int]:
+    depth, level, stage = rank_of(scope, stage)
+    return (-depth if stage == STATED else depth), level, stage
 
 
 def _bare_root(graph: Graph, a: Any) -> Any:
