@@ -56,8 +56,9 @@ SETTLING = 0.1
 """Share of the motion that is left out at its beginning."""
 FEWEST = 40 * BATCHES
 """First intervals, at least, before a study without a time may end."""
-LATER = 1.03
-"""Times the length at which it was looked at whether enough is known, when that is looked at again."""
+LATER = 1.2
+"""Times the length at which it was looked at whether enough is known, when that is looked at again. It has to be known both times:
+an interval that happens to be narrow once tells nothing."""
 NOTHING = 1e-3
 """Growth from one time of orthogonality to the next, below which an exponent that may be zero is looked at no longer."""
 POWER = 2.0
@@ -113,7 +114,7 @@ def _followed(
     carrier.begin(basis(problem, case.y0) @ (first * linear.scale[:, None]))
     times, growth = [case.begin], [np.zeros(count)]
     begun, stop = clock.process_time(), math.inf if study.time is None else case.begin + study.time
-    looked, spread = case.begin + FEWEST * interval, 0.0
+    looked, spread, before = case.begin + FEWEST * interval, 0.0, False
     outcome, message = Outcome.COMPLETED, ""
     try:
         while times[-1] < stop * (1 - 1e-12) - 1e-300:
@@ -134,7 +135,8 @@ def _followed(
             late = clock.process_time() - begun > SECONDS and len(times) > 8 * BATCHES
             if study.time is None and (until > looked or late):
                 means, halves = estimated(np.array(times), np.array(growth))
-                known = halves[0] < WANTED * abs(means[0])
+                known, before = before, bool(halves[0] < WANTED * abs(means[0]))
+                known = known and before
                 far = until - case.begin > 4 * FEWEST * shortest
                 none = means[0] < 2 * halves[0] < 2 * NOTHING / shortest and far
                 if known or none or late:
