@@ -159,8 +159,11 @@ class Model(CompiledModel):
         ``vary``: a text such as ``"l = 0.5 m .. 2 m, 200, theta ~ normal(1 rad, 0.01 rad)"``, a mapping from names to such texts
         or to values in SI, or a CSV file. ``keep``: what to keep of each, as ``"max(theta), final(energy.total)"``;
         a formula alone is kept over time. ``settings``: ``samples``, ``seed``, ``sampling``, ``covariance``, ``errors``,
-        ``threads``, ``lanes``, and those of a run. Raises UsageMistake and SimulationError for what does not fit the model.
+        ``threads``, ``lanes``, ``device``, and those of a run. Raises UsageMistake and SimulationError for what does not fit the model.
         """
+        from .asking.members import refuse_structural
+
+        refuse_structural(vary, self.structural_parameters)
         given = {"vary": vary or None, "keep": keep, **settings}
         found: Ensemble = self._answer("ensemble", set, given)
         return found

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -48,6 +48,22 @@ def varying(setting: str, given: Any, units: Mapping[str, str]) -> tuple[Varying
         else:
             found.append(Axis(key, units[key], _numbers(key, list(what), units[key])))
     return tuple(found)
+
+
+def refuse_structural(given: Any, structural: Collection[str]) -> None:
+    """Raise UsageMistake where what is to vary names a structural parameter."""
+    names: list[Any] = []
+    if isinstance(given, Mapping):
+        names = [one for key in given for one in (key if isinstance(key, tuple) else (key,))]
+    elif isinstance(given, str) and not given.strip().lower().endswith(".csv"):
+        names = [_SIGN.split(part)[0] for part in re.split("[,;]", given) if _SIGN.search(part)]
+    for name in (tidy(one) for one in names if isinstance(one, str)):
+        if name in structural:
+            raise UsageMistake(
+                f"'{name}' is structural: each of its values is a model of its own, and an ensemble is of one model",
+                f"set it, --set {name}=2, in an ensemble for each value; or sweep it in an experiment, "
+                f"experiment sizes({name} in {{2, 3}})",
+            )
 
 
 def _items(setting: str, text: str) -> list[tuple[str, str]]:

@@ -514,3 +514,16 @@ def test_members_whose_second_run_ends_otherwise_are_doubtful() -> None:
     assert doubtful.size and (np.abs(heights[doubtful] - 1) < 1e-5).all()
     assert "ended otherwise" in runs.reason(int(doubtful[0])) and runs.counts()["doubtful"] == doubtful.size
     assert set(said[2:]) == {"terminated", "doubtful", "completed"}
+
+
+@pytest.mark.parametrize("vary", ["k = 1 .. 2, 3; n = {2, 3}", {"n": [2, 3]}, {("k", "n"): [[1, 2], [2, 3]]}])
+def test_structural_parameters_do_not_vary_between_members(vary: Any) -> None:
+    model = mechc.loads(
+        "model Row\n  dimensionless;\n  structural parameter Integer n = 2;\n  parameter k = 1;\n  state x[i in 1:n] = 1;\n"
+        "  for i in 1:n loop\n    equation der(x[i]) = -k*x[i];\n  end for;\n  experiment(stop = 1);\nend Row;\n"
+    )
+    with pytest.raises(UsageMistake, match="'n' is structural: each of its values is a model of its own"):
+        model.ensemble(vary)
+    for n in (2, 3):
+        runs = model.ensemble("k = 1 .. 2, 3", f"final(x[{n}])", set={"n": n})
+        np.testing.assert_allclose(runs[f"final(x[{n}])"], np.exp(-runs["k"]), rtol=1e-8)
