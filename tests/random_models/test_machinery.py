@@ -6,13 +6,15 @@ from random import Random
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 from oracle import Meaning
+from random_models.balance import unaccounted
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.definition import LOOKED, undone
 from random_models.generator import generate
 from random_models.limits import TooLong, limited
-from random_models.nesting import with_gravity
+from random_models.nesting import by_element, with_gravity
 from random_models.planted import faults
 from random_models.states import looks
 from random_models.structure import inherited
@@ -79,3 +81,41 @@ def test_gravity_that_overrules_stays_the_nearest() -> None:
         twin = inherited(heavy.model, Random(k))
         assert twin is not None
         assert compare_twin(base, twin, k) == []
+
+
+def test_initial_values_of_elements_stay_with_that_of_the_whole() -> None:
+    """What an heir says of the whole overrules what its base says of elements: they move together."""
+    model = generate(11604)
+    base = compiled(model.text())
+    twins = []
+    for k in range(8):
+        apart = by_element(model, Random(k))
+        twins += [inherited(apart.model, Random(k))] if apart is not None else []
+    assert len(twins) > 3
+    for twin in twins:
+        assert twin is not None and not compare_twin(base, twin, 1)
+
+
+def test_of_several_nearest_starts_each_is_right_and_no_other() -> None:
+    """From the guesses two chains of steps end at two places, nearer both than all around them."""
+    base = compiled(generate(10257).text())
+    meaning = Meaning(base.model.compilation.flat, experiment="")
+    assert base.start()["j2.angle"] != pytest.approx(meaning.start()["j2.angle"], abs=0.5)
+    assert undone(base, 1) == []
+    aside = meaning.project(base.start() | {"j2.angle": base.start()["j2.angle"] + 0.01})
+    assert aside["j2.angle"] != pytest.approx(base.start()["j2.angle"], abs=1e-3)
+    y0 = np.array([aside.get(n, v) for n, v in base.start().items() if n != "time"])
+    base.case = replace(base.case, y0=y0)
+    assert [kind for kind, _ in undone(base, 1)] == ["start"]
+
+
+def test_powers_are_not_compared_where_a_law_bends() -> None:
+    """max(x, y) where both are equal: the potential changes by one rate ahead and by another behind."""
+    text = """coordinate Length x = 0 m; coordinate Length y = 0 m; initial der(x) = 1 m/s;
+    kinetic 1 kg*(der(x)^2 + der(y)^2);
+    potential 1 N*max(x, y);
+    experiment(stop = 1 s);
+    """
+    base = compiled(text)
+    assert unaccounted(base, base.start())
+    assert undone(base, 1) == []

@@ -409,8 +409,8 @@ class Meaning:
     def project(self, state: Mapping[str, float]) -> State:
         return start.project(self, self.fill(state))
 
-    def start(self, time: float = 0.0) -> State:
-        return start.assemble(self, time)
+    def start(self, time: float = 0.0, beside: State | None = None) -> State:
+        return start.assemble(self, time, beside)
 
     def random(self, rng: np.random.Generator, spread: float = 0.3) -> State:
         return start.random(self, rng, spread)

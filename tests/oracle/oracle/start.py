@@ -43,12 +43,21 @@ def shift(meaning: Meaning, state: Mapping[str, Any], d: Array, freedoms: list[i
 
 
 def settle(
-    meaning: Meaning, state: State, rows: Rows, freedoms: list[int], rates: bool, sizes: Array | None = None
+    meaning: Meaning,
+    state: State,
+    rows: Rows,
+    freedoms: list[int],
+    rates: bool,
+    sizes: Array | None = None,
+    begin: State | None = None,
 ) -> State:
-    """Newton's method with the least change of the freedoms given; with ``sizes`` the nearest state, as shares of them."""
+    """Newton's method with the least change of the freedoms given; with ``sizes`` the nearest state, as shares of them.
+
+    ``begin``: from where the nearest state is looked for, in the place of the state itself.
+    """
     best, guess, moved, share = np.inf, state, np.inf, 1.0
     if sizes is not None:
-        state = settle(meaning, state, rows, freedoms, rates)
+        state = settle(meaning, begin or state, rows, freedoms, rates)
     for _ in range(60 if sizes is None else 300):
         n = len(freedoms)
         batch = shift(meaning, state, 1j * STEP * np.eye(n), freedoms, rates) if n else state
@@ -241,8 +250,12 @@ class Given:
             return e
 
 
-def assemble(meaning: Meaning, time: float) -> State:
-    """Known values stay, guesses move as little as they can, until all constraints and conditions hold."""
+def assemble(meaning: Meaning, time: float, beside: State | None = None) -> State:
+    """Known values stay, guesses move as little as they can, until all constraints and conditions hold.
+
+    Of several states that are nearer than all around them it is the one that Newton's steps lead to, from the guesses
+    or from the places of ``beside``.
+    """
     m, given = meaning, Given(meaning, time)
     state: State = {"time": time}
     conditions: dict[bool, list[tuple[Any, Any]]] = {False: [], True: []}
@@ -306,8 +319,14 @@ def assemble(meaning: Meaning, time: float) -> State:
     for moving, rows in ((False, position_rows), (True, rate_rows)):
         loose = _loose(m, fixed[moving], moving)
         wanted = lambda p, f=rows, r=moving: f(p) + _off(p, conditions[r])  # noqa: E731
-        state = settle(m, state, wanted, loose, moving, sizes_of(m, loose))
+        sizes = sizes_of(m, loose)
+        begin = state if beside is None or moving else _at(m, state, beside)
+        state = settle(m, state, wanted, loose, moving, sizes, begin)
     return state
+
+
+def _at(meaning: Meaning, state: State, beside: State) -> State:
+    return state | {x: beside[x] for c in meaning.coordinate_layout for x in c[2] if x in beside}
 
 
 def _loose(meaning: Meaning, fixed: set[str], rates: bool) -> list[int]:

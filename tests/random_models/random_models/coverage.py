@@ -71,6 +71,8 @@ def _open(construct: Construct, place: Place) -> str:
     """Say why a difference from the definition is no fault yet: as in ``definition.skipped``."""
     if place.name == "where a force acts":
         return "the oracle leaves out a force that acts at another point than its frame"
+    if place.name == "initial value of an expression":
+        return "the oracle knows no accelerations yet where a motion begins"
     asked = construct.name.removesuffix("()") in (
         "energy",
         "kinetic_energy",

@@ -92,9 +92,9 @@ def undone(
             if wrong:
                 lines = "".join(f"{n}: {x:.12g} compiled, {y:.12g} by definition\n" for n, x, y in wrong[:6])
                 return [(kind_of(wrong[0][0]), f"{lines}{where}, at {state}")]
-            if where == "start" and (said := _other_start(base, state)):
+            if where == "start" and (said := _other_start(base, meaning, state)):
                 return [("start", said)]
-            if not ignored and (said := unaccounted(base, here)):
+            if not ignored and (said := unaccounted(base, here)) and not _edges(meaning, state):
                 return [("balance", f"{said}{where}, at {state}")]
     except (NotCovered, Undetermined) as reason:
         SKIPPED[f"{type(reason).__name__}: {str(reason)[:60]}"] += 1
@@ -105,11 +105,18 @@ def undone(
     return []
 
 
-def _other_start(base: Compiled, state: Values) -> str:
-    """Say how the start of a model differs from its start by definition."""
-    theirs = {n: state[n] for n in base.states if n in state}
-    wrong = differences(base.start(), theirs, relative=1e-7)
+def _other_start(base: Compiled, meaning: Any, state: Values) -> str:
+    """Say how the start of a model differs from its start by definition, and from that by steps from where it begins."""
+    mine = base.start()
+    wrong = _off_start(base, mine, state)
+    if wrong and not _off_start(base, mine, meaning.start(beside=mine)):
+        SKIPPED["start: another of several nearest states"] += 1
+        return ""
     return "".join(f"{n}: begins at {x:.12g}, at {y:.12g} by definition\n" for n, x, y in wrong[:6])
+
+
+def _off_start(base: Compiled, mine: Values, theirs: Values) -> list[tuple[str, float, float]]:
+    return differences(mine, {n: theirs[n] for n in base.states if n in theirs}, relative=1e-7)
 
 
 def _on_an_edge(

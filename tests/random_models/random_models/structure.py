@@ -21,6 +21,7 @@ from random_models.tree import (
     S,
     Seq,
     Slot,
+    entire,
     map_expression,
     node,
     reference,
@@ -102,7 +103,7 @@ def inherited(model: Model, random: Random) -> Twin | None:
     mods: list[S] = []
     below: list[S] = []
     for k in range(random.choice((1, 1, 2, 3))):
-        own: list[S] = [*below]
+        own: list[S] = []
         if k:
             # what the heirs above will overrule may be given a second wrong value here
             wrong = [
@@ -113,9 +114,7 @@ def inherited(model: Model, random: Random) -> Twin | None:
             given = held + [w for w in wrong if w.name not in names]
             mods = [m for m in mods if m.name not in names]
             own = [statement("extends", f"extends B{k - 1}", Seq(tuple(given), "list"), ";")]
-        else:
-            own = []
-        moved = [s for s in rest if random.random() < 0.45 and s.kind != "experiment"]
+        moved = entire([s for s in rest if random.random() < 0.45 and s.kind != "experiment"], rest)
         if any(s.kind == "extends" for s in rest):  # what is nearer would overrule it
             moved = [s for s in moved if s.kind != "gravity"]
         rest = [s for s in rest if s not in moved]

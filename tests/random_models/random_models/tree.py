@@ -267,6 +267,12 @@ def statement(
     return S(kind, parts, name, data)
 
 
+def entire(moved: list[S], rest: list[S]) -> list[S]:
+    """Leave out initial values of elements of which others, or that of the whole, stay: what is nearer overrules."""
+    staying = {s.name.partition("[")[0] for s in rest if s.kind == "initial" and s not in moved}
+    return [s for s in moved if s.kind != "initial" or s.name.partition("[")[0] not in staying]
+
+
 def evaluate(e: E, names: Callable[[str], Any]) -> Any:
     """Compute an expression of constants and named values; lookups go through ``names``."""
     if e.ref:
