@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
 from ..compiler.flat.names.classes import Class
+from ..compiler.flat.names.files import importable
 from ..compiler.flat.names.namespace import Namespace
 from ..compiler.flat.statements.experiments import OPTIONS
+from ..compiler.flat.statements.shapes import SHAPES
 from ..lang import ast
 from ..lang.builtins import BUILTINS, CONSTANTS
 from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS
@@ -19,7 +22,15 @@ from .document import Document, class_of, declarations
 from .paths import code_before
 from .words import WORDS
 
-_MEMBER = re.compile(r"([A-Za-z_][\w.\[\], ]*)\.[ \t]*\w*$")
+if TYPE_CHECKING:
+    from ..runtime.studies.table import Kind
+
+_INDEX = r"(?:\[[^\]\n]*\])?"
+_MEMBER = re.compile(rf"((?<![\w.])[A-Za-z_]\w*{_INDEX}(?:\.\w+{_INDEX})*)\.[ \t]*\w*$")
+_IMPORTED = re.compile(r"^[ \t]*import[ \t]+(?:\w+[ \t]*=[ \t]*)?([\w.]*)$")
+_DRAWN = re.compile(r"\bdraw[ \t]+\w*$")
+_ASKED = re.compile(r"\bstudy[ \t]+\w+[ \t]*=[ \t]*\w*$")
+_STUDY = re.compile(r"\bstudy[ \t]+\w+[ \t]*=[ \t]*(\w+)[ \t]*\([^()]*(?:\([^()]*\)[^()]*)*$")
 _UNIT = re.compile(
     r"(?<![\w.])(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?[ \t]+(?:[A-Za-z]\w*(?:\^-?\d+)?[./])*[A-Za-z]*$"
 )
@@ -54,12 +65,22 @@ def completions(document: Document, offset: int) -> list[Offer]:
     namespace = cls.namespace if cls is not None else document.namespace()
     if _UNIT.search(before):
         return [Offer(unit, "unit") for unit in dict.fromkeys((*COMMON_UNITS, *UNIT_NAMES))]
+    if match := _IMPORTED.search(before):
+        begun = "".join(match[1].rpartition(".")[:2])
+        names = [name for name in importable((document.path.parent,)) if name.startswith(begun)]
+        return [Offer(name[len(begun) :], "model", insert=f"{name[len(begun) :]}.*;") for name in names]
+    if _DRAWN.search(before):
+        return [Offer(name, "function", shape.words) for name, shape in SHAPES.items()]
+    if _ASKED.search(before):
+        return [Offer(name, "function", kind.asks, insert=f"{name}(") for name, kind in _studies().items()]
     if match := _MEMBER.search(before):
         parts = [part for part in re.sub(r"\[[^\]]*\]|[ \t]", "", match[1]).split(".") if part]
         return list(_members(document, parts, cls))
     offers: list[Offer] = []
     if _SETTINGS.search(so_far):
         offers += _settings()
+    elif (match := _STUDY.search(so_far)) and (kind := _studies().get(match[1])):
+        offers += [Offer(name, "property", insert=f"{name} = ") for name in _settings_of(kind)]
     elif (match := _MODIFIED.search(so_far)) and namespace is not None:
         offers += _modifications(match[1], namespace)
     if _BEGIN.search(before) or not before.strip():
@@ -113,6 +134,18 @@ def _modifications(type_name: str, namespace: Namespace) -> Iterator[Offer]:
         return
     for name in ("min", "max", "nominal", "display"):
         yield Offer(name, "property", insert=f"{name} = ")
+
+
+def _studies() -> Mapping[str, Kind]:
+    from ..runtime.studies.table import STUDIES  # it brings NumPy, which no other text needs
+
+    return STUDIES
+
+
+def _settings_of(kind: Kind) -> list[str]:
+    from ..runtime.settings import settings_of
+
+    return [s.option for s in settings_of(kind.question()) if not kind.unused(s.name)]
 
 
 def _settings() -> Iterator[Offer]:
