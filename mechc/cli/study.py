@@ -182,10 +182,10 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     if output:
         _write(found, written, Path(output))
         click.echo(f"wrote {output}", err=True)
+    click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
     if plot:
         save(found, Path(plot))
         click.echo(f"wrote {plot}", err=True)
-    click.echo(written if as_json else text(found, style_for(sys.stdout)), color=True)
     return code_of([found.outcome.value])
 
 

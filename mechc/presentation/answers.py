@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..runtime.ensembles.result import Ensemble
-from ..runtime.outcome import Outcome
+from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.studies.findings import Cell, Curve, Findings, Landscape, Panel, Table, Value
 from ..runtime.studies.kinds.sweep import Runs
 from ..shown import ShownSolution
@@ -119,6 +119,11 @@ def save(answer: Answer, path: Path) -> None:
         return
     if not isinstance(answer, Findings):
         raise AssertionError(f"no picture for {type(answer).__name__}")
+    if not answer.panels:
+        raise SimulationError(
+            f"this answer of '{answer.study}' is numbers and formulas: there is nothing to draw",
+            help="leave --plot away",
+        )
     figure(answer).savefig(path)
 
 
@@ -130,7 +135,7 @@ def figure(found: Findings) -> Any:
     from .notebook import Picture
 
     with matplotlib.rc_context(STYLE):
-        heights = [TALL if panel.tall else HEIGHT for panel in found.panels] or [HEIGHT]
+        heights = [TALL if panel.tall or panel.equal else HEIGHT for panel in found.panels] or [HEIGHT]
         made = Picture(figsize=(WIDTH, sum(heights)), layout="constrained")
         places = made.add_gridspec(len(heights), 1, height_ratios=heights)
         for k, panel in enumerate(found.panels):

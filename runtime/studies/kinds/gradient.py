@@ -107,7 +107,9 @@ def _panel(goal: str, found: Gradient, case: Case) -> Panel:
         for d in found.directions
     ]
     names = [d.name for d in found.directions]
-    named = ", ".join(names) if len(names) <= FEW else f"{len(names)} names, in their order"
+    named = "" if len(names) <= FEW else f"{len(names)} names, in their order"
     places = np.arange(1.0, 1.0 + len(sizes))
-    curve = Curve("by its own size", places, found.derivatives * np.array(sizes), "points")
-    return Panel("gradient", named, "", f"change of {goal}", found.unit, (curve,))
+    curve = Curve("", places, found.derivatives * np.array(sizes), "points")
+    shown = tuple(names) if not named else ()
+    title = "what a change of each by its own size does"
+    return Panel(title, named, "", f"change of {goal}", found.unit, (curve,), x_names=shown)

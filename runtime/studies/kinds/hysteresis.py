@@ -190,7 +190,7 @@ def _findings(problem: Problem, sweep: _Sweep, up: list[Held], down: list[Held])
     message = sweep.message or (
         f"two branches between {over.name} = {apart[0]:.6g} and {apart[1]:.6g}"
         if apart
-        else "one branch, up and down"
+        else "one branch, up and down" + (", as far as motions have settled" if restless else "")
     )
     rows = tuple(
         (jump["direction"], jump["between"][0], jump["between"][1], jump["from"], jump["to"])
@@ -274,11 +274,13 @@ def _jumps(branch: list[Held], direction: str, quantity: str, span: float) -> li
 
 
 def _apart(up: list[Held], down: list[Held], quantity: str, span: float) -> tuple[float, float] | None:
-    """Return the range of values at which the branches differ."""
-    back = {one.value: getattr(one, quantity) for one in down}
+    """Return the range of values at which the branches differ, by more than what had not settled there."""
+    back = {one.value: one for one in down}
     differing = [
         one.value
         for one in up
-        if one.value in back and abs(getattr(one, quantity) - back[one.value]) > APART * max(span, 1e-300)
+        if (other := back.get(one.value)) is not None
+        and abs(getattr(one, quantity) - getattr(other, quantity))
+        > APART * max(span, 1e-300) + one.unsettled + other.unsettled
     ]
     return (min(differing), max(differing)) if differing else None

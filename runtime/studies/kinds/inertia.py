@@ -246,7 +246,7 @@ def _panel(told: Sequence[Body]) -> Panel:
             ends = np.array([whole.centre - reach * axes[:, k], whole.centre + reach * axes[:, k]])
             curves.append(Curve(f"axis {k + 1}", ends[:, 0], ends[:, 1]))
     return Panel(
-        "masses, and principal axes as long as radii of gyration",
+        "principal axes",
         "x",
         "m",
         "y",

@@ -294,7 +294,7 @@ def _rotation_table(name: str, told: dict[str, Any]) -> Table:
 def _paths(case: Case, study: Kinematics, points: Sequence[Vector]) -> tuple[Panel, ...]:
     """Draw the paths of the points along a run, if something says when to stop."""
     track = tracked(case, study) if points else None
-    curves = []
-    if track is not None:
-        curves = [Curve(name, track.phase[:, k[0]], track.phase[:, k[1]]) for name, k in points]
+    if track is None:
+        return ()
+    curves = [Curve(name, track.phase[:, k[0]], track.phase[:, k[1]]) for name, k in points]
     return (Panel("paths", "x", "m", "y", "m", tuple(curves), equal=True),)

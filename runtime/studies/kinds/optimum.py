@@ -61,6 +61,7 @@ class Optimum(Study, frozen=True, kw_only=True):
             search = _Search(problem, with_horizon(problem, self, 100.0, TOLERANCE))
             place = search.rough(interrupted)
             place, off = search.polished(place) if not interrupted() else (place, None)
+            place = search.at_bound(place) if off is None and not interrupted() else place
             return _findings(problem, search, place, off, interrupted())
 
 
@@ -176,6 +177,14 @@ class _Search:
             if not smaller:
                 break
         return x, last
+
+    def at_bound(self, x: Array) -> Array:
+        """Give the place with what lies next to a bound on it, where the goal is no worse there."""
+        there = x.copy()
+        for end in (self.low, self.high):
+            beside = np.abs(x - end) < 1e-5 * np.maximum(np.abs(x), 1e-300)
+            there[beside] = end[beside]
+        return there if self(there) <= self(x) else x
 
     def moved(self, x: Array) -> Array:
         """Give how far Newton's step leads from the optimum, by the motions of now: nan where it leads nowhere."""

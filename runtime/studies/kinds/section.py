@@ -341,7 +341,7 @@ def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findin
         message=message if len(strands) == 1 else f"{count} points of {len(strands)} starts",
         values=(Value("points", "", float(count), 0.0),),
         errors_from=ERRORS,
-        tables=(_errors(problem, told),),
+        tables=(_errors(problem, told),) if count else (),
         remarks=tuple(remarks),
         panels=_panels(problem, study, strands, arrays),
         details=details,
