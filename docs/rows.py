@@ -131,6 +131,26 @@ OTHERS: Mapping[str, Asked] = {
     "P12": asked("Poinsot's motion", f"{REMAINING}::test_poinsots_motion"),
 }
 
+FURTHER: Mapping[str, tuple[str, ...]] = {
+    "U13": ("runtime/test_optimum.py::test_a_pebble_down_a_slope",),
+    "U14": ("runtime/test_optimum.py::test_a_car_goes_farthest_without_a_pause",),
+    "U42": ("physics/test_constraints.py::test_chain_that_is_thrown",),
+    "U75": ("runtime/test_period.py::test_turning_points_and_the_series_of_a_rotor",),
+    "U76": ("runtime/test_period.py::test_a_rotor_of_twice_the_energy",),
+    "U84": ("runtime/test_portrait.py::test_pendulum_has_a_centre_saddles_and_separatrices_between_them",),
+    "K4": ("runtime/test_portrait.py::test_pendulum_has_a_centre_saddles_and_separatrices_between_them",),
+    "U88": ("runtime/test_hysteresis.py::test_weakly_forced_it_does_not",),
+    "U91": (
+        "runtime/test_section.py::test_a_chaotic_section_says_how_far_its_points_can_be_trusted",
+        "runtime/test_orbit.py::test_a_driven_orbit_and_its_doubling",
+    ),
+    "U107": ("physics/test_moving_frames.py::test_from_what_height_it_misses",),
+    "U108": ("physics/test_moving_frames.py::test_horizontal_motion_is_turned_to_the_right_in_the_north",),
+    "U152": ("runtime/test_hysteresis.py::test_a_forced_pendulum_folds_over",),
+    "T5": (f"{CONSTANTS}::test_runge_lenz_vector_of_kepler",),
+}
+"""Tests of what a row asks for beside the motion of its example."""
+
 SAID = {
     "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
     "K5": "named as future work, no number stated",
@@ -167,6 +187,7 @@ def table(rows: Iterable[tuple[str, str, str]], describe: Mapping[str, str]) -> 
     for name in ids():
         models = [f"[{e}](../examples/{e}.mech)" for e, _ in examples.get(name, ())]
         tests = [_test(test) for _, test in examples.get(name, ())]
+        tests += [_test(test) for test in FURTHER.get(name, ())]
         asks, said = "", SAID.get(name, "")
         if name in OTHERS:
             other = OTHERS[name]

@@ -206,3 +206,5 @@ def test_chain_that_is_thrown() -> None:
         spin += 0.1 * np.cross(np.array(r), np.array(v), axis=0)
     assert largest(spin - spin[:, :1]) < 1e-9
     assert np.ptp(solution["span"]) > 0.1
+    # U42: 2 N + 1 freedoms of N particles in space
+    assert mechc.load(EXAMPLES / "jointed_chain.mech").kinematics().summary()["freedoms"] == 2 * 5 + 1

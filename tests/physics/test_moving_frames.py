@@ -93,6 +93,25 @@ def test_deflection(
     assert solution["y"][-1] == pytest.approx(first_order, rel=2e-3)
 
 
+@pytest.mark.parametrize(("height", "width"), [(670, 0.25), (757, 0.3)])
+def test_from_what_height_it_misses(height: float, width: float) -> None:
+    """U107: dropped from 670 m at 49 degrees it falls 0.25 m to the east, from 757 m 0.3 m: whoever stands below moves west."""
+    solution = run("falling_body_east", set={"h": float(height)})
+    assert solution["y"][-1] == pytest.approx(
+        width, rel=3e-3
+    )  # heights are rounded to a metre, and of first order in w
+
+
+@pytest.mark.parametrize(("latitude", "side"), [(50.0, 1.0), (-50.0, -1.0)])
+def test_horizontal_motion_is_turned_to_the_right_in_the_north(latitude: float, side: float) -> None:
+    """U108: 2 m v w sin(latitude) across, whatever the direction; to the left in the south. Over 1 s at 100 m/s."""
+    for x, y in ((1.0, 0.0), (0.0, 1.0), (-0.6, 0.8)):
+        start = {"der(x)": 100 * x, "der(y)": 100 * y, "latitude": float(np.deg2rad(latitude)), "h": 0.0}
+        end = run("falling_body_east", set=start, stop=1.0)
+        right = float(y * end["x"][-1] - x * end["y"][-1])  # x is south, y east
+        assert right == pytest.approx(side * 100 * w * sin(np.deg2rad(abs(latitude))), rel=0.05)  # it falls meanwhile
+
+
 def test_thrown_and_dropped_deflect_four_to_one() -> None:
     thrown, dropped = run("thrown_and_dropped")["y"][-1], run("thrown_and_dropped", "dropped")["y"][-1]
     assert thrown / dropped == pytest.approx(-4, rel=2e-3)

@@ -83,10 +83,10 @@ end Bead;
 """
 
 
-@pytest.mark.parametrize("strength", [0.5, 1.0, 4.0, 7.9, 9.0])
+@pytest.mark.parametrize("strength", [0.5, 1.0, 4.0, 7.9, 9.0, 16.0])
 def test_a_charged_bead_on_a_hoop(strength: float) -> None:
     """U72 with the charge at the bottom: sin^3(th/2) = lambda/8 up to lambda = 8, the far side above; at lambda = 1 it
-    rests 60 degrees from the charge, and swings with w^2 = 2.25 g/a."""
+    rests 60 degrees from the charge, and swings with w^2 = 2.25 g/a, at 4 105.0654 degrees and 1.110118, at 16 1."""
     found = one(CHARGED.replace("lambda = 1;", f"lambda = {strength};"))
     wanted = [math.pi]
     if strength < 8:
@@ -96,6 +96,13 @@ def test_a_charged_bead_on_a_hoop(strength: float) -> None:
     assert len(found_values) == len(wanted)
     assert np.abs(np.array(found_values) - wanted).max() < 1e-12
     assert [e["stable"] for e in found.equilibria] == ([True, False, True] if strength < 8 else [True])
+    if strength == 4.0:
+        assert math.degrees(found_values[0]) == pytest.approx(105.0654, abs=5e-5)
+    squares = {1.0: (0, 2.25, 1e-12), 4.0: (0, 1.110118, 5e-7), 16.0: (0, 1.0, 1e-12)}
+    if strength in squares:
+        k, square, digits = squares[strength]
+        swing = complex(*found.equilibria[k]["eigenvalues"][0])
+        assert abs(swing.imag) ** 2 == pytest.approx(square, abs=digits)
     if strength == 1.0:
         assert abs(found_values[0] - math.pi / 3) < 1e-14
         assert abs(complex(*found.equilibria[0]["eigenvalues"][0]).imag ** 2 - 2.25) < 1e-13

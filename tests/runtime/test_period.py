@@ -66,6 +66,18 @@ def test_a_rotor_of_twice_the_energy() -> None:
         assert found.summary()["turning_points"] == [] and found.summary()["turns"]
 
 
+def test_turning_points_and_the_series_of_a_rotor() -> None:
+    """U75: a pendulum turns at acos(-e); U76: (pi/sqrt(2 e)) (2 + 3/8 e^-2 + 105/512 e^-4) is 2.0021455 at e = 5, 3.3089883 at 2."""
+    for energy in (-0.9, 0.3, 0.99):
+        low, high = one("-cos(x)", energy=energy).summary()["turning_points"]
+        assert high == -low == pytest.approx(math.acos(-energy), rel=1e-12)
+    model = example("rotor")
+    for energy, stated, next_term in ((5.0, 2.0021455, 1.5 * 5.0**-6), (2.0, 3.3089883, 1.5 * 2.0**-6)):
+        series = math.pi / math.sqrt(2 * energy) * (2 + 3 / 8 * energy**-2 + 105 / 512 * energy**-4)
+        assert series == pytest.approx(stated, abs=5e-8)
+        assert abs(model.period(set={"energy": energy})["period"] - series) < next_term
+
+
 @pytest.mark.parametrize("energy", [1e-6, 0.5, 10.0, 1e4])
 def test_a_well_with_hard_walls(energy: float) -> None:
     """V = tan(x)^2: T = 2 pi sqrt(m/(2 (1 + E))), J = 2 pi sqrt(2 m) (sqrt(1 + E) - 1)."""
@@ -104,6 +116,9 @@ def test_a_mass_on_a_table_with_a_string_through_a_hole() -> None:
         assert found.summary()["turning_points"] == pytest.approx([0.4421253, 2.9422419], abs=2e-7)
         turns = found.summary()["advance"]["phi"] / (2 * math.pi)
         assert turns == pytest.approx(math.sqrt(ratio) * 0.54621613, abs=3e-8)
+    for energy, turns in ((4.7407578, 3 / 4), (1.9172399, 4 / 5)):  # closed orbits at lambda = 2
+        found = model.period(set={"lambda": 2}, energy=energy)
+        assert found.summary()["advance"]["phi"] / (2 * math.pi) == pytest.approx(turns, abs=1e-8)
     for ratio, turns in ((1.8853565, 3 / 4), (1.4896644, 2 / 3), (3.3517449, 1.0)):  # closed orbits
         found = model.period(set={"lambda": ratio})
         assert found.summary()["advance"]["phi"] / (2 * math.pi) == pytest.approx(turns, abs=3e-8)
