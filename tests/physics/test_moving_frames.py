@@ -109,7 +109,9 @@ def test_horizontal_motion_is_turned_to_the_right_in_the_north(latitude: float, 
         start = {"der(x)": 100 * x, "der(y)": 100 * y, "latitude": float(np.deg2rad(latitude)), "h": 0.0}
         end = run("falling_body_east", set=start, stop=1.0)
         right = float(y * end["x"][-1] - x * end["y"][-1])  # x is south, y east
-        assert right == pytest.approx(side * 100 * w * sin(np.deg2rad(abs(latitude))), rel=0.05)  # it falls meanwhile
+        assert right == pytest.approx(
+            side * 100 * w * sin(np.deg2rad(abs(latitude))), rel=0.05
+        )  # it falls meanwhile
 
 
 def test_thrown_and_dropped_deflect_four_to_one() -> None:
