@@ -20,6 +20,7 @@ from .compilation import Compilation
 from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
+from .equations.rows.crowd import check_forces_have_formulas
 from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
 from .flat.model import FlatModel, Outline
@@ -153,6 +154,7 @@ def _lowered(equations: Equations, parts: Collection[str]) -> Program:
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
     """Return the program of the motion together with its derivatives (equations/tangents.py)."""
     with uncollected(), deep_recursion():
+        check_forces_have_formulas(compilation.equations)
         equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
 
@@ -160,6 +162,7 @@ def tangent_program(compilation: Compilation, directions: Directions, parts: Col
 def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
     """Return the program that pulls a goal back to the start and to parameters (equations/adjoints.py)."""
     with uncollected(), deep_recursion():
+        check_forces_have_formulas(compilation.equations)
         return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
 
 

@@ -13,13 +13,18 @@ from mechc.runtime.problem import Problem
 from .program.model import Program
 from .program.series import without_series
 from .targets import description
+from .targets.alone import check_stands_alone
 from .targets.balls import enclosure
 from .targets.c import emit_c
 from .targets.c_forms import TURNS_INCLUDED
+from .targets.c_plans import CROWD_INCLUDED
 
 HEADER = "model.h"
 TURNS = ("turns.h", "turn.h")
 """What code for this processor may include, too."""
+
+CROWD = ("crowd.h", "real.h")
+"""What code with a crowd of contacts includes, too."""
 
 
 def make_problem(
@@ -48,6 +53,7 @@ def _made(
         functions, parameters = load_arrays(program)
         return description.make_problem(program, functions=functions, parameters_function=parameters)
     if target == "python" or (target == "auto" and find_compiler() is None):
+        check_stands_alone(program.hybrid)
         from .targets.python import load_python
 
         program = without_series(program)
@@ -57,11 +63,15 @@ def _made(
 
     def written() -> dict[str, str]:
         text = emit_c(program, turns=not reproducible)
-        headers = (HEADER, *TURNS) if TURNS_INCLUDED in text else (HEADER,)
+        headers = [
+            HEADER,
+            *(TURNS if TURNS_INCLUDED in text else ()),
+            *(CROWD if CROWD_INCLUDED in text else ()),
+        ]
         return {"model.c": text, **{name: header(name) for name in headers}}
 
     if kept_as:
-        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS)}}
+        known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD)}}
         library = built_once(known, flags, lambda: build_shared(written(), flags))
     else:
         library = build_shared(written(), flags)

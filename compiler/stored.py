@@ -25,6 +25,7 @@ from msgspec.structs import replace
 from mechc.lang.source import SourceFile, Span
 from mechc.lang.units import Dimension
 
+from .equations import crowd_plan
 from .equations import model as equations_model
 from .equations.model import Equations
 from .flat import model as flat_model
@@ -89,7 +90,7 @@ def read(data: bytes, stage: type[Stage]) -> Stage:
 def _classes() -> tuple[type[Struct] | type[Enum], ...]:
     """Return every class of the stages' models, in the order of their definition."""
     found: list[type[Struct] | type[Enum]] = [SourceFile, Span, Dimension, Table]
-    modules: tuple[ModuleType, ...] = (flat_model, equations_model, program_model)
+    modules: tuple[ModuleType, ...] = (flat_model, equations_model, crowd_plan, program_model)
     for module in modules:
         for item in vars(module).values():
             own = isinstance(item, type) and item.__module__ == module.__name__

@@ -14,6 +14,7 @@ from ..mechanics.defaults import default_formulas, first_values
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import InitialValue, MechanicalSystem
 from .curves.assemble import assemble_curve
+from .hybrid.crowd import crowd_of
 from .hybrid.switching import add_events
 from .jacobian import jacobian_of_rates
 from .local_derivatives import bias, local_derivatives, second_order
@@ -28,6 +29,7 @@ from .reported.outputs import OutputList, list_outputs
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
 from .rows.constraints import Projection
+from .rows.crowd import check_askers, check_crowd, forces_by_name, set_apart
 from .sensitivities import passing_on
 from .solve.accelerations import massless
 from .solve.dead_symbols import without_dead_symbols
@@ -55,19 +57,27 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
 
 
 def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str]) -> Equations:
-    solved = solve_system(system, reporter, parts)
+    system, members = set_apart(system, reporter)
+    if members:
+        check_crowd(system, members, parts, reporter)
+    solved = solve_system(system, reporter, parts, forces_by_name(members))
     reporter.stop_on_errors()
-    layout = layout_of(system, solved.driven, solved.energies, parts)
+    layout = layout_of(system, solved.driven, solved.energies, {*parts, "accounts"} if members else parts)
     try:
         listed = list_outputs(system, solved, layout, parts)
         starts = _starts(system, layout)
         functions = _functions(system, solved, layout, listed, starts, parts)
+        crowd = crowd_of(system, solved, layout, members, listed.nodes, reporter)
+        if crowd is not None:
+            functions = tuple(
+                Function(f.name, f.doc, crowd.outputs) if f.name == "outputs" else f for f in functions
+            )
         check_rates(system, [n for f in functions for n in f.outputs], reporter)
         assembled, assembly_functions = assembly(system, solved, layout, reporter)
         functions = (*functions, *assembly_functions)
         if "momenta" in parts:
             functions = (*functions, *_momentum_functions(system, solved))
-        hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts)
+        hybrid = add_events(system, solved, layout, functions, listed.entries, reporter, parts, crowd)
     except ZeroPivot as singular:  # what only sticking friction or a closed contact holds
         raise massless(system, solved.residual, solved.free, solved.rows, singular, reporter) from None
     if hybrid is not None:
@@ -99,6 +109,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         matter, functions = bodies.entries, (*functions, *bodies.functions)
     everything = (*functions, *plan_functions, *scene_functions)
     discretes, slots = layout.discretes, layout.slots
+    if crowd is not None:
+        slots, everything = {**slots, **crowd.slots}, (*everything, *crowd.functions)
+        check_askers(system, members, everything, reporter)
     offers: tuple[Offer, ...] = ()
     if "functions" in parts:
         given = offered(system, solved, layout, functions, listed.entries)
@@ -145,6 +158,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         phase=phase,
         matter=matter,
         offers=offers,
+        given=crowd.given if crowd is not None else (),
         hybrid=hybrid.plan if hybrid is not None else None,
         scene=scene,
     )

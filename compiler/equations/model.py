@@ -17,10 +17,12 @@ from msgspec import Struct
 from mechc.lang.source import Span
 
 from ..graph import Graph, Node
+from .crowd_plan import CrowdPlan
 
 
 class Slot(Struct, frozen=True):
-    """Where a symbol of the graph lives at run time: ``array`` is t, y, u, z or p."""
+    """Where a symbol of the graph lives at run time: ``array`` is t, y, u, z or p; of functions of crowds also g, what they
+    are given behind the inputs."""
 
     array: str
     index: int
@@ -195,6 +197,7 @@ class HybridPlan(Struct, frozen=True):
     dissipated: int
     supplied: int
     total: int
+    crowd: CrowdPlan | None = None
 
 
 class SceneShape(Struct, frozen=True):
@@ -359,6 +362,8 @@ class Equations(Struct, frozen=True):
     """Masses (each with its place) and inertias that the function ``matter`` gives (reported/matter.py)."""
     offers: tuple[Offer, ...] = ()
     """What ``model.functions`` gives (offered.py)."""
+    given: tuple[Entry, ...] = ()
+    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py)."""
 
     @property
     def matter_size(self) -> int:

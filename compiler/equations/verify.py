@@ -17,6 +17,7 @@ KINDS = {
     "u": ("input",),
     "z": ("discrete", "mode", "seed", "tangent"),
     "p": ("parameter", "idle"),
+    "g": ("given",),
     "out": ("coordinate", "rate", "output", "exact", "energy", "momentum", "creep", "quadrature", "tangent"),
 }
 """What the entries of each array may be, in their order in y and z; prescribed coordinates are outputs."""
@@ -46,6 +47,7 @@ class _Check:
             "z": equations.discretes,
             "p": equations.parameters,
             "out": equations.outputs,
+            "g": equations.given,
         }
 
     def run(self) -> None:
@@ -163,6 +165,7 @@ class _Check:
                 "row_values": 8 * len(h.rows),
                 "respond": e.nv + len(h.rows),
             }
+            promised |= {} if h.crowd is None else h.crowd.results(e.nv)
             promised |= {b.function: ny + nz + len(b.checks) for b in h.branches}
         return promised | {x.function: len(x.options) + len(x.settings) for x in e.experiments}
 
@@ -207,9 +210,10 @@ class _Check:
 
     def function(self, function: Function) -> None:
         once = {x.function: "p" for x in self.equations.experiments}
-        self.reads(
-            f"function {function.name}", function.outputs, {**READS, **once}.get(function.name, "tyuzp")
+        usual = (
+            "tyuzpg" if self.equations.given and function.name.startswith(("outputs", "crowd_")) else "tyuzp"
         )
+        self.reads(f"function {function.name}", function.outputs, {**READS, **once}.get(function.name, usual))
 
     def reads(self, where: str, nodes: Sequence[Node], arrays: str) -> None:
         graph, layout = self.equations.graph, self.equations.layout
@@ -337,7 +341,7 @@ class _Check:
         clocks = [i for clock in h.clocks for i in clock]
         held = [i for row in h.rows for i in (row.flag, row.sign, row.impulse, row.enabled) if i != -1]
         initial = [h.initial] if h.initial != -1 else []
-        used = [*switched, *clocks, *held, *initial]
+        used = [*switched, *clocks, *held, *initial, *(h.crowd.places if h.crowd is not None else ())]
         self.indices("hybrid, z", used, nz)
         for index in used:
             if e.discretes[index].kind != "mode":

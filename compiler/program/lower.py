@@ -57,6 +57,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
             "z": equations.discretes,
             "p": equations.parameters,
             "out": equations.outputs,
+            **({"g": equations.given} if equations.given else {}),
         },
         n_hoisted=len(hoisted),
         tables=tuple(graph.tables),

@@ -34,7 +34,8 @@ Value = int
 
 
 class Load(Struct, frozen=True, array_like=True, tag=0):
-    """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w."""
+    """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w; or g, what functions of crowds
+    are given behind u."""
 
     array: str
     index: int
@@ -168,7 +169,7 @@ class Program(Struct, frozen=True):
 
     def size(self, array: str) -> int:
         """Return how many numbers an array of the signature holds, hoisted constants included."""
-        return len(self.arrays[array]) + (self.n_hoisted if array == "p" else 0)
+        return len(self.arrays.get(array, ())) + (self.n_hoisted if array == "p" else 0)
 
     def function(self, name: str) -> ProgramFunction | None:
         return next((f for f in self.functions if f.name == name), None)

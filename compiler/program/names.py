@@ -17,9 +17,20 @@ def identifiers(program: Program, reserved: Collection[str]) -> Mapping[tuple[st
     ``der(theta)`` becomes der_theta, ``arm.R[2]`` arm_R_2; hoisted constants are k0, k1, ...
     """
     names: dict[tuple[str, int], str] = {("t", 0): "t"}
-    taken = {"t", "y", "u", "z", "p", "out", "w", "set", *reserved}
-    for array in ("y", "u", "z", "p"):
-        for index, entry in enumerate(program.arrays[array]):
+    taken = {
+        "t",
+        "y",
+        "u",
+        "z",
+        "p",
+        "out",
+        "w",
+        "set",
+        *reserved,
+        *(("g",) if "g" in program.arrays else ()),
+    }
+    for array in ("y", "u", "z", "p", "g"):
+        for index, entry in enumerate(program.arrays.get(array, ())):
             base = re.sub(r"\W+", "_", entry.name, flags=re.ASCII).strip("_") or array
             name = f"{array}_{base}" if base[0].isdigit() or _TEMPORARY.fullmatch(base) else base
             while name in taken:

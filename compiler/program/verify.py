@@ -19,7 +19,7 @@ from .model import (
 from .series import NEXT, padded
 from .show import line
 
-READABLE = ("t", "y", "u", "z", "p")
+READABLE = ("t", "y", "u", "z", "p", "g")
 
 
 def verify(program: Program) -> None:

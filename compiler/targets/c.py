@@ -31,7 +31,7 @@ from .c_loops import (
     needs_threads,
     touched,
 )
-from .c_plans import hybrid_text, indices, start_text
+from .c_plans import CROWD_FUNCTIONS, CROWD_INCLUDED, hybrid_text, indices, start_text
 from .description import make_problem
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -74,6 +74,9 @@ _ARGUMENTS: Final = (
     "mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,",
     "const mech_real *p, {w}mech_real *restrict out)",
 )
+_GIVEN: Final = "    const mech_real *g = u + {inputs};"
+"""Where a function of a crowd finds what it is given."""
+
 _PARAMETERS_ARGUMENTS: Final = "mech_real *restrict p, const unsigned char *set{w})"
 
 _PRELUDE: Final = """\
@@ -138,6 +141,7 @@ class _File:
         self.program = program
         self.dialect = TURNING if turns else DIALECT
         self.loops = loops
+        self.crowd = program.hybrid is not None and program.hybrid.crowd is not None
         self.used = _operations(program)
         library = {name for code, name in LIBRARY.items() if code in self.used}
         for code in self.used & NEEDED_BY_OWN.keys():
@@ -167,10 +171,14 @@ class _File:
             for row in zip(table.points, table.values, table.slopes, strict=True):
                 yield f"    {{{', '.join(literal(Fraction(x))[0] for x in row)}}},"
             yield "};\n"
+        if self.crowd:
+            yield CROWD_INCLUDED
         yield from self.function(program.parameters)
         for function in program.functions:
             if _is_emitted(function):
                 yield from self.function(function)
+        if self.crowd:
+            yield CROWD_FUNCTIONS
         yield from self.model()
 
     def function(self, function: ProgramFunction) -> Iterator[str]:
@@ -204,7 +212,10 @@ class _File:
     def rolled(self, name: str, rolled: Rolled, parameters: bool) -> Iterator[str]:
         """Yield the body of a function as loops."""
         yield "{"
-        yield from self.unused(touched(rolled.items), parameters)
+        arrays = touched(rolled.items)
+        yield from self.unused({*arrays, "u"} if "g" in arrays else arrays, parameters)
+        if "g" in arrays:
+            yield _GIVEN.format(inputs=self.program.size("u"))
         for line in loop_lines(name, rolled):
             yield f"    {line}"
         yield "}\n"
@@ -221,8 +232,12 @@ class _File:
         touched = {array for array, _ in loads} | {s.array for s in body if type(s) is Store}
         if any(type(s) is Store and s.guarded for s in body):
             touched.add("set")
+        if "g" in touched:
+            touched.add("u")
         yield "{"
         yield from self.unused(touched, parameters, workspace)
+        if "g" in touched:
+            yield _GIVEN.format(inputs=self.program.size("u"))
         names: Mapping[tuple[str, int], str]
         if named and not parameters:
             names = {k: self.names[k] for k in loads}
@@ -265,6 +280,8 @@ class _File:
         for name in STRUCT_FUNCTIONS:
             function = program.function(name)
             fields[name] = name if function and _is_emitted(function) else "NULL"
+        if self.crowd:
+            fields |= {"rhs": "rhs_of_all", "outputs": "outputs_of_all"}
         if program.hybrid is not None:
             yield from hybrid_text(program, program.hybrid)
             fields["hybrid"] = "&hybrid"
@@ -331,4 +348,4 @@ def _operations(program: Program) -> set[int]:
 
 
 def _load_order(load: tuple[str, int]) -> tuple[int, int]:
-    return "tyuzpw".index(load[0]), load[1]
+    return "tyuzpwg".index(load[0]), load[1]

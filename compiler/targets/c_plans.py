@@ -8,6 +8,7 @@ from typing import Final
 
 from mechc.runtime.start.facts import StartFacts
 
+from ..equations.crowd_plan import CrowdPlan, crowd_values
 from ..equations.model import HybridPlan
 from ..program import Program
 from .c_forms import literal
@@ -22,6 +23,26 @@ HYBRID_FUNCTIONS: Final = (
     "respond",
 )
 """Functions that are fields of ``mech_hybrid``, exported as well."""
+
+CROWD_INCLUDED: Final = '#include "crowd.h"\n'
+
+CROWD_FUNCTIONS: Final = """\
+static const mech_model model;
+
+/* Time derivative of the state, with the forces of all contacts. */
+static void rhs_of_all(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                       const mech_real *p, mech_real *restrict out)
+{
+    mech_crowd_rates(&model, t, y, u, z, p, out);
+}
+
+/* Everything reported beside the state, with the forces of all contacts. */
+static void outputs_of_all(mech_real t, const mech_real *y, const mech_real *u, const mech_real *z,
+                           const mech_real *p, mech_real *restrict out)
+{
+    mech_crowd_outputs(&model, t, y, u, z, p, out);
+}
+"""
 
 ROW_KINDS: Final = {
     "contact": "MECH_CONTACT",
@@ -100,10 +121,37 @@ def hybrid_text(program: Program, plan: HybridPlan) -> Iterator[str]:
     }
     for name in HYBRID_FUNCTIONS:
         fields[name] = name if program.function(name) else "NULL"
+    if plan.crowd is not None:
+        yield from _crowd_text(plan.crowd)
+        fields["crowd"] = "&crowd"
     yield "static const mech_hybrid hybrid = {"
     for name, value in fields.items():
         yield f"    .{name} = {value},"
     yield "};\n"
+
+
+def _crowd_text(plan: CrowdPlan) -> Iterator[str]:
+    """Yield the tables of a crowd of contacts."""
+    yield "static const mech_crowd_kind crowd_kinds[] = {"
+    for kind in plan.kinds:
+        yield f"    {{{kind.leaves}, {kind.normal}, {kind.slip}, {int(kind.friction)}, {kind.function}}},"
+    yield "};\n"
+    table: list[int] = []
+    at: list[int] = []
+    for row in plan.rows:
+        at.append(len(table))
+        table += (*row.leaves, *row.normal, *row.slip)
+    yield from indices("crowd_kind", [row.kind for row in plan.rows])
+    yield from indices("crowd_at", at)
+    yield from indices("crowd_table", table)
+    yield from indices("crowd_group", plan.groups)
+    yield from indices("crowd_asked", [n for pair in plan.asked for n in pair])
+    asked = "crowd_asked" if plan.asked else "NULL"
+    values = max(crowd_values(kind) for kind in plan.kinds)
+    given = max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked))
+    numbers = f"{len(plan.rows)}, {plan.first}, {plan.capacity}, {len(plan.asked)}, {values}, {given}"
+    yield f"static const mech_crowd crowd = {{{numbers}, crowd_kinds, crowd_kind, crowd_at, crowd_table,"
+    yield f"                                  crowd_group, {asked}, rhs, outputs, crowd_push}};\n"
 
 
 def indices(name: str, values: Sequence[int]) -> Iterator[str]:

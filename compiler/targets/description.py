@@ -31,6 +31,7 @@ from mechc.runtime.problem import (
     SwitchedRow,
 )
 
+from ..equations.crowd_plan import CrowdRow
 from ..equations.model import CurvePlan, Entry, ExperimentPlan, HybridPlan, ScenePlan, SettingTarget
 from ..program import Program
 
@@ -127,8 +128,17 @@ def _hybrid(plan: HybridPlan | None) -> Hybrid | None:
             )
             for b in plan.branches
         ),
-        tuple(SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows),
+        (
+            *(SwitchedRow(row.name, row.kind, origin(row.span)) for row in plan.rows),
+            *((r for row in plan.crowd.rows for r in _of_crowd(row)) if plan.crowd else ()),
+        ),
     )
+
+
+def _of_crowd(row: CrowdRow) -> tuple[SwitchedRow, SwitchedRow]:
+    """Return the rows of a contact of a crowd: that of its gap, that of its slip."""
+    place = origin(row.span)
+    return SwitchedRow(row.name, "contact", place), SwitchedRow(row.name, "friction", place)
 
 
 def _scene(plan: ScenePlan | None) -> Scene | None:

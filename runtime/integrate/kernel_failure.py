@@ -24,7 +24,7 @@ from ..outcome import (
 )
 from ..problem import Array, Hybrid, Origin, Problem, SwitchedRow
 
-MOST_ROWS = 64
+MOST_ROWS = 512
 """That may be chosen among at an instant: MECH_MOST_ROWS of the kernel."""
 
 T = TypeVar("T")
@@ -179,11 +179,10 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: native.ReportStruct, at: s
             return _Told("engage", message, name, origin)
         case Status.OUT_OF_RANGE:
             return _Told("coefficient", _out_of_range(row, size, at), name, origin)
-        case Status.NO_MODE if len(hybrid.rows) > MOST_ROWS:
+        case Status.NO_MODE if len(hybrid.rows) > MOST_ROWS and report.failed_index < 0:
             message = (
-                f"the model has {len(hybrid.rows)} rows of contacts, friction and constraints that switch; "
-                f"a run decides over {MOST_ROWS} at once: replace some by potentials, or by friction "
-                'with law = "regularized"'
+                f"more than {MOST_ROWS} rows of contacts and friction, of {len(hybrid.rows)}, touch or may touch at once "
+                f"at {at}: a run decides over {MOST_ROWS}; replace some by potentials"
             )
             return _Told("modes", message)
         case Status.NO_MODE if row is not None and not math.isfinite(size):

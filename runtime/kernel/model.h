@@ -89,6 +89,31 @@ typedef struct mech_branch {
     mech_function *act; /* out[ny + nz + n_checks]: new y and z, and > 0.5 for each assertion that holds */
 } mech_branch;
 
+/* Contacts whose values one function forms: gap, the part of its rate free of v, the part of its second derivative free
+ * of accelerations, restitution, approach below which it rests; K for each of its velocities, bounds of |K| (< 0: none
+ * is known); with friction the same two parts of the slip, the coefficients at rest and while sliding, K for each velocity
+ * of the slip. */
+typedef struct mech_crowd_kind {
+    int n_leaves, n_normal, n_slip, friction;
+    mech_function *values;     /* what a contact reads stands behind the inputs                  */
+} mech_crowd_kind;
+
+/* Contacts that are too many for formulas of their forces (crowd.h): z[first ...] lists those that are closed, each by
+ * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. */
+typedef struct mech_crowd {
+    int n, first, capacity, n_asked;
+    int n_values, n_given;     /* the most values of a contact; the most that stands behind the inputs */
+    const mech_crowd_kind *kinds;
+    const int *kind;           /* [n]                                                            */
+    const int *at;             /* [n] where its leaves (indices over y, p, z), then its velocities stand in table */
+    const int *table;
+    const int *group;          /* [nv] velocities between which forces act have one group        */
+    const int *asked;          /* [n_asked][2] contact; 0: force, 1: that of friction, 2: closed; behind the accelerations */
+    mech_function *rhs;        /* without the crowd                                              */
+    mech_function *outputs;    /* of what stands behind the inputs: accelerations, then what is asked */
+    mech_function *push;       /* out[nv]: jumps of v by the impulses along v behind the inputs  */
+} mech_crowd;
+
 /* Indicators g: n_switches of relations, then one for each row; those of rows stay >= 0 as long as the mode
  * holds. A switch is 1 where g < 0. Time switches change at crossing_times, clocks tick there. */
 typedef struct mech_hybrid {
@@ -108,6 +133,7 @@ typedef struct mech_hybrid {
     mech_function *conditions;      /* out[n_branches]                                           */
     mech_function *row_values;      /* out[n_rows][MECH_ROW_VALUES]                              */
     mech_function *respond;         /* out[nv + n_rows]: change of v and of every r by the impulses in z */
+    const mech_crowd *crowd;        /* NULL where all rows have formulas                         */
 } mech_hybrid;
 
 typedef struct mech_start_row {

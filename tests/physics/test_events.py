@@ -424,7 +424,7 @@ contact on_right: right[2] friction 10 along vel(right)[1];
 def test_more_rows_than_a_run_decides_over_are_told() -> None:
     masses = (
         "".join(
-            f"coordinate Length x{i} = 1 m;\nmass 1 kg at world*{{x{i}, 0}} m;\ncontact c{i}: x{i};\n"
+            f"coordinate Length x{i} = 1 m;\nmass 1 kg at world*{{x{i}, 0}} m;\nfriction 1 N on x{i};\n"
             for i in range(65)
         )
         .replace("} m;", "};")

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 
-from ...graph import Node
+from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
 from ...mechanics.system import MechanicalSystem
 from ..model import Entry, Function, HybridPlan, Slot, SwitchText
@@ -20,6 +20,7 @@ from ..rows.modes import frictions
 from ..solve.impulses import velocity_jumps
 from ..solve.solved import Solved
 from .actions import branch_results, check_positions
+from .crowd import Crowd
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
@@ -48,6 +49,7 @@ def add_events(
     outputs: Sequence[Entry],
     reporter: Reporter,
     parts: Collection[str] = (),
+    crowd: Crowd | None = None,
 ) -> Hybrid | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
@@ -67,13 +69,15 @@ def add_events(
     )
     bends = relations_of_time(system, held)
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
-    if not (system.branches or rows or switches.located or switches.timed):
+    if not (system.branches or rows or switches.located or switches.timed or crowd):
         if "events" not in parts:
             return None
         never = Switch(graph.symbol("switch(never)"), graph.one, graph.zero, graph.one, NEVER)
         switches = replace(switches, located=(never,))
     steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
+    if crowd is not None:
+        z = _beside(system, steps, z, crowd, reporter)
     layout = _with_z(system, layout, z)
     place = {n: slot.index for n, slot in layout.slots.items() if slot.array == "z"}
     changed = [
@@ -101,9 +105,35 @@ def add_events(
         dissipated=_index(names, "energy.dissipated"),
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
+        crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
     )
-    jumps = bool(steps) or "energy.supplied" in booked_by_events(system)
+    if (
+        crowd is not None
+    ):  # forces of the crowd are in no formula, so nothing is known of rates that they change
+        made = [_without_rates(f, graph) for f in made]
+    jumps = bool(steps) or crowd is not None or "energy.supplied" in booked_by_events(system)
     return Hybrid(layout, (*changed, *made), plan, jumps)
+
+
+def _beside(
+    system: MechanicalSystem, steps: Sequence[Step], z: Sequence[Node], crowd: Crowd, reporter: Reporter
+) -> list[Node]:
+    """Return z with the places of a crowd; report what cannot stand beside one."""
+    if steps:
+        raise reporter.fail(
+            "E0722",
+            "a potential that jumps is beside too many contacts for formulas",
+            system.model.origin.span,
+            help="of more than 64 rows the forces are found by numbers, and impulses of jumps are not: let it bend",
+        )
+    return [*z, *crowd.places]
+
+
+def _without_rates(function: Function, graph: Graph) -> Function:
+    """Return the rates of indicators as unknown; any other function as it is."""
+    if function.name != "indicator_rates":
+        return function
+    return replace(function, outputs=(graph.zero,) * len(function.outputs))
 
 
 def _index(names: Sequence[str], name: str) -> int:

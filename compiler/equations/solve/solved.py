@@ -66,8 +66,16 @@ class Solved(Struct, frozen=True):
         return tuple(substitute(self.graph, nodes, self.replace))
 
 
-def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Solved:
-    """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py."""
+def solve_system(
+    system: MechanicalSystem,
+    reporter: Reporter,
+    parts: Collection[str] = (),
+    apart: Mapping[str, tuple[Node, ...]] | None = None,
+) -> Solved:
+    """Solve the equations of motion of a system; report what makes them undetermined. ``parts``: see needs.py.
+
+    ``apart``: symbols of forces that others find, by the names that questions use.
+    """
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
     check_prescribed(system, driven, reporter)
@@ -95,6 +103,8 @@ def solve_system(system: MechanicalSystem, reporter: Reporter, parts: Collection
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)
+    if apart:
+        replies = replace_fields(replies, multipliers={**replies.multipliers, **apart})
     sides: dict[Node, Side] = {}
     answered = _force_answers(system, every_row, replies, (*raw, *xdot), before)
     switched = _switched(system, every_row, multipliers, answered, sides)

@@ -8,6 +8,7 @@
 #include "rows.h"
 #include "schedule.h"
 #include "step.h"
+#include "window.h"
 
 /* Sizes that count as one where nothing has moved yet. */
 static void set_sizes(mech_solver *s, mech_real *length, mech_real *speed)
@@ -44,7 +45,7 @@ int mech_begin_look(mech_solver *s)
     const mech_hybrid *h = m->hybrid;
     mech_event_state *e = s->events;
     mech_real length, speed;
-    if (h->n_rows > MECH_MOST_ROWS) return mech_fail(s, MECH_NO_MODE, MECH_MOST_ROWS);
+    if (h->n_rows > MECH_MOST_ROWS) return mech_fail(s, MECH_NO_MODE, -1);
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
     set_sizes(s, &length, &speed);
     e->counters[MECH_LAST_TIME] = -(mech_real)INFINITY;
@@ -52,18 +53,19 @@ int mech_begin_look(mech_solver *s)
     if (status) return status;
     mech_schedule_pass(s);
     set_switches(s);
-    if (h->n_rows) {
+    if (h->crowd && (status = mech_window_begin(s, length, speed))) return status;
+    if (s->events->n_rows) {
         mech_rows_read(s);
         mech_rows_find_response(s);
         status = mech_rows_check(s, 0);
         if (status) return status;
     }
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_real w = e->response[i * (m->nv + h->n_rows) + m->nv + i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_real w = e->response[i * (m->nv + s->events->n_rows) + m->nv + i];
         if (w > 0 && length > 0) e->force[i] = mech_max(e->force[i], MECH_C(1e-4) * speed * speed / (w * length));
     }
-    for (int i = 0; i < h->n_rows; i++)
-        if (h->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_row_touches(s, i)) {
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (s->events->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_row_touches(s, i)) {
             s->run->report.failed_value = e->row[i * MECH_ROW_VALUES + MECH_GAP];
             return mech_fail(s, MECH_PENETRATION, i);
         }

@@ -41,11 +41,10 @@ static int independent(mech_solver *s, int *held, int n, int i)
 static void propose(mech_solver *s)
 {
     const mech_real *open = s->events->open, *slides = s->events->slides;
-    const mech_hybrid *h = s->model->hybrid;
     int held[MECH_MOST_ROWS], n = 0;
     for (int kind = MECH_BILATERAL; kind >= MECH_CONTACT; kind -= 2) /* bilateral, then contacts */
-        for (int i = 0; i < h->n_rows; i++) {
-            if (h->rows[i].kind != kind) continue;
+        for (int i = 0; i < s->events->n_rows; i++) {
+            if (s->events->rows[i].kind != kind) continue;
             if (kind == MECH_BILATERAL) {
                 if (mech_row_holds(s, i) && independent(s, held, n, i)) n++;
                 continue;
@@ -56,8 +55,8 @@ static void propose(mech_solver *s)
             n += holds;
             set(s, i, holds, 0);
         }
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_row *row = &h->rows[i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
         if (row->kind != MECH_FRICTION || is_partner(s, i)) continue;
         const int j = mech_row_partner(s, i), open_normal = row->normal >= 0 && !mech_row_holds(s, row->normal);
         const mech_real other = j < 0 ? 0 : slides[j];
@@ -109,12 +108,11 @@ static int moves_off(const mech_solver *s, int i)
 /* The row that pulls, or that sticks beyond its limit, by the most; -1 where there is none. */
 static int most_overdone(const mech_solver *s, int hit)
 {
-    const mech_hybrid *h = s->model->hybrid;
     const mech_event_state *e = s->events;
     int worst = -1;
     mech_real excess = 0;
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_row *row = &h->rows[i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
         const mech_real force = mech_row_value(s, i, MECH_FORCE), slack = MECH_C(1e-10) * e->force[i];
         mech_real over = 0;
         if (row->kind == MECH_CONTACT && mech_row_holds(s, i))
@@ -146,9 +144,8 @@ static int let_go(mech_solver *s, int hit)
 static int take_back(mech_solver *s, int aims)
 {
     mech_real *open = s->events->open, *slides = s->events->slides;
-    const mech_hybrid *h = s->model->hybrid;
     const mech_event_state *e = s->events;
-    for (int i = 0; i < h->n_rows; i++) {
+    for (int i = 0; i < s->events->n_rows; i++) {
         const mech_real second = mech_row_value(s, i, MECH_SECOND);
         const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (open[i] > 0 && second < -slack) {
@@ -170,7 +167,7 @@ static int take_back(mech_solver *s, int aims)
             return i;
         }
         const mech_real rate = mech_row_value(s, i, MECH_RATE);
-        if (h->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && open[i] == 0 && rate > 0 &&
+        if (s->events->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && open[i] == 0 && rate > 0 &&
             mech_row_touches(s, i) && mech_row_falls_back(s, i, rate)) {
             open[i] = -1;
             memset(slides, 0, (size_t)e->n_rows * sizeof(mech_real)); /* with it, all may stick */
@@ -184,21 +181,20 @@ static int take_back(mech_solver *s, int aims)
  * stay as they are and it rises. Coulomb's law has a second solution there, and nothing says which one comes. */
 static int fits_open(mech_solver *s, int *contact)
 {
-    const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
     int found = 0;
-    for (int i = 0; i < h->n_rows && !found; i++) {
-        if (h->rows[i].kind != MECH_CONTACT || !mech_row_holds(s, i)) continue;
+    for (int i = 0; i < s->events->n_rows && !found; i++) {
+        if (s->events->rows[i].kind != MECH_CONTACT || !mech_row_holds(s, i)) continue;
         const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (!(mech_row_value(s, i, MECH_FORCE) > MECH_C(1e-7) * e->force[i])) continue;
         int rows[3], n = 0;
         mech_real flag[3], sign[3];
         rows[n++] = i;
-        for (int k = 0; k < h->n_rows && n < 3; k++)
-            if (h->rows[k].kind == MECH_FRICTION && h->rows[k].normal == i) rows[n++] = k;
+        for (int k = 0; k < s->events->n_rows && n < 3; k++)
+            if (s->events->rows[k].kind == MECH_FRICTION && s->events->rows[k].normal == i) rows[n++] = k;
         if (n == 1) continue;
         for (int k = 0; k < n; k++) {
-            const mech_row *row = &h->rows[rows[k]];
+            const mech_row *row = &s->events->rows[rows[k]];
             flag[k] = e->z[row->flag];
             sign[k] = row->sign < 0 ? 0 : e->z[row->sign];
             set(s, rows[k], 0, 0);
@@ -221,20 +217,19 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
 
 int mech_contact_modes_choose(mech_solver *s, int hit)
 {
-    const mech_hybrid *h = s->model->hybrid;
     int any = 0;
-    for (int i = 0; i < h->n_rows; i++) any |= h->rows[i].kind != MECH_STEP_ROW;
+    for (int i = 0; i < s->events->n_rows; i++) any |= s->events->rows[i].kind != MECH_STEP_ROW;
     if (!any) return MECH_RUNNING;
     mech_rows_read(s);
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
-    const int ends = hit >= 0 && h->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
+    const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
     propose(s);
     mech_surface_friction_end(s);
-    for (int round = 0; round <= ROUNDS_PER_ROW * h->n_rows; round++) {
+    for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {
         mech_rows_read(s);
-        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * h->n_rows) < 0) {
-            for (int i = 0; i < h->n_rows; i++)
+        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0) {
+            for (int i = 0; i < s->events->n_rows; i++)
                 if (!mech_finite(mech_row_value(s, i, MECH_FORCE))) {
                     s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
                     return mech_fail(s, MECH_NO_MODE, i);

@@ -44,10 +44,9 @@ void mech_contact_projection_stop_rates(mech_solver *s, int n, const int *rows)
 
 int mech_contact_projection_rows(const mech_solver *s, int *held)
 {
-    const mech_hybrid *h = s->model->hybrid;
     int n = 0;
-    for (int i = 0; i < h->n_rows; i++)
-        if (h->rows[i].flag >= 0 && mech_row_holds(s, i)) held[n++] = i;
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (s->events->rows[i].flag >= 0 && mech_row_holds(s, i)) held[n++] = i;
     return n;
 }
 

@@ -1,5 +1,7 @@
 #include "event_state.h"
 
+#include "crowd.h"
+
 static int largest_act(const mech_hybrid *h, int base)
 {
     int most = 0;
@@ -20,11 +22,12 @@ static mech_real *take(mech_real **memory, size_t *total, int n)
 static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memory)
 {
     const mech_hybrid *h = m->hybrid;
-    const int ny = m->nq + m->nv + m->nx, r = h->n_rows, n = h->n_switches + r;
+    const mech_crowd *c = h->crowd;
+    const int ny = m->nq + m->nv + m->nx, r = c ? MECH_MOST_ROWS : h->n_rows, n = h->n_switches + r;
     size_t total = 0;
-    e->n = n;
-    e->n_rows = r;
-    e->z = take(&memory, &total, m->nz);
+    e->n = c ? h->n_switches : n;
+    e->n_rows = c ? 0 : r;
+    e->z = take(&memory, &total, m->nz + (c ? 3 * r : 0)); /* flags, signs, impulses of rows at hand behind it */
     e->w = take(&memory, &total, MECH_SAMPLES * n);
     e->rate = take(&memory, &total, MECH_SAMPLES * n);
     e->scale = take(&memory, &total, n);
@@ -57,6 +60,18 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->recent = take(&memory, &total, MECH_RECENT);
     e->jolted = take(&memory, &total, r ? ny : 0);
     e->counters = take(&memory, &total, MECH_COUNTERS);
+    e->rows = h->rows;
+    if (c) {
+        e->places = (mech_row *)take(&memory, &total, r * (int)(sizeof(mech_row) / sizeof(mech_real) + 1));
+        e->rows = e->places;
+        e->window = take(&memory, &total, r);
+        e->kept = take(&memory, &total, 2 * c->n * MECH_KEPT);
+        e->wake = take(&memory, &total, c->n);
+        e->values = take(&memory, &total, r * c->n_values);
+        e->given = take(&memory, &total, m->nu + c->n_given);
+        e->rates = take(&memory, &total, ny);
+        e->forces = take(&memory, &total, 2 * r);
+    }
     return total;
 }
 

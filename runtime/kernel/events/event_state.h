@@ -11,11 +11,12 @@
 enum {
     MECH_SAMPLES = 6,    /* both ends of a step and three between, and room for one more             */
     MECH_RECENT = 50,    /* firings of branches that are looked at for ever shorter intervals        */
-    MECH_MOST_ROWS = 64  /* rows of a model: mech_begin_look refuses more, lists of different rows hold them */
+    MECH_MOST_ROWS = 512 /* rows at hand: mech_begin_look refuses more, lists of different rows hold them */
 };
 
 typedef struct mech_event_state {
-    int n, n_rows;          /* indicators: n_switches + n_rows                               */
+    int n, n_rows;          /* indicators: n_switches + n_rows; of a crowd those rows at hand */
+    const mech_row *rows;   /* [n_rows]                                                      */
     mech_real *z;
     mech_real *w;           /* [MECH_SAMPLES][n]                                             */
     mech_real *rate;        /* [MECH_SAMPLES][n] dw/dt                                       */
@@ -37,11 +38,24 @@ typedef struct mech_event_state {
     mech_real *recent;      /* [MECH_RECENT] times of the last firings of branches           */
     mech_real *jolted;      /* [ny] the state where impacts at bends of gaps began to follow each other */
     mech_real *counters;    /* [MECH_COUNTERS]                                               */
+    mech_row *places;       /* of a crowd: rows at hand                                      */
+    mech_real *window;      /* [MECH_MOST_ROWS] for each of them 2 contact, + 1 where it is that of friction */
+    mech_real *kept;        /* [2 contacts][MECH_KEPT] what rows remember while they are not at hand */
+    mech_real *wake;        /* [contacts] how far coordinates have to move before one may touch */
+    mech_real *values;      /* [MECH_MOST_ROWS][crowd's widest] of rows at hand                    */
+    mech_real *given, *rates, *forces; /* behind inputs; [ny]; [MECH_MOST_ROWS][2]                 */
 } mech_event_state;
 
 /* Places in counters. */
 enum {
-    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_COUNTERS
+    MECH_FIRED = 0, MECH_BRANCH, MECH_STANDING, MECH_LAST_TIME, MECH_CROWD, MECH_CROWD_TIME, MECH_JOLTS, MECH_AT_HAND,
+    MECH_MOVED, MECH_COUNTERS
+};
+
+/* What a row of a crowd remembers, in the order of the arrays of rows. */
+enum {
+    MECH_KEPT_GAP, MECH_KEPT_SPEED, MECH_KEPT_FORCE, MECH_KEPT_MOBILITY, MECH_KEPT_HIT, MECH_KEPT_DELAY, MECH_KEPT_FLAGS,
+    MECH_KEPT_SIGNS, MECH_KEPT_FRESH, MECH_KEPT_RATE, MECH_KEPT_MODE, MECH_KEPT
 };
 
 /* Lets a size grow to |x|; what is infinite or not a number has no size, and must not spoil those to come. */

@@ -13,6 +13,7 @@
 #include "schedule.h"
 #include "surface_friction.h"
 #include "step.h"
+#include "window.h"
 
 static void swap(mech_real **a, mech_real **b)
 {
@@ -42,12 +43,12 @@ static mech_real slope_at(mech_solver *s, int hit, mech_real part, mech_real h)
     const mech_real t = s->run->report.t, delta = mech_min(MECH_C(1e-3), part / 2);
     mech_dense_at(s->dense, s->n_dense, s->ny, part, e->y_at);
     mech_normalise(s->model, e->y_at);
-    mech_indicators_read(s, t + part * h, e->y_at, w, rate);
+    mech_indicator_read(s, hit, t + part * h, e->y_at, w, rate);
     if (rate[hit] != 0) return rate[hit];
     const mech_real end = w[hit];
     mech_dense_at(s->dense, s->n_dense, s->ny, part - delta, e->y_at);
     mech_normalise(s->model, e->y_at);
-    mech_indicators_read(s, t + (part - delta) * h, e->y_at, w, NULL);
+    mech_indicator_read(s, hit, t + (part - delta) * h, e->y_at, w, NULL);
     return (end - w[hit]) / (delta * h);
 }
 
@@ -88,7 +89,7 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
             k = MOST_REPEATS;
         }
         if (status) return status;
-        mech_indicators_read(s, t + *h, s->y_new, w, NULL);
+        mech_indicator_read(s, hit, t + *h, s->y_new, w, NULL);
         if (k >= 3 && (w[hit] >= 0 || k >= MOST_REPEATS || mech_indicator_at_zero(s, hit, w[hit]))) break;
         if (k >= 3 && (w[hit] - before) / change < slope / 8) slope = (w[hit] - before) / change;
         before = w[hit];
@@ -180,9 +181,8 @@ static int reach(mech_solver *s, int hit)
 /* A limit of friction that an expression gives may have become negative. */
 static int check_limits(mech_solver *s)
 {
-    const mech_hybrid *h = s->model->hybrid;
     int own = 0;
-    for (int i = 0; i < h->n_rows; i++) own |= h->rows[i].kind == MECH_FRICTION && h->rows[i].normal < 0;
+    for (int i = 0; i < s->events->n_rows; i++) own |= s->events->rows[i].kind == MECH_FRICTION && s->events->rows[i].normal < 0;
     if (!own) return MECH_RUNNING;
     mech_rows_read(s);
     return mech_rows_check(s, 1);
@@ -198,6 +198,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     int hit = -1, status = mech_step_try(s, mech_min(limit, next), &t_new, &h);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
+    if (s->model->hybrid->crowd && (status = mech_window_for_step(s, &t_new, &h))) return status;
     if (e->n) {
         hold_attempt(s, t_new);
         mech_fill_dense(s, h);
@@ -219,7 +220,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     return hit >= 0 || mech_schedule_due(next, t_new) ? reach(s, hit) : check_limits(s);
 }
 
-int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
+static int advance(mech_solver *s, mech_real t_end, long max_steps)
 {
     mech_run *run = s->run;
     mech_report *r = &run->report;
@@ -246,4 +247,12 @@ int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
         if (status) return status;
     }
     return MECH_REACHED;
+}
+
+int mech_hybrid_advance(mech_solver *s, mech_real t_end, long max_steps)
+{
+    if (s->model->hybrid->crowd) mech_window_again(s);
+    const int status = advance(s, t_end, max_steps);
+    if (s->model->hybrid->crowd) mech_window_name(s, status);
+    return status;
 }

@@ -1,18 +1,39 @@
 #include "indicators.h"
 
+#include "window.h"
+
 void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
 {
     const mech_model *m = s->model;
     const mech_hybrid *h = m->hybrid;
     const mech_real *z = s->events->z;
     if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    h->indicators(t, y, s->u, z, s->o.p, w);
-    if (rate) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
+    if (h->indicators) h->indicators(t, y, s->u, z, s->o.p, w);
+    if (rate && h->indicator_rates) h->indicator_rates(t, y, s->u, z, s->o.p, rate);
+    if (h->crowd) mech_window_indicate(s, t, y, w + h->n_switches, rate ? rate + h->n_switches : NULL);
     for (int k = 0; k < h->n_switches; k++)
         if (z[h->switches[k]] > MECH_C(0.5)) {
             w[k] = -w[k];
             if (rate) rate[k] = -rate[k];
         }
+}
+
+void mech_indicator_place(mech_solver *s, int k, mech_real part, mech_real *y)
+{
+    const int i = k - s->model->hybrid->n_switches;
+    if (i >= 0 && s->model->hybrid->crowd) {
+        mech_window_place(s, i, part, y);
+        return;
+    }
+    mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
+    mech_normalise(s->model, y);
+}
+
+void mech_indicator_read(mech_solver *s, int k, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
+{
+    const int i = k - s->model->hybrid->n_switches;
+    if (i >= 0 && s->model->hybrid->crowd && mech_window_indicate_one(s, i, t, y, w + k, rate ? rate + k : NULL)) return;
+    mech_indicators_read(s, t, y, w, rate);
 }
 
 /* Of a row the mode decides what is measured. */
@@ -21,9 +42,9 @@ mech_real *mech_indicator_size(const mech_solver *s, int k)
     const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
     const int i = k - h->n_switches;
-    if (i < 0 || h->rows[i].flag < 0) return e->scale + k;
-    if (e->z[h->rows[i].flag] > MECH_C(0.5)) return e->force + i;
-    return h->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
+    if (i < 0 || s->events->rows[i].flag < 0) return e->scale + k;
+    if (e->z[s->events->rows[i].flag] > MECH_C(0.5)) return e->force + i;
+    return s->events->rows[i].kind == MECH_CONTACT ? e->gap_scale + i : e->speed + i;
 }
 
 mech_real mech_indicator_tolerance(const mech_solver *s, int k)

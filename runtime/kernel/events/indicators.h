@@ -6,6 +6,10 @@
 
 /* w and, where asked for, dw/dt at a state. */
 void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate);
+/* The state at a part of the attempted step, as far as indicator k reads it. */
+void mech_indicator_place(mech_solver *s, int k, mech_real part, mech_real *y);
+/* The same, of which at least that of indicator k is known afterwards. */
+void mech_indicator_read(mech_solver *s, int k, mech_real t, const mech_real *y, mech_real *w, mech_real *rate);
 /* 1 where w vanishes up to rounding. */
 int mech_indicator_at_zero(const mech_solver *s, int k, mech_real w);
 /* The largest size so far of what indicator k measures in its present mode. */

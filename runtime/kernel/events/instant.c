@@ -13,6 +13,7 @@
 #include "projection.h"
 #include "rows.h"
 #include "schedule.h"
+#include "window.h"
 
 enum { MOST_ROUNDS = 100, MOST_TURNS = 6, CROWD = 1000 };
 
@@ -196,6 +197,7 @@ int mech_instant(mech_solver *s, int hit)
     int status = check_progress(s, hit);
     if (status) return status;
     const long events = run->report.n_events;
+    if (s->model->hybrid->crowd) hit = mech_window_for_instant(s, hit);
     status = mech_instant_happen(s, hit, 1);
     if (status >= 0) status = check_jolts(s, hit) < 0 ? MECH_CHATTER : status;
     if (status < 0) return status;

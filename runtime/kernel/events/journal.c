@@ -3,39 +3,40 @@
 #include <string.h>
 
 #include "rows.h"
+#include "window.h"
 
 void mech_journal_note(mech_solver *s, int kind, int index, mech_real value)
 {
     mech_report *r = &s->run->report;
     if (!s->o.events || r->n_events >= s->o.event_capacity) return; /* too many at one instant: mech_instant tells */
     const mech_real t = r->t + (kind == MECH_REST ? value : 0);
-    s->o.events[r->n_events++] = (mech_event){t, kind == MECH_REST ? 0 : value, kind, index, r->n_instants};
+    const int place = kind == MECH_WHEN ? index : mech_window_number(s, index);
+    s->o.events[r->n_events++] = (mech_event){t, kind == MECH_REST ? 0 : value, kind, place, r->n_instants};
 }
 
 /* Whether row i belongs to the row before it: of a constraint of vectors, or of friction on a surface. */
 static int belongs(const mech_solver *s, int i)
 {
-    const mech_row *rows = s->model->hybrid->rows;
+    const mech_row *rows = s->events->rows;
     return i && (rows[i - 1].flag == rows[i].flag || mech_row_partner(s, i - 1) == i);
 }
 
 void mech_journal_modes(mech_solver *s, int quiet)
 {
-    const mech_hybrid *h = s->model->hybrid;
     mech_event_state *e = s->events;
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_row *row = &h->rows[i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
         if (row->flag < 0) continue;
         const int partner = mech_row_partner(s, i);
         mech_real flag = e->z[row->flag], sign = row->sign < 0 ? 0 : e->z[row->sign];
         if (partner >= 0) {
-            flag = mech_max(flag, e->z[h->rows[partner].flag]);
-            sign = mech_max(mech_abs(sign), mech_abs(e->z[h->rows[partner].sign]));
+            flag = mech_max(flag, e->z[s->events->rows[partner].flag]);
+            sign = mech_max(mech_abs(sign), mech_abs(e->z[s->events->rows[partner].sign]));
         }
         if (!quiet && flag != e->flags[i]) {
             const int kinds[3][2] = {
                 {MECH_LIFT_OFF, MECH_REST}, {MECH_SLIP, MECH_STICK}, {MECH_RELEASED, MECH_ENGAGED}};
-            const int open = row->normal >= 0 && !(e->z[h->rows[row->normal].flag] > MECH_C(0.5));
+            const int open = row->normal >= 0 && !(e->z[mech_row_of(s, row->normal)->flag] > MECH_C(0.5));
             const int idle = row->kind == MECH_FRICTION && !(flag > MECH_C(0.5)) && sign == 0; /* others hold it */
             if (!open && !idle && !belongs(s, i))
                 mech_journal_note(s, kinds[row->kind][flag > MECH_C(0.5)], i, e->delay[i]);

@@ -28,9 +28,8 @@ static sample look(const search *q, mech_real part)
     mech_real *y = s->events->y_at;
     mech_real *w = s->events->w + (MECH_SAMPLES - 1) * s->events->n;
     mech_real *rate = s->events->rate + (MECH_SAMPLES - 1) * s->events->n;
-    mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
-    mech_normalise(s->model, y);
-    mech_indicators_read(s, s->run->report.t + part * q->h, y, w, q->known ? rate : NULL);
+    mech_indicator_place(s, q->k, part, y);
+    mech_indicator_read(s, q->k, s->run->report.t + part * q->h, y, w, q->known ? rate : NULL);
     return sampled(q, part, w[q->k], q->known ? rate[q->k] : 0);
 }
 

@@ -14,10 +14,9 @@ enum { MOST_LOOKS = 5 };
 /* Open contacts with a negative gap, behind the n rows that are listed already. */
 static int list_passed(mech_solver *s, int n, int *rows)
 {
-    const mech_hybrid *h = s->model->hybrid;
     const mech_real *z = s->events->z;
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_row *row = &h->rows[i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
         if (row->kind != MECH_CONTACT || z[row->flag] > MECH_C(0.5)) continue;
         if (row->enabled >= 0 && !(z[row->enabled] > MECH_C(0.5))) continue;
         if (mech_row_value(s, i, MECH_GAP) < 0) rows[n++] = i;
@@ -56,34 +55,33 @@ static mech_real since(const mech_solver *s, int i)
 /* Whether row i slides by a friction of its own, not on a surface. */
 static int slides(const mech_solver *s, int i)
 {
-    const mech_row *row = &s->model->hybrid->rows[i];
+    const mech_row *row = &s->events->rows[i];
     const mech_real *z = s->events->z;
     if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5) || z[row->sign] == 0) return 0;
-    if (row->normal >= 0 && !(z[s->model->hybrid->rows[row->normal].flag] > MECH_C(0.5))) return 0;
+    if (row->normal >= 0 && !(z[s->events->rows[row->normal].flag] > MECH_C(0.5))) return 0;
     return mech_row_partner(s, i) < 0 && !(i > 0 && mech_row_partner(s, i - 1) == i);
 }
 
 /* For how long friction i has slid the other way. */
 static mech_real since_reversal(const mech_solver *s, int i)
 {
-    const mech_real sign = s->events->z[s->model->hybrid->rows[i].sign];
+    const mech_real sign = s->events->z[s->events->rows[i].sign];
     const mech_real along = sign * mech_row_value(s, i, MECH_RATE), second = sign * mech_row_value(s, i, MECH_SECOND);
     return along < 0 && second < 0 ? mech_min(along / second, s->o.dt_max) : 0;
 }
 
 mech_real mech_overshoot_go_back(mech_solver *s)
 {
-    const mech_hybrid *h = s->model->hybrid;
     const mech_real present = s->run->report.t;
     int rows[MECH_MOST_ROWS];
-    if (!h->n_rows) return 0;
+    if (!s->events->n_rows) return 0;
     mech_contact_projection_state(s);
     mech_rows_read(s);
     for (int look = 0; look < MOST_LOOKS; look++) {
         const int n = list_passed(s, 0, rows);
         mech_real time = 0;
         for (int k = 0; k < n; k++) time = mech_max(time, since(s, rows[k]));
-        for (int i = 0; i < h->n_rows; i++)
+        for (int i = 0; i < s->events->n_rows; i++)
             if (slides(s, i)) time = mech_max(time, since_reversal(s, i));
         if (!(time > 0)) break;
         drift(s, -time);
@@ -94,8 +92,8 @@ mech_real mech_overshoot_go_back(mech_solver *s)
     mech_rows_find_response(s);
     if (n > held) mech_contact_projection_close_gaps(s, n, rows);
     n = held;
-    for (int i = 0; i < h->n_rows; i++) {
-        const mech_row *row = &h->rows[i];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
         const mech_real *z = s->events->z;
         if (row->kind != MECH_FRICTION || z[row->flag] > MECH_C(0.5)) continue;
         if (row->normal >= 0 && !mech_row_holds(s, row->normal)) continue;
@@ -103,7 +101,7 @@ mech_real mech_overshoot_go_back(mech_solver *s)
         if (!mech_row_moves_itself(s, i)) continue; /* near a dead centre a little slip is much motion of all else */
         const int partner = mech_row_partner(s, i);
         mech_real along = z[row->sign] * mech_row_value(s, i, MECH_RATE);
-        if (partner >= 0) along += z[h->rows[partner].sign] * mech_row_value(s, partner, MECH_RATE);
+        if (partner >= 0) along += z[s->events->rows[partner].sign] * mech_row_value(s, partner, MECH_RATE);
         if (along < 0) rows[n++] = i;
         if (along < 0 && partner >= 0 && !mech_row_holds(s, partner)) rows[n++] = partner;
     }

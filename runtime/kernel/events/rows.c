@@ -1,6 +1,9 @@
 #include "rows.h"
 
+#include <stdlib.h>
 #include <string.h>
+
+#include "window.h"
 
 /* Ratio of what an impulse moves rows by, from which on they are compared each with its own. */
 static const mech_real FAR_APART = MECH_C(1e6);
@@ -11,7 +14,10 @@ void mech_rows_read(mech_solver *s)
     mech_event_state *e = s->events;
     const mech_real t = s->run->report.t;
     if (m->nu) mech_inputs(m, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
+    if (m->hybrid->crowd)
+        mech_window_read(s, t, s->y, 1, e->row);
+    else
+        m->hybrid->row_values(t, s->y, s->u, e->z, s->o.p, e->row);
     for (int i = 0; i < e->n_rows; i++) {
         mech_widen(e->speed + i, *mech_row_rate(s, i));
         /* what would have to hold where nothing can is no measure */
@@ -24,12 +30,11 @@ void mech_rows_read(mech_solver *s)
 
 int mech_rows_check(mech_solver *s, int limits)
 {
-    const mech_hybrid *h = s->model->hybrid;
-    for (int i = 0; i < h->n_rows; i++) {
+    for (int i = 0; i < s->events->n_rows; i++) {
         const mech_real *row = s->events->row + i * MECH_ROW_VALUES;
         const mech_real coefficient = row[MECH_COEFFICIENT], limit = row[MECH_LIMIT];
-        const int contact = h->rows[i].kind == MECH_CONTACT, friction = h->rows[i].kind == MECH_FRICTION;
-        const int own = friction && h->rows[i].normal < 0;
+        const int contact = s->events->rows[i].kind == MECH_CONTACT, friction = s->events->rows[i].kind == MECH_FRICTION;
+        const int own = friction && s->events->rows[i].normal < 0;
         mech_real wrong = 0;
         if (contact && !(coefficient >= 0 && coefficient <= 1)) wrong = coefficient;
         if (friction && !own && coefficient < 0) wrong = coefficient;
@@ -61,10 +66,13 @@ void mech_rows_find_response(mech_solver *s)
 {
     const mech_model *m = s->model;
     mech_event_state *e = s->events;
+    if (m->hybrid->crowd) mech_window_respond(s);
     for (int j = 0; j < e->n_rows; j++) {
-        e->z[mech_row_of(s, j)->impulse] = 1;
-        m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
-        e->z[mech_row_of(s, j)->impulse] = 0;
+        if (!m->hybrid->crowd) {
+            e->z[mech_row_of(s, j)->impulse] = 1;
+            m->hybrid->respond(s->run->report.t, s->y, s->u, e->z, s->o.p, e->response + j * (m->nv + e->n_rows));
+            e->z[mech_row_of(s, j)->impulse] = 0;
+        }
         mech_widen(e->mobility + j, mech_row_response(s, j, j));
     }
 }
@@ -96,9 +104,10 @@ static void find_scales(const mech_solver *s, int n, const int *set, mech_real *
 static void share(const mech_solver *s, int n, int rank, const int *set, const int *used, const int *column,
                   const mech_real *scale, mech_real largest, mech_real *x)
 {
-    const int width = n + 1, free = n - rank;
-    mech_real *a = s->events->matrix, weight[MECH_MOST_ROWS], gram[MECH_MOST_ROWS * (MECH_MOST_ROWS + 1) / 2];
-    mech_real right[MECH_MOST_ROWS];
+    const int width = n + 1, free_ = n - rank;
+    mech_real *a = s->events->matrix, weight[MECH_MOST_ROWS], right[MECH_MOST_ROWS];
+    mech_real *gram = (mech_real *)malloc((size_t)free_ * (size_t)(free_ + 1) / 2 * sizeof(mech_real));
+    if (!gram) return; /* one solution of many, then */
     for (int k = 0; k < n; k++) {
         const int i = column[k];
         weight[k] = mech_max(scale[i] * scale[i] * mech_row_response(s, set[i], set[i]), MECH_C(1e-11) * largest);
@@ -109,7 +118,7 @@ static void share(const mech_solver *s, int n, int rank, const int *set, const i
             for (int j = k + 1; j < rank; j++) sum -= row[column[j]] * a[used[j] * width + column[f]];
             row[column[f]] = sum / row[column[k]];
         }
-    for (int f = 0; f < free; f++) {
+    for (int f = 0; f < free_; f++) {
         right[f] = 0;
         for (int k = 0; k < rank; k++) right[f] += weight[k] * a[used[k] * width + column[rank + f]] * x[column[k]];
         for (int g = 0; g <= f; g++) {
@@ -119,7 +128,7 @@ static void share(const mech_solver *s, int n, int rank, const int *set, const i
             gram[f * (f + 1) / 2 + g] = sum;
         }
     }
-    for (int f = 0; f < free; f++) /* Cholesky's factors, and forwards */
+    for (int f = 0; f < free_; f++) /* Cholesky's factors, and forwards */
         for (int g = 0; g <= f; g++) {
             mech_real sum = gram[f * (f + 1) / 2 + g];
             for (int k = 0; k < g; k++) sum -= gram[f * (f + 1) / 2 + k] * gram[g * (g + 1) / 2 + k];
@@ -127,12 +136,13 @@ static void share(const mech_solver *s, int n, int rank, const int *set, const i
             if (g < f) right[f] -= gram[f * (f + 1) / 2 + g] * right[g];
             if (f == g) right[f] /= gram[f * (f + 1) / 2 + f];
         }
-    for (int f = free - 1; f >= 0; f--) {
-        for (int k = f + 1; k < free; k++) right[f] -= gram[k * (k + 1) / 2 + f] * right[k];
+    for (int f = free_ - 1; f >= 0; f--) {
+        for (int k = f + 1; k < free_; k++) right[f] -= gram[k * (k + 1) / 2 + f] * right[k];
         right[f] /= gram[f * (f + 1) / 2 + f];
         x[column[rank + f]] = right[f];
         for (int k = 0; k < rank; k++) x[column[k]] -= a[used[k] * width + column[rank + f]] * right[f];
     }
+    free(gram);
 }
 
 static int solve(mech_solver *s, int n, const int *set, const mech_real *target, int shared, mech_real *x)

@@ -5,7 +5,7 @@
 #include "event_state.h"
 
 /* Of a row: its description; what it measures at present (enum mech_row_value); its rate; whether it holds. */
-static inline const mech_row *mech_row_of(const mech_solver *s, int i) { return &s->model->hybrid->rows[i]; }
+static inline const mech_row *mech_row_of(const mech_solver *s, int i) { return &s->events->rows[i]; }
 
 static inline mech_real mech_row_value(const mech_solver *s, int i, int which)
 {

@@ -12,7 +12,7 @@
 
 enum { TOLERANCES = 3 }; /* of the largest slip: what counts as none */
 
-static mech_real *sign(const mech_solver *s, int i) { return &s->events->z[s->model->hybrid->rows[i].sign]; }
+static mech_real *sign(const mech_solver *s, int i) { return &s->events->z[s->events->rows[i].sign]; }
 
 mech_real mech_surface_friction_none(const mech_solver *s, int i)
 {
@@ -37,15 +37,14 @@ static int independent(mech_solver *s, int n, const int *rows)
  * hold, and contacts that touch, keep their rates. */
 static void set_slips(mech_solver *s, int begins)
 {
-    const mech_hybrid *h = s->model->hybrid;
     mech_real aim[MECH_MOST_ROWS];
     int rows[MECH_MOST_ROWS], n = mech_contact_projection_rows(s, rows), changes = 0;
-    for (int i = 0; i < h->n_rows; i++)
-        if (h->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && mech_row_touches(s, i)) rows[n++] = i;
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (s->events->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && mech_row_touches(s, i)) rows[n++] = i;
     for (int k = 0; k < n; k++) aim[k] = mech_row_value(s, rows[k], MECH_RATE);
-    for (int i = 0; i < h->n_rows; i++) {
+    for (int i = 0; i < s->events->n_rows; i++) {
         const int j = mech_row_partner(s, i);
-        if (j < 0 || !mech_row_holds(s, h->rows[i].normal) || !mech_surface_friction_is_slow(s, i)) continue;
+        if (j < 0 || !mech_row_holds(s, s->events->rows[i].normal) || !mech_surface_friction_is_slow(s, i)) continue;
         const mech_real a = begins ? *sign(s, i) : 0, b = begins ? *sign(s, j) : 0;
         if (begins && a == 0 && b == 0) continue;
         const int before = n;

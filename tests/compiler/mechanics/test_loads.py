@@ -107,9 +107,9 @@ ROWS = (
 
 
 def test_more_rows_than_a_run_decides_over_are_told_when_compiling() -> None:
-    for statement in ("contact c[i]: x[i];", "friction 1 N on x[i];"):
-        with pytest.raises(mechc.CompileError, match=r"E0720.*has 65 rows"):
-            mechc.loads(ROWS.format(n=65, statement=statement))
+    with pytest.raises(mechc.CompileError, match=r"E0720.*has 65 rows"):
+        mechc.loads(ROWS.format(n=65, statement="friction 1 N on x[i];"))
+    assert codes_of(ROWS.format(n=65, statement="contact c[i]: x[i];")) == []
     smooth = 'friction 1 N on x[i], law = "regularized", v_stick = 1 mm/s;'
     assert codes_of(ROWS.format(n=65, statement=smooth)) == []
 
@@ -119,8 +119,8 @@ def test_the_kernel_has_room_for_as_many_rows() -> None:
     from mechc.runtime.integrate import kernel_failure
     from mechc.runtime.native.kernel import kernel_sources
 
-    assert f"MECH_MOST_ROWS = {MOST_ROWS} " in kernel_sources()["event_state.h"]
-    assert kernel_failure.MOST_ROWS == MOST_ROWS
+    assert kernel_failure.MOST_ROWS > MOST_ROWS
+    assert f"MECH_MOST_ROWS = {kernel_failure.MOST_ROWS} " in kernel_sources()["event_state.h"]
 
 
 @pytest.mark.parametrize("statement", ["force {0, 1} N on F at Q from P;", "force {0, 1} N on P at Q;"])

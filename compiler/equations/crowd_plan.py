@@ -1,0 +1,64 @@
+"""Tables of a crowd of contacts, whose forces are found by numbers (rows/crowd.py)."""
+
+from __future__ import annotations
+
+from msgspec import Struct
+
+from mechc.lang.source import Span
+
+
+class CrowdKind(Struct, frozen=True):
+    """Contacts whose formulas differ only in what they read: the function of their values, and how many numbers it is given.
+
+    Its results: gap, the part of its rate free of velocities, the part of its second derivative free of accelerations,
+    restitution, approach below which it rests; K for each of ``normal`` velocities, bounds of |K| (negative: unknown);
+    with friction the same two parts of the slip, the coefficients at rest and while sliding, and K for each of ``slip``
+    velocities.
+    """
+
+    function: str
+    leaves: int
+    normal: int
+    slip: int
+    friction: bool
+
+
+def crowd_values(kind: CrowdKind) -> int:
+    """Return how many values the function of a kind gives."""
+    return 5 + 2 * kind.normal + (4 + kind.slip if kind.friction else 0)
+
+
+class CrowdRow(Struct, frozen=True):
+    """One contact of a crowd: its kind; where the numbers that its kind is given lie; indices of its velocities in v.
+
+    ``leaves``: an index in y, or behind these in p, or behind these in z.
+    """
+
+    name: str
+    kind: int
+    leaves: tuple[int, ...]
+    normal: tuple[int, ...]
+    slip: tuple[int, ...]
+    span: Span | None = None
+
+
+class CrowdPlan(Struct, frozen=True):
+    """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
+    are closed. ``groups``: of each velocity, the group within which forces act. ``asked``: what outputs are given behind the
+    accelerations, as (contact, 0: its force, 1: that of its friction, 2: whether it is closed)."""
+
+    kinds: tuple[CrowdKind, ...]
+    rows: tuple[CrowdRow, ...]
+    first: int
+    capacity: int
+    groups: tuple[int, ...]
+    asked: tuple[tuple[int, int], ...]
+
+    @property
+    def places(self) -> range:
+        """The places in z of what is closed."""
+        return range(self.first, self.first + self.capacity)
+
+    def results(self, nv: int) -> dict[str, int]:
+        """Return how many results each function has."""
+        return {**{kind.function: crowd_values(kind) for kind in self.kinds}, "crowd_push": nv}

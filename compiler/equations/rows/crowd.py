@@ -1,0 +1,147 @@
+"""Crowds: contacts so many that no formula finds their forces; the rows of a model that are set apart for numbers.
+
+What holds of them is found at run time over those that touch (kernel/crowd.h). Contacts whose gaps differ in nothing but
+in what they read are one kind: the code of a kind is formed once, for the first of its members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from mechc.lang.diagnostics import Reporter
+
+from ...graph import Node
+from ...mechanics.system import ConstraintRows, MechanicalSystem
+from ..model import Equations, Function
+from .modes import MOST_ROWS
+
+
+class Member(Struct, frozen=True):
+    """One contact of a crowd: the row of its gap and that of its friction, if it has any; ``force``, ``grip`` and ``flag``
+    are the symbols of its force, of that of its friction, and of whether it is closed."""
+
+    gap: ConstraintRows
+    friction: ConstraintRows | None
+    force: Node
+    grip: Node
+    flag: Node
+
+
+def set_apart(system: MechanicalSystem, reporter: Reporter) -> tuple[MechanicalSystem, tuple[Member, ...]]:
+    """Return the system without the contacts that are found by numbers, and these; none where they are few."""
+    switching = [rows for rows in system.constraints if rows.mode is not None and rows.mode.smooth is None]
+    count = sum(len(rows.residuals) for rows in switching)
+    if count <= MOST_ROWS:
+        return system, ()
+    others = [rows for rows in system.constraints if rows.mode is not None and not _belongs(rows)]
+    surface = [
+        rows for rows in switching if _belongs(rows) and rows.name.endswith((".friction[1]", ".friction[2]"))
+    ]
+    if others or surface:
+        rows = (others or surface)[0]
+        raise reporter.fail(
+            "E0720",
+            f"the model has {count} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
+            rows.origin.shown,
+            caption="so many are found by numbers, and this one cannot be",
+            help="among more than 64 rows there may be contacts, without friction or with friction along one line: replace "
+            "others by potentials, or say less of them",
+        )
+    graph = system.graph
+    members: list[Member] = []
+    for rows in switching:
+        assert rows.mode is not None
+        if rows.mode.kind == "contact":
+            force, grip = (graph.symbol(f"#crowd {what} {rows.name}") for what in ("force", "grip"))
+            members.append(Member(rows, None, force, grip, rows.mode.flag))
+        else:
+            members[-1] = replace(members[-1], friction=rows)
+    kept = tuple(rows for rows in system.constraints if rows.mode is None)
+    return replace(system, constraints=kept), tuple(members)
+
+
+def _belongs(rows: ConstraintRows) -> bool:
+    """Tell whether a row is one that a crowd may have."""
+    mode = rows.mode
+    if mode is None or mode.smooth is not None or mode.enabled is not None:
+        return False
+    return mode.kind == "contact" or bool(mode.contact)
+
+
+def forces_by_name(members: Sequence[Member]) -> dict[str, tuple[Node, ...]]:
+    """Return the symbols of the forces by the names that questions use: those of the parts of a gap together."""
+    found: dict[str, tuple[Node, ...]] = {}
+    for member in members:
+        assert member.gap.mode is not None
+        name = member.gap.mode.whole or member.gap.name
+        if name in found or name != member.gap.name:  # parts of one gap: nobody asked has all of them here
+            found.pop(name, None)
+        found[member.gap.name] = (member.force,)
+    return found
+
+
+REFUSED = {
+    "jacobian": "the Jacobian of implicit methods",
+    "momenta": "a structure-preserving method",
+    "series": "the method 'taylor'",
+    "local_derivatives": "derivatives at a state",
+    "second_order": "derivatives of the equations of motion",
+    "phase": "the search for constants of the motion",
+    "functions": "functions for others",
+}
+"""Parts that would need formulas of the forces."""
+
+
+def check_crowd(
+    system: MechanicalSystem, members: Sequence[Member], parts: Collection[str], reporter: Reporter
+) -> None:
+    """Report what asks for formulas of the forces of a crowd, or of accelerations, which these are in."""
+    asked = [words for part, words in REFUSED.items() if part in parts]
+    accelerations = set(system.a)
+    found = set(system.graph.support(*system.xdot.values(), *(b.condition for b in system.branches)))
+    found |= set(system.graph.support(*(a.condition for a in system.assertions)))
+    if found & accelerations:
+        asked.append("an acceleration in an equation, a condition or an assertion")
+    if any(query.function in ("reaction", "moment") for query in system.queries.values()):
+        asked.append("a reaction")
+    if asked:
+        raise _unformed(members, asked[0], reporter)
+
+
+def check_askers(
+    system: MechanicalSystem, members: Sequence[Member], functions: Sequence[Function], reporter: Reporter
+) -> None:
+    """Report formulas other than outputs that read the forces of a crowd, or which of its contacts are closed."""
+    symbols = {n for m in members for n in (m.force, m.grip, m.flag)}
+    for function in functions:
+        if function.name != "outputs" and symbols & set(system.graph.support(*function.outputs)):
+            raise _unformed(
+                members, "a force, or whether a contact is closed, in something that is no output", reporter
+            )
+
+
+def _unformed(members: Sequence[Member], asked: str, reporter: Reporter) -> Exception:
+    return reporter.fail(
+        "E0722",
+        f"{asked} needs formulas, and the forces of {len(members)} contacts are found by numbers",
+        members[0].gap.origin.shown,
+        caption="the first of these contacts",
+        help="more than 64 rows of contacts and friction have no formula: outputs may ask for 'multiplier(c)' and 'closed(c)', "
+        "or use fewer contacts",
+    )
+
+
+def check_forces_have_formulas(equations: Equations) -> None:
+    """Report a crowd where the motion is to be differentiated. Raises CompileError."""
+    crowd = equations.hybrid.crowd if equations.hybrid is not None else None
+    if crowd is not None:
+        raise Reporter().fail(
+            "E0722",
+            f"a derivative of the motion needs formulas, and the forces of {len(crowd.rows)} contacts are found by numbers",
+            crowd.rows[0].span,
+            caption="the first of these contacts",
+            help="use up to 64 rows of contacts and friction, or compare runs",
+        )

@@ -1,0 +1,22 @@
+"""What code that stands alone cannot hold yet."""
+
+from __future__ import annotations
+
+from mechc.lang.diagnostics import Reporter
+
+from ..equations.model import HybridPlan
+
+
+def check_stands_alone(hybrid: HybridPlan | None) -> None:
+    """Report forces that are found by numbers: only code that is compiled here and now finds them. Raises CompileError."""
+    crowd = hybrid.crowd if hybrid is not None else None
+    if crowd is None:
+        return
+    raise Reporter().fail(
+        "E0722",
+        f"the forces of {len(crowd.rows)} contacts are found by numbers, which only code compiled here and now does",
+        crowd.rows[0].span,
+        caption="the first of these contacts",
+        help="'mechc run' and 'model.simulate' do, with a C compiler; programs, modules, FMUs and pages that stand alone, and the "
+        "target 'python', take up to 64 rows of contacts and friction",
+    )

@@ -1,0 +1,358 @@
+#include "window.h"
+
+#include <string.h>
+
+#include "crowd.h"
+#include "method.h"
+#include "step.h"
+
+enum { MOST_PARTS = 30 };
+
+static const mech_crowd *crowd(const mech_solver *s) { return s->model->hybrid->crowd; }
+
+static int contact_of(const mech_solver *s, int i) { return (int)s->events->window[i] / 2; }
+
+static int is_slip(const mech_solver *s, int i) { return (int)s->events->window[i] % 2; }
+
+static mech_crowd_at now(mech_solver *s, mech_real t, const mech_real *y)
+{
+    mech_event_state *e = s->events;
+    if (s->model->nu) {
+        mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+        memcpy(e->given, s->u, (size_t)s->model->nu * sizeof(mech_real));
+    }
+    return (mech_crowd_at){s->model, t, y, s->u, e->z, s->o.p, e->given};
+}
+
+/* ---------------------------------------------------------------- which rows are at hand */
+
+/* Writes what row i has in arrays of rows to its place, or, `back` 0, the other way. */
+static void move(mech_solver *s, int i, int back)
+{
+    mech_event_state *e = s->events;
+    const int k = s->model->hybrid->n_switches + i;
+    mech_real *kept = e->kept + (int)e->window[i] * MECH_KEPT;
+    mech_real *at[] = {e->gap_scale + i, e->speed + i, e->force + i, e->mobility + i, e->last_hit + i, e->delay + i,
+                       e->flags + i,     e->signs + i, e->fresh + k, e->rate_scale + k};
+    for (int f = 0; f < MECH_KEPT_MODE; f++) *(back ? kept + f : at[f]) = *(back ? at[f] : kept + f);
+}
+
+static int mode_of(const mech_solver *s, int i)
+{
+    const mech_event_state *e = s->events;
+    const mech_row *row = e->rows + i;
+    if (!(e->z[row->flag] > MECH_C(0.5))) return MECH_CROWD_OPEN;
+    if (!mech_crowd_kind_of(crowd(s), contact_of(s, i))->friction) return MECH_CROWD_CLOSED;
+    if (e->z[row[1].flag] > MECH_C(0.5)) return MECH_CROWD_STICKS;
+    const mech_real sign = e->z[row[1].sign];
+    return sign > 0 ? MECH_CROWD_FORWARD : sign < 0 ? MECH_CROWD_BACKWARD : MECH_CROWD_CLOSED;
+}
+
+/* Lists in z what is closed: what was, but for the rows at hand, then these. */
+static void list_closed(mech_solver *s)
+{
+    const mech_crowd *c = crowd(s);
+    mech_event_state *e = s->events;
+    mech_real *list = e->z + c->first;
+    int n = 0;
+    for (int i = 0; i < e->n_rows; i++)
+        if (!is_slip(s, i)) e->kept[2 * contact_of(s, i) * MECH_KEPT + MECH_KEPT_MODE] = -1 - mode_of(s, i);
+    for (int k = 0; k < c->capacity && list[k] > 0; k++)
+        if (!(e->kept[2 * ((int)list[k] / 8 - 1) * MECH_KEPT + MECH_KEPT_MODE] < 0)) list[n++] = list[k];
+    for (int i = 0; i < e->n_rows; i++) {
+        if (is_slip(s, i)) continue;
+        mech_real *mode = e->kept + 2 * contact_of(s, i) * MECH_KEPT + MECH_KEPT_MODE;
+        *mode = -1 - *mode;
+        if (*mode > 0 && n < c->capacity) list[n++] = 8 * (contact_of(s, i) + 1) + *mode;
+    }
+    for (int k = n; k < c->capacity && list[k] > 0; k++) list[k] = 0;
+}
+
+static void put_back(mech_solver *s)
+{
+    if (s->events->n_rows) list_closed(s);
+    for (int i = 0; i < s->events->n_rows; i++) move(s, i, 1);
+}
+
+static void set_count(mech_solver *s, int n)
+{
+    s->events->n_rows = n;
+    s->events->n = s->model->hybrid->n_switches + n;
+    s->events->counters[MECH_AT_HAND] = n;
+}
+
+void mech_window_again(mech_solver *s) { set_count(s, (int)s->events->counters[MECH_AT_HAND]); }
+
+/* Adds the rows of a contact; 0 where there is no room. */
+static int add(mech_solver *s, int contact)
+{
+    mech_event_state *e = s->events;
+    const int n = e->n_rows, friction = mech_crowd_kind_of(crowd(s), contact)->friction, nz = s->model->nz;
+    const mech_real mode = e->kept[2 * contact * MECH_KEPT + MECH_KEPT_MODE];
+    if (n + 1 + friction > MECH_MOST_ROWS) return 0;
+    for (int k = 0; k <= friction; k++) {
+        const int i = n + k;
+        e->window[i] = 2 * contact + k;
+        e->places[i] = (mech_row){k ? MECH_FRICTION : MECH_CONTACT, k ? n : -1, nz + i, k ? nz + MECH_MOST_ROWS + i : -1,
+                                  nz + 2 * MECH_MOST_ROWS + i, -1};
+        e->z[nz + i] = k ? mode == MECH_CROWD_STICKS : mode > 0;
+        e->z[nz + MECH_MOST_ROWS + i] = !k ? 0 : mode == MECH_CROWD_FORWARD ? 1 : mode == MECH_CROWD_BACKWARD ? -1 : 0;
+        e->z[nz + 2 * MECH_MOST_ROWS + i] = 0;
+        e->impulse[i] = e->open[i] = e->slides[i] = 0;
+        move(s, i, 0);
+    }
+    set_count(s, n + 1 + friction);
+    return 1;
+}
+
+/* From how far a contact may be reached: its gap over the largest sum of speeds; negative where that is not known. */
+static mech_real distance(const mech_solver *s, int contact, const mech_real *values)
+{
+    const mech_crowd_kind *k = mech_crowd_kind_of(crowd(s), contact);
+    mech_real reach = 0;
+    for (int i = 0; i < k->n_normal; i++) {
+        if (values[5 + k->n_normal + i] < 0) return -1;
+        reach += values[5 + k->n_normal + i];
+    }
+    const mech_real gap = values[0] - MECH_C(1e-6) * s->events->kept[2 * contact * MECH_KEPT + MECH_KEPT_GAP];
+    return reach > 0 ? MECH_C(0.999) * gap / reach : -1;
+}
+
+/* ---------------------------------------------------------------- steps and instants */
+
+/* More than any coordinate moves within the attempted step. */
+static mech_real farthest(const mech_solver *s, mech_real h)
+{
+    const mech_model *m = s->model;
+    mech_real most = 0;
+    for (int i = 0; i < m->nv; i++) {
+        const int k = m->nq + i;
+        const mech_real speed = mech_max(mech_abs(s->y[k]), mech_abs(s->y_new[k]));
+        most = mech_max(most, speed + h / 2 * mech_max(mech_abs(s->dy[k]), mech_abs(s->dy_new[k])));
+    }
+    return h * most;
+}
+
+/* Takes the contacts that may be reached; 0 where they are too many. */
+static int take_near(mech_solver *s, mech_real reach)
+{
+    mech_event_state *e = s->events;
+    const mech_crowd_at at = now(s, s->run->report.t, s->y);
+    const mech_real moved = e->counters[MECH_MOVED];
+    set_count(s, 0);
+    for (int k = 0; k < crowd(s)->n; k++) {
+        if (e->wake[k] > moved + reach) continue;
+        if (!(e->kept[2 * k * MECH_KEPT + MECH_KEPT_MODE] > 0)) {
+            mech_crowd_values(&at, k, e->values);
+            const mech_real far = distance(s, k, e->values);
+            e->wake[k] = moved + mech_max(far, 0);
+            if (far > reach) continue;
+        }
+        if (!add(s, k)) return 0;
+    }
+    return 1;
+}
+
+int mech_window_for_step(mech_solver *s, mech_real *t_new, mech_real *h)
+{
+    mech_event_state *e = s->events;
+    put_back(s);
+    for (int part = 0; !take_near(s, farthest(s, *h)); part++) {
+        set_count(s, 0);
+        if (part == MOST_PARTS) return mech_fail(s, MECH_NO_MODE, -1);
+        const int status = mech_step_try(s, s->run->report.t + *h / 4, t_new, h);
+        if (status) return status;
+    }
+    e->counters[MECH_MOVED] += farthest(s, *h);
+    return MECH_RUNNING;
+}
+
+int mech_window_for_instant(mech_solver *s, int hit)
+{
+    mech_event_state *e = s->events;
+    const int n = e->n_rows, switches = s->model->hybrid->n_switches;
+    const int number = hit >= switches ? (int)e->window[hit - switches] : -1;
+    const mech_crowd_at at = now(s, s->run->report.t, s->y);
+    put_back(s);
+    set_count(s, 0);
+    for (int i = 0; i < n; i++) { /* rows are added where rows were read before */
+        const int contact = (int)e->window[i] / 2;
+        if ((int)e->window[i] % 2) continue;
+        const mech_real *kept = e->kept + 2 * contact * MECH_KEPT;
+        mech_crowd_values(&at, contact, e->values);
+        const int near = mech_abs(e->values[0]) <= MECH_C(2e-9) * kept[MECH_KEPT_GAP];
+        if (near || kept[MECH_KEPT_MODE] > 0 || contact == number / 2) {
+            if (contact == number / 2) hit = switches + e->n_rows + number % 2;
+            add(s, contact);
+        }
+    }
+    return hit;
+}
+
+int mech_window_begin(mech_solver *s, mech_real length, mech_real speed)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = crowd(s);
+    mech_event_state *e = s->events;
+    const mech_crowd_at at = now(s, s->run->report.t, s->y);
+    const size_t nv = (size_t)m->nv;
+    memset(e->kept, 0, (size_t)(2 * c->n * MECH_KEPT) * sizeof(mech_real));
+    set_count(s, 0);
+    for (int i = 0; i < c->n; i++) {
+        const mech_crowd_kind *kind = mech_crowd_kind_of(c, i);
+        mech_real *kept = e->kept + 2 * i * MECH_KEPT, along[2] = {0, 0};
+        for (int k = 0; k <= kind->friction; k++) {
+            mech_crowd_values(&at, i, e->values);
+            memset(e->given + m->nu, 0, nv * sizeof(mech_real));
+            mech_crowd_add(c, i, k, e->values, 1, e->given + m->nu);
+            c->push(at.t, at.y, at.g, at.z, at.p, e->response);
+            along[k] = mech_crowd_along(c, i, k, e->values, e->response);
+            kept[k * MECH_KEPT + MECH_KEPT_GAP] = MECH_C(1e-3) * length;
+            kept[k * MECH_KEPT + MECH_KEPT_SPEED] = MECH_C(1e-3) * speed;
+            if (along[k] > 0 && length > 0)
+                kept[k * MECH_KEPT + MECH_KEPT_FORCE] = MECH_C(1e-4) * speed * speed / (along[k] * length);
+        }
+        const mech_real gap = e->values[0], noise = MECH_C(1e-9) * kept[MECH_KEPT_GAP];
+        const int wrong = !(e->values[3] >= 0 && e->values[3] <= 1);
+        e->wake[i] = e->counters[MECH_MOVED] + mech_max(distance(s, i, e->values), 0);
+        if (gap < -noise || wrong) {
+            set_count(s, 0);
+            add(s, i);
+            s->run->report.failed_value = wrong ? e->values[3] : gap;
+            return mech_fail(s, wrong ? MECH_OUT_OF_RANGE : MECH_PENETRATION, 0);
+        }
+        if (mech_abs(gap) <= noise && !add(s, i)) return mech_fail(s, MECH_NO_MODE, -1);
+    }
+    return MECH_RUNNING;
+}
+
+int mech_window_number(const mech_solver *s, int i) { return crowd(s) ? (int)s->events->window[i] : i; }
+
+void mech_window_name(mech_solver *s, int status)
+{
+    const int row = status == MECH_PENETRATION || status == MECH_NO_MODE || status == MECH_NO_IMPACT ||
+                    status == MECH_ENERGY_RAISED || status == MECH_OUT_OF_RANGE || status == MECH_APART;
+    int *index = &s->run->report.failed_index;
+    if (row && *index >= 0 && *index < s->events->n_rows) *index = mech_window_number(s, *index);
+}
+
+/* ---------------------------------------------------------------- what rows at hand measure */
+
+void mech_window_read(mech_solver *s, mech_real t, const mech_real *y, int wholly, mech_real *row)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = crowd(s);
+    mech_event_state *e = s->events;
+    const mech_real *v = y + m->nq;
+    const int width = c->n_values;
+    int contacts[MECH_MOST_ROWS], modes[MECH_MOST_ROWS], n = 0, closed = 0;
+    if (wholly) list_closed(s);
+    const mech_crowd_at at = now(s, t, y);
+    for (int i = 0; i < e->n_rows; i++) {
+        if (is_slip(s, i)) continue;
+        contacts[n] = contact_of(s, i);
+        modes[n] = mode_of(s, i);
+        closed |= modes[n] > 0;
+        mech_crowd_values(&at, contacts[n], e->values + n * width);
+        n++;
+    }
+    memset(e->forces, 0, 2 * (size_t)n * sizeof(mech_real));
+    if (closed || wholly) {
+        c->rhs(t, y, s->u, e->z, s->o.p, e->rates);
+        mech_crowd_solve(&at, n, contacts, modes, e->values, width, e->rates + m->nq, e->forces);
+    }
+    const mech_real *a = e->rates + m->nq;
+    for (int k = 0; k < n; k++) {
+        const mech_crowd_kind *kind = mech_crowd_kind_of(c, contacts[k]);
+        const mech_real *own = e->values + k * width, *slip = own + mech_crowd_slip(kind);
+        for (int part = 0; part <= kind->friction; part++, row += MECH_ROW_VALUES) {
+            row[MECH_GAP] = part ? 0 : own[0];
+            row[MECH_DRIFT] = part ? slip[0] : own[1];
+            row[MECH_RATE] = mech_crowd_along(c, contacts[k], part, own, v) + row[MECH_DRIFT];
+            row[MECH_SECOND] =
+                closed || wholly ? mech_crowd_along(c, contacts[k], part, own, a) + (part ? slip[1] : own[2]) : 0;
+            row[MECH_FORCE] = e->forces[2 * k + part];
+            row[MECH_LIMIT] = part ? slip[2] * e->forces[2 * k] : 0;
+            row[MECH_COEFFICIENT] = part ? slip[2] : own[3];
+            row[MECH_EXTRA] = part ? slip[3] : own[4];
+        }
+    }
+}
+
+void mech_window_indicate(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
+{
+    mech_event_state *e = s->events;
+    const mech_real *row = e->row;
+    mech_window_read(s, t, y, 0, e->row);
+    for (int i = 0; i < e->n_rows; i++, row += MECH_ROW_VALUES) {
+        const int holds = e->z[e->rows[i].flag] > MECH_C(0.5), slip = is_slip(s, i);
+        const mech_real sign = slip ? e->z[e->rows[i].sign] : 0;
+        if (slip)
+            w[i] = holds ? row[MECH_LIMIT] - mech_abs(row[MECH_FORCE]) : sign * row[MECH_RATE];
+        else
+            w[i] = holds ? row[MECH_FORCE] : row[MECH_GAP];
+        if (rate) rate[i] = holds ? 0 : slip ? sign * row[MECH_SECOND] : row[MECH_RATE];
+    }
+}
+
+void mech_window_place(mech_solver *s, int i, mech_real part, mech_real *y)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = crowd(s);
+    const int contact = contact_of(s, i), ny = s->ny;
+    const int *leaf = c->table + c->at[contact];
+    if (m->n_rotations || is_slip(s, i) || s->events->z[s->events->rows[i].flag] > MECH_C(0.5)) {
+        mech_dense_at(s->dense, s->n_dense, ny, part, y);
+        mech_normalise(m, y);
+        return;
+    }
+    for (int k = 0; k < mech_crowd_kind_of(c, contact)->n_leaves; k++) {
+        if (leaf[k] >= ny) continue;
+        const mech_real *d = s->dense + leaf[k];
+        mech_real sum = d[(s->n_dense - 1) * ny];
+        for (int j = s->n_dense - 2; j >= 0; j--) sum = d[j * ny] + (j % 2 ? 1 - part : part) * sum;
+        y[leaf[k]] = sum;
+    }
+}
+
+int mech_window_indicate_one(mech_solver *s, int i, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
+{
+    const int contact = contact_of(s, i);
+    if (is_slip(s, i) || s->events->z[s->events->rows[i].flag] > MECH_C(0.5)) return 0;
+    const mech_crowd_at at = now(s, t, y);
+    mech_crowd_values(&at, contact, s->events->values);
+    *w = s->events->values[0];
+    if (rate)
+        *rate = mech_crowd_along(crowd(s), contact, 0, s->events->values, y + s->model->nq) + s->events->values[1];
+    return 1;
+}
+
+void mech_window_respond(mech_solver *s)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = crowd(s);
+    mech_event_state *e = s->events;
+    const int width = m->nv + e->n_rows, wide = c->n_values;
+    const mech_crowd_at at = now(s, s->run->report.t, s->y);
+    int rows[MECH_MOST_ROWS], n = 0, count = 0;
+    const mech_real *own[MECH_MOST_ROWS];
+    for (int i = 0; i < e->n_rows; i++) {
+        mech_real *values = e->values + n * wide;
+        if (!is_slip(s, i)) mech_crowd_values(&at, contact_of(s, i), values);
+        const int first = i - is_slip(s, i), friction = mech_crowd_kind_of(c, contact_of(s, i))->friction;
+        if (mode_of(s, first) > 0 || mech_abs(values[0]) <= MECH_C(2e-9) * e->gap_scale[first]) {
+            own[count] = values;
+            rows[count++] = i;
+        }
+        if (is_slip(s, i) || !friction) n++;
+    }
+    for (int j = 0; j < count; j++) {
+        mech_real *response = e->response + rows[j] * width;
+        memset(e->given + m->nu, 0, (size_t)m->nv * sizeof(mech_real));
+        mech_crowd_add(c, contact_of(s, rows[j]), is_slip(s, rows[j]), own[j], 1, e->given + m->nu);
+        c->push(at.t, at.y, at.g, at.z, at.p, response);
+        for (int i = 0; i < count; i++)
+            response[m->nv + rows[i]] =
+                mech_crowd_along(c, contact_of(s, rows[i]), is_slip(s, rows[i]), own[i], response);
+    }
+}
