@@ -35,6 +35,7 @@ PAGES = (
     "fits",
     "exponents",
     "studies",
+    "answers",
     "leaving_out",
     "ensembles",
     "cluster",
