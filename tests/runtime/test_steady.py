@@ -164,6 +164,21 @@ end Disk;
 """
 
 
+PARTS = """\
+import mech.spatial.*;
+model Lib "governor: arms hinged on a turning shaft, rods to a sleeve"
+  gravity {0, 0, -9.81} m/s^2;
+  Body shaft(m = 1 kg, J = diag({0.01, 0.01, 0.02} kg.m^2));
+  Revolute spin(world -> shaft.a, axis = {0, 0, 1}, angle = 0 rad, der(angle) = 12 rad/s);
+  Bar arm(m = 1 kg, l = 0.3 m);
+  Revolute hinge(shaft.a -> arm.a, axis = {0, 1, 0}, angle = 60 deg);
+  Particle sleeve(m = 2 kg);
+  Prismatic guide(shaft.a -> sleeve.a, axis = {0, 0, -1}, position ~ 0.3 m);
+  constraint norm(pos(sleeve.a) - pos(arm.b)) = 0.3 m;
+end Lib;
+"""
+
+
 def steady_of(text: str, **settings: Any) -> list[dict[str, Any]]:
     found = mechc.loads(text).steady(**settings).summary()["steady"]
     assert isinstance(found, list)
@@ -216,6 +231,16 @@ end Free;
     assert tied["values"]["x"] == pytest.approx(0.3 * math.sin(one["values"]["theta"]), rel=1e-10)
     assert frequencies(tied) == pytest.approx(frequencies(one), rel=1e-9)
     assert tied["stable"] is one["stable"] is True
+
+
+def test_governor_of_library_parts() -> None:
+    """An arm on a turning shaft, from the horizontal: sin = 3 g/(2 l w^2) where the sleeve stands at the hinge and pulls at nothing."""
+    found = [one for one in steady_of(PARTS) if abs(math.cos(one["values"]["hinge.angle"])) > 1e-6]
+    assert len(found) == 2
+    for one in found:
+        angle, rate = one["values"]["hinge.angle"], one["values"]["der(spin.angle)"]
+        assert math.sin(angle) == pytest.approx(1.5 * 9.81 / (0.3 * rate**2), rel=1e-12)
+        assert (0.02 + 0.03 * math.cos(angle) ** 2) * rate == pytest.approx(0.0275 * 12, rel=1e-12)
 
 
 @pytest.mark.parametrize("vary", [None, "der(phi)", "der(psi)"])
