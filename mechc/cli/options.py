@@ -23,6 +23,8 @@ class Command(click.Command):
     """A command that refuses to be told one thing twice: the first would be dropped without a word."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if ctx.resilient_parsing:
+            return super().parse_args(ctx, args)  # a shell completes what is not all there yet
         _, spare, order = self.make_parser(ctx).parse_args(list(args))
         if spare:
             raise click.UsageError(
@@ -40,6 +42,13 @@ class Command(click.Command):
                 what = f"write all in one text, {parameter.opts[-1]} A,B" if lists else "leave one out"
                 raise click.UsageError(f"{names} is given twice; {what}.", ctx)
         return super().parse_args(ctx, args)
+
+
+def method_names(_: click.Context, __: click.Parameter, begun: str) -> list[str]:
+    """Name the methods that begin so, for shells."""
+    from ..runtime.methods import KERNEL_METHODS
+
+    return [name for name in ("auto", *KERNEL_METHODS) if name.startswith(begun)]
 
 
 def _assignments(ctx: click.Context, parameter: click.Parameter, texts: tuple[str, ...]) -> dict[str, str]:

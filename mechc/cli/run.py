@@ -18,6 +18,7 @@ from .options import (
     input_option,
     keep_all_option,
     kept,
+    method_names,
     model_argument,
     model_option,
     set_option,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 @click.option(
     "--method",
     metavar="NAME",
+    shell_complete=method_names,
     help="auto, dop853, radau5, taylor; with a fixed step rk4, gauss2 to gauss8, verlet, rattle, lobatto4, lobatto6; "
     "scipy:DOP853, scipy:LSODA, scipy:Radau, scipy:BDF.",
 )

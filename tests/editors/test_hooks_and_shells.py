@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -60,11 +61,90 @@ def test_commands_options_and_files_are_completed() -> None:
     bash = completion("bash")
     assert [c.value for c in bash.get_completions([], "")] == list(COMMANDS)
     assert "--method" in [c.value for c in bash.get_completions(["run"], "--me")]
+    behind = bash.get_completions(["run", "a.mech", "--set", "l=1", "--method"], "ra")
+    assert [c.value for c in behind] == ["radau5", "rattle"]
     for command in ("run", "view", "check", "fmt", "explain", "equations", "compile"):
         assert [(c.value, c.type) for c in bash.get_completions([command], "exa")] == [("exa", "file")], (
             command
         )
     assert {c.type for c in bash.get_completions(["study", "fit", "a.mech"], "da")} == {"file"}
+
+
+TYPED = {
+    "mechc equat": "equations",
+    "mechc run --tole": "--tolerance",
+    "mechc run a_model.mech --method rad": "radau5",
+    "mechc study perio": "period",
+    "mechc run a_mo": "a_model.mech",
+}
+"""What is typed before Tab, and what has to stand there."""
+
+
+def at_home(folder: Path) -> dict[str, str]:
+    """Where a shell finds mechc, and no settings of anybody."""
+    (folder / "a_model.mech").write_text(RIGHT, encoding="utf-8")
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    return {**os.environ, "PATH": path, "HOME": str(folder), "ZDOTDIR": str(folder), "TERM": "dumb"}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("fish") is None, reason="needs fish")
+def test_fish_completes(tmp_path: Path) -> None:
+    asked = " echo; ".join(f"complete -C '{typed}';" for typed in TYPED)
+    line = f"_MECHC_COMPLETE=fish_source mechc | source; {asked}"
+    done = subprocess.run(
+        ["fish", "-c", line], cwd=tmp_path, env=at_home(tmp_path), capture_output=True, text=True
+    )
+    told = [{line.partition("\t")[0] for line in part.splitlines()} for part in done.stdout.split("\n\n")]
+    assert len(told) == len(TYPED), done.stdout
+    assert all(word in words for word, words in zip(TYPED.values(), told, strict=True)), done.stdout
+
+
+ZSH = """
+zmodload zsh/zpty
+zpty -b shell 'zsh -f -i'
+until_seen() {
+  local piece all="" end=$((SECONDS + 30))
+  while [[ $all != *$1* ]] && (( SECONDS < end )); do zpty -rt shell piece 2>/dev/null && all+=$piece || sleep 0.1; done
+  [[ $all == *$1* ]] || { print -r -- "not seen: $1 in $all"; exit 1 }
+}
+zpty -w shell 'autoload -Uz compinit; compinit -u -D; eval "$(_MECHC_COMPLETE=zsh_source mechc)"; print READY$((1+1))'
+until_seen READY2
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("zsh") is None, reason="needs zsh")
+def test_zsh_completes(tmp_path: Path) -> None:
+    """Typed into a terminal: a line is cleared, written, completed by Tab."""
+    keys = [f"zpty -n -w shell $'\\C-u{typed}\\t'\nuntil_seen {word!r}\n" for typed, word in TYPED.items()]
+    done = subprocess.run(
+        ["zsh", "-f", "-c", ZSH + "".join(keys)],
+        cwd=tmp_path,
+        env=at_home(tmp_path),
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("bash") is None, reason="needs bash")
+def test_bash_completes(tmp_path: Path) -> None:
+    lines = ['eval "$(_MECHC_COMPLETE=bash_source mechc)"']
+    for typed in TYPED:
+        words = typed.split()
+        lines += [
+            f"COMP_WORDS=({typed}); COMP_CWORD={len(words) - 1}; COMPREPLY=(); _mechc_completion mechc {words[-1]} {words[-2]}",
+            'printf "%s " "${COMPREPLY[@]}"; [ -n "${COMPREPLY[*]}" ] || compgen -f ' + words[-1] + "; echo",
+        ]
+    done = subprocess.run(
+        ["bash", "-c", "\n".join(lines)], cwd=tmp_path, env=at_home(tmp_path), capture_output=True, text=True
+    )
+    told = [line for line in done.stdout.splitlines() if line.strip()]
+    assert [word in line for word, line in zip(TYPED.values(), told, strict=True)] == [True] * len(TYPED), (
+        done.stdout
+    )
 
 
 def test_every_file_that_a_command_asks_for_is_completed() -> None:
