@@ -20,19 +20,27 @@ def _letter(name: str) -> str:
     return unicodedata.lookup(f"GREEK {case} LETTER {_UNICODE.get(name.lower(), name)}")
 
 
-def mathml(left: str, right: sp.Expr) -> str:
-    """Return ``left = right``; names are in the LaTeX of ``names.py``.
+def mathml(left: str, right: sp.Basic) -> str:
+    """Return ``left = right``; names are in the LaTeX of ``names.py``; the right side may be a condition.
 
     Each term of a sum is a formula of its own, so that a browser breaks long sums between them.
     """
     parts = [f"<math><mrow>{symbol(left)}<mo>=</mo></mrow></math>"]
+    if not isinstance(right, sp.Expr):
+        return f"{parts[0]} <math><mrow>{_body(right)}</mrow></math>"
     for k, term in enumerate(right.as_ordered_terms()):
         negative = term.could_extract_minus_sign()
         sign = "\u2212" if negative else ("+" if k else "")
-        body = _Printer().doprint(-term if negative else term)
+        body = _body(-term if negative else term)
         operator = f"<mo>{sign}</mo>" if sign else ""
         parts.append(f"<math><mrow>{operator}{body}</mrow></math>")
     return " ".join(parts)
+
+
+def _body(e: sp.Basic) -> str:
+    """Print an expression; SymPy leaves signs of comparison as they are."""
+    text: str = _Printer().doprint(e)
+    return text.replace("<mo><</mo>", "<mo>&lt;</mo>").replace("<mo>></mo>", "<mo>&gt;</mo>")
 
 
 def symbol(latex: str) -> str:

@@ -210,3 +210,14 @@ def test_long_sums_are_broken_in_latex() -> None:
     )
     assert len(lines) == 3 and " ".join(lines) == sp.latex(sum(x[1:], -x[0]))
     assert latex_lines(x[0] - x[1]) == "x_{0} - x_{1}"
+
+
+def test_a_condition_with_a_name_of_its_own_is_shown() -> None:
+    """A vector that is chosen holds the condition once for each element."""
+    model = mechc.loads(
+        """import mech.planar.*; Bar b; Free f(world -> b.a); frame g = b.b;
+        force if f.x + f.y > sin(f.angle)*1 m then {1, 2} N else {f.x*1 N/m, 3 N} on b.c;"""
+    )
+    formulas = re.findall(r"<math.*?</math>", write_equations(model.compilation.system, "html"), re.DOTALL)
+    shown = [parseString(f.replace("&InvisibleTimes;", "&#x2062;")).toxml() for f in formulas]
+    assert [f for f in shown if "&lt;" in f or "&gt;" in f]
