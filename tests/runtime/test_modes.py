@@ -227,7 +227,7 @@ end SliderCrank;
     stiffness = -500 * 0.1 * r * (1 + r / length)
     inertia = 0.5 * r**2 / 3 + 0.4 * length**2 / 12 * (r / length) ** 2 + 0.4 * (r / 2) ** 2
     wanted = np.emath.sqrt(stiffness / inertia)
-    assert abs(found.eigenvalues[0] - abs(wanted)) < 1e-11 * abs(wanted)
+    assert abs(found.eigenvalues[0] - abs(wanted)) < 1e-12 * abs(wanted)
     assert found.dampings[0] == -1
 
 
