@@ -256,7 +256,11 @@ def test_schwarzschild(options: dict[str, float], stop: float, bound: float) -> 
 
 def test_perihelion_of_mercury() -> None:
     """U154: 5.0186507e-7 rad a turn, 42.98 seconds of arc a century, as first order in M gives them."""
-    M, a, e = 1.32712440018e20 / 299792458.0**2, 57.90905e9, 0.205630  # half the Schwarzschild radius of the sun [m]
+    M, a, e = (
+        1.32712440018e20 / 299792458.0**2,
+        57.90905e9,
+        0.205630,
+    )  # half the Schwarzschild radius of the sun [m]
     p, r0, turn = a * (1 - e * e) / M, a * (1 + e) / M, 2 * pi * (a / M) ** 1.5
     solution = run("schwarzschild", stop=1.6 * turn, tolerance=1e-13, set={"r0": r0, "u": sqrt(p) / r0})
     first, second = (solution(t)["phi"] for t in upward_crossings(solution, "der(r)"))

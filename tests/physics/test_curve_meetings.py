@@ -91,6 +91,7 @@ def test_ends_of_the_range_that_are_set(given: dict[str, Any], ends: tuple[float
     assert [found.outputs["mid[1]"], found.outputs["mid[2]"]] == pytest.approx(middle, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_sweep_gives_a_curve_for_each_value() -> None:
     found = mechc.loads(LINE).solve(experiment="several", all=True)
     assert [p["b"] for p in found.points] == [1, 2, 3]

@@ -95,6 +95,7 @@ def test_a_method_is_a_table() -> None:
     assert np.abs(ours.y - theirs.y).max() < 4e-16
 
 
+@pytest.mark.slow
 def test_order_of_the_table() -> None:
     """On a circle, in quadruple precision: 5.09 and 5.05 were measured, and within one step 5.00 for the polynomial."""
     steps = (1 / 32, 1 / 64, 1 / 128)

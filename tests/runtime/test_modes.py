@@ -311,6 +311,7 @@ end Beam;
     assert (np.abs(found.frequencies - wanted) <= np.maximum(errors, 2e-16)).all()
 
 
+@pytest.mark.slow
 def test_a_loop_of_six_hinges_in_space() -> None:
     """Bricard's mechanism at rest, against positions and rotations of its bars by hand, in 40 digits."""
     found = modes(mechc.load(ROOT / "examples" / "bricard.mech"))

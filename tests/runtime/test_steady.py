@@ -204,6 +204,7 @@ def test_conical_pendulum_as_a_point_on_a_sphere() -> None:
     )
 
 
+@pytest.mark.slow
 def test_governor_of_rods_in_loops() -> None:
     """cos(theta) = (m + M) g/(m l w^2), over the speed; below it leans in, and only where rods lie along the shaft is rest."""
     found = steady_of(LOOPS, vary="x", over="der(phi) = 8 .. 16, 5")
@@ -215,6 +216,7 @@ def test_governor_of_rods_in_loops() -> None:
         assert one["values"]["x"] == pytest.approx(math.sqrt(0.3**2 - height**2), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_rods_in_loops_have_the_frequencies_of_one_angle() -> None:
     """The same governor in its lean alone: frequencies and stability with the momentum of the start."""
     free = """\
@@ -243,6 +245,7 @@ def test_governor_of_library_parts() -> None:
         assert (0.02 + 0.03 * math.cos(angle) ** 2) * rate == pytest.approx(0.0275 * 12, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("vary", [None, "der(phi)", "der(psi)"])
 def test_a_disk_rolls_in_circles(vary: str | None) -> None:
     """(C + m r^2) s W cos - A W^2 sin cos + m g r sin = 0 with s = phi' + W sin, from the moment about the centre."""
@@ -266,6 +269,7 @@ def test_a_disk_rolls_in_circles(vary: str | None) -> None:
         assert vary == "der(phi)" or spin == pytest.approx(-8, rel=1e-13)
 
 
+@pytest.mark.slow
 def test_a_disk_stands_up_from_a_speed_on() -> None:
     """Straight on: stable for s^2 > A m g r/((C + m r^2) C), which here is (s r)^2 > g r/3; eigenvalues in between are not told."""
     text = DISK.replace("theta = 0.3", "theta = 0").replace("= 2 rad/s", "= 0 rad/s")

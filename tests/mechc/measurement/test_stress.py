@@ -43,6 +43,7 @@ def test_a_quick_run_names_what_it_leaves_out(tmp_path: Path) -> None:
     assert len(varied) == 8 and all(n in varied or n in words for n in names)
 
 
+@pytest.mark.slow
 def test_runs_are_judged_by_a_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     judge = worker(SUBJECT)
     short = Extreme("parameter", "l = 1 mm", {"l": 1e-3}, {"stop": 1.0})

@@ -84,6 +84,7 @@ def visible(folder: Path) -> list[str]:
     return [line.split()[-1] for line in lines if len(line.split()) == 3]
 
 
+@pytest.mark.slow
 def test_two_models_in_one_program(tmp_path: Path) -> None:
     first = objects(tmp_path / "a", SPRING.format(name="First", k=8, event=""), 3, "First_")
     second = objects(tmp_path / "b", SPRING.format(name="Second", k=20, event=EVENT), 3, "Second_")

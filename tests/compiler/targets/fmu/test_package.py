@@ -172,6 +172,7 @@ def test_the_same_model_gives_the_same_bytes(arm: tuple[Path, int], tmp_path: Pa
     assert tokens[0] != tokens[1]
 
 
+@pytest.mark.slow
 def test_another_process_gives_the_same_bytes(tmp_path: Path) -> None:
     """Sets of texts have another order in each process; nothing may come from it. Seen: the token."""
     model = ROOT / "examples" / "stick_slip_belt.mech"
