@@ -169,7 +169,7 @@ def _dense(
 ) -> Callable[[Array], Array] | None:
     """Give the polynomials, or what computes them again where that gives the same."""
     found = None if record is None else record.polynomials()
-    if record is None or found is not None or not record.steps_fit(report.steps):
+    if record is None or found is not None or not (report.steps and record.steps_fit(report.steps)):
         return found
     return None if cut_off or options.seconds < math.inf else PolynomialsAgain(case, options)
 
