@@ -169,7 +169,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
 
     def _fingerprint(self, problem: Problem, members: Members) -> str:
         """Give what tells this question from others: pieces of one are none of another."""
-        digest = sha256(str(problem.library and problem.library.stem).encode())
+        digest = sha256(problem.library.read_bytes() if problem.library else b"")
         for axis in members.axes:
             digest.update(axis.name.encode() + axis.values.tobytes())
         if members.cloud is not None:
