@@ -158,6 +158,14 @@ def _contact_friction(
         static = _coefficient(lowering, symbols, contact.static, "coefficient of friction", reporter)
         _check_static(lowering, kinetic, static, contact.static, contact.friction, reporter)
     smooth = _smooth(lowering, contact.options, slips, name, reporter)
+    if smooth:
+        reporter.warning(
+            "W0723",
+            f"impacts of the contact '{name}' are without friction",
+            contact.options["law"].span,
+            caption="a smooth force is finite, and an impact does not feel it",
+            help="leave the law out, and the friction of an impact is an impulse; or accept that only what stays closed is braked",
+        )
     unit = base_unit(contact.along)
     rows = []
     for k, slip in enumerate(slips):

@@ -181,6 +181,26 @@ when time >= 2 s then engage hold; end when;
     assert closes(solution, 1e-12)
 
 
+@pytest.mark.parametrize(
+    "law, left", [("", 2 - 0.3 * math.sqrt(2)), (', law = "regularized", v_stick = 1 mm/s', 2.0)]
+)
+def test_impacts_of_contacts_with_regularized_friction_are_smooth_and_told(law: str, left: float) -> None:
+    """Coulomb's impulse is 0.3 times that of the floor, m sqrt(2 g h) without rebound; a smooth force gives none."""
+    text = f"""
+coordinate h = 1 m;
+coordinate x = 0 m;
+initial der(x) = 2 m/s;
+kinetic 1/2*1 kg*(der(h)^2 + der(x)^2);
+potential 1 N*h;
+contact floor: h friction 0.3 along der(x){law};
+"""
+    warned = [d.code for d in mechc.loads(text).diagnostics]
+    assert warned == (["W0723"] if law else [])
+    solution = run(text, stop=2)
+    (impact,) = [e for e in solution.events if e.kind == "impact"]
+    assert impact.after.get("der(x)", 2.0) == pytest.approx(left, rel=1e-12)
+
+
 def test_the_creep_of_regularized_friction_is_reported() -> None:
     """Half of the limit pulls: tanh(v/v_stick) = 1/2. Sliding faster than v_stick is no creep."""
     text = """

@@ -114,8 +114,9 @@ def strike(meaning: Meaning, state: State, hit: list[flat.Contact], pressed: lis
     cases: list[list[tuple[flat.Contact, str, float]]] = []
     for c in (*hit, *pressed):
         change = -(1 + restitution(point, c)) * approach(point, c) if c in hit else -approach(point, c)
-        ways = ["smooth"] if c.friction is None else ["stick", "slip+", "slip-"]
-        if c.friction is not None and len(point.slip(c)) > 1:
+        rough = c.friction is not None and not meaning.smooth(c.options)  # a smooth force gives no impulse
+        ways = ["stick", "slip+", "slip-"] if rough else ["smooth"]
+        if rough and len(point.slip(c)) > 1:
             ways = ["stick", "slide"]
         cases.append([(c, way, change) for way in (*ways, "open")])
     for combination in itertools.product(*cases):
