@@ -100,8 +100,8 @@ def test_ten_thousand_cycles_of_stick_and_slip() -> None:
 
 
 @pytest.mark.slow
-def test_more_rows_than_a_run_decides_over_are_refused() -> None:
-    """The kernel has room for 64 contacts, frictions and constraints that switch; their number is told with advice."""
+def test_rows_beyond_those_of_formulas_are_solved_by_numbers() -> None:
+    """Up to 64 contacts have formulas of their own; beyond that the forces are found by numbers, and the motion is the same."""
     text = """
     model Drop
       coordinate Length h = 1 m;
@@ -113,10 +113,14 @@ def test_more_rows_than_a_run_decides_over_are_refused() -> None:
       Drop drop[COUNT];
     end Rain;
     """
-    most = mechc.loads(text.replace("COUNT", "64")).simulate(stop=0.6, estimate_error=False)
-    assert most.outcome.value == "completed" and len(most.events) == 64
-    with pytest.raises(mechc.CompileError, match="65 rows"):
-        mechc.loads(text.replace("COUNT", "65"))
+    fall = math.sqrt(2 / 9.81)
+    for count in (64, 65):
+        found = mechc.loads(text.replace("COUNT", str(count))).simulate(stop=0.6, estimate_error=False)
+        assert found.outcome.value == "completed"
+        assert [e.time for e in found.events] == pytest.approx(count * [fall], rel=1e-12)
+        assert {e.name for e in found.events} == {f"drop[{k + 1}].floor" for k in range(count)}
+        speeds = [found[f"der(drop[{k + 1}].h)"][-1] for k in range(count)]
+        assert speeds == pytest.approx(count * [0.5 * 9.81 * fall - 9.81 * (0.6 - fall)], rel=1e-10)
 
 
 def test_turns_under_a_constant_torque_are_no_accumulation() -> None:
