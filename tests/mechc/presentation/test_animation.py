@@ -61,6 +61,9 @@ def test_frames_are_those_of_the_motion(ending: str, tmp_path: Path) -> None:
     assert np.allclose([first, last], places(found), rtol=0, atol=2 / 640), "within two pixels"
 
 
+@pytest.mark.filterwarnings(
+    "ignore:unclosed file:ResourceWarning"
+)  # of the reader, where its process ends late
 @pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs pip install imageio-ffmpeg"
