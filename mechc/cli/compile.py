@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .failures import show_warnings
 from .options import (
     Command,
     keep_all_option,
@@ -136,6 +137,7 @@ def command(
 
     _check_ending(target, output)
     loaded = load(file, model=model, set=settings, keep=kept(keep_all, target))
+    show_warnings(loaded)
     if target == "fmu":
         from ..asking.given_values import UsageMistake
         from ..fmu.export import FmuOptions, export_fmu

@@ -129,6 +129,15 @@ def show_runtime_error(error: BaseException) -> bool:
     return True
 
 
+def show_warnings(model: Model) -> None:
+    """Write what was told of a model that can be compiled."""
+    if model.diagnostics:
+        from ..presentation.render import render
+        from ..presentation.style import style_for
+
+        click.echo(render(model.diagnostics, style_for(sys.stderr)) + "\n", err=True, color=True)
+
+
 def show_compile_error(error: BaseException) -> None:
     """Write the diagnostics of a ``CompileError``, then how many there are if more than one."""
     from ..lang.diagnostics import CompileError, Severity

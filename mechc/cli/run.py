@@ -153,9 +153,9 @@ def command(file: str, **given: Any) -> int:
             remembered=True,
         )
         if not (given["quiet"] or given["as_json"]):
-            from .failures import note_bare_angles
+            from .failures import note_bare_angles, show_warnings
 
-            _show_warnings(model)
+            show_warnings(model)
             note_bare_angles(model, given["settings"])
         if model.compilation.equations.curve is not None:
             from .curve import run_curve
@@ -301,14 +301,6 @@ def _say_if_slow(solution: Solution, given: dict[str, Any]) -> None:
             "no C compiler was found, so this ran on Python, which is much slower",
             COMPILER_HELP,
         )
-
-
-def _show_warnings(model: Model) -> None:
-    if model.diagnostics:
-        from ..presentation.render import render
-        from ..presentation.style import style_for
-
-        click.echo(render(model.diagnostics, style_for(sys.stderr)) + "\n", err=True, color=True)
 
 
 def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> list[str]:

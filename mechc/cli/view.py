@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from .failures import show_warnings
 from .options import Command, model_argument, model_option, no_model, set_option
 
 
@@ -51,6 +52,7 @@ def command(
 
     try:
         loaded = load(file, model=model, set=settings)
+        show_warnings(loaded)
         folder = Path(tempfile.gettempdir()) / "mechc-pages"
         path = write_page(
             loaded,

@@ -92,7 +92,7 @@ def test_help_imports_nothing_heavy() -> None:
     [
         (["rum"], "Did you mean 'mechc run'?"),
         (["pendulum.mech"], "Did you mean 'mechc run pendulum.mech'?"),
-        (["run"], "Missing argument 'MODEL.mech'"),
+        (["run", "--stop", "1"], "Missing argument 'MODEL.mech'"),
         (["run", "x.mech", "--set", "l"], "'l' is not of the form name=value"),
         (["run", "x.mech", "-o", "x.doc"], "results go to a file that ends in .csv, .npz, .json"),
         (["check", "x.mech", "--json", "--structure"], "--json holds the diagnostics and no structure"),
@@ -365,3 +365,20 @@ def test_fmt_writes_a_file_whole_or_not_at_all(
     assert model.read_text() == text.replace("x=1", "x = 1") and link.is_symlink()
     assert model.stat().st_mode & 0o777 == 0o640
     assert sorted(file.name for file in tmp_path.iterdir()) == ["a.mech", "link.mech"]
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["run", "--stop", "1"],
+        ["compile", "--target", "c", "-o", "m_c"],
+        ["compile", "--target", "fmu", "-o", "m.fmu", "--sources-only"],
+    ],
+)
+def test_what_is_told_of_a_model_is_told_wherever_it_is_built(
+    capsys: pytest.CaptureFixture[str], command: list[str]
+) -> None:
+    text = "model M\n  parameter z = 3;\n  coordinate x = 1 m;\n  kinetic 1/2*1 kg*der(x)^2;\nend M;\n"
+    Path("m.mech").write_text(text, encoding="utf-8")
+    code, _, said = call(capsys, command[0], "m.mech", *command[1:])
+    assert code == 0 and "W0402" in said
