@@ -19,12 +19,16 @@
 /* Conditions that change at one instant, one after the other. */
 enum { MOST_AT_ONCE = 16 };
 
+/* Added to an indicator that was zero at all times so far: importers see a change of sign, none from zero itself. */
+#define LEAST MECH_C(1e-60)
+
 /* The share of its size that is added to an indicator. Forces are differences of larger ones. */
 static mech_real margin(const fmu *f, int k)
 {
     const mech_event_state *e = f->s->events;
     const mech_real *size = mech_indicator_size(f->s, k);
-    return (size >= e->force && size < e->force + e->n_rows ? MECH_C(1e-9) : MECH_C(1e-10)) * f->noise[k] * *size;
+    const int of_force = size >= e->force && size < e->force + e->n_rows;
+    return mech_max((of_force ? MECH_C(1e-9) : MECH_C(1e-10)) * f->noise[k] * *size, LEAST);
 }
 
 /* The solver gets the state of the importer. */
