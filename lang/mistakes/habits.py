@@ -228,6 +228,34 @@ def action_outside_when(s: Situation) -> Finding | None:
     return error("E0110", message, s.span(first), help=help), Panic()
 
 
+def braces_around_block(s: Situation) -> Finding | None:
+    """``model a { .. }`` as in C: blocks begin with their own words and end with 'end'."""
+    ends = s.token.kind == "RBRACE" and s.at_beginning and s.bracket is None and s.block is not None
+    if not ends and (
+        s.token.kind != "LBRACE" or s.line(s.following) == s.line(s.token) or s.accepts("LBRACE")
+    ):
+        return None
+    begins = next((k for k in ("THEN", "LOOP") if s.accepts(k)), None)
+    if not ends and not begins and not s.at_beginning:
+        return None
+    if s.block is None:
+        return None
+    text, tokens = s.block_end
+    where = s.span(s.token)
+    if ends and s.following.text in ("else", "elseif", "elsewhen"):
+        return error("E0117", "blocks have no braces", where, help="leave it out"), Edit(delete=1)
+    if ends:
+        return error("E0117", "a block ends with a word, not with '}'", where, help=f"write '{text}'"), Edit(
+            delete=1, insert=tokens
+        )
+    if begins:
+        help = f"write '{begins.casefold()}' here, and 'end' with the word of the block at its end"
+        repair = Edit(delete=1, insert=((begins, begins.casefold()),))
+        return error("E0117", "blocks have no braces", where, help=help), repair
+    help = f"leave it out; the block ends with '{text}'"
+    return error("E0117", "blocks have no braces", where, help=help), Edit(delete=1)
+
+
 def foreign_brackets(s: Situation) -> Finding | None:
     """Vectors, units and decimals as other languages write them."""
     before, token, after = s.previous, s.token, s.following

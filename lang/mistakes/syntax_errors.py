@@ -20,6 +20,7 @@ from .expected import OPERATORS, Finding, behind, error, unexpected
 from .habits import (
     action_outside_when,
     assignment_sign,
+    braces_around_block,
     choice_behind_value,
     comparison_sign,
     equals_behind_keyword,
@@ -218,6 +219,7 @@ _RULES: tuple[Callable[[Situation], Finding | None], ...] = (
     unknown_unit,
     _misspelt,
     _no_else,
+    braces_around_block,
     foreign_brackets,
     several_at_once,
     _open_bracket,

@@ -43,7 +43,7 @@ def command(
     from ..asking.given_values import UsageMistake, unknown_name
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
-    from .failures import code_of
+    from .failures import code_of, show_warnings
 
     loaded = load(file, model=model, set=settings)
     stated = loaded.studies
@@ -56,6 +56,7 @@ def command(
         raise click.UsageError(str(unknown_name("study", unknown[0], stated)))
     chosen = [stated[name] for name in names or stated]
     if not as_json:
+        show_warnings(loaded)
         for one in chosen:
             given = ", ".join(f"{name} = {value}" for name, value in one.settings.items())
             click.echo(f"study {one.name} = {one.kind}({given})" + (f"  {one.doc}" if one.doc else ""))

@@ -170,12 +170,13 @@ def _run(kind: Kind, file: str, given: dict[str, Any]) -> int:
     from ..asking.question import asked
     from ..presentation.answers import save, text
     from ..presentation.style import style_for
-    from .failures import code_of
+    from .failures import code_of, show_warnings
 
     as_json, output, plot = given.pop("as_json"), given.pop("output"), given.pop("plot")
     model = load(file, model=given.pop("model"), set=given.pop("settings"))
     question = asked(kind.question(), given)
     if not as_json:
+        show_warnings(model)
         _note_bare_angles(kind, model, given)
     found = answer(model.for_experiment(question.experiment), question)
     written = json.dumps({"study": kind.name, **found.summary()}, indent=1, ensure_ascii=False)

@@ -229,10 +229,11 @@ def indicators_of(site: Site, plan: native.HybridStruct, y: Array) -> Array:
 
 class Edges(Struct, frozen=True):
     """``sharp``: what holds at a state, or has other derivatives on its other side; ``smooth``: events at their edges
-    that change no derivative."""
+    that change no derivative; ``leaving``: friction that is overcome from rest, so that one side alone is that of the motion."""
 
     sharp: tuple[str, ...]
     smooth: tuple[str, ...]
+    leaving: tuple[str, ...] = ()
 
 
 def edges(site: Site, y: Array) -> Edges:
@@ -241,13 +242,16 @@ def edges(site: Site, y: Array) -> Edges:
     if problem.hybrid is None or plan is None:
         return Edges((), ())
     sharp: list[str] = []
+    leaving: list[str] = []
+    values = indicators_of(site, plan, y)
     for k, row in enumerate(problem.hybrid.rows):
         flag = plan.rows[k].flag
         if flag >= 0 and site.z[flag] > 0.5:
             words = {"contact": "is closed", "friction": "sticks"}.get(row.kind, "holds")
             sharp.append(f"the {row.kind} '{row.name}' {words}")
+        elif row.kind == "friction" and plan.rows[k].normal < 0 and abs(values[plan.n_switches + k]) <= EDGE:
+            leaving.append(f"the friction '{row.name}' begins to slide")
     smooth: list[str] = []
-    values = indicators_of(site, plan, y)
     for k, text in enumerate(problem.hybrid.switches[: plan.n_switches]):
         if abs(values[k]) > EDGE:
             continue
@@ -257,7 +261,7 @@ def edges(site: Site, y: Array) -> Edges:
             site.case.functions.matrices[PART](site.t, y, site.u, z, site.p) for z in (site.z, other)
         )
         (smooth if np.array_equal(here, there) else sharp).append(f"'{text}' stands at its edge")
-    return Edges(tuple(sharp), tuple(smooth))
+    return Edges(tuple(sharp), tuple(smooth), tuple(leaving))
 
 
 def refuse_edges(site: Site, y: Array, what: str) -> tuple[str, ...]:
@@ -269,4 +273,7 @@ def refuse_edges(site: Site, y: Array, what: str) -> tuple[str, ...]:
             f"there is no {what} here: {', '.join(found.sharp[:3])}{more}",
             help='derivatives are different on the two sides; look at a state beside it with at = "name = value"',
         )
-    return tuple(f"{text}: the event that it is for is not looked at" for text in found.smooth)
+    return (
+        *(f"{text}: the event that it is for is not looked at" for text in found.smooth),
+        *(f"{text}: derivatives are those of sliding that way, not of the other" for text in found.leaving),
+    )

@@ -215,6 +215,15 @@ def test_ends_of_blocks_and_files(text: str, code: str, marked: str) -> None:
     assert (error.code, error.span and error.span.text) == (code, marked)
 
 
+def test_braces_around_blocks_as_in_c() -> None:
+    text = "model A {\n for i in 1:3 {\n  mass m at P;\n }\n when x > 0 m {\n  n := 1;\n }\n}\n"
+    found = errors_of(text)
+    assert [e.code for e in found] == ["E0117"] * MOST_ERRORS
+    assert [e.span and e.span.text for e in found] == ["{", "{", "}", "{", "}"]
+    words = ["end A;", "'loop'", "end for;", "'then'", "end when;"]
+    assert all(word in error.help for word, error in zip(words, found, strict=True))
+
+
 def test_the_version_of_the_language() -> None:
     parse_text("// mech 1\nlet a = 1;")
     parse_text("// mech.planar, 2 dimensions\nlet a = 1;")

@@ -9,6 +9,7 @@ from scipy.integrate import simpson
 from ...case import Case, find_experiment, inputs_at
 from ...outcome import ENDED, SimulationError
 from ...problem import Array, Problem
+from ...results.energy_accounts import EnergyAccounts
 from ..findings import Curve, Findings, Panel, Value
 from ..formulas.combination import stop_of, tracked
 from ..runs.companion import closer
@@ -63,6 +64,7 @@ class Action(Study, frozen=True, kw_only=True):
             message=solution.message,
             values=tuple(values),
             errors_from="the same at a looser tolerance, or with twice the step, and Simpson's rule with half of the points",
+            remarks=_beside_lagrangian(solution.energy),
             panels=(
                 Panel(
                     "action along the path",
@@ -75,6 +77,24 @@ class Action(Study, frozen=True, kw_only=True):
             ),
             runs=(solution,),
         )
+
+
+def _beside_lagrangian(energy: EnergyAccounts | None) -> tuple[str, ...]:
+    """Say what acted along the path without being a part of L, as far as the accounts of energy tell."""
+    if energy is None:
+        return ()
+    told = []
+    if energy.dissipated:
+        told.append(
+            f"friction, damping and impacts, which are no part of L, take {energy.dissipated:.4g} {energy.unit}".rstrip()
+            + ": this path makes no action stationary"
+        )
+    if energy.supplied:
+        told.append(
+            f"{energy.supplied:.4g} {energy.unit}".rstrip()
+            + " come from outside: potentials that depend on time are in L, forces are not"
+        )
+    return tuple(told)
 
 
 def _values(case: Case, solution: object, times: Array, lagrangian: Array, flow: Array) -> list[Value]:

@@ -86,6 +86,7 @@ class Field(Study, frozen=True, kw_only=True):
             else "conservative"
         )
         remarks = [f"potential: {potential}"] if potential else []
+        remarks += _left_out(problem)
         remarks += (
             ["no potential in the span of short formulas"] if free and not around and not potential else []
         )
@@ -150,6 +151,16 @@ class Field(Study, frozen=True, kw_only=True):
             f"conservative for {listed}" if possible else f"for no {', '.join(self.vary)}: nearest {listed}"
         )
         return {"text": text, "values": values, "possible": possible}
+
+
+def _left_out(problem: Problem) -> list[str]:
+    """Say which forces a body at rest does not show."""
+    rows = problem.hybrid.rows if problem.hybrid is not None else ()
+    names = [f"{row.kind} '{row.name}'" for row in rows if row.kind in ("friction", "contact")]
+    if names:
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        return [f"this is the field without {', '.join(names[:3])}{more}"]
+    return []
 
 
 class Forces:
