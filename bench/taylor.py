@@ -8,15 +8,12 @@ from __future__ import annotations
 import importlib.util
 import time
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 import mechc
-from mechc.compiler.graph import operations as ops
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.problem import HEADER, header
-from mechc.compiler.program.slots import Form
 from mechc.compiler.targets.c import emit_c
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
@@ -26,14 +23,13 @@ from mechc.runtime.native.build import build_shared
 from mechc.runtime.problem import Array
 from mechc.runtime.reference.high_precision import best_precision, reference, reference_flags
 
+from .beside import COMPACT, equations
 from .machine import table, write
 from .systems import BENT_BARS
 
 ERRORS = (1e-9, 1e-11, 1e-13)
 TOLERANCES = tuple(10.0**-k for k in range(7, 15))
 OURS = ("dop853", "taylor")
-COMPACT = 100
-"""Operations from which on heyoka's usual mode compiles for many seconds."""
 
 SYSTEMS: Mapping[str, tuple[str, float, Mapping[str, float]]] = {
     "double pendulum, (1, 0.5) rad": ("double_pendulum_points", 10.0, {"th1": 1.0, "th2": 0.5}),
@@ -83,41 +79,8 @@ class Measured:
         """Return a run of heyoka from the formulas that series are made from."""
         import heyoka as hy
 
-        form = Form()
-        rhs = self.program.function("rhs")
-        assert rhs is not None
-        rates, graph = form.read(rhs), form.graph
-        made: dict[int, Any] = {}
-        states = [hy.make_vars(f"y{i}") for i in range(self.case.y0.size)]
-        places = {n: key for key, n in form.symbols.items()}
-        for n in graph.reach(rates):
-            x = [made[a] for a in graph.args(n)]
-            match graph.op(n):
-                case ops.CONST:
-                    made[n] = hy.expression(float(graph.value(n)))
-                case ops.SYMBOL:
-                    array, index = places[n]
-                    made[n] = {"t": hy.time}.get(array) or (states if array == "y" else hy.par)[index]
-                case ops.ADD:
-                    made[n] = x[0] + x[1]
-                case ops.SUB:
-                    made[n] = x[0] - x[1]
-                case ops.MUL:
-                    made[n] = x[0] * x[1]
-                case ops.DIV:
-                    made[n] = x[0] / x[1]
-                case ops.NEG:
-                    made[n] = -x[0]
-                case ops.POW:
-                    made[n] = x[0] ** float(graph.value(graph.args(n)[1]))
-                case code:
-                    made[n] = getattr(hy, ops.OPERATIONS[code].name)(x[0])
-        integrator = hy.taylor_adaptive(
-            list(zip(states, [made[n] for n in rates], strict=True)),
-            self.case.y0.copy(),
-            tol=tolerance,
-            compact_mode=rhs.operations > COMPACT,
-        )
+        system, compact = equations(self.program)
+        integrator = hy.taylor_adaptive(system, self.case.y0.copy(), tol=tolerance, compact_mode=compact)
         used = len(integrator.pars)
         integrator.pars[:] = self.case.p[:used]
 

@@ -1,4 +1,5 @@
-"""Error against run time of eight systems: the kernel against the best of scipy's methods on the same functions."""
+"""Error against run time of eight systems: the kernel against the best of scipy's methods on the same functions, and against
+CVODE, LSODA of numbalsoda and heyoka where they are installed."""
 
 from __future__ import annotations
 
@@ -16,6 +17,7 @@ from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference.high_precision import ReferenceFailed
 from mechc.runtime.reference.work_precision import time_to_reach
 
+from .beside import absent, peers
 from .machine import REPORT, table, write
 from .references import FAILURES, in_parallel
 from .systems import BENT_BARS, STIFF_SPRING
@@ -63,12 +65,18 @@ SYSTEMS = (
 )
 
 
-def best(made: Benchmark, error: float, *, scipy: bool) -> tuple[float, str] | None:
-    """Return seconds and name of the fastest method that reaches an error, of scipy's or of the kernel's."""
+def group(method: str) -> str:
+    """Return whose a method is: the kernel's, scipy's, or that of a compiled peer (beside.py)."""
+    whose, apart, _ = method.partition(":")
+    return {"": "kernel", "scipy": "scipy"}.get(whose if apart else "", "peers")
+
+
+def best(made: Benchmark, error: float, of: str) -> tuple[float, str] | None:
+    """Return seconds and name of the fastest method of a group that reaches an error."""
     found = [
         (seconds, method)
         for method, points in made.by_method().items()
-        if method.startswith("scipy:") is scipy and (seconds := time_to_reach(points, error)) is not None
+        if group(method) == of and (seconds := time_to_reach(points, error)) is not None
     ]
     return min(found, default=None)
 
@@ -77,12 +85,18 @@ def row(system: System, made: Benchmark) -> list[str]:
     until = f"{made.horizon:.3g}" + (f" of {made.stop:.3g}" if made.horizon < made.stop else "")
     cells = [f"`{system.name}`", until, str(made.digits)]
     for error in LEVELS:
-        mine, other = best(made, error, scipy=False), best(made, error, scipy=True)
-        cells.append(f"{mine[0] * 1e3:.3g} ms, {mine[1]}" if mine else "-")
-        cells.append(f"{other[0] * 1e3:.3g} ms, {other[1].removeprefix('scipy:')}" if other else "-")
-        cells.append(f"**{other[0] / mine[0]:.0f}**" if mine and other else "-")
-    errors = [p.error for p in made.points if p.error is not None and not p.method.startswith("scipy:")]
+        mine = best(made, error, "kernel")
+        cells.append(_told(mine))
+        for of in ("scipy", "peers"):
+            other = best(made, error, of)
+            cells.append(_told(other))
+            cells.append(f"**{other[0] / mine[0]:.2g}**" if mine and other else "-")
+    errors = [p.error for p in made.points if p.error is not None and group(p.method) == "kernel"]
     return [*cells, f"{system.goal:g}", f"{min(errors):.0e}"]
+
+
+def _told(found: tuple[float, str] | None) -> str:
+    return f"{found[0] * 1e3:.3g} ms, {found[1].removeprefix('scipy:')}" if found else "-"
 
 
 def falls(made: Benchmark, method: str) -> bool:
@@ -100,8 +114,9 @@ def given_up(system: System, made: Benchmark) -> list[str]:
 
 def measured(system: System, quick: bool, *, timed: bool = True) -> Benchmark:
     """Measure one system, or only put its reference into the cache."""
+    model = system.model()
     return benchmark(
-        system.model(),
+        model,
         methods=METHODS,
         against=("scipy",) if timed else (),
         tolerances=(TOLERANCES[::3] if quick else TOLERANCES) if timed else (),
@@ -110,12 +125,18 @@ def measured(system: System, quick: bool, *, timed: bool = True) -> Benchmark:
         stop=system.stop,
         longest=LONGEST,
         enough=ENOUGH,
+        beside=peers(model) if timed else {},
     )
 
 
 def reference_of(system: System, quick: bool) -> None:
     with suppress(*FAILURES):  # told where it is measured
         measured(system, quick, timed=False)
+
+
+def _absent() -> str:
+    missing = absent()
+    return f"Not installed, and so not measured: {', '.join(missing)}. " if missing else ""
 
 
 def main(quick: bool = False) -> None:
@@ -137,17 +158,21 @@ def main(quick: bool = False) -> None:
         notes += [f"`{system.name}`, {name}: {why}." for name, why in made.skipped] + given_up(system, made)
         print(*rows[-1], flush=True)
     head = ["model", "measured to", "digits of the reference"]
-    for error in LEVELS:
-        head += [f"kernel at {error:g}", f"best of scipy at {error:g}", "ratio"]
+    for level in LEVELS:
+        head += [f"kernel at {level:g}", f"best of scipy at {level:g}", "ratio"]
+        head += [f"best of the compiled peers at {level:g}", "ratio"]
     text = (
         "For each model and error: the fastest method of the kernel, and the fastest of scipy's DOP853, RK45, LSODA, "
         "Radau and BDF on the same compiled functions in the same process, each called through ctypes into an array "
-        "made before. Constrained models have the index-1 form for scipy, which has no other; the kernel projects as "
+        "made before. The compiled peers have no Python in their runs: CVODE (as FMPy ships it; Adams with fixed-point "
+        "iterations, BDF with the model's Jacobian and dense LU) and numbalsoda's LSODA call the compiled functions, heyoka "
+        "compiles its own code from the same formulas; what they need to begin is not counted. "
+        f"{_absent()}Constrained models have the index-1 form for scipy, which has no other; the kernel projects as "
         "well. The ball bounces by `when`, for scipy by its own events. The error is the largest one over 41 output "
         "times and all states, relative to nominal + |value|, against a run in higher precision; runs are timed "
         "without output, medians of repeats (scipy: CPU time, so that other work on the machine does not count; runs "
         "of more than a second once, with their output); times between two runs are interpolated in the logarithms. A "
-        f"run of more than {LONGEST:g} s is given up, and with it the rest of its ladder; ladders of scipy end at an "
+        f"run of more than {LONGEST:g} s is given up, and with it the rest of its ladder; ladders of others end at an "
         f"error of {ENOUGH:g}. Goals: ratios of 50, 10 and 3, and errors down to {ACCURATE:g}. `mechc bench MODEL "
         "--against scipy` gives the tables."
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,7 +32,7 @@ from ..runtime.reference.high_precision import (
     reference,
 )
 from ..runtime.reference.reference_cache import kept_reference
-from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Point, Task, measure
+from ..runtime.reference.work_precision import LONGEST, TOLERANCES, Peer, Point, Task, measure
 from ..runtime.results.evaluate import evaluate_rows
 from .truth import compile_for_reference
 
@@ -111,9 +112,11 @@ def benchmark(
     progress: Callable[[], None] | None = None,
     longest: float = LONGEST,
     enough: float = 0.0,
+    beside: Mapping[str, Peer] = MappingProxyType({}),
 ) -> Benchmark:
     """Measure a model. ``seconds``: how long the reference may take, if it is not in the cache. ``longest``: how long
-    one run may take before it is given up. ``enough``: error at which the ladder of a peer ends.
+    one run may take before it is given up. ``enough``: error at which the ladder of a peer ends. ``beside``: further peers by
+    the names of their methods.
 
     Where none can be computed, closed solutions that the model states take its place.
 
@@ -150,7 +153,7 @@ def benchmark(
     task = Task(_until(case, horizon), nominal, truth, longest)
     known = [*methods] if methods else [m for m in DEFAULT_METHODS if m in kernel_methods(load_kernel())]
     names = [*known, *(f"scipy:{m}" for a in against for m in _peers(a))]
-    points, skipped = _measured(task, names, tolerances, enough, progress)
+    points, skipped = _measured(task, [*names, *beside], tolerances, enough, progress, beside)
     closed = _agreement(exact, truth, nominal)
     return Benchmark(model.name, case.experiment, truth, horizon, stop, points, skipped, closed, ended)
 
@@ -161,14 +164,15 @@ def _measured(
     tolerances: Sequence[float],
     enough: float,
     progress: Callable[[], None] | None,
+    beside: Mapping[str, Peer],
 ) -> tuple[tuple[Point, ...], tuple[tuple[str, str], ...]]:
     """Measure methods; return the points, and those that do not fit the model with the reason."""
     points: list[Point] = []
     skipped: list[tuple[str, str]] = []
     for name in names:
-        least = enough if name.startswith(PREFIX) else 0.0
+        least = enough if name.startswith(PREFIX) or name in beside else 0.0
         try:
-            points += measure(task, name, tolerances, enough=least, progress=progress)
+            points += measure(task, name, tolerances, enough=least, progress=progress, peer=beside.get(name))
         except SimulationError as error:
             skipped.append((name, error.message))
     return tuple(points), tuple(skipped)

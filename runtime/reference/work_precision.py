@@ -61,6 +61,11 @@ class Point(Struct, frozen=True):
     """It took too many seconds or steps; tighter settings were left out."""
 
 
+Peer = Callable[[Case, SolverOptions], Trajectory]
+"""A run by others: states at the times of the grid, or, where that is the start alone, whatever costs nothing further. Of the
+options it takes method, tolerance, nominal values and seconds. Raises SimulationError if the problem is none for it."""
+
+
 class Task(Struct, frozen=True, eq=False):
     """What methods are measured on. A run that takes more than ``longest`` seconds is given up."""
 
@@ -77,16 +82,19 @@ def measure(
     *,
     enough: float = 0.0,
     progress: Callable[[], None] | None = None,
+    peer: Peer | None = None,
 ) -> list[Point]:
-    """Measure one method over a ladder: tolerances, or steps where it takes fixed ones.
+    """Measure one method over a ladder: tolerances, or steps where it takes fixed ones. ``peer`` runs it, where it is none of
+    the kernel's and of scipy's.
 
     The ladder ends where a run is given up, and where an error is at most ``enough``. Raises ``SimulationError`` if the
     method does not fit the model.
     """
     case = replace(task.case, method=method, step=None, grid=task.reference.t)
     task = replace(task, case=case)
-    if method.startswith(PREFIX):
-        return _ladder(tolerances, lambda setting: _peer(task, method, setting), progress, enough)
+    runs = run_peer if method.startswith(PREFIX) else peer
+    if runs is not None:
+        return _ladder(tolerances, lambda setting: _peer(task, method, setting, runs), progress, enough)
     try:
         chosen = choose_method(case)
         settings = list(tolerances)
@@ -130,13 +138,13 @@ def _point(task: Task, method: Method, setting: float) -> Point:
     return _repeated(method.name, setting, task.reference, lambda: run(alone), lambda: run(task.case))
 
 
-def _peer(task: Task, method: str, setting: float) -> Point:
+def _peer(task: Task, method: str, setting: float, runs: Peer) -> Point:
     problem, reference = task.case.problem, task.reference
     accounts = [k for k, q in enumerate(problem.states) if q.kind == "account"]
 
     def run(case: Case, seconds: float = math.inf) -> Trajectory:
         options = SolverOptions(method, setting, task.nominal, seconds=seconds)
-        done = run_peer(case, options)
+        done = runs(case, options)
         if problem.hybrid is not None and len(done.y) == len(reference.t):
             # what impacts dissipate is booked by the kernel alone
             done.y[:, accounts] = reference.high[:, accounts]

@@ -1,0 +1,85 @@
+"""Peers of the work-precision pages: each follows a motion that is known in closed form, and is refused what it is not given."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+import mechc
+from bench import beside
+from mechc.runtime.case import Case, SimulationOptions, prepare
+from mechc.runtime.functions import load_functions
+from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.outcome import SimulationError
+from mechc.runtime.reference.work_precision import Peer
+
+OSCILLATOR = """model Oscillator
+  parameter m = 2 kg;
+  parameter k = 8 N/m;
+  coordinate Length x = 30 cm;
+  coordinate Length far = 40 m;
+  kinetic 1/2*m*(der(x)^2 + der(far)^2);
+  potential 1/2*k*(x^2 + far^2);
+  experiment(stop = 10 s);
+end Oscillator;
+"""
+OMEGA = 2.0
+NAMES = (
+    "cvode:Adams",
+    "cvode:BDF",
+    *(pytest.param(name, marks=pytest.mark.slow) for name in ("numbalsoda:LSODA", "heyoka:Taylor")),
+)
+"""The last two compile for seconds before their first run."""
+
+
+@pytest.fixture(scope="module")
+def posed() -> tuple[Mapping[str, Peer], Case]:
+    model = mechc.loads(OSCILLATOR)
+    problem = model.problem("c", method="radau5")
+    return beside.peers(model), prepare(problem, load_functions(problem), SimulationOptions(points=11))
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("end_alone", [False, True])
+def test_a_peer_follows_an_oscillator(
+    posed: tuple[Mapping[str, Peer], Case], name: str, *, end_alone: bool
+) -> None:
+    from msgspec.structs import replace
+
+    peers, case = posed
+    if name not in peers:
+        pytest.skip(f"{name} is not installed")
+    case = replace(case, grid=case.grid[:1]) if end_alone else case
+    tolerance, nominal = 1e-9, np.array([0.3, 40.0, 0.6, 80.0])
+    done = peers[name](case, SolverOptions(name, tolerance, nominal))
+    t = np.array([case.stop]) if end_alone else case.grid
+    exact = np.column_stack(
+        [a * f for f in (np.cos(OMEGA * t), -OMEGA * np.sin(OMEGA * t)) for a in (0.3, 40.0)]
+    )
+    assert done.failure is None
+    assert done.y.shape == exact.shape
+    # what steps are off by adds up: by no more than their number, some thousands
+    assert np.max(np.abs(done.y - exact) / nominal) < 3000 * tolerance
+    assert done.statistics.evaluations > 20
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_peer_is_given_no_events(name: str) -> None:
+    model = mechc.loads(OSCILLATOR.replace("experiment", "contact wall: x + 1 m;\n  experiment"))
+    peers = beside.peers(model)
+    if name not in peers:
+        pytest.skip(f"{name} is not installed")
+    problem = model.problem("c", method="radau5")
+    case = prepare(problem, load_functions(problem), SimulationOptions(points=11))
+    with pytest.raises(SimulationError, match="events"):
+        peers[name](case, SolverOptions(name, 1e-6, np.ones(problem.ny)))
+
+
+def test_what_is_absent_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "heyoka" else found(name))
+    assert "heyoka" in beside.absent()
+    assert not any(name.startswith("heyoka") for name in beside.peers(mechc.loads(OSCILLATOR)))
