@@ -30,7 +30,8 @@ def vector(found: dict[str, float], name: str) -> list[float]:
 
 
 def test_vectors() -> None:
-    """U2: 70.5288 degrees, 4, (0, -2, 2), (2, 0, 2); U3: 41.4096 degrees; U6, U7: identities."""
+    """U2: 70.5288 degrees, 4, (0, -2, 2), (2, 0, 2); U3: 41.4096 degrees; U6: sphere, plane and cylinder; U7: identities, the
+    sine rule with twice the area over the product of the sides."""
     found = outputs("vectors")
     assert math.degrees(found["angle_ab"]) == pytest.approx(70.5288, abs=5e-5)
     assert math.degrees(found["angle_wires"]) == pytest.approx(41.4096, abs=5e-5)
@@ -38,7 +39,16 @@ def test_vectors() -> None:
     assert vector(found, "right") == pytest.approx([0, -2, 2], abs=1e-14)
     assert vector(found, "left") == pytest.approx([2, 0, 2], abs=1e-14)
     assert vector(found, "parts") == pytest.approx([0, 0, 0], abs=1e-14)
-    assert [found[n] for n in ("on_sphere", "on_plane", "on_cylinder")] == pytest.approx([0, 0, 0], abs=1e-14)
+    A, B = np.array([0.3, -1.7, 0.9]), np.array([0.5, 1.1, -0.7])
+    sides = np.linalg.norm([A, B, A + B], axis=1)
+    twice_the_area = np.linalg.norm(np.cross(A, B))
+    assert vector(found, "sines") == pytest.approx([twice_the_area / sides.prod()] * 3, rel=1e-13)
+    model = example("vectors")
+    for x, y, z in ((0.6, 0.8, 1.0), (2 / 7, -3 / 7, 6 / 7), (0.6, -0.8, -5.0), (3.0, -7.0, 1.0), (1.0, 2.0, 3.0)):
+        place = model.simulate(set={"p[1]": x, "p[2]": y, "p[3]": z}, estimate_error=False).final()
+        off = [math.hypot(x, y, z) - 1, z - 1, math.hypot(x, y) - 1]
+        names = ("from_sphere", "from_plane", "from_cylinder")
+        assert [place[n] for n in names] == pytest.approx(off, abs=1e-14)
 
 
 def test_lorentz_inferred() -> None:
@@ -54,21 +64,24 @@ def test_lorentz_inferred() -> None:
 
 
 def test_swirl_and_saddle() -> None:
-    """U8: work -2 pi k r^2 round a circle; U9: potential -k x y."""
-    swirl = example("swirl").field(radius=1.5)
-    k = next(q for q in example("swirl").parameters if q.name == "k")
-    assert k and swirl.details["curl_free"] is False
-    value = example("swirl").simulate(stop=0.01).parameters["k"]
-    assert swirl.details["circulation"] == pytest.approx(-2 * math.pi * value * 1.5**2, rel=1e-12)
-    saddle = example("saddle_xy").field()
-    assert saddle.details["conservative"] is True
-    assert saddle.details["circulation"] == pytest.approx(0, abs=1e-12)
+    """U8: work -2 pi k r^2 round a circle, k = 2; U34: it is the curl, -2 k, times the area (Stokes); U9: potential -k x y."""
+    swirl = example("swirl").field(radius=1.5).details
+    assert swirl["curl_free"] is False and swirl["conservative"] is False and swirl["potential"] is None
+    assert swirl["circulation"] == pytest.approx(-2 * math.pi * 2 * 1.5**2, rel=1e-12)
+    assert np.array(swirl["curl"]) == pytest.approx(-4, abs=1e-7)
+    saddle = example("saddle_xy").field().details
+    assert saddle["conservative"] is True and saddle["potential"] == "-2*x*y"
+    assert saddle["circulation"] == pytest.approx(0, abs=1e-12)
 
 
 def test_field_of_potentials() -> None:
-    """U34: the forces of x^2 - y^2."""
-    found = example("field_of_potentials").field().details
-    assert found["conservative"] is True and found["potential"] == "x^2 - y^2"
+    """U34: the forces of x^2 - y^2 and of x^2 + y^2."""
+    model = example("field_of_potentials")
+    for s, potential, sources in ((-1, "x^2 - y^2", 0), (1, "x^2 + y^2", -4)):
+        found = model.field(set={"s": s}).details
+        assert found["conservative"] is True and found["potential"] == potential
+        assert found["circulation"] == pytest.approx(0, abs=1e-12)
+        assert np.trace(found["derivatives_at_start"]) == pytest.approx(sources, abs=1e-9)
 
 
 def test_field_operators() -> None:
@@ -96,15 +109,26 @@ def test_vortex() -> None:
 
 
 def test_curl_of_field() -> None:
-    """U36: c = 1/2; U37: a = c = 0 alone, and -x y z."""
+    """U36: c = 1/2, and of y with a sign in the place of x y, -x y - z^4/4 for plus alone; U37: a = c = 0 alone, and -x y z."""
     found = example("curl_of_field").field(vary="c").details
     assert found["possible"] and found["parameter"]["c"] == pytest.approx(0.5, abs=1e-8)
     assert found["conservative"] is False
     half = example("curl_of_field").field(set={"c": 0.5}).details
     assert half["conservative"] is True and half["potential"] == "-1/2*x^2*y - 1/4*z^4"
-    both = example("curl_of_two").field(vary="a,c").details
+    text = (EXAMPLES / "curl_of_field.mech").read_text(encoding="utf-8")
+    text = text.replace("force x*y on x", "force c*y on x").replace("force c*x^2 on y", "force x on y")
+    signed = mechc.loads(text)
+    assert signed.field(vary="c").details["parameter"]["c"] == pytest.approx(1, abs=1e-8)
+    plus, minus = signed.field(set={"c": 1}).details, signed.field(set={"c": -1}).details
+    assert plus["conservative"] is True and plus["potential"] == "-x*y - 1/4*z^4"
+    assert minus["conservative"] is False and np.abs(minus["curl"])[:, 0] == pytest.approx(2, abs=1e-9)
+    model = example("curl_of_two")
+    both = model.field(vary="a,c").details
     assert both["possible"] and both["parameter"] == pytest.approx({"a": 0, "c": 0}, abs=1e-6)
-    assert example("product_field").field().details["potential"] == "-x*y*z"
+    for a, c in ((0, 0), (0, 1), (1, 0), (-2, 3)):
+        assert model.field(set={"a": a, "c": c}).details["conservative"] is (a == c == 0)
+    product = example("product_field").field().details
+    assert product["conservative"] is True and product["potential"] == "-x*y*z"
 
 
 # ---------------------------------------------------------------- inertia
