@@ -26,6 +26,8 @@ FAR_APART = 1e3
 NOTHING = float(np.finfo(float).eps)
 """A last value below this part of its nominal size, and below its own error, is told as 0; results keep it."""
 MOST_OUTPUTS = 12
+MOST_ASKED = 60
+"""Outputs of a model that has nothing else to show."""
 MOST_DERIVATIVES = 24
 MOST_EVENTS = 8
 DOUBT_WIDTH = 100
@@ -41,8 +43,9 @@ def report(solution: ShownSolution, style: Style = PLAIN, of: Collection[str] = 
     blocks.append(_values(solution, style))
     blocks.append(_sensitivities(solution, style, of))
     blocks.append(_condition(solution, style))
-    blocks.append(_energy(solution, style))
-    blocks.append(_invariants(solution.accuracy, style))
+    if not _without_motion(solution):
+        blocks.append(_energy(solution, style))
+        blocks.append(_invariants(solution.accuracy, style))
     blocks.append(_true_errors(solution, style))
     blocks.append(_events(solution, style))
     return "\n\n".join("\n".join(block) for block in blocks if block)
@@ -129,12 +132,23 @@ def _method(solution: ShownSolution) -> str:
     return f"{solution.statistics.method}, {'compiled C' if solution.compiled else 'Python'}"
 
 
+def _without_motion(solution: ShownSolution) -> bool:
+    """Whether nothing moves and nothing has an energy: a model of outputs alone, as of vector algebra."""
+    found = solution.energy
+    energies = () if found is None else (found.start, found.end, found.supplied, found.dissipated)
+    return not _states(solution) and not any(energies)
+
+
+def _states(solution: ShownSolution) -> list[Quantity]:
+    return [quantity for quantity in solution.problem.states if quantity.kind != "account"]
+
+
 def _values(solution: ShownSolution, style: Style) -> list[str]:
     """The last value of each state with its estimated errors, then of each output and discrete variable."""
     if not len(solution.time):
         return []
-    estimate = solution.accuracy.error
-    states = [quantity for quantity in solution.problem.states if quantity.kind != "account"]
+    states = _states(solution)
+    estimate = solution.accuracy.error if states else None
     listed = (*solution.problem.outputs, *solution.problem.discretes)
     outputs = [q for q in listed if q.kind in ("coordinate", "rate", "output", "discrete")]
     total = len(states)
@@ -162,11 +176,12 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
                 row.append(f"{estimate.nominal[quantity.name] * factor:.2g}")
         table.append(row)
     empty = [""] * (len(head) - 3)
-    last = [[*_last(solution, quantity), *empty] for quantity in outputs[:MOST_OUTPUTS]]
+    most = MOST_OUTPUTS if states else MOST_ASKED
+    last = [[*_last(solution, quantity), *empty] for quantity in outputs[:most]]
     rows = _aligned(table + last, style)
     after = 1 + len(states)
-    if len(outputs) > MOST_OUTPUTS:
-        rows.append(style.dim(f"  ... and {len(outputs) - MOST_OUTPUTS} more outputs"))
+    if len(outputs) > most:
+        rows.append(style.dim(f"  ... and {len(outputs) - most} more outputs"))
     left_out = total - len(states)
     if left_out:
         more = f"  ... and {left_out} more" + (" with smaller errors" if estimate else "")
@@ -177,7 +192,7 @@ def _values(solution: ShownSolution, style: Style) -> list[str]:
                 f"  errors relative to nominal + |value|, from a second run at {estimate.tolerance:.1g}"
             )
         )
-    elif solution.accuracy.remark:
+    elif solution.accuracy.remark and states:
         rows.append(style.dim(f"  no error estimate: {solution.accuracy.remark}"))
     return rows
 

@@ -44,7 +44,13 @@ def test_vectors() -> None:
     twice_the_area = np.linalg.norm(np.cross(A, B))
     assert vector(found, "sines") == pytest.approx([twice_the_area / sides.prod()] * 3, rel=1e-13)
     model = example("vectors")
-    for x, y, z in ((0.6, 0.8, 1.0), (2 / 7, -3 / 7, 6 / 7), (0.6, -0.8, -5.0), (3.0, -7.0, 1.0), (1.0, 2.0, 3.0)):
+    for x, y, z in (
+        (0.6, 0.8, 1.0),
+        (2 / 7, -3 / 7, 6 / 7),
+        (0.6, -0.8, -5.0),
+        (3.0, -7.0, 1.0),
+        (1.0, 2.0, 3.0),
+    ):
         place = model.simulate(set={"p[1]": x, "p[2]": y, "p[3]": z}, estimate_error=False).final()
         off = [math.hypot(x, y, z) - 1, z - 1, math.hypot(x, y) - 1]
         names = ("from_sphere", "from_plane", "from_cylinder")

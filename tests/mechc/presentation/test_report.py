@@ -49,6 +49,19 @@ def test_of_many_outputs_the_report_says_how_many_it_leaves_out() -> None:
     assert sum(row.startswith("  y[") for row in rows) == 12 and "  ... and 2 more outputs" in rows
 
 
+def test_outputs_alone_are_all_that_is_said_of_what_does_not_move() -> None:
+    text = "dimensionless; output y[14] = {i^2 for i in 1:14}; experiment(stop = 0);"
+    solution = mechc.loads(text).simulate()
+    assert isinstance(solution, mechc.Solution)
+    rows = [row.split() for row in report(solution).splitlines() if row]
+    assert rows[4] == ["at", "0"] and rows[5:] == [[f"y[{i}]", str(i * i)] for i in range(1, 15)]
+    # a prescribed motion has an energy
+    driven = mechc.loads("coordinate Length x; kinetic 1/2*2 kg*der(x)^2; drive x = 3 m/s*time;")
+    moving = driven.simulate(stop=1)
+    assert isinstance(moving, mechc.Solution)
+    assert "energy balance" in report(moving) and "estimated error" not in report(moving)
+
+
 def test_of_many_events_the_report_counts_the_kinds() -> None:
     text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; "
     solution = mechc.loads(text + "when sample(0.1 s) then n := n + 1; end when;").simulate(stop=1)
