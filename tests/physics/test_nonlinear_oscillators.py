@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import time_between
-from gallery import Case, at, check, references, run, upward_crossings
-from numpy import arcsin, cosh, log, sin, sqrt, tanh
+from gallery import Case, at, check, load, references, run, upward_crossings
+from numpy import arcsin, cosh, exp, log, sin, sqrt, tanh
 
 CASES = [
     Case(
@@ -33,6 +33,32 @@ def test_printed_values_of_the_exponential_force() -> None:
     assert solution(1.0)["x"] == pytest.approx(0.46316264, abs=1e-8)
     assert solution["x"][-1] == pytest.approx(12.755843, abs=1e-6)
     assert solution["der(x)"][-1] == pytest.approx(1.4142115, abs=1e-7)
+
+
+def test_speed_and_potential_of_the_exponential_force() -> None:
+    """U11: v = sqrt(2 F0/(M c) (1 - e^(-c x))), and its work is the fall of V = F0/c e^(-c x)."""
+    solution = run("exponential_force", set={"M": 2.0, "F0": 3.0, "c": 0.4})
+    x = solution["x"]
+    assert x[-1] > 10
+    assert solution["der(x)"] == pytest.approx(sqrt(2 * 3 / (2 * 0.4) * (1 - exp(-0.4 * x))), abs=1e-8)
+    fallen = 3 / 0.4 * (1 - exp(-0.4 * x[-1]))
+    assert solution.energy is not None and solution.energy.supplied == pytest.approx(fallen, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "place", "depth", "stiffness"),
+    [(1, 1, 1.122462, 0.25, 14.28661), (2, 3, (4 / 3) ** (1 / 6), 9 / 8, 81 / (4 / 3) ** (1 / 3))],
+)
+def test_rest_of_the_molecule(a: float, b: float, place: float, depth: float, stiffness: float) -> None:
+    """U15: (2a/b)^(1/6), b^2/(4a), 18 b^2/(a r^2), found by mechc; the printed digits."""
+    model = load("lennard_jones")
+    (found,) = model.equilibria(set={"a": a, "b": b}).summary()["equilibria"]
+    assert found["values"]["r"] == pytest.approx(place, abs=5e-7)
+    assert found["stable"] is True
+    rest = run("lennard_jones", "rest", set={"a": a, "b": b})
+    assert -rest["energy.total"][-1] == pytest.approx(depth, rel=1e-13) == rest["depth"][-1]
+    (mode,) = model.modes(at="equilibrium", set={"a": a, "b": b}).summary()["modes"]
+    assert mode["frequency"] ** 2 == pytest.approx(stiffness, abs=5e-6)
 
 
 def test_molecule() -> None:

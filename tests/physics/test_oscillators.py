@@ -28,8 +28,7 @@ def two_masses() -> dict[str, Formula]:
     }
 
 
-def pushed_pair(sign: int) -> Formula:
-    W = 4.0
+def pushed_pair(sign: int, W: float = 4.0) -> Formula:
     return lambda t: (0.25 + 0.25 * sign) + 0.3 * t + sign * 0.3 / W * sin(W * t)
 
 
@@ -90,6 +89,12 @@ CASES = [
     Case("two_masses_spring", two_masses(), bound=100),
     Case("sprung_pair", {"x1": pushed_pair(-1), "x2": pushed_pair(1)}, bound=100),
     Case(
+        "sprung_pair",
+        {"x1": pushed_pair(-1, 3), "x2": pushed_pair(1, 3)},
+        bound=100,
+        set={"m": 2, "k": 9},
+    ),
+    Case(
         "forced_oscillator",
         {"x": lambda t: 0.1 * cos(2 * t) + 0.15 * sin(2 * t) - 0.1 * sin(3 * t)},
         bound=100,
@@ -129,10 +134,27 @@ CASES = [
     Case("damped_oscillator", {"x": overdamped}, bound=100, experiment="heavy"),
     Case("forced_damped_oscillator", {"x": forced_damped(1.5)}, bound=100),
     Case("forced_damped_oscillator", {"x": forced_damped(sqrt(4 - 0.18))}, bound=100, experiment="resonance"),
-    Case("mass_on_spring", {"x": lambda t: 0.1 * cos(sqrt(40) * t)}, bound=100),
-    Case("heavy_spring", {"x": lambda t: 0.1 * cos(sqrt(20 / 1.1) * t)}, bound=100),
-    Case("hanging_spring", {"x": hanging(1, 0.3)}, bound=100),
-    Case("hanging_spring", {"x": hanging(1, 0)}, bound=100, experiment="massless"),
+    Case(
+        "mass_on_spring",
+        {"x": lambda t: 0.1 * cos(sqrt(40) * t), "period": lambda t: 2 * pi / sqrt(40)},
+        bound=100,
+    ),
+    Case(
+        "heavy_spring",
+        {"x": lambda t: 0.1 * cos(sqrt(20 / 1.1) * t), "period": lambda t: 2 * pi / sqrt(20 / 1.1)},
+        bound=100,
+    ),
+    Case(
+        "hanging_spring",
+        {"x": hanging(1, 0.3), "period": lambda t: 2 * pi / sqrt(20 / 1.1)},
+        bound=100,
+    ),
+    Case(
+        "hanging_spring",
+        {"x": hanging(1, 0), "period": lambda t: 2 * pi / sqrt(20)},
+        bound=100,
+        experiment="massless",
+    ),
     Case(
         "ring_of_masses",
         {
@@ -143,6 +165,12 @@ CASES = [
         bound=100,
     ),
     Case("saddle", {"x": lambda t: 0.1 * cos(t), "y": lambda t: 0.1 * cosh(t)}, bound=100),
+    Case(
+        "saddle",
+        {"x": lambda t: 0.1 * cos(1.5 * t), "y": lambda t: 0.1 * cosh(1.5 * t)},
+        bound=100,
+        set={"k": 2.25},
+    ),
     Case(
         "saddle_xy",
         {
@@ -165,6 +193,12 @@ CASES = [
         "harmonic_and_constant",
         {"x": lambda t: 0.7 / sqrt(2) * sin(sqrt(2) * t), "y": lambda t: t**2},
         bound=100,
+    ),
+    Case(
+        "harmonic_and_constant",
+        {"x": lambda t: 0.7 / 0.5 * sin(0.5 * t), "y": lambda t: t**2 / 8},
+        bound=100,
+        set={"m": 8},
     ),
 ]
 
