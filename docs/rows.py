@@ -132,6 +132,8 @@ OTHERS: Mapping[str, Asked] = {
 }
 
 FURTHER: Mapping[str, tuple[str, ...]] = {
+    "U8": (f"{CONSTANTS}::test_swirl_and_saddle",),
+    "U9": (f"{CONSTANTS}::test_swirl_and_saddle",),
     "U13": ("runtime/test_optimum.py::test_a_pebble_down_a_slope",),
     "U14": ("runtime/test_optimum.py::test_a_car_goes_farthest_without_a_pause",),
     "U42": ("physics/test_constraints.py::test_chain_that_is_thrown",),
@@ -155,6 +157,7 @@ SAID = {
     "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
     "K5": "named as future work, no number stated",
     "U6": "no number stated: three surfaces that the model's points fulfil",
+    "U36": "the sign of its second field, (y, x, z^3), is lost in the text: it is conservative for plus, not for minus",
     "U38": "the notes misprint M X'' in one of two equations",
     "U89": "the list of answers prints 1.36711556 without damping; it is 1.36711536",
     "U92": "the edge is a fractal: the stated values are among several",
