@@ -8,6 +8,8 @@ import pytest
 from gallery import Array, Case, Formula, check, run
 from numpy import cosh, exp, log, sqrt, tanh
 
+import mechc
+
 g = 9.81
 
 
@@ -80,7 +82,38 @@ def test_reynolds_number_of_the_grain() -> None:
     assert run("drag_reynolds", "grain")["Re"][-1] == pytest.approx(101.3, abs=0.05)
 
 
+def test_free_fall_beside_terminal_speeds() -> None:
+    """U26: without air 44.721 m/s after 100 m."""
+    solution = run("drag_reynolds", "vacuum")
+    assert solution["y"][-1] == pytest.approx(100, rel=1e-9)
+    assert solution["der(y)"][-1] == pytest.approx(44.721, abs=5e-4)
+
+
 def test_stopping_distances() -> None:
-    """U30 b: M v/gamma; U31: (m/beta) ln(1 + beta v0/alpha); both have stopped to e^-20."""
+    """U30 b: M v/gamma; U31: (m/beta) ln(1 + beta v0/alpha); all have stopped to e^-20."""
     assert run("horizontal_drag")["x"][-1] == pytest.approx(6, abs=1e-7)
+    assert run("horizontal_drag", set={"gamma": 1.6})["x"][-1] == pytest.approx(2 * 3 / 1.6, abs=1e-7)
     assert run("linear_quadratic_drag")["x"][-1] == pytest.approx(4 * log(2.5), abs=1e-8)
+    other = run("linear_quadratic_drag", set={"alpha": 1.6})
+    assert other["x"][-1] == pytest.approx(4 * log(1 + 0.5 * 3 / 1.6), abs=1e-8) == other["distance"][-1]
+
+
+def test_drag_that_a_motion_needs() -> None:
+    """U32: the force that makes a weight fall by y = (vT^2/g) ln cosh(g t/vT) is -m g (v/vT)^2 beside the weight."""
+    model = mechc.loads("""model Followed
+  parameter m = 5 g;
+  parameter vT = 6.8 m/s;
+  parameter g = 9.81 m/s^2;
+  coordinate Length y;
+  kinetic 1/2*m*der(y)^2;
+  potential -m*g*y;
+  drive y = vT^2/g*log(cosh(g*time/vT));
+  output v = der(y);
+  output F = reaction(y);
+  experiment(stop = 2 s);
+end Followed;
+""")
+    solution = model.simulate()
+    v = solution["v"]
+    assert v[-1] > 6.7
+    assert solution["F"] == pytest.approx(-5e-3 * g * (v / 6.8) ** 2, abs=1e-14)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gallery import Array, check_estimate, run, values
+from gallery import Array, check_estimate, load, run, values
 from happenings import follow, integrate, times, travel_time, turning_point
 from mpmath import cos
 from scipy.optimize import brentq
@@ -35,6 +35,9 @@ def test_thrown_up_an_incline() -> None:
     assert back - turned == pytest.approx(math.sqrt(2 * top / down), rel=1e-10)
     assert solution["top"][-1] == pytest.approx(top, rel=1e-10)
     assert -solution["der(s)"][-1] == pytest.approx(10 * math.sqrt(0.9 / 1.1), rel=1e-10)
+    assert solution["top"][-1] == pytest.approx(6.552746, abs=5e-7)
+    assert -solution["der(s)"][-1] == pytest.approx(9.0453403, abs=5e-8)
+    assert [turned, back - turned] == pytest.approx([1.310549, 1.448867], abs=5e-7)
     assert solution["energy.dissipated"][-1] == pytest.approx(2 * 0.1 * g * math.cos(math.pi / 4) * top)
     assert solution.message.startswith("back at the start")
 
@@ -49,6 +52,28 @@ def test_block_between_the_two_angles_of_friction() -> None:
     assert slides["s"][-1] == pytest.approx(3 - 1 + pull(math.radians(20), 0.3) / 2, rel=1e-10)
     slips = follow("block_on_incline", "slips")
     assert slips["s"][-1] == pytest.approx(1 + pull(math.radians(25), 0.3) / 2, rel=1e-10)
+
+
+def test_angles_at_which_a_block_starts_and_slows_down() -> None:
+    """U18: it starts at atan(mu_s), and loses speed below atan(mu_k), gains it above; a slope is off by 1e-6."""
+    start = math.atan(0.4)
+    stays, starts = (
+        follow("block_on_incline", "stays", set={"slope": start + off, "s": 1.0}, stop=1.0)
+        for off in (-1e-6, 1e-6)
+    )
+    assert np.all(stays["s"] == 1)
+    assert starts["s"][-1] == pytest.approx(1 + pull(start + 1e-6, 0.3) / 2, rel=1e-10)
+    for off in (-1e-6, 1e-6):
+        slope = math.atan(0.3) + off
+        solution = follow("block_on_incline", "slides", set={"slope": slope})
+        assert not solution.events
+        gained = -solution["der(s)"][-1] - 1
+        assert gained == pytest.approx(-pull(slope, 0.3), rel=1e-6)
+        assert gained * off > 0
+    flat = math.radians(10)
+    stopped = follow("block_on_incline", "slides", set={"slope": flat})
+    assert times(stopped, "stick") == pytest.approx([1 / pull(flat, 0.3)], rel=1e-10)
+    assert stopped["s"][-1] == pytest.approx(3 - 1 / (2 * pull(flat, 0.3)), rel=1e-10)
 
 
 def test_coefficient_from_the_stopping_distance() -> None:
@@ -104,6 +129,26 @@ def test_stick_slip_on_a_belt(experiment: str | None, fk: float, fs: float, u: f
     assert np.diff(sticks) == pytest.approx(found, rel=1e-10)
     for t in sticks:
         assert solution(t)["y"] == pytest.approx(2 - y0, abs=1e-9)
+    for slip, stick in zip(slips, sticks, strict=False):
+        assert [solution(slip)[name] for name in ("s", "y")] == pytest.approx([s0, y0], abs=1e-9)
+        on = solution(np.linspace(slip, stick, 20)[1:-1])
+        circle = np.hypot(on["s"], on["y"] - 1)
+        assert circle == pytest.approx(np.full(18, math.hypot(s0, y0 - 1)), rel=1e-9)
+
+
+def test_stick_slip_of_another_mass_and_spring() -> None:
+    """U19: m v^2/2 + k (x - fk/k)^2/2 stays while it slips from x = fs/k on; the period counts in sqrt(m/k)."""
+    m, k, fk, fs, u = 2.0, 3.0, 1.962, 2.943, 1.962
+    solution = follow("stick_slip_belt", set={"m": m, "k": k})
+    slips, sticks = times(solution, "slip"), times(solution, "stick")
+    assert solution(slips[0])["x"] == pytest.approx(fs / k, rel=1e-10)
+    level = m * u**2 / 2 + k * (fs / k - fk / k) ** 2 / 2
+    on = solution(np.linspace(slips[0], sticks[0], 20)[1:-1])
+    assert m * on["der(x)"] ** 2 / 2 + k * (on["x"] - fk / k) ** 2 / 2 == pytest.approx(level, rel=1e-9)
+    s0, y0 = u / fk * math.sqrt(m * k), fs / fk
+    assert [solution(slips[1])[name] for name in ("s", "y")] == pytest.approx([s0, y0], rel=1e-9)
+    period = 2 * (y0 - 1) / s0 + 2 * math.pi - 2 * math.atan((y0 - 1) / s0)
+    assert np.diff(slips) == pytest.approx(math.sqrt(m / k) * period, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -169,6 +214,15 @@ def test_rest_on_the_belt_is_stable(changed: dict[str, float], damping: float) -
     assert not solution.events
     at = spiral(0.1, 0, damping)
     assert solution["x"] - 2 == pytest.approx(np.array([at(t)[0] for t in solution.time]), abs=1e-10)
+
+
+def test_where_a_block_rests_on_the_belt() -> None:
+    """U20: v = 0 at x = f0/k, as the friction at the speed of the belt holds the spring."""
+    solution = follow("belt_with_rosin", set={"k": 4.0, "x": 0.5})
+    assert not solution.events
+    assert np.ptp(solution["x"]) < 1e-12
+    (rest,) = load("belt_with_rosin").equilibria(set={"k": 4.0}).summary()["equilibria"]
+    assert rest["values"]["x"] == pytest.approx(0.5, rel=1e-12) and rest["stable"] is False
 
 
 # ---------------------------------------------------------------- springs and pendulums

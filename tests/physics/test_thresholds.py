@@ -69,9 +69,12 @@ def test_two_masses_fall_together() -> None:
 
 
 @pytest.mark.parametrize(
-    ("experiment", "gravity", "printed"), [(None, 9.81, 28.16744), ("ten", 10.0, 27.89857)]
+    ("experiment", "gravity", "printed", "printed_speed"),
+    [(None, 9.81, 28.16744, 39.39498), ("ten", 10.0, 27.89857, 39.77465)],
 )
-def test_drop_from_a_kilometre(experiment: str | None, gravity: float, printed: float) -> None:
+def test_drop_from_a_kilometre(
+    experiment: str | None, gravity: float, printed: float, printed_speed: float
+) -> None:
     """U27: t = vT/g acosh(exp(g h/vT^2)), v = vT sqrt(1 - exp(-2 g h/vT^2))."""
     solution = follow("drop_with_drag", experiment)
     square = gravity / (1.29 * 0.07**2)
@@ -81,6 +84,9 @@ def test_drop_from_a_kilometre(experiment: str | None, gravity: float, printed: 
     v = math.sqrt(square * (1 - math.exp(-2000 * gravity / square)))
     assert -solution["der(h)"][-1] == pytest.approx(v, rel=1e-10)
     assert solution["terminal"][-1] == pytest.approx(math.sqrt(square), rel=1e-12)
+    assert -solution["der(h)"][-1] == pytest.approx(printed_speed, abs=5e-6)
+    if experiment is None:
+        assert solution["terminal"][-1] == pytest.approx(39.39505, abs=5e-6)
     assert solution.message.startswith("on the ground")
 
 
