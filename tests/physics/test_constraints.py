@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from closed_forms import swing
+from closed_forms import integrate, swing
 from gallery import EXAMPLES, Array, at, check_estimate, references, run
 
 import mechc
@@ -130,6 +130,24 @@ def test_bead_on_hyperbola() -> None:
     assert solution["push"][0] == pytest.approx(g * 0.5 / np.hypot(0.5, 2), rel=1e-12)
 
 
+def test_equation_of_a_bead_on_a_hyperbola() -> None:
+    """U44: y'' (1 + c^2/y^4) - 2 c^2 y'^2/y^5 + g = 0, and the energy that goes with L; of c = 2 and 3 kg."""
+    c2 = 4.0
+
+    def rates(_: float, s: Array) -> list[float]:
+        y, v = s
+        return [v, (2 * c2 * v**2 / y**5 - g) / (1 + c2 / y**4)]
+
+    solution = run("bead_on_hyperbola", set={"c": 2.0, "m": 3.0, "x": 1.0})
+    y, v = solution["y"], solution["der(y)"]
+    expected = integrate(rates, [2, 0], solution.time)
+    assert largest(y - expected[0]) < 1e-8
+    assert largest(v - expected[1]) < 1e-8
+    energy = 3 / 2 * v**2 * (1 + c2 / y**4) + 3 * g * y
+    assert largest(energy - 3 * g * 2) < 1e-7
+    assert largest(solution["energy.total"] - energy) < 1e-7
+
+
 def test_rope_over_edge() -> None:
     solution = closed("rope_over_edge")
     """U50: exponential with the rate sqrt(M g/(L (2 m + M))); with a rope without mass g/2."""
@@ -137,6 +155,8 @@ def test_rope_over_edge() -> None:
     assert largest(solution["y"] - (4.1 * np.cosh(rate * solution.time) - 4)) < 1e-9
     light = run("rope_over_edge", set={"M": 0.0})
     assert largest(light["y"] - (0.1 + g / 4 * light.time**2)) < 1e-9
+    other = run("rope_over_edge", set={"m": 3.0})
+    assert largest(other["y"] - (12.1 * np.cosh(np.sqrt(0.5 * g / (2 * 6.5)) * other.time) - 12)) < 1e-9
 
 
 def test_rolling_ball_with_cavity() -> None:
@@ -206,5 +226,22 @@ def test_chain_that_is_thrown() -> None:
         spin += 0.1 * np.cross(np.array(r), np.array(v), axis=0)
     assert largest(spin - spin[:, :1]) < 1e-9
     assert np.ptp(solution["span"]) > 0.1
-    # U42: 2 N + 1 freedoms of N particles in space
-    assert mechc.load(EXAMPLES / "jointed_chain.mech").kinematics().summary()["freedoms"] == 2 * 5 + 1
+
+
+def test_freedoms_of_jointed_chains() -> None:
+    """U42: 2 N + 1 of N particles in space, N + 1 in the plane."""
+    space = mechc.load(EXAMPLES / "jointed_chain.mech")
+    plane = mechc.loads("""import mech.planar.*;
+import mech.couplings.*;
+
+model PlaneChain
+  structural parameter Integer n = 5;
+  Particle bead[n](m = 0.1 kg);
+  Translation free[i in 1:n](world -> bead[i].a, position ~ {0.25*i, 0.13*mod(i, 2)} m);
+  Distance rod[i in 1:n-1](bead[i].a -> bead[i+1].a, l = 0.3 m);
+  output end_of_chain = pos(bead[n].a);
+end PlaneChain;
+""")
+    for n in (2, 5):
+        assert space.kinematics(set={"n": n}).summary()["freedoms"] == 2 * n + 1
+        assert plane.kinematics(set={"n": n}).summary()["freedoms"] == n + 1

@@ -73,6 +73,24 @@ def test_equation_of_motion(
     assert np.max(np.abs(solution["der(theta)"] - expected[1])) / scale[1] < bound * 1e-10
 
 
+def test_equations_with_other_lengths() -> None:
+    """U58: (a/r) w^2 and g/r; U54: (r0 + a sin(w t)) theta'' + 2 a w cos(w t) theta' + g theta = 0 of small angles."""
+    driven = run("pendulum_driven_support", set={"r": 0.4, "m": 3.0})
+    expected = integrate(
+        lambda t, y: [y[1], 0.2 / 0.4 * 4 * sin(2 * t) * cos(y[0]) - g / 0.4 * sin(y[0])],
+        [np.deg2rad(20), 0],
+        driven.time,
+    )
+    assert np.max(np.abs(driven["theta"] - expected[0])) < 1e-7
+    small = run("varying_length", set={"r0": 0.7, "theta": 1e-6}, stop=10.0)
+
+    def linear(t: float, y: np.ndarray[tuple[int], np.dtype[np.float64]]) -> list[float]:
+        return [y[1], -(2 * 0.1 * 6.2 * cos(6.2 * t) * y[1] + g * y[0]) / (0.7 + 0.1 * sin(6.2 * t))]
+
+    expected = integrate(linear, [1e-6, 0], small.time)
+    assert np.max(np.abs(small["theta"] - expected[0])) < 1e-7 * np.max(np.abs(expected[0]))
+
+
 def test_small_amplitude_of_the_forced_pendulum() -> None:
     """U88: the linear amplitude holds to a few theta^2 = 3e-6; the start has decayed by exp(-20)."""
     solution = run("forced_pendulum")

@@ -126,6 +126,9 @@ def test_plane_shaken_gently() -> None:
     expected = math.sin(slope) * (g * t**2 / 2 + a * np.sin(w * t) - a * w * t)
     assert solution["x"] == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert solution["normal"] == pytest.approx(math.cos(slope) * (g - a * w**2 * np.sin(w * t)), rel=1e-9)
+    for share, rattles in ((0.9999, False), (1.0001, True)):  # of a w^2 = g
+        events = follow("shaken_incline", set={"w": math.sqrt(share * g / a)}, stop=0.3).events
+        assert any(e.kind == "lift-off" for e in events) is rattles
 
 
 def test_plane_that_rattles() -> None:

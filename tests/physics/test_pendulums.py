@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import small_swings, swing, swing_period, swing_rate, time_between
-from gallery import Case, check, references, run, upward_crossings, values
+from gallery import Case, check, load, references, run, upward_crossings, values
 from scipy.special import ellipj
 
 g = 9.81
@@ -26,6 +26,15 @@ SWINGS = [
         },
         bound=100,
     ),
+    Case(
+        "pendulum",
+        {
+            "theta": lambda t: swing(t, 1, np.sqrt(g / 0.4)),
+            "p_theta": lambda t: 3 * 0.4**2 * swing_rate(t, 1, np.sqrt(g / 0.4)),
+        },
+        bound=100,
+        set={"m": 3, "l": 0.4},
+    ),
     Case("pendulum_point", {"theta": lambda t: swing(t, 1, w0)}, bound=100),
     Case("pendulum_parts", {"pin.angle": lambda t: swing(t, 1, w0)}, bound=100),
     Case("bar_pendulum", {"hinge.angle": lambda t: swing(t, np.deg2rad(80), np.sqrt(1.5 * g))}, bound=100),
@@ -43,6 +52,12 @@ SWINGS = [
         "pendulum_accelerating_support",
         {"theta": lambda t: swing(t, np.deg2rad(70), np.sqrt(g + 3))},
         bound=100,
+    ),
+    Case(
+        "pendulum_accelerating_support",
+        {"theta": lambda t: swing(t, np.deg2rad(70), np.sqrt((g - 2) / 0.4))},
+        bound=100,
+        set={"r": 0.4, "a": -2, "m": 3},
     ),
     Case(
         "coupled_pendulums",
@@ -70,6 +85,17 @@ SWINGS = [
 @pytest.mark.parametrize("case", SWINGS, ids=str)
 def test_swing(case: Case) -> None:
     check(case)
+
+
+def test_generalised_force_of_a_pendulum() -> None:
+    """U43: the rate of p_theta is the torque -m g r sin(theta)."""
+    found = load("pendulum").hamilton().details
+    assert found["equations"] == {"der(theta)": "p_theta/(l^2*m)", "der(p_theta)": "-g*l*m*sin(theta)"}
+    solution = run("pendulum", set={"m": 3, "l": 0.4})
+    t = np.linspace(0.5, 1.5, 7)
+    ahead, behind = solution(t + 1e-4)["p_theta"], solution(t - 1e-4)["p_theta"]
+    torque = -3 * g * 0.4 * np.sin(solution(t)["theta"])
+    assert (ahead - behind) / 2e-4 == pytest.approx(torque, abs=1e-5)  # w^2 h^2/6 of 12 N.m, and tol/h
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,12 @@ CASES = [
         },
         bound=10,
     ),
+    Case(
+        "wedge",
+        {"a_s": lambda t: g * 0.6 * 5 / (2 + 3 * 0.36), "a_X": lambda t: -3 * g * 0.6 * 0.8 / (2 + 3 * 0.36)},
+        bound=10,
+        set={"m": 3, "theta": np.arcsin(0.6)},
+    ),
 ]
 
 
@@ -95,6 +101,19 @@ def test_reference(example: str, data: str, names: dict[str, str], bound: float)
         assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=bound * 1e-10)
         if point["t"] == solution.time[-1] and names is not ELASTIC:  # x and y are no states there
             check_estimate(solution, dict(zip(names.values(), expected, strict=True)))
+
+
+def test_equations_of_the_elastic_pendulum() -> None:
+    """U45: r'' = r th'^2 + g cos(th) - (K/m)(r - l0), r th'' + 2 r' th' + g sin(th) = 0; of 0.6 kg."""
+
+    def rates(_: float, y: Array) -> list[float]:
+        r, th, u, w = y
+        return [u, w, r * w * w + g * cos(th) - 29.43 / 0.6 * (r - 1), -(2 * u * w + g * sin(th)) / r]
+
+    solution = run("elastic_pendulum", set={"m": 0.6, "x0": 0.5}, stop=10.0)
+    expected = integrate(rates, [np.hypot(0.5, 43 / 30), np.arctan2(0.5, 43 / 30), 0, 0], solution.time)
+    for name, values in zip(("r", "theta", "der(r)", "der(theta)"), expected, strict=True):
+        assert solution[name] == pytest.approx(values, abs=1e-7), name
 
 
 @pytest.mark.parametrize(
