@@ -8,6 +8,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ...graph import Node
 from ...graph.differentiate import gradient
+from ...graph.operations import JUMPING
 from ...graph.rewrite import substitute
 from ...mechanics.energies import momenta_of, total_energy
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
@@ -54,11 +55,13 @@ def first_integrals(
     rows = []
     by_q = gradient(graph, whole, [*forms.rates[0], system.symbols.time])
     within = special_places(curve, found)
-    leaps = set(graph.support(*(w.node for w in within)))
+    steps = [n for n in graph.reach([whole]) if graph.op(n) in JUMPING]  # no slope on either side, and yet a step
+    leaps = set(graph.support(*(w.node for w in within), *steps))
     for k, scalar in enumerate(forms.scalars[: len(firsts)]):
         if graph.is_zero(by_q[k]) and not graph.is_zero(firsts[k]) and forms.rates[0][k] not in leaps:
             rows.append((CurveRow(f"momentum({scalar.name})", "momentum", ""), firsts[k]))
-    if graph.is_zero(by_q[-1]) and found.order <= 2 and not within:
+    still = graph.is_zero(by_q[-1]) and system.symbols.time not in leaps
+    if still and found.order <= 2 and not within:
         if forms.exchanged:  # homogeneous: what belongs to x is minus the energy, without large differences
             energy = graph.neg(belonging)
         else:

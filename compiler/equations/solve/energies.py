@@ -14,7 +14,7 @@ from msgspec import Struct
 from ...flat.model import Impulse, Reinit
 from ...graph import Node
 from ...graph.differentiate import jvp, vjp
-from ...graph.operations import JUMPING, SELECT
+from ...graph.operations import JUMPING
 from ...graph.rewrite import substitute
 from ...graph.vector import matvec
 from ...mechanics.energies import kinetic_energy, momenta_of, potential_energy, total_energy
@@ -198,8 +198,8 @@ def jumps(system: MechanicalSystem, lagrangian: Node) -> frozenset[int]:
     actions = (a for event in system.model.events for branch in event.branches for a in branch.actions)
     if any(isinstance(a, Reinit | Impulse) for a in actions):
         return frozenset(range(len(system.v)))
-    conditions = [graph.args(n)[0] for n in graph.reach([lagrangian]) if graph.op(n) == SELECT]
-    touched = set(graph.support(*conditions)) if conditions else set()
+    steps = [n for n in graph.reach([lagrangian]) if graph.op(n) in JUMPING]
+    touched = set(graph.support(*steps))
     moved = [rate if s.node in touched else graph.zero for s, rate in zip(system.q, system.qdot, strict=True)]
     support = set(graph.support(*moved))
     return frozenset(i for i, s in enumerate(system.v) if s.node in support)
