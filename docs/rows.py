@@ -71,12 +71,16 @@ OTHERS: Mapping[str, Asked] = {
         "compiler/equations/test_unusual_systems.py::test_lagrangian_with_second_derivatives_integrates_by_parts",
     ),
     "U63": asked(
-        "Fermat's principle", f"{CURVES}::test_light_through_two_media_bends_where_they_meet", curve="fermat"
+        "Fermat's principle",
+        f"{CURVES}::test_light_through_two_media_bends_where_they_meet",
+        f"{CURVES}::test_light_bends_through_a_medium_that_changes_with_height",
+        curve="fermat",
     ),
     "U64": asked(
         "soap film between rings",
         f"{CURVES}::test_both_soap_films",
-        f"{CLASSICAL}::test_where_the_soap_film_tears",
+        "physics/test_curve_branches.py::test_where_the_soap_film_tears",
+        "physics/test_curve_directions.py::test_two_discs_are_told_where_they_are_less_than_the_film",
         curve="soap_film",
     ),
     "U68": asked("gauge terms, Galilean boosts", f"{REMAINING}::test_gauge_terms_change_nothing"),

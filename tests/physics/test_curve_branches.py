@@ -35,14 +35,20 @@ def film() -> Any:
 
 
 def test_where_the_soap_film_tears(film: Any) -> None:
-    """r = c cosh(z/c): both films become one where x tanh(x) = 1, b = x / cosh(x)."""
+    """U64: r = c cosh(z/c): both films become one where x tanh(x) = 1, b = x / cosh(x) = 0.66274342, waist 0.552434; there
+    and for some way before it both have more than the 2 pi of two discs."""
     x = mp.findroot(lambda x: x * mp.tanh(x) - 1, 1.2)
     (fold,) = film.special
     assert fold["kind"] == "fold"
     off = abs(fold["parameter"]["b"] - float(x / mp.cosh(x)))
     assert off < 1e-12
     assert off <= 30 * fold["error"]
+    assert fold["parameter"]["b"] == pytest.approx(0.66274342, abs=6e-9)
     assert fold["outputs"]["waist"] == pytest.approx(float(1 / mp.cosh(x)), rel=1e-6)
+    assert fold["outputs"]["waist"] == pytest.approx(0.552434, abs=6e-7)
+    near = [p for p in film.branches[0]["points"] if p["parameter"]["b"] > 0.5277]
+    assert {p["negative_directions"] for p in near} == {0, 1}
+    assert all(p["stationary"] > 2 * math.pi for p in near)
 
 
 def test_the_minimum_and_the_saddle_are_one_branch(film: Any) -> None:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import mechc
 from mechc.runtime.curves.found import CurveSolution
 
 mpmath.mp.dps = 30
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "curves"
 
 TRUST = 30
 """A true error is at most this many times the estimated one."""
@@ -22,6 +27,11 @@ def solve(text: str, **options: Any) -> CurveSolution:
     return found
 
 
+def example(name: str, **options: Any) -> CurveSolution:
+    found: CurveSolution = mechc.load(EXAMPLES / f"{name}.mech").solve(**options)
+    return found
+
+
 def near(value: float, exact: float, claimed: float) -> None:
     """The true error is below 1e-9 of the value, and not far above what was claimed."""
     error = abs(value - exact)
@@ -29,28 +39,12 @@ def near(value: float, exact: float, claimed: float) -> None:
     assert error <= TRUST * claimed, (error, claimed)
 
 
-CATENARY = """
-model Clothesline
-  parameter w = 10 N/m;
-  parameter d = 1 m;
-  parameter S = 1.5 m;
-  independent x from 0 m to d;
-  coordinate z ~ -x*(d - x)/d;
-  initial z = 0 m;
-  final z = 0 m;
-  stationary integral(w*z*sqrt(1 + der(z)^2));
-  constraint length: integral(sqrt(1 + der(z)^2)) = S;
-  output sag = -at(z, d/2);
-  output lambda = multiplier(length);
-end Clothesline;
-"""
-
-
 def test_a_hanging_line_of_given_length() -> None:
-    """U61: a catenary with c = 0.3082365."""
+    """U61: a catenary with c = 0.3082365 and the sag 0.5026333."""
     c = float(mpmath.findroot(lambda c: 2 * c * mpmath.sinh(1 / (2 * c)) - 1.5, 0.3))
     sag = c * (math.cosh(1 / (2 * c)) - 1)
-    found = solve(CATENARY)
+    assert (c, sag) == pytest.approx((0.3082365, 0.5026333), abs=6e-8)
+    found = example("clothesline")
     near(found.outputs["sag"], sag, found.output_errors["sag"])
     near(found.outputs["lambda"], 10 * (sag + c), found.output_errors["lambda"])
     assert found.multipliers["length"] == found.outputs["lambda"]
@@ -80,29 +74,18 @@ def test_the_curve_of_fastest_descent_begins_steeply() -> None:
     near(found.stationary, exact, found.error)
 
 
-SOAP = """
-model SoapFilm
-  dimensionless;
-  parameter b = 0.5;
-  independent z from -b to b;
-  coordinate r ~ 1;
-  initial r = 1;
-  final r = 1;
-  stationary 2*pi*integral(r*sqrt(1 + der(r)^2));
-  output waist = at(r, 0);
-  experiment shallow();
-  experiment deep(r ~ 0.2 + 0.8*(z/b)^2);
-end SoapFilm;
-"""
-
-
-@pytest.mark.parametrize(("experiment", "guess", "negative"), [("shallow", 0.85, 0), ("deep", 0.235, 1)])
-def test_both_soap_films(experiment: str, guess: float, negative: int) -> None:
-    """U64: 5.991797 and 6.845655 at b = 0.5."""
+@pytest.mark.parametrize(
+    ("experiment", "guess", "negative", "stated"),
+    [("shallow", 0.85, 0, 5.991797), ("deep", 0.235, 1, 6.845655)],
+)
+def test_both_soap_films(experiment: str, guess: float, negative: int, stated: float) -> None:
+    """U64: 5.991797 and 6.845655 at b = 0.5, r = (1/alpha) cosh(alpha z)."""
     c = mpmath.findroot(lambda c: c * mpmath.cosh(mpmath.mpf("0.5") / c) - 1, guess)
     exact = float(2 * mpmath.pi * c * (mpmath.mpf("0.5") + c / 2 * mpmath.sinh(1 / c)))
-    found = solve(SOAP, experiment=experiment)
+    assert exact == pytest.approx(stated, abs=6e-7)
+    found = example("soap_film", experiment=experiment)
     near(found.stationary, exact, found.error)
+    assert found["r"] == pytest.approx(float(c) * np.cosh(found.places / float(c)), abs=1e-9)
     near(found.outputs["waist"], float(c), found.output_errors["waist"])
     assert found.negative_directions == negative
     assert found.kind == ("saddle" if negative else "minimum")
@@ -110,20 +93,7 @@ def test_both_soap_films(experiment: str, guess: float, negative: int) -> None:
 
 def test_light_through_two_media_bends_where_they_meet() -> None:
     """U63: n1 sin(theta1) = n2 sin(theta2)."""
-    found = solve("""
-        model Fermat
-          parameter n1 = 1.0;
-          parameter n2 = 1.5;
-          independent z from -1 m to 1 m;
-          coordinate x ~ 0.5*z + 0.5 m;
-          initial x = 0 m;
-          final x = 1 m;
-          let n = if z > 0 m then n1 else n2;
-          stationary integral(n*sqrt(1 + der(x)^2));
-          output cross = at(x, 0 m);
-          output invariant = n*der(x)/sqrt(1 + der(x)^2);
-        end Fermat;
-    """)
+    found = example("fermat")
     c = mpmath.findroot(
         lambda x: 1.5 * x / mpmath.sqrt(1 + x**2) - (1 - x) / mpmath.sqrt(1 + (1 - x) ** 2), 0.4
     )
@@ -134,21 +104,32 @@ def test_light_through_two_media_bends_where_they_meet() -> None:
     assert abs(found["invariant"] - snell).max() < 1e-9  # on either side of the kink, and nowhere between
     slopes = found["der(x)"][abs(found.places) < 1e-9]
     assert slopes == pytest.approx([float(c), float(1 - c)], rel=1e-9)
+    assert [*found.first_integrals] == ["momentum(x)"]  # no energy, as n depends on z
     assert found(0.0)["der(x)"] == pytest.approx(float(1 - c), rel=1e-9)
+
+
+def test_light_bends_through_a_medium_that_changes_with_height() -> None:
+    """U63: n(z) sin(theta) = C; for n = 1 + z the ray is x = C (arcosh((1 + z)/C) - arcosh(1/C))."""
+    found = solve("""
+        model Mirage
+          dimensionless;
+          independent z from 0 to 1;
+          coordinate x ~ z;
+          initial x = 0;
+          final x = 1;
+          stationary integral((1 + z)*sqrt(1 + der(x)^2));
+          output invariant = (1 + z)*der(x)/sqrt(1 + der(x)^2);
+        end Mirage;
+    """)
+    C = brentq(lambda c: c * (np.arccosh(2 / c) - np.arccosh(1 / c)) - 1, 0.5, 1, xtol=1e-15)
+    assert found["invariant"] == pytest.approx(C, rel=1e-9)
+    exact = C * (np.arccosh((1 + found.places) / C) - np.arccosh(1 / C))
+    assert found["x"] == pytest.approx(exact, abs=1e-9)
 
 
 def test_a_geodesic_of_the_half_plane_is_a_circle() -> None:
     """U71: x^2 + y^2 = 2, of the length 2 ln(1 + sqrt(2))."""
-    found = solve("""
-        model HalfPlane
-          dimensionless;
-          independent x from -1 to 1;
-          coordinate y ~ 1;
-          initial y = 1;
-          final y = 1;
-          stationary integral(sqrt(1 + der(y)^2)/y);
-          output circle = x^2 + y^2;
-        end HalfPlane;
-    """)
+    assert 2 * math.log(1 + math.sqrt(2)) == pytest.approx(1.7627472, abs=6e-8)
+    found = example("half_plane_geodesic")
     near(found.stationary, 2 * math.log(1 + math.sqrt(2)), found.error)
     assert abs(found["circle"] - 2).max() < 1e-10
