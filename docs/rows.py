@@ -83,18 +83,28 @@ OTHERS: Mapping[str, Asked] = {
         "physics/test_curve_directions.py::test_two_discs_are_told_where_they_are_less_than_the_film",
         curve="soap_film",
     ),
-    "U68": asked("gauge terms, Galilean boosts", f"{REMAINING}::test_gauge_terms_change_nothing"),
+    "U68": asked(
+        "gauge terms, Galilean boosts",
+        f"{REMAINING}::test_gauge_terms_change_nothing",
+        f"{REMAINING}::test_a_boost_adds_a_rate_to_the_lagrangian",
+    ),
     "U71": asked(
         "geodesic of the half plane",
         f"{CURVES}::test_a_geodesic_of_the_half_plane_is_a_circle",
         curve="half_plane_geodesic",
     ),
     "U72": asked(
-        "charged bead on a vertical circle", "runtime/test_equilibria.py::test_a_charged_bead_on_a_hoop"
+        "charged bead on a vertical circle",
+        "runtime/test_equilibria.py::test_a_charged_bead_on_a_hoop",
+        "runtime/test_equilibria.py::test_the_far_side_of_the_charge_forks",
     ),
     "U78": asked("period in V0 tan^2 x", f"{REMAINING}::test_period_by_integration"),
     "U81": asked("period in k q^4", f"{REMAINING}::test_similar_motions_take_similar_times"),
-    "U90": asked("Hill's and Mathieu's equations", f"{REMAINING}::test_stability_of_mathieus_equation"),
+    "U90": asked(
+        "Hill's and Mathieu's equations",
+        f"{REMAINING}::test_stability_of_mathieus_equation",
+        "runtime/test_orbit.py::test_a_vertically_driven_pendulum",
+    ),
     "U98": asked("d/dt [r.(v x a)]", f"{REMAINING}::test_derivative_of_a_triple_product"),
     "U117": asked(
         "kinetic energy of a body about any point", f"{REMAINING}::test_kinetic_energy_about_any_point"
@@ -145,8 +155,12 @@ FURTHER: Mapping[str, tuple[str, ...]] = {
     "U76": ("runtime/test_period.py::test_a_rotor_of_twice_the_energy",),
     "U84": ("runtime/test_portrait.py::test_pendulum_has_a_centre_saddles_and_separatrices_between_them",),
     "K4": ("runtime/test_portrait.py::test_pendulum_has_a_centre_saddles_and_separatrices_between_them",),
+    "U86": ("runtime/test_threshold.py::test_an_ear_drum_escapes_from_rest_beyond_one_half",),
+    "U87": ("runtime/test_portrait.py::test_double_well_and_its_separatrix",),
     "U88": ("runtime/test_hysteresis.py::test_weakly_forced_it_does_not",),
     "U91": (
+        "runtime/test_section.py::test_stroboscopic_points_of_a_driven_pendulum",
+        "runtime/test_section.py::test_stroboscopic_points_without_damping_are_on_closed_curves",
         "runtime/test_section.py::test_a_chaotic_section_says_how_far_its_points_can_be_trusted",
         "runtime/test_orbit.py::test_a_driven_orbit_and_its_doubling",
     ),
@@ -157,13 +171,27 @@ FURTHER: Mapping[str, tuple[str, ...]] = {
 }
 """Tests of what a row asks for beside the motion of its example."""
 
+ASKS = {
+    "U65": "m a = -dV/dx from the action",
+    "U75": "pendulum over its energy: rest, swings between +-acos(-e), turns; period by quadrature",
+    "U76": "period of a turning pendulum, and its series",
+    "U82": "period of a pendulum over its amplitude, 4 K(sin(amplitude/2))",
+    "U83": "period of a pendulum at 60 deg, 6.7430014",
+    "U91": "stroboscopic points of the driven pendulum: fixed, several, strange attractor, closed curves",
+}
+"""What a row asks, where it shares an example with others."""
+
 SAID = {
     "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
     "K5": "named as future work, no number stated",
     "U6": "no number stated: three surfaces that the model's points fulfil",
     "U36": "the sign of its second field, (y, x, z^3), is lost in the text: it is conservative for plus, not for minus",
     "U38": "the notes misprint M X'' in one of two equations",
-    "U89": "the list of answers prints 1.36711556 without damping; it is 1.36711536",
+    "U77": "an older problem of the notes counts time otherwise: 2 theta'' + sin(theta) = 0",
+    "U84": "the notes' separatrix of the energy zero counts from another zero; here it is at m g r",
+    "U88": "the list of answers prints 0.08677211, its formula gives 0.08677218",
+    "U89": "the list of answers prints 1.36711556 without damping; it is 1.36711536. The notes' small amplitudes lack the factor theta "
+    "beside sin(w t), T has r for r^2, and tongues at 2 w0/n are called 1/2, 1/3 of w0",
     "U92": "the edge is a fractal: the stated values are among several",
     "U138": "the rate that the notes give for space is that in the body; in space it is l/I1",
     "U150": "the notes' bracket has the opposite sign",
@@ -203,6 +231,7 @@ def table(rows: Iterable[tuple[str, str, str]], describe: Mapping[str, str]) -> 
             tests += [_test(test) for test in other.tests]
         elif examples.get(name):
             asks = re.sub(r" \((?:[UKTVP]\d+)[^()]*\)", "", describe[examples[name][0][0]])
+        asks = ASKS.get(name, asks)
         cells = (name, asks, ", ".join(models), ", ".join(dict.fromkeys(tests)), said)
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines) + "\n"

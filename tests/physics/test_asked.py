@@ -348,7 +348,8 @@ def test_coriolis() -> None:
 
 
 def test_hamilton_spring() -> None:
-    """U146, P15: H = p^2/(2 m) + k q^2/2; U148, T24, P16: exchange is canonical; T25: I = E/w; U65: S over a whole swing is 0."""
+    """U146, P15: H = p^2/(2 m) + k q^2/2; U148, T24, P16: exchange is canonical; T25: I = E/w; U65: m a = -dV/dx,
+    and the action from the start is -(k q0^2/4 w) sin(2 w t)."""
     model = example("hamilton_spring")
     found = model.hamilton().details
     assert found["H"] == "1/2*k*q^2 + 1/2*p_q^2/m"
@@ -365,8 +366,9 @@ def test_hamilton_spring() -> None:
     w = math.sqrt(5 / 2)
     assert action["I"] == pytest.approx(0.5 * 5 * 1**2 / w, rel=1e-9)
     assert action["period"] == pytest.approx(2 * math.pi / w, rel=1e-9)
-    whole = model.action(stop=2 * math.pi / w)
-    assert whole["S"] == pytest.approx(0, abs=1e-7)
+    for stop in (1.3, 2 * math.pi / w):
+        S = model.action(stop=stop)["S"]
+        assert pytest.approx(-5 / (4 * w) * math.sin(2 * w * stop), abs=1e-10) == S
 
 
 def test_hamilton_pendulum() -> None:

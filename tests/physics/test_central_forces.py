@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from closed_forms import kepler_orbit
-from gallery import DATA, Case, Formula, at, check, check_estimate, references, run, upward_crossings
+from gallery import DATA, Case, Formula, at, check, check_estimate, load, references, run, upward_crossings
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
 from scipy.special import ellipk
 
@@ -151,6 +151,19 @@ CASES = [
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_closed_form(case: Case) -> None:
     check(case)
+
+
+def test_momenta_and_least_energy_of_the_isotropic_oscillator() -> None:
+    """U67, m = 1, k = 4: p_r is not conserved; E = p_r^2/2 + p^2/(2 r^2) + 2 r^2 is least, 2 p, on the circle."""
+    solution = run("isotropic_oscillator")
+    r, p_r = solution["r"], solution["p_r"]
+    assert np.ptp(p_r) > 0.7
+    assert solution["energy.total"] == pytest.approx(p_r**2 / 2 + 0.3**2 / (2 * r**2) + 2 * r**2, rel=300e-10)
+    for circle in load("isotropic_oscillator").steady().summary()["steady"]:  # r = +-sqrt(p/2) is one place
+        assert circle["stable"] is True
+        square = circle["values"]["r"] ** 2
+        assert 0.3**2 / (2 * square) + 2 * square == pytest.approx(2 * 0.3, rel=1e-12)
+    assert solution["energy.total"].min() > 2 * 0.3
 
 
 @pytest.mark.parametrize("experiment", [None, "circle", "parabola", "hyperbola"])

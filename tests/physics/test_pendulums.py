@@ -111,6 +111,8 @@ def test_period_in_units_of_the_frequency(degrees: float, period: float) -> None
     first, second = upward_crossings(solution, "theta")[:2]
     assert second - first == pytest.approx(period, abs=6e-8 if degrees < 160 else 6e-7)
     assert second - first == pytest.approx(swing_period(np.deg2rad(degrees), 1), rel=1e-8)
+    if degrees == 60:
+        assert (second - first) / (2 * np.pi) == pytest.approx(1.073182, abs=5e-7)
 
 
 @pytest.mark.parametrize("point", references("pendulum_period_elliptic")[:11], ids=lambda p: p["case"])
@@ -142,6 +144,19 @@ def test_sliding_support() -> None:
         assert solution(n * half)["theta"] == pytest.approx((-1) ** n * start, abs=300e-10)
     assert np.max(np.abs(solution["p"])) < 300e-10
     assert solution["X"] == pytest.approx(-share * (np.sin(solution["theta"]) - np.sin(start)), abs=300e-10)
+
+
+def test_momentum_and_energy_of_the_sliding_support() -> None:
+    """U66: p_X = (M + m) X' + m r theta' cos(theta), E = T + U, of a support that moves on."""
+    solution = run("sliding_support", set={"der(X)": 0.7, "der(theta)": 1.1})
+    theta, u, v = solution["theta"], solution["der(X)"], solution["der(theta)"]
+    assert np.ptp(theta) > 1.5
+    assert solution["p"] == pytest.approx(3 * u + v * np.cos(theta), rel=1e-13)
+    assert solution["p"] == pytest.approx(3 * 0.7 + 1.1 / 2, rel=300e-10)
+    kinetic = u**2 + 1 / 2 * (u**2 + v**2 + 2 * u * v * np.cos(theta))
+    assert solution["energy.kinetic"] == pytest.approx(kinetic, rel=1e-13)
+    assert solution["energy.total"] == pytest.approx(kinetic - g * np.cos(theta), rel=1e-13)
+    assert solution["energy.total"] == pytest.approx(kinetic[0] - g / 2, rel=300e-10)
 
 
 def test_coupled_pendulums_out_of_phase() -> None:

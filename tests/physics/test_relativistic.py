@@ -18,6 +18,7 @@ CASES = [
         {
             "x": lambda t: c / rate * (sqrt(1 + (rate * t) ** 2) - 1),
             "v": lambda t: c * rate * t / sqrt(1 + (rate * t) ** 2),
+            "p": lambda t: 3e5 * t,
         },
         bound=30,
     ),
@@ -44,6 +45,14 @@ def test_closed_form(case: Case) -> None:
     check(case)
 
 
+def test_momentum_of_the_constant_force() -> None:
+    """U74: p = sqrt((m c^2 + F x)^2 - m^2 c^4)/c, and 98 % of c after 5 s."""
+    solution = run("relativistic_constant_force")
+    rest, work = 1e-3 * c * c, 3e5 * solution["x"]
+    assert solution["p"] == pytest.approx(sqrt(work * (2 * rest + work)) / c, rel=1e-8)
+    assert 0.98 * c < solution["v"][-1] < c
+
+
 def test_relativistic_orbit() -> None:
     """U70, m = c = 1: p = gamma v; E and l conserved; 1/r = k E/(l G)^2 + A cos(G phi), G^2 = 1 - (k/l)^2."""
     solution = run("relativistic_orbit")
@@ -54,6 +63,7 @@ def test_relativistic_orbit() -> None:
     k, gamma0 = 0.2, 1 / sqrt(1 - 0.16)
     E, l = gamma0 - k, 0.4 * gamma0
     assert solution["E"] == pytest.approx(E, abs=300e-10)
+    assert solution["energy.total"] == pytest.approx(gamma - k / np.hypot(x, y), rel=1e-12)
     assert solution["l"] == pytest.approx(l, abs=300e-10)
     G = sqrt(1 - (k / l) ** 2)
     phi = np.unwrap(np.arctan2(y, x))

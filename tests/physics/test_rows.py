@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from closed_forms import integrate
 from scipy.special import mathieu_a, mathieu_b
 
 import mechc
@@ -217,14 +218,41 @@ def test_neighbours_on_a_cycle_and_on_a_strange_attractor() -> None:
 
 
 def test_gauge_terms_change_nothing() -> None:
-    """U68, T1: L + df/dt, f = m V x + m V^2 t/2 of a boost and f = x^2 sin(t), gives the same motion."""
+    """U68, T1: L + df/dt, f = m V x + m V^2 t/2 of a boost and f = x^2 sin(t), gives the same motion, q'' = -q^3."""
     plain = WELL.format(potential="q^4/4")
     gauge = plain.replace(
         "end Well", "lagrangian m*0.3*der(q) + m*0.3^2/2 + 2*q*der(q)*sin(time) + q^2*cos(time); end Well"
     )
-    one, other = (mechc.loads(text).simulate(stop=5, tolerance=1e-11) for text in (plain, gauge))
     t = np.linspace(0, 5, 50)
-    assert np.abs(one(t)["q"] - other(t)["q"]).max() < 1e-9
+    exact = integrate(lambda t, y: [y[1], -(y[0] ** 3)], [0.7, 0], t)[0]
+    for text in (plain, gauge):
+        assert np.abs(mechc.loads(text).simulate(stop=5, tolerance=1e-11)(t)["q"] - exact).max() < 1e-9
+
+
+def test_a_boost_adds_a_rate_to_the_lagrangian() -> None:
+    """U68: seen from axes that go with V, the kinetic energy is larger by m V.r' + m V^2/2, the motion is the same."""
+    text = """\
+model Boost
+  dimensionless;
+  coordinate x = 0.7;
+  coordinate y = 0;
+  initial der(y) = 0.4;
+  frame car = world * trans({0.3*time, -0.5*time});
+  mass 2 at car * {x, y};
+  potential x^4/2 + y^4/2;
+  output p[2] = {momentum(x), momentum(y)};
+  experiment(stop = 5, tolerance = 1e-11);
+end Boost;
+"""
+    solution = mechc.loads(text).simulate()
+    t, u, v = solution.time, solution["der(x)"], solution["der(y)"]
+    expected = integrate(lambda t, s: [s[2], s[3], -(s[0] ** 3), -(s[1] ** 3)], [0.7, 0, 0, 0.4], t)
+    assert solution["x"] == pytest.approx(expected[0], abs=1e-9)
+    assert solution["y"] == pytest.approx(expected[1], abs=1e-9)
+    gained = 2 * (0.3 * u - 0.5 * v) + 0.3**2 + 0.5**2
+    assert solution["energy.kinetic"] == pytest.approx(u**2 + v**2 + gained, rel=1e-13)
+    assert solution["p[1]"] == pytest.approx(2 * (u + 0.3), rel=1e-13)
+    assert solution["p[2]"] == pytest.approx(2 * (v - 0.5), rel=1e-13)
 
 
 def test_generalised_forces() -> None:

@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import integrate, time_between
-from gallery import Array, Case, at, check, check_estimate, references, run, upward_crossings
+from gallery import (
+    Array,
+    Case,
+    at,
+    check,
+    check_estimate,
+    downward_crossings,
+    references,
+    run,
+    upward_crossings,
+)
 from numpy import cos, sin, sqrt, tan
 from scipy.optimize import brentq
 
@@ -168,5 +178,28 @@ def test_particle_on_sphere() -> None:
     sine2 = (1 - 0.6 + sqrt(0.16 + 2 * 0.25)) / 2
     assert np.array(lowest) == pytest.approx(np.arcsin(sqrt(sine2)), abs=300e-10)
     assert np.rad2deg(lowest[0]) == pytest.approx(51.13163, abs=6e-6)
-    assert solution["theta"].max() <= np.pi - lowest[0] + 300e-10
-    assert cos(solution["theta"]).min() < -0.62
+    E = (
+        solution["der(theta)"] ** 2 / 2
+        + 0.5**2 / (2 * sin(solution["theta"]) ** 2)
+        + cos(solution["theta"]) ** 2
+    )
+    assert pytest.approx(0.6, abs=300e-10) == E
+    highest = [solution(t)["theta"] for t in downward_crossings(solution, "der(theta)")]
+    assert len(highest) > 5 and np.array(highest) == pytest.approx(np.pi - np.array(lowest[0]), abs=300e-10)
+
+
+def test_spherical_pendulum() -> None:
+    """U80: p_phi = m r^2 sin^2(theta) phi'; it turns where E = p^2/(2 m r^2 sin^2(theta)) - m g r cos(theta), a cubic in
+    u = cos(theta)."""
+    solution = run("spherical_pendulum")
+    p, E = 2 * sin(1) ** 2, 2 * sin(1) ** 2 - g * cos(1)
+    assert solution["p_phi"] == pytest.approx(sin(solution["theta"]) ** 2 * solution["der(phi)"], rel=1e-12)
+    assert solution["p_phi"] == pytest.approx(p, rel=300e-10)
+    assert solution["energy.total"] == pytest.approx(E, abs=300e-10)
+    turns = np.roots([-2 * g, -2 * E, 2 * g, 2 * E - p * p])  # 2 (E + g u) (1 - u^2) = p^2
+    low, high = sorted(u for u in turns.real if abs(u) < 1)
+    nearest = [cos(solution(t)["theta"]) for t in upward_crossings(solution, "der(theta)")]
+    farthest = [cos(solution(t)["theta"]) for t in downward_crossings(solution, "der(theta)")]
+    assert len(nearest) > 3 and len(farthest) > 3
+    assert np.array(nearest) == pytest.approx(high, abs=300e-10)
+    assert np.array(farthest) == pytest.approx(low, abs=300e-10)

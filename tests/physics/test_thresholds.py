@@ -26,6 +26,16 @@ def test_refraction_at_a_step() -> None:
     assert math.hypot(solution["der(x)"][-1], solution["der(y)"][-1]) == pytest.approx(v2, rel=1e-12)
 
 
+def test_refraction_of_another_mass_between_other_levels() -> None:
+    """U69: m = 2, U1 - U2 = 0.7, v1 = 1.3, 30 degrees."""
+    solution = follow(
+        "potential_step", set={"m": 2.0, "U1": 0.3, "U2": -0.4, "v1": 1.3, "angle": math.radians(30)}
+    )
+    v2 = math.sqrt(1.3**2 + 2 * 0.7 / 2)
+    assert math.hypot(solution["der(x)"][-1], solution["der(y)"][-1]) == pytest.approx(v2, rel=1e-12)
+    assert math.sin(solution["direction"][-1]) == pytest.approx(1.3 / v2 / 2, rel=1e-12)
+
+
 def test_reflection_at_a_step() -> None:
     """The motion across the step has m/2 v^2 cos(a)^2 = 1/4 J, less than the step: it is thrown back."""
     solution = follow("potential_step", "reflected")
@@ -40,19 +50,28 @@ def test_limit_of_reflection(U2: float, kind: str) -> None:
 
 
 def test_drag_below_a_step() -> None:
-    """U73: refracted to tan(a) = 1/sqrt(5); the momentum carries it m v/gamma = (0.70710678, -1.5811388) far."""
+    """U73: refracted to tan(a) = 1/sqrt(5), 24.0948 degrees; the momentum carries it m v/gamma = (0.70710678, -1.5811388) far."""
     solution = follow("drag_in_region")
     (crossing,) = times(solution, "crossing")
     assert crossing == pytest.approx(math.sqrt(2), rel=1e-10)
     after = next(e for e in solution.events).after
-    assert math.atan2(solution["der(x)"][-1], -solution["der(y)"][-1]) == pytest.approx(
-        math.atan(1 / math.sqrt(5)), abs=1e-3
-    )
+    angle = math.atan2(math.sqrt(0.5), -after["der(y)"])
+    assert solution(crossing)["der(x)"] == pytest.approx(math.sqrt(0.5), rel=1e-12)
+    assert angle == pytest.approx(math.atan(1 / math.sqrt(5)), rel=1e-12)
+    assert math.degrees(angle) == pytest.approx(24.0948, abs=5e-5)
     assert after["der(y)"] == pytest.approx(-math.sqrt(2.5), rel=1e-12)
     left = math.exp(-(30 - crossing))
     place = 1 / math.sqrt(2) - 1 + crossing / math.sqrt(2)
     assert solution["x"][-1] == pytest.approx(place - left / math.sqrt(2), abs=1e-10)
     assert solution["y"][-1] == pytest.approx(-math.sqrt(2.5) * (1 - left), abs=1e-10)
+    assert (solution["x"][-1], solution["y"][-1]) == pytest.approx((0.70710678, -1.5811388), abs=6e-8)
+
+
+def test_a_step_upwards_keeps_it_out_of_the_drag() -> None:
+    """U73: with U = +1 it is thrown back."""
+    solution = follow("drag_in_region", set={"U": 1.0}, stop=5)
+    assert times(solution, "reflection") == pytest.approx([math.sqrt(2)], rel=1e-10)
+    assert solution["der(y)"][-1] == pytest.approx(math.sqrt(0.5), rel=1e-12)
 
 
 def test_two_masses_fall_together() -> None:

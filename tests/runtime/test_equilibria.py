@@ -108,6 +108,14 @@ def test_a_charged_bead_on_a_hoop(strength: float) -> None:
         assert abs(complex(*found.equilibria[0]["eigenvalues"][0]).imag ** 2 - 2.25) < 1e-13
 
 
+def test_the_far_side_of_the_charge_forks() -> None:
+    """U72: the branches sin^3(th/2) = lambda/8 meet th = pi in a fork at lambda = 8."""
+    found = one(CHARGED, over="lambda = 0.5 .. 12")
+    ((kind, at),) = special(found)
+    assert kind == "fork" and at == pytest.approx(8, abs=1e-10)
+    assert found.special[0]["values"]["th"] == pytest.approx(math.pi, abs=1e-8)
+
+
 def test_what_neither_eigenvalues_nor_the_second_variation_tell() -> None:
     quartic = one(WELL.format(more="", bounds="", v="x^4"))
     assert [e["stable"] for e in quartic.equilibria] == [None]

@@ -154,7 +154,8 @@ def test_mathieu_edges() -> None:
 
 
 def test_a_vertically_driven_pendulum() -> None:
-    """The figures of U89: multipliers at w = 2, edges of the main instability, critical damping, Kapitza's frequency.
+    """U89: multipliers at w = 2, edges of the main instability, critical damping, Kapitza's frequency; U90: its
+    edges are those of Mathieu's equation with a = 4 w0^2/w^2, q = 2 a/r.
 
     Without damping the row prints 1.36711556, which is 1/0.73146706 and not the inverse of the other multiplier; SciPy
     gives 1.36711536 and 0.73146717.
@@ -168,6 +169,8 @@ def test_a_vertically_driven_pendulum() -> None:
         assert product == pytest.approx(math.exp(-damping * math.pi), rel=1e-10)
     edges = model.floquet(period="2*pi/w", over="w = 1.7 .. 2.4, 29").summary()["edges"]
     assert [e for e, _ in edges] == pytest.approx([1.8296538, 2.2429139], abs=1e-7)
+    mapped = [2 / math.sqrt(float(edge(1, 2 * 0.1))) for edge in (mathieu_a, mathieu_b)]
+    assert [e for e, _ in edges] == pytest.approx(mapped, abs=1e-7)
     ((critical, _),) = model.floquet(period="2*pi/w", over="gamma = 0.1 .. 0.3, 5").summary()["edges"]
     assert critical == pytest.approx(0.19956586, abs=1e-8)
     ((kapitza, _),) = model.floquet(

@@ -67,10 +67,21 @@ def test_a_rotor_of_twice_the_energy() -> None:
 
 
 def test_turning_points_and_the_series_of_a_rotor() -> None:
-    """U75: a pendulum turns at acos(-e); U76: (pi/sqrt(2 e)) (2 + 3/8 e^-2 + 105/512 e^-4) is 2.0021455 at e = 5, 3.3089883 at 2."""
+    """U75: a pendulum turns at acos(-e), its period is 4 int dx/sqrt(2 (e + cos(x))), endless at e = 1; U76: (pi/sqrt(2 e)) (2 +
+    3/8 e^-2 + 105/512 e^-4) is 2.0021455 at e = 5, 3.3089883 at 2."""
     for energy in (-0.9, 0.3, 0.99):
         low, high = one("-cos(x)", energy=energy).summary()["turning_points"]
         assert high == -low == pytest.approx(math.acos(-energy), rel=1e-12)
+        # 2 (e + cos(x)) = 4 sin((c + x)/2) sin((c - x)/2), x = c (1 - s^2), so that the root at the end goes
+        c = mpmath.acos(-energy)
+        part = mpmath.quad(
+            lambda s, c=c: s / mpmath.sqrt(4 * mpmath.sin(c - c * s * s / 2) * mpmath.sin(c * s * s / 2)),
+            [0, 1],
+        )
+        assert one("-cos(x)", energy=energy)["period"] == pytest.approx(float(8 * c * part), rel=1e-11)
+    for energy, words in ((-1, "it is -1 at rest, at x = 0"), (1, "has no finite period")):
+        with pytest.raises(mechc.SimulationError, match=words):
+            one("-cos(x)", energy=energy)
     model = example("rotor")
     for energy, stated, next_term in ((5.0, 2.0021455, 1.5 * 5.0**-6), (2.0, 3.3089883, 1.5 * 2.0**-6)):
         series = math.pi / math.sqrt(2 * energy) * (2 + 3 / 8 * energy**-2 + 105 / 512 * energy**-4)

@@ -81,7 +81,10 @@ def test_double_well_and_its_separatrix() -> None:
         (-1, "centre"), (0, "saddle"), (1, "centre"),
     ]  # fmt: skip
     furthest = max(abs(p[0]) for line in found["separatrices"] for p in line["points"])
-    assert furthest == pytest.approx(math.sqrt(2), abs=2e-3)
+    assert furthest == pytest.approx(math.sqrt(2), abs=2e-3)  # between two points of the path
+    for line in found["separatrices"]:
+        x, v = np.array(line["points"]).T
+        assert np.abs(v**2 - x**2 + x**4 / 2).max() < 1e-7  # so that v = 0 at x^2 = 2
 
 
 def test_cyclic_coordinates_are_reduced() -> None:

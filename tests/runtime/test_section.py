@@ -125,6 +125,34 @@ def test_henon_heiles_against_scipy() -> None:
     assert np.abs(found.arrays["q2"] - rows[:, 1]).max() < 1e-8
 
 
+def test_stroboscopic_points_of_a_driven_pendulum() -> None:
+    """U91: one point of a motion with the period of the drive, two after it has doubled, many on a strange attractor."""
+    model = example("driven_pendulum")
+
+    def spread(g: float, every: int) -> float:
+        found = model.section(set={"g": g}, every="2*pi/wD", start=2000, count=40)
+        places = np.exp(1j * found.arrays["theta"]) + found.arrays["der(theta)"] * 10
+        return max(float(np.abs(places[k::every] - places[k]).max()) for k in range(every))
+
+    assert spread(0.9, 1) < 1e-7
+    assert spread(1.07, 1) > 0.1 and spread(1.07, 2) < 1e-7
+    assert all(spread(1.15, n) > 5 for n in (1, 2, 3, 4, 6, 8))
+
+
+def test_stroboscopic_points_without_damping_are_on_closed_curves() -> None:
+    """U91: weakly driven the motion is quasi-periodic: its distance from the centre of the island is a smooth function of
+    the direction, which many points fill."""
+    text = (EXAMPLES / "driven_pendulum.mech").read_text(encoding="utf-8")
+    model = mechc.loads(text.replace("damping 1/q on theta;", ""))
+    found = model.section(set={"g": 0.05, "theta": 0.5}, every="2*pi/wD", count=400)
+    z = found.arrays["theta"] + 1j * found.arrays["der(theta)"]
+    z -= (z.real.max() + z.real.min()) / 2 + 1j * (z.imag.max() + z.imag.min()) / 2
+    order = np.argsort(np.angle(z))
+    turn, radius = np.diff(np.angle(z)[order]), np.abs(z)[order]
+    assert turn.min() > 0 and turn.max() < 0.1
+    assert np.abs(np.diff(radius)).max() < 1e-3 * radius.max()
+
+
 def test_a_chaotic_section_says_how_far_its_points_can_be_trusted() -> None:
     found = example("driven_pendulum").section(set={"g": 1.15}, every="2*pi/wD", count=150)
     accuracy = found.summary()["accuracy"]

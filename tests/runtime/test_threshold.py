@@ -85,6 +85,25 @@ def test_an_ear_drum_breaks() -> None:
     assert breaks(place + 1e-8, 0.2, 200) and not breaks(place - 1e-8, 0.2, 200)
 
 
+@pytest.mark.parametrize(
+    ("a", "over", "exact"), [(1, "x = 0.4 .. 0.6, 3", 0.5), (-1, "x = -0.6 .. -0.4, 3", -0.5)]
+)
+def test_an_ear_drum_escapes_from_rest_beyond_one_half(a: int, over: str, exact: float) -> None:
+    """U86: of x'' + x + a x^2 = 0; a motion that begins 1e-12 beyond has left by the time 60."""
+    found = example("ear_drum").threshold(over=over, reaches=f"x = {-2 * a}", stop=60, set={"a": a}).summary()
+    (one,) = found["thresholds"]
+    assert one["parameter"]["x"] == pytest.approx(exact, abs=1e-11)
+    assert one["above"] is (a == 1)
+
+
+def test_a_slow_drive_folds_the_drum_at_a_quarter() -> None:
+    """U92: x + x^2 = c has no solution below c = -1/4, where the drum is at x = -1/2."""
+    text = "model D dimensionless; parameter c = 0; coordinate x = 0; kinetic 1/2*der(x)^2; potential x^2/2 + x^3/3 - c*x; end D;"
+    (fold,) = mechc.loads(text).study("equilibria", over="c = -0.4 .. 0.1").summary()["special"]
+    assert fold["kind"] == "fold" and fold["parameter"]["c"] == pytest.approx(-1 / 4, abs=1e-12)
+    assert fold["values"]["x"] == pytest.approx(-1 / 2, abs=1e-9)
+
+
 @pytest.mark.slow
 def test_thresholds_of_the_ear_drum_at_all_horizons() -> None:
     """U92: 0.25641 within 1e4; without damping 0.2360 within 200, 0.2342 within 1000, 0.2315 within 1e4 are among the

@@ -167,6 +167,15 @@ def upward_crossings(solution: Solution, name: str) -> list[float]:
     ]
 
 
+def downward_crossings(solution: Solution, name: str) -> list[float]:
+    """Times at which a quantity passes zero downwards, as ``upward_crossings``."""
+    x, t = solution[name], solution.time
+    return [
+        float(brentq(lambda s: float(solution(s)[name]), t[i], t[i + 1], xtol=1e-14, rtol=1e-14))
+        for i in np.flatnonzero((x[:-1] > 0) & (x[1:] <= 0))
+    ]
+
+
 def at(solution: Solution, t: float, names: Sequence[str]) -> Array:
     """Quantities at a time, from the dense output."""
     point = solution(t)

@@ -55,7 +55,8 @@ def first_integrals(
     rows = []
     by_q = gradient(graph, whole, [*forms.rates[0], system.symbols.time])
     within = special_places(curve, found)
-    steps = [n for n in graph.reach([whole]) if graph.op(n) in JUMPING]  # no slope on either side, and yet a step
+    # no slope on either side of a step, and yet what follows from its place is not the same
+    steps = [n for n in graph.reach([whole]) if graph.op(n) in JUMPING]
     leaps = set(graph.support(*(w.node for w in within), *steps))
     for k, scalar in enumerate(forms.scalars[: len(firsts)]):
         if graph.is_zero(by_q[k]) and not graph.is_zero(firsts[k]) and forms.rates[0][k] not in leaps:

@@ -66,7 +66,9 @@ def test_cone_has_one_cyclic_coordinate() -> None:
     assert sp.simplify(account.momenta[1].right - m * rho**2 * rate) == 0
 
 
-@pytest.mark.parametrize("step", ["if y > 0 then 1 else 2", "sign(y)", "floor(y)", "floor(x)*0 + sign(2*y - 1)"])
+@pytest.mark.parametrize(
+    "step", ["if y > 0 then 1 else 2", "sign(y)", "floor(y)", "floor(x)*0 + sign(2*y - 1)"]
+)
 def test_a_step_of_the_potential_leaves_no_cyclic_coordinate(step: str) -> None:
     """Its slope is zero on both sides, and yet the momentum across it changes."""
     text = f"dimensionless; coordinate x = 0; coordinate y = 1; kinetic 1/2*(der(x)^2 + der(y)^2); potential {step};"
