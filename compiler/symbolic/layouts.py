@@ -67,9 +67,9 @@ def _sentence(text: str) -> str:
 
 
 def _not_written(account: Account) -> str:
-    """Say what else happens; empty if nothing."""
+    """Say what else happens, or that nothing does; empty if all is written."""
     if not account.events:
-        return ""
+        return "" if account.sections() else "nothing moves: there are no equations of motion"
     branches = "one branch" if account.events == 1 else f"{account.events} branches"
     return f"this holds between events: {branches} of 'when' not written here"
 
@@ -140,6 +140,11 @@ def equations_html(system: MechanicalSystem) -> str:
     """Return the equations of a system as a part of a page."""
     sections = "\n".join(_sections(_account(system, latex=True), heading="h4"))
     return f'<div class="mechc-equations">{STYLE}\n{sections}</div>'
+
+
+def sections_html(system: MechanicalSystem) -> str:
+    """Return the equations of a system as sections of a page."""
+    return "".join(f"{line}\n" for line in _sections(_account(system, latex=True)))
 
 
 def _html(account: Account) -> str:

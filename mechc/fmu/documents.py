@@ -136,7 +136,7 @@ def _extent(solution: Solution) -> str:
 
 def _equations(model: CompiledModel) -> list[str]:
     """Return the sections on the equations, or how to get them if they are long."""
-    from ..compiler.symbolic.layouts import write_equations
+    from ..compiler.symbolic.layouts import sections_html
 
     equations = model.compilation.equations
     rhs = next(f for f in equations.functions if f.name == "rhs")
@@ -147,8 +147,7 @@ def _equations(model: CompiledModel) -> list[str]:
             f"<p>They have {size} terms and are not printed here; <code>mechc equations --format html</code> "
             "writes them.</p>",
         ]
-    text = write_equations(model.compilation.system, "html")
-    return [text[text.index("<h2>") : text.index("</body>")]]
+    return [sections_html(model.compilation.system)]
 
 
 def _table(title: str, entries: Sequence[Entry], values: Mapping[str, float]) -> list[str]:

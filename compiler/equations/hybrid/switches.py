@@ -12,7 +12,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 
 from msgspec import Struct
 
-from ...graph import Graph, Node
+from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jvp, vjp
 from ...graph.rewrite import substitute
@@ -138,6 +138,31 @@ def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[N
     graph, known = system.graph, {system.symbols.time, *(s.node for s in system.symbols.parameters)}
     asked = [n for n in graph.reach(rates) if compared(graph, n) is not None]
     return [n for n in asked if known.issuperset(graph.support(n))]
+
+
+def jumps_of_laws(system: MechanicalSystem, rates: Sequence[Node], written: Collection[Node]) -> list[Node]:
+    """Return what differentiation asks of velocities where ``rates`` jump, as the sign in the force of a dissipation c*abs(v).
+
+    A motion may slide along such a jump, and no step across it would end. Where both laws agree, as those of abs(v)^3 do
+    at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user.
+    """
+    graph, velocities = system.graph, system.symbols.velocities
+    asked = [n for n in graph.reach(rates) if compared(graph, n) is not None and n not in written]
+    return [n for n in asked if not velocities.isdisjoint(graph.support(n)) and _jumps(graph, n, rates)]
+
+
+def _jumps(graph: Graph, relation: Node, formulas: Sequence[Node]) -> bool:
+    """Tell whether formulas feel a relation where both sides are equal."""
+    pairs = compared(graph, relation)
+    assert pairs is not None
+    a, b = pairs[:2]
+    moved, other = (b, a) if graph.is_constant(a) else (a, b)
+    answer = graph.symbol("answer")
+    try:
+        there = substitute(graph, formulas, {moved: other, relation: answer})
+    except DivisionByZero:
+        return False
+    return answer in graph.support(*there)
 
 
 def _moves(graph: Graph, x: Node, symbols: Collection[Node]) -> bool:

@@ -14,7 +14,7 @@ from compiled import compiled
 import mechc
 from mechc.compiler.symbolic import equations
 from mechc.compiler.symbolic.equations import account_of
-from mechc.compiler.symbolic.layouts import latex_lines, write_equations
+from mechc.compiler.symbolic.layouts import latex_lines, sections_html, write_equations
 from mechc.compiler.symbolic.names import latex_name
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
@@ -230,3 +230,9 @@ def test_a_condition_with_a_name_of_its_own_is_shown() -> None:
     formulas = re.findall(r"<math.*?</math>", write_equations(model.compilation.system, "html"), re.DOTALL)
     shown = [parseString(f.replace("&InvisibleTimes;", "&#x2062;")).toxml() for f in formulas]
     assert [f for f in shown if "&lt;" in f or "&gt;" in f]
+
+
+def test_where_nothing_moves_that_is_said() -> None:
+    model = compiled("input Length u = 1 m;\noutput twice = 2*u;")
+    assert "nothing moves" in write_equations(model.system, "text")
+    assert "<p>Nothing moves: there are no equations of motion.</p>" in sections_html(model.system)
