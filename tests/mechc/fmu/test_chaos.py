@@ -41,3 +41,24 @@ def test_runs_that_part_are_chaos_only_where_errors_grow(
             export_fmu(mechc.loads(text), tmp_path / "unit.fmu", options)
     else:
         export_fmu(mechc.loads(text), tmp_path / "unit.fmu", options)
+
+
+@pytest.mark.parametrize(("off_from", "refused"), [(1e-9, False), (0.0, True)])
+def test_what_a_companion_shares_is_an_error_of_the_importer_only_if_it_goes(
+    off_from: float, refused: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs from a tolerance on are off by 5e-7, and so are their companions."""
+    pytest.importorskip("fmpy")
+    kept = driver.by_cvode
+
+    def off(path: Path, times: Array, tolerance: float, *, may_fail: bool = False) -> Array:
+        moved: Array = kept(path, times, 1e-12, may_fail=may_fail) + (5e-7 if tolerance > off_from else 0)
+        return moved
+
+    monkeypatch.setattr(driver, "by_cvode", off)
+    options = FmuOptions("3", "me", None, False, True, ("host",), False)
+    if refused:
+        with pytest.raises(CompileError, match="Model Exchange differs"):
+            export_fmu(mechc.loads(STEADY), tmp_path / "unit.fmu", options)
+    else:
+        export_fmu(mechc.loads(STEADY), tmp_path / "unit.fmu", options)
