@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -58,3 +59,32 @@ def test_a_study_shows_the_warnings_of_its_model(tmp_path: Any) -> None:
     shown = CliRunner().invoke(command, ["energy", str(file)])
     assert "W0303" in shown.stderr
     assert "W0303" not in CliRunner().invoke(command, ["energy", str(file), "--json"]).stderr
+
+
+WELL = """model Well
+  coordinate Length x = 0.1 m;
+  kinetic 0.5 kg*der(x)^2;
+  potential POTENTIAL;
+end Well;
+"""
+
+
+def test_the_region_of_an_energy_ends_at_its_borders_alone() -> None:
+    """-x^2/2 + x^4/4 is as large at sqrt(2 - 0.1^2) as at 0.1, far beyond where looking begins."""
+    text = WELL.replace("POTENTIAL", "-0.5*1 N/m*x^2 + 0.25 N/m^3*x^4")
+    found = loads(text).study("energy").summary()
+    assert found["bounded"] and np.allclose(
+        np.abs(found["region"]), [[np.sqrt(1.99), 0.1], [0.1, np.sqrt(1.99)]]
+    )
+    found = loads(WELL.replace("POTENTIAL", "-1 N*x")).study("energy").summary()
+    assert not found["bounded"] and found["region"][0][0] == pytest.approx(0.1, rel=1e-12)
+    assert any("where looking ended" in remark for remark in found["remarks"])
+
+
+@pytest.mark.parametrize(("rate", "told"), [(8, "turns over"), (1, "are one")])
+def test_an_angle_has_no_border_at_half_a_turn(rate: float, told: str) -> None:
+    text = WELL.replace("Length x = 0.1 m", "Angle x = 3.14159 rad").replace("0.5 kg", "0.5 kg.m^2")
+    text = text.replace("POTENTIAL", "9.81 J*cos(x)").replace(
+        "end Well", f"initial der(x) = {rate} rad/s;\nend Well"
+    )
+    assert any(told in remark for remark in loads(text).study("energy").summary()["remarks"])

@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
+from msgspec.structs import replace
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
@@ -53,7 +54,8 @@ class Energy(Study, frozen=True, kw_only=True):
         axes = _axes(case, self.over)
         unit = rest.unit
         if len(axes) == 1:
-            return self._line(problem, rest, axes[0], level, unit)
+            axis = axes[0] if self.over else _widened(problem, rest, axes[0], level)
+            return self._line(problem, rest, axis, level, unit)
         return self._plane(problem, rest, axes, level, unit)
 
     def _line(self, problem: Problem, rest: _Rest, axis: Range, level: float, unit: str) -> Findings:
@@ -78,20 +80,21 @@ class Energy(Study, frozen=True, kw_only=True):
         ]
         turning = [x for x in turning if rest.gaps(k, np.array([x]))[0] >= 0]
 
-        def inside(x: float) -> bool:
-            at = np.array([x])
-            return bool(rest.line(k, at)[0] <= level and rest.gaps(k, at)[0] >= 0)
-
         edges = [float(places[0]), *sorted([*turning, *walls]), float(places[-1])]
-        intervals = [(a, b) for a, b in pairwise(edges) if b > a and inside(0.5 * (a + b))]
+        intervals = [(a, b) for a, b in pairwise(edges) if b > a and rest.inside(k, 0.5 * (a + b), level)]
+        open_ends = [x for pair in intervals for x in pair if x in (edges[0], edges[-1])]
         return Findings(
             study="energy",
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message=f"{len(intervals)} interval{'' if len(intervals) == 1 else 's'} with energy below {level:.6g} {unit}".rstrip(),
             values=(Value("energy", unit, level, 0.0),),
-            errors_from="borders are located to rounding",
-            remarks=rest.remarks(),
+            errors_from=f"borders are located to rounding; parts below {places[1] - places[0]:.2g} {axis.unit}".rstrip()
+            + " wide are passed over",
+            remarks=(
+                *_open(axis, len(intervals), open_ends),
+                *rest.remarks(),
+            ),
             tables=(
                 Table(
                     "where it can be",
@@ -116,6 +119,7 @@ class Energy(Study, frozen=True, kw_only=True):
                 "energy": json_number(level),
                 "turning_points": turning,
                 "region": [[a, b] for a, b in intervals],
+                "bounded": not open_ends,
                 "area": None,
             },
         )
@@ -226,6 +230,11 @@ class _Rest:
         """Return the energy at rest along a coordinate, the others as at the start or as given."""
         return np.array([self.energy(y) for y in self._states(k, places, others)])
 
+    def inside(self, k: int, place: float, level: float) -> bool:
+        """Tell whether a place can be reached: no contact is passed, and the energy at rest is at most the level."""
+        at = np.array([place])
+        return bool(self.line(k, at)[0] <= level and self.gaps(k, at)[0] >= 0)
+
     def _states(self, k: int, places: Array, others: dict[int, float] | None) -> Iterator[Array]:
         problem = self.case.problem
         y = self.case.y0.copy()
@@ -267,6 +276,39 @@ def _axes(case: Case, over: Sequence[Range]) -> list[Range]:
         )
         found.append(Range(state.name, state.unit, low, high))
     return found
+
+
+def _open(axis: Range, parts: int, ends: Sequence[float]) -> tuple[str, ...]:
+    """Say of ends of intervals that are those of the bounds that the region goes on there."""
+    if len(ends) == 2 and axis.unit == "rad" and np.isclose(axis.high - axis.low, 2 * np.pi):
+        whole = f"{axis.name} turns over: every angle is within reach"
+        return (whole if parts == 1 else f"the parts at both ends of the turn of {axis.name} are one",)
+    return tuple(
+        f"{axis.name} = {x:.6g} {axis.unit}".rstrip() + " is where looking ended, and no border" for x in ends
+    )
+
+
+WIDENED = 12
+"""How often the bounds of a length are moved outwards, each time to twice the distance."""
+
+
+def _widened(problem: Problem, rest: _Rest, axis: Range, level: float) -> Range:
+    """Return bounds that hold the region, if any near do; stated bounds and turns of angles stay."""
+    k = rest.names.index(axis.name)
+    state = problem.states[k]
+    if state.unit == "rad":
+        return axis
+    width = axis.high - axis.low
+
+    def moved(end: float, outwards: float, stated: float | None) -> float:
+        for doubling in range(WIDENED if stated is None else 0):
+            place = end + outwards * width * float(2**doubling - 1)
+            if not rest.inside(k, place, level):
+                return place
+        return end
+
+    low, high = moved(axis.low, -1.0, state.minimum), moved(axis.high, 1.0, state.maximum)
+    return replace(axis, low=low, high=high)
 
 
 def border(x: Array, y: Array, values: Array, level: float) -> tuple[Array, Array]:
