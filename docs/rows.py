@@ -56,6 +56,7 @@ OTHERS: Mapping[str, Asked] = {
     "U59": asked(
         "curve of fastest descent",
         f"{CURVES}::test_the_curve_of_fastest_descent_begins_steeply",
+        f"{CURVES}::test_fastest_descents_along_four_cycloids",
         curve="brachistochrone",
     ),
     "U60": asked(

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from numpy import inf, isfinite
+
 from ..display import Display, factor
 from .numbers import count, duration, number, plural, with_unit
 from .style import PLAIN, Style, pad, width
@@ -11,6 +13,7 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..compiler.equations.model import Equations
     from ..runtime.curves.found import CurveSolution
+    from ..runtime.problem import Array
     from ..runtime.studies.kinds.stationary import Curves
 
 ROUNDING = 1e-15
@@ -116,19 +119,27 @@ def _along(s: CurveSolution, display: Display) -> list[str]:
     for name in names:
         quantity = s.quantity(name)
         unit, by = _shown(s.unit(name), quantity.display if quantity else "", display)
-        v = s[name] * by
         label = name + (f" [{unit}]" if with_unit(unit) else "")
-        table.append(
-            [
-                label,
-                *(number(_rounded(float(x), float(abs(v).max()))) for x in (v[0], v[-1], v.min(), v.max())),
-            ]
-        )
+        table.append([label, *_ends(s[name] * by)])
     widths = [max(width(row[i]) for row in table) for i in range(5)]
     return [
         "",
-        *("  " + "  ".join(pad(c, w) for c, w in zip(row, widths, strict=True)).rstrip() for row in table),
+        *(
+            "  " + "  ".join([*(pad(row[i], widths[i]) for i in range(5)), *row[5:]]).rstrip()
+            for row in table
+        ),
     ]
+
+
+def _ends(values: Array) -> list[str]:
+    """Return the first, last, least and largest value; of infinite and undefined ones how many there are."""
+    known = values[isfinite(values)]
+    size = float(abs(known).max(initial=0.0))
+    four = (values[0], values[-1], known.min(initial=inf), known.max(initial=-inf))
+    cells = [number(_rounded(float(x), size)) if isfinite(x) else "-" for x in four]
+    if (left := len(values) - len(known)) > 0:
+        cells.append(f"(not finite at {left} of {len(values)} places)")
+    return cells
 
 
 def _rounded(value: float, size: float) -> float:

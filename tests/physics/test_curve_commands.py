@@ -160,3 +160,11 @@ def test_convergence_takes_no_option_of_motions() -> None:
             catch_exceptions=False,
             standalone_mode=False,
         )
+
+
+def test_a_value_that_is_infinite_at_an_end_leaves_the_others_as_they_are(tmp_path: Path) -> None:
+    text = LOADED.replace("end Loaded", "output z = 1/x; end Loaded")
+    path = tmp_path / "m.mech"
+    path.write_text(text, encoding="utf-8")
+    (row,) = (line.split() for line in told("run", str(path)).splitlines() if line.startswith("  z "))
+    assert row[:4] == ["z", "-", "1", "1"] and "(not finite at 1 of " in " ".join(row)

@@ -53,25 +53,51 @@ def test_a_hanging_line_of_given_length() -> None:
     assert drift < 1e-10 * abs(value)
 
 
-BRACHISTOCHRONE = """
-model Brachistochrone
-  parameter g = 9.81 m/s^2;
-  independent depth from 0 m to 1 m;
-  coordinate x ~ depth;
-  initial x = 0 m;
-  final x = 1 m;
-  stationary integral(sqrt((1 + der(x)^2)/(2*g*depth)));
-  output invariant = der(x)/sqrt(1 + der(x)^2)/sqrt(depth);
-end Brachistochrone;
-"""
+def cycloid(a: float, phi: Any) -> tuple[Any, Any]:
+    """Along and down."""
+    return a * (phi - mpmath.sin(phi)), a * (1 - mpmath.cos(phi))
 
 
 def test_the_curve_of_fastest_descent_begins_steeply() -> None:
-    """U59: 0.5828955 s to (1, -1)."""
-    theta = mpmath.findroot(lambda t: (t - mpmath.sin(t)) / (1 - mpmath.cos(t)) - 1, 2.4)
-    exact = float(mpmath.sqrt(1 / (1 - mpmath.cos(theta)) / mpmath.mpf("9.81")) * theta)
-    found = solve(BRACHISTOCHRONE)
+    """U59: 0.5828955 s to (1, -1) on the cycloid of a = 0.5729170 to phi = 2.412011; dz/dx = -sqrt((2 a + z)/(-z)), which is
+    1/sqrt(-z) near the start; 0.6385509 s on the straight line."""
+    phi = mpmath.findroot(lambda t: (t - mpmath.sin(t)) / (1 - mpmath.cos(t)) - 1, 2.4)
+    a = 1 / (1 - mpmath.cos(phi))
+    exact = float(mpmath.sqrt(a / mpmath.mpf("9.81")) * phi)
+    assert [float(phi), float(a), exact] == pytest.approx([2.412011, 0.5729170, 0.5828955], abs=5e-7)
+    found = example("brachistochrone")
     near(found.stationary, exact, found.error)
+    assert found.stationary == pytest.approx(0.5828955, abs=5e-8)
+    assert found.kind == "minimum"
+    for share in (0.05, 0.2, 0.5, 0.8, 0.99):
+        along, down = map(float, cycloid(a, share * phi))
+        place = found(down)
+        assert place["x"] == pytest.approx(along, abs=1e-8)
+        assert place["der(x)"] == pytest.approx(math.sqrt(down / (2 * float(a) - down)), rel=1e-7)
+    steep = [1 / found(down)["der(x)"] for down in (1e-3, 4e-3)]
+    assert steep == pytest.approx([math.sqrt(2 * a / down) for down in (1e-3, 4e-3)], rel=2e-3)
+    assert steep[0] / steep[1] == pytest.approx(2, rel=2e-3)
+    straight = mechc.loads("""dimensionless;
+      coordinate s = 0;
+      kinetic 1/2*der(s)^2;
+      potential -9.81*s/sqrt(2);
+      when s > sqrt(2) then terminate("there"); end when;
+      experiment(stop = 2);""").simulate()
+    assert float(straight.time[-1]) == pytest.approx(0.6385509, abs=5e-8)
+
+
+BOTTOM = pytest.param(math.pi, marks=pytest.mark.slow)
+
+
+@pytest.mark.parametrize("phi", [2.0, BOTTOM])
+def test_fastest_descents_along_four_cycloids(phi: float) -> None:
+    """U59: the plotted curves, to phi = 2 in 2 sqrt(a/g) and to (pi a, -2 a), where they are level, in pi sqrt(a/g)."""
+    for a in (0.5, 1, 1.5, 2):
+        along, down = map(float, cycloid(a, mpmath.mpf(phi)))
+        found = example("brachistochrone", set={"along": along, "down": down})
+        near(found.stationary, phi * math.sqrt(a / 9.81), found.error)
+        middle = tuple(map(float, cycloid(a, mpmath.mpf(phi) / 2)))
+        assert found(middle[1])["x"] == pytest.approx(middle[0], abs=1e-7)
 
 
 @pytest.mark.parametrize(
