@@ -187,10 +187,12 @@ def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -
 
     ``parts``: what is kept though the model does not need it (equations/needs.py).
     """
+    from .compiler.targets.alone import standing_alone
     from .compiler.targets.c import emit_c
     from .compiler.targets.kernel_files import needed_kernel
     from .runtime.native.kernel import kernel_sources
 
+    program = standing_alone(program)
     name = file_stem(program.name)
     model = f"{name}_model.c" if f"{name}.c" in kernel_sources() else f"{name}.c"
     own = {model: emit_c(program), "main.c": _main(name, program, defaults)}

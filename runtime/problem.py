@@ -191,6 +191,17 @@ class Offer(Struct, frozen=True):
     kind: str = "own"
 
 
+class SoughtOutputs(Struct, frozen=True):
+    """Outputs that a system of equations determines, by their indices, from so many ``rows``.
+
+    The function ``sought`` is given values behind the inputs, for all systems in order, and gives for each the guesses, the
+    rows, the sizes of their terms and their derivatives, row by row.
+    """
+
+    outputs: tuple[int, ...]
+    rows: int
+
+
 class Shape(Struct, frozen=True):
     """One shape of the picture. ``numbers``: places in what ``scene_still``, then ``scene`` give, in SI and world axes.
 
@@ -328,6 +339,8 @@ class Problem(Struct, frozen=True):
     offers: tuple[Offer, ...] = ()
     """Functions for others (``local/model_functions.py``). Empty unless asked for; then ``discretes`` ends with a number for
     each velocity, of kind seed: the accelerations that some read."""
+    sought: tuple[SoughtOutputs, ...] = ()
+    """Systems of equations for outputs; empty where none is followed."""
     groups: tuple[int, ...] = ()
     """A number for each state, the same for those that feel each other; empty where all do."""
     narrow: bool = False

@@ -28,6 +28,7 @@ from .reported.matter import matter_of
 from .reported.outputs import OutputList, list_outputs
 from .reported.phase import phase_functions
 from .reported.scene import scene_of
+from .reported.sought import Systems, systems_of
 from .rows.constraints import Projection
 from .rows.crowd import check_askers, check_crowd, forces_by_name, set_apart
 from .sensitivities import passing_on
@@ -107,8 +108,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     if "matter" in parts:
         bodies = matter_of(system, solved, layout)
         matter, functions = bodies.entries, (*functions, *bodies.functions)
-    everything = (*functions, *plan_functions, *scene_functions)
-    discretes, slots = layout.discretes, layout.slots
+    sought = systems_of(system, solved, listed.entries) if crowd is None else Systems()
+    everything = (*functions, *plan_functions, *scene_functions, *sought.functions)
+    discretes, slots = layout.discretes, {**layout.slots, **sought.slots}
     if crowd is not None:
         slots, everything = {**slots, **crowd.slots}, (*everything, *crowd.functions)
         check_askers(system, members, everything, reporter)
@@ -158,7 +160,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         phase=phase,
         matter=matter,
         offers=offers,
-        given=crowd.given if crowd is not None else (),
+        given=crowd.given if crowd is not None else sought.given,
+        sought=sought.plans,
         hybrid=hybrid.plan if hybrid is not None else None,
         scene=scene,
     )

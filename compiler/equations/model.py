@@ -252,6 +252,23 @@ class Offer(Struct, frozen=True):
     kind: str = "own"
 
 
+SOUGHT = "sought"
+"""The function of the systems of equations for outputs."""
+
+
+class Sought(Struct, frozen=True):
+    """Outputs that a system of equations determines, by their indices, from so many ``rows``. The function ``sought`` gives
+    for each the guesses, the rows, the sizes of their terms and their derivatives, of values that it is given behind u."""
+
+    outputs: tuple[int, ...]
+    rows: int
+
+    @property
+    def results(self) -> int:
+        """How many numbers of the function belong to it."""
+        return len(self.outputs) + 2 * self.rows + self.rows * len(self.outputs)
+
+
 class CurveRow(Struct, frozen=True):
     """One number that belongs to a curve: an integral, a value at a place, a condition, a multiplier, a first integral.
 
@@ -363,7 +380,9 @@ class Equations(Struct, frozen=True):
     offers: tuple[Offer, ...] = ()
     """What ``model.functions`` gives (offered.py)."""
     given: tuple[Entry, ...] = ()
-    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py)."""
+    """Numbers behind the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
+    sought: tuple[Sought, ...] = ()
+    """Systems of equations for outputs (reported/sought.py)."""
 
     @property
     def matter_size(self) -> int:

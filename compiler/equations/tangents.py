@@ -137,6 +137,7 @@ class _Tangents:
             start_spans=(None,) * (len(base.states) * (len(self.names) + 1)),
             functions=tuple(functions),
             experiments=(),
+            sought=(),
             needs=(base.needs - EVENTS) | self.time(functions[0]),
             conserved=(),
             energy_balance=(),

@@ -9,7 +9,7 @@ from ..graph import Node
 from ..graph import verify as graphs
 from ..graph.operations import LOOKUP, SYMBOL
 from ..malformed import Malformed, excerpt
-from .model import CurvePlan, Entry, Equations, Function, HybridPlan, Slot
+from .model import SOUGHT, CurvePlan, Entry, Equations, Function, HybridPlan, Slot
 
 KINDS = {
     "t": ("time",),
@@ -154,6 +154,7 @@ class _Check:
             "start_tangent": ny,
             "start_adjoint": nu + 1 + np_,
             **{o.function: prod(o.shape) for o in e.offers},
+            **({SOUGHT: sum(s.results for s in e.sought)} if e.sought else {}),
         }
         if e.scene is not None:
             promised |= {"scene_still": e.scene.n_still, "scene": e.scene.n_moving}
@@ -210,9 +211,8 @@ class _Check:
 
     def function(self, function: Function) -> None:
         once = {x.function: "p" for x in self.equations.experiments}
-        usual = (
-            "tyuzpg" if self.equations.given and function.name.startswith(("outputs", "crowd_")) else "tyuzp"
-        )
+        given = self.equations.given and function.name.startswith(("outputs", "crowd_", SOUGHT))
+        usual = "tyuzpg" if given else "tyuzp"
         self.reads(f"function {function.name}", function.outputs, {**READS, **once}.get(function.name, usual))
 
     def reads(self, where: str, nodes: Sequence[Node], arrays: str) -> None:

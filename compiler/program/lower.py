@@ -83,6 +83,7 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         matter=equations.matter,
         matter_size=equations.matter_size,
         offers=equations.offers,
+        sought=equations.sought,
         groups=_groups(equations, functions),
         narrow=_narrow(functions),
     )

@@ -24,6 +24,7 @@ from ..equations.model import (
     HybridPlan,
     Offer,
     ScenePlan,
+    Sought,
 )
 from ..graph import Table
 
@@ -35,7 +36,7 @@ Value = int
 
 class Load(Struct, frozen=True, array_like=True, tag=0):
     """The number ``array[index]``; the array is t (index 0), y, u, z, p or the workspace w; or g, what functions of crowds
-    are given behind u."""
+    and of unknown outputs are given behind u."""
 
     array: str
     index: int
@@ -159,6 +160,7 @@ class Program(Struct, frozen=True):
     """Of each state (connected.py); empty where all of them feel each other."""
     narrow: bool = False
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
+    sought: tuple[Sought, ...] = ()
     series: SeriesPlan | None = None
     """None where no method asks for series."""
 

@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from mechc.lang.diagnostics import Reporter
 
-from ..equations.model import HybridPlan
+from ..equations.model import SOUGHT, HybridPlan
+from ..program import Program
+
+
+def standing_alone(program: Program) -> Program:
+    """Return a program without what only runs here and now ask for: the equations of outputs, which they follow."""
+    if not program.sought:
+        return program
+    arrays = {name: entries for name, entries in program.arrays.items() if name != "g"}
+    functions = tuple(f for f in program.functions if f.name != SOUGHT)
+    return replace(program, arrays=arrays, functions=functions, sought=())
 
 
 def check_stands_alone(hybrid: HybridPlan | None) -> None:

@@ -28,6 +28,7 @@ from mechc.runtime.problem import (
     Scene,
     Setting,
     Shape,
+    SoughtOutputs,
     SwitchedRow,
 )
 
@@ -76,6 +77,7 @@ def make_problem(
             Offer(o.name, o.function, o.doc, o.shape, o.rows, o.columns, o.given, o.kind)
             for o in program.offers
         ),
+        sought=tuple(SoughtOutputs(s.outputs, s.rows) for s in program.sought),
         groups=program.groups,
         narrow=program.narrow,
         no_series=program.series.refusal if program.series is not None else "",
@@ -100,6 +102,7 @@ def describe(program: Program) -> dict[str, object]:
         "patterns",
         "enclosure",
         "offers",
+        "sought",
         "adjoints",
     ):
         del fields[name]

@@ -25,6 +25,7 @@ from ..program import Program, ProgramFunction
 from ..program.model import Literal, Lookup, Operate
 from ..program.names import identifiers
 from . import scalar_functions, standalone, standalone_start
+from .alone import standing_alone
 from .c import used_tables
 from .description import make_problem
 from .literal import Form as LiteralForm
@@ -57,7 +58,7 @@ _EVENT_FUNCTIONS: Final = ("indicators", "conditions", "row_values", "crossing_t
 
 def emit_python(program: Program, settings: Mapping[str, float] | None = None) -> str:
     """Return the text of a module that simulates the model and needs NumPy only; ``settings`` in SI before its own."""
-    return "\n".join(_File(program, settings or {}).lines()) + "\n"
+    return "\n".join(_File(standing_alone(program), settings or {}).lines()) + "\n"
 
 
 def load_python(
@@ -220,7 +221,7 @@ class _File:
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function; it reads sequences of numbers and returns a list."""
         arguments = "p, given" if function is self.program.parameters else "t, y, u, z, p"
-        yield from function_lines(function, arguments, DIALECT, self.names)
+        yield from function_lines(function, arguments, DIALECT, self.names, self.program.size("u"))
 
 
 def _docstring(program: Program) -> Iterator[str]:

@@ -15,9 +15,14 @@ from .expressions import Dialect, lines
 
 
 def function_lines(
-    function: ProgramFunction, arguments: str, dialect: Dialect, identifiers: Mapping[tuple[str, int], str]
+    function: ProgramFunction,
+    arguments: str,
+    dialect: Dialect,
+    identifiers: Mapping[tuple[str, int], str],
+    inputs: int = 0,
 ) -> Iterator[str]:
-    """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p."""
+    """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p. ``inputs``: how many there
+    are, behind which lies what some functions are given."""
     (body,) = function.bodies
     results: dict[int, str] = {}
     completes = arguments == "p, given"
@@ -28,9 +33,12 @@ def function_lines(
         names = {(a, i): f"{a}[{i}]" for a, i in _loads(body)}
     else:
         names = {load: identifiers[load] for load in _loads(body)}
-        for load in sorted(names, key=lambda load: ("tyuzp".index(load[0]), load[1])):
-            if load[0] != "t":
-                yield f"    {names[load]} = {load[0]}[{load[1]}]"
+        for load in sorted(names, key=lambda load: ("tyuzpg".index(load[0]), load[1])):
+            array, index = load
+            if array != "t":
+                yield f"    {names[load]} = " + (
+                    f"u[{inputs + index}]" if array == "g" else f"{array}[{index}]"
+                )
     for line in lines(body, _collecting(dialect, results), names):
         if line:
             yield f"    {line}"

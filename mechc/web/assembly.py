@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from mechc.compiler.program.model import Program
-from mechc.compiler.targets.alone import check_stands_alone
+from mechc.compiler.targets.alone import check_stands_alone, standing_alone
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.description import make_problem
 from mechc.compiler.targets.kernel_files import needed_kernel
@@ -70,6 +70,7 @@ def webassembly(program: Program, method: str, experiment: str | None) -> bytes:
 def sources(program: Program, method: str, experiment: str | None = None) -> Mapping[str, str]:
     """Return the C files by name: the model, its picture, the functions for the page, and what they need."""
     check_stands_alone(program.hybrid)
+    program = standing_alone(program)
     own = {
         "web_model.c": emit_c(program),
         "web.c": (HERE / "web.c").read_text(encoding="utf-8"),

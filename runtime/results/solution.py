@@ -15,11 +15,14 @@ from ..integrate.trajectory import Statistics
 from ..outcome import Failure, Outcome
 from ..problem import Array, Problem, Quantity
 from .accuracy import Accuracy, Drift
+from .branch_jumps import Jump
+from .branches import Branches
 from .condition import Condition, no_condition
 from .doubts import Contradiction
 from .energy_accounts import EnergyAccounts, energy_accounts
 from .evaluate import Blocks
 from .files import json_number
+from .further_solutions import Several
 from .quantities import Display, Results, Values
 from .sensitivity import Sensitivities, Sensitivity, none_asked
 
@@ -74,6 +77,7 @@ class Motion(Struct, frozen=True, eq=False):
     states_at: Callable[[Array], tuple[Array, Array | None]] | None = None
     sensitivities: Sensitivities | None = None
     condition: Condition | None = None
+    sought: Callable[[], Branches] | None = None
 
 
 class Solution(Results):
@@ -121,6 +125,20 @@ class Solution(Results):
         return {"time": self.problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
 
     @cached_property
+    def _branches(self) -> Branches:
+        return self.motion.sought() if self.motion.sought is not None else Branches()
+
+    @property
+    def jumps(self) -> tuple[Jump, ...]:
+        """Where outputs that equations determine leave the solution that they have followed."""
+        return self._branches.jumps
+
+    @property
+    def further_solutions(self) -> tuple[Several, ...]:
+        """Other solutions that equations for outputs have at the start, as far as they were found."""
+        return self._branches.several
+
+    @cached_property
     def energy(self) -> EnergyAccounts | None:
         """Where its energy came from and where it went."""
         return energy_accounts(self.problem, self.time, self._values)
@@ -139,6 +157,7 @@ class Solution(Results):
             *_coarse_integrals(listed, values, self.accuracy),
             *_negative_inertia(self, values),
             *_feeding(self, values),
+            *self._branches.remarks(self.problem),
         )
 
     @property
@@ -239,6 +258,7 @@ class Solution(Results):
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
             **self._sensitivity_summary(names),
             **({} if self.motion.condition is None else {"condition": self.motion.condition.summary()}),
+            **self._branches.summary(),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": to_builtins(self.statistics),

@@ -17,6 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(DOCS.rglob("*.md"))]
 RUN = {
+    "accuracy.md": "test_accuracy_page.py",
     "events.md": "test_events_page.py",
     "language.md": "test_language_page.py",
     "python-api.md": "test_python_page.py",

@@ -70,6 +70,14 @@ def newton(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], guess: 
     return tuple(map(graph.add, result, system.step(last)))
 
 
+def linearised(
+    graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]
+) -> tuple[tuple[Nodes, ...], Nodes]:
+    """Return the derivatives of rows by unknowns, row by row, and the sizes of the terms of rows."""
+    point = _System(graph, rows, unknowns).at(tuple(unknowns), tuple(map(graph.abs, unknowns)))
+    return point.matrix, point.sizes
+
+
 class _System:
     def __init__(self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> None:
         self.graph, self.rows, self.unknowns = graph, list(rows), list(unknowns)

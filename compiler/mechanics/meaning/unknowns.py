@@ -27,6 +27,15 @@ class Condition(Struct, frozen=True):
     origin: Origin
 
 
+class System(Struct, frozen=True):
+    """Rows that vanish for what is sought: the symbols of ``unknowns`` [n] and their guesses; ``names`` of the outputs."""
+
+    names: tuple[str, ...]
+    unknowns: tuple[Node, ...]
+    guess: tuple[Node, ...]
+    rows: tuple[Node, ...]
+
+
 class Unknowns:
     """Solves each system when one of its unknowns is first asked for."""
 
@@ -36,6 +45,7 @@ class Unknowns:
         self._shapes = {d.name: d.type.shape for d in model.definitions}
         self._values: dict[str, Value] = {}
         self.conditions: list[Condition] = []
+        self.systems: list[System] = []
 
     def value(self, name: str) -> Value:
         if name not in self._values:
@@ -65,6 +75,8 @@ class Unknowns:
             found = dict(zip(unknowns, newton(graph, rows, unknowns, guess), strict=True))
         except DivisionByZero:
             raise self._undetermined(group, "at the guess they leave it open") from None
+        names = tuple(u.name for u in group.unknowns)
+        self.systems.append(System(names, tuple(unknowns), tuple(guess), tuple(rows)))
         for name, value in symbols.items():
             shape = self._shapes[name]
             numbers = iter(elements(value))

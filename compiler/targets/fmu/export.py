@@ -22,7 +22,7 @@ from ...program.lower import lower
 from ...program.model import Program
 from ...program.series import with_series
 from ...verification import verified
-from ..alone import check_stands_alone
+from ..alone import check_stands_alone, standing_alone
 from ..c import emit_c
 from . import arrays, model_description2, model_description3, terminals
 from .identity import Identity, checked_identifier
@@ -88,7 +88,7 @@ def write_program(equations: Equations, start: Start, method: str = "auto") -> W
     """Extend the equations by derivatives and write them as C, with what the method takes from the program."""
     check_stands_alone(equations.hybrid)
     extended = verified(with_sensitivities(equations, settable_parameters(equations, start.given_parameters)))
-    program = lower(extended)
+    program = standing_alone(lower(extended))
     program = verified(with_series(program) if "series" in parts_for(method) else program)
     return Written(program, emit_c(program), variable_table(extended, start))
 

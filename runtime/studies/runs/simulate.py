@@ -21,6 +21,7 @@ from ...results.accuracy import (
     conserved_drifts,
     energy_drift,
 )
+from ...results.branches import branches_of
 from ...results.constraint_drift import constraint_drifts
 from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
@@ -236,6 +237,7 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
         as_stated=as_stated,
         pictured=pictured if problem.scene is not None else None,
         states_at=state_at,
+        sought=branches_of(case, (times, states, modes), main.dense, state_at),
     )
     return Solution(motion)
 
