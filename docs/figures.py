@@ -289,7 +289,7 @@ ROWS = (
     row("U93, U106, T13, P9", "euler_angles", ASKED, T, "turned[1] turned[2] turned[3]"),
     row("U94", "turned_vector", ASKED, T, "active[2] passive[2]"),
     row("P8", "axis_and_angle", ASKED, T, "x"),
-    row("U96, U97", "racing_car", ASKED, "car[1]", "car[2]"),
+    row("U97", "racing_car", ASKED, "car[1]", "car[2]"),
     row("U99", "spinning_sphere", ASKED, "place[1]", "place[2]"),
     row("U104, U105, U107, U108, P10", "coriolis", ASKED, T, "coriolis[2]"),
     row("U146, U148, P15, P16, T24, T25, U65", "hamilton_spring", ASKED, T, "q"),

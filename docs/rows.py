@@ -106,6 +106,10 @@ OTHERS: Mapping[str, Asked] = {
         f"{REMAINING}::test_stability_of_mathieus_equation",
         "runtime/test_orbit.py::test_a_vertically_driven_pendulum",
     ),
+    "U96": asked(
+        "velocity and acceleration in polar, cylindrical and spherical coordinates",
+        f"{CONSTANTS}::test_curvilinear_coordinates",
+    ),
     "U98": asked("d/dt [r.(v x a)]", f"{REMAINING}::test_derivative_of_a_triple_product"),
     "U117": asked(
         "kinetic energy of a body about any point", f"{REMAINING}::test_kinetic_energy_about_any_point"
@@ -165,6 +169,9 @@ FURTHER: Mapping[str, tuple[str, ...]] = {
         "runtime/test_section.py::test_a_chaotic_section_says_how_far_its_points_can_be_trusted",
         "runtime/test_orbit.py::test_a_driven_orbit_and_its_doubling",
     ),
+    "U93": (f"{CONSTANTS}::test_order_of_turns",),
+    "U101": ("physics/test_moving_frames.py::test_lagrangian_of_a_turning_and_accelerated_frame",),
+    "U105": ("physics/test_moving_frames.py::test_sea_level_across_a_channel",),
     "U107": ("physics/test_moving_frames.py::test_from_what_height_it_misses",),
     "U108": ("physics/test_moving_frames.py::test_horizontal_motion_is_turned_to_the_right_in_the_north",),
     "U152": ("runtime/test_hysteresis.py::test_a_forced_pendulum_folds_over",),
@@ -178,6 +185,12 @@ ASKS = {
     "U76": "period of a turning pendulum, and its series",
     "U82": "period of a pendulum over its amplitude, 4 K(sin(amplitude/2))",
     "U83": "period of a pendulum at 60 deg, 6.7430014",
+    "U93": "matrices of rotation, Euler angles z-x-z, the order of turns",
+    "U104": "Coriolis and centrifugal force on 1 kg that goes north at 45 degrees with 1 km/s",
+    "U105": "tilt of the sea across a channel with a current: 0.0683 m, the south coast is higher",
+    "U106": "(1, 1, 1) in axes turned by Euler angles: (0, sqrt(2), 1)",
+    "U107": "least height from which what falls to the east misses: 670 m for 0.25 m",
+    "U108": "horizontal Coriolis force, the same in all directions",
     "U91": "stroboscopic points of the driven pendulum: fixed, several, strange attractor, closed curves",
 }
 """What a row asks, where it shares an example with others."""
@@ -188,6 +201,8 @@ SAID = {
     "U6": "no number stated: three surfaces that the model's points fulfil",
     "U36": "the sign of its second field, (y, x, z^3), is lost in the text: it is conservative for plus, not for minus",
     "U38": "the notes misprint M X'' in one of two equations",
+    "U110": "the notes' v^2 = r'^2 + r phi'^2 lacks a square of r, and their potential its sign",
+    "U112": "the notes' eccentricity (a^2 - b^2)/a^2 lacks a root: sqrt(a^2 - b^2)/a",
     "U77": "an older problem of the notes counts time otherwise: 2 theta'' + sin(theta) = 0",
     "U84": "the notes' separatrix of the energy zero counts from another zero; here it is at m g r",
     "U88": "the list of answers prints 0.08677211, its formula gives 0.08677218",

@@ -225,7 +225,12 @@ def test_euler_angles() -> None:
     theta, psi = math.pi / 2, math.pi / 4
     wanted = [math.sin(theta) * math.sin(psi), math.sin(theta) * math.cos(psi), math.cos(theta)]
     assert vector(found, "k") == pytest.approx(wanted, abs=1e-14)
-    assert vector(found, "xz") != pytest.approx(vector(found, "zx"), abs=0.1)
+    assert vector(found, "nodes") == pytest.approx([math.cos(psi), -math.sin(psi), 0], abs=1e-14)
+    assert vector(found, "xz") == pytest.approx([0, 0, 1], abs=1e-14)
+    assert vector(found, "zx") == pytest.approx([0, 1, 0], abs=1e-14)
+    R = np.array([[found[f"R[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)])
+    assert np.allclose(R, turn("Z", math.pi) @ turn("X", theta) @ turn("Z", psi), rtol=0, atol=1e-14)
+    assert np.allclose(R.T @ R, np.eye(3), rtol=0, atol=1e-14)
     told = model.kinematics(set={"phi": 0.4, "theta": 0.7, "psi": -0.3}).details["rotations"]["R"]
     assert told["euler"]["ZXZ"] == pytest.approx([0.4, 0.7, -0.3], abs=1e-12)
     w, x, y, z = told["quaternion"]
@@ -236,6 +241,27 @@ def test_euler_angles() -> None:
     assert [x, y] == pytest.approx(
         [math.sin(half) * math.cos(minus), math.sin(half) * math.sin(minus)], abs=1e-12
     )
+
+
+def test_order_of_turns() -> None:
+    """U93: a quarter about x and one about z, in the notes' passive matrices: R1 R2 and R2 R1, which differ."""
+    text = """\
+model Turns
+  dimensionless;
+  frame one = world * rotx(pi/2) * rotz(pi/2);
+  frame other = world * rotz(pi/2) * rotx(pi/2);
+  let axes[3, 3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  output first[3, 3] = {components(one, axes[1]), components(one, axes[2]), components(one, axes[3])};
+  output second[3, 3] = {components(other, axes[1]), components(other, axes[2]), components(other, axes[3])};
+  experiment(stop = 0);
+end Turns;
+"""
+    found = mechc.loads(text).simulate(estimate_error=False).final()
+    R1, R2 = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]), np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1]])
+    for name, matrix in (("first", R2 @ R1), ("second", R1 @ R2)):
+        columns = np.array([[found[f"{name}[{i},{j}]"] for j in (1, 2, 3)] for i in (1, 2, 3)])
+        assert np.allclose(columns.T, matrix, rtol=0, atol=1e-14), name
+    assert not np.allclose(R1 @ R2, R2 @ R1)
 
 
 def turn(axis: str, angle: float) -> np.ndarray[Any, Any]:
@@ -315,12 +341,54 @@ def test_axis_and_angle() -> None:
 
 
 def test_racing_car() -> None:
-    """U96, U97: a = -s^2/a e_r + s' e_phi, with s' = 2 m/s^2 and s = 30 m/s."""
+    """U97: a = -s^2/a e_r + s' e_phi, with s' = 2 m/s^2 and s = 30 m/s."""
     found = example("racing_car").kinematics().details["points"]["car"]
     assert found["polar"]["velocity"] == pytest.approx([0, 30], abs=1e-12)
     assert found["polar"]["acceleration"] == pytest.approx([-(30**2) / 50, 2], rel=1e-8)
     assert found["path"]["radius"] == pytest.approx(50, rel=1e-8)
     assert found["path"]["tangential"] == pytest.approx(2, rel=1e-8)
+
+
+def test_curvilinear_coordinates() -> None:
+    """U96: velocity and acceleration in polar, cylindrical and spherical coordinates, all of which change."""
+    text = """\
+model Path
+  dimensionless;
+  coordinate r = 1.3;
+  coordinate theta = 0.7;
+  coordinate phi = -0.4;
+  initial der(r) = 0.5;
+  initial der(theta) = -0.6;
+  initial der(phi) = 0.8;
+  kinetic 1/2*(der(r)^2 + der(theta)^2 + der(phi)^2);
+  force 0.3 on r;
+  force -0.2 on theta;
+  force 0.5 on phi;
+  output space = r*{sin(theta)*cos(phi), sin(theta)*sin(phi), cos(theta)};
+  output flat = r*{cos(phi), sin(phi)};
+  output tube = {r*cos(phi), r*sin(phi), theta};
+end Path;
+"""
+    found = mechc.loads(text).kinematics().details["points"]
+    (r, r1, r2), (o, o1, o2), (f1, f2) = (1.3, 0.5, 0.3), (0.7, -0.6, -0.2), (0.8, 0.5)
+    across = [r2 - r * f1**2, r * f2 + 2 * r1 * f1]
+    s, c = math.sin(o), math.cos(o)
+    expected = {
+        ("flat", "polar"): ([r1, r * f1], across),
+        ("tube", "cylindrical"): ([r1, r * f1, o1], [*across, o2]),
+        ("space", "spherical"): (
+            [r1, r * o1, r * s * f1],
+            [
+                r2 - r * o1**2 - r * f1**2 * s**2,
+                r * o2 + 2 * r1 * o1 - r * f1**2 * s * c,
+                r * s * f2 + 2 * r1 * f1 * s + 2 * r * o1 * f1 * c,
+            ],
+        ),
+    }
+    for (name, kind), (velocity, acceleration) in expected.items():
+        assert found[name][kind]["velocity"] == pytest.approx(velocity, rel=1e-13), kind
+        # of differences of sixth order
+        assert found[name][kind]["acceleration"] == pytest.approx(acceleration, abs=1e-10), kind
 
 
 def test_spinning_sphere() -> None:

@@ -13,6 +13,8 @@ from gallery import DATA, Case, Formula, at, check, check_estimate, load, refere
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
 from scipy.special import ellipk
 
+import mechc
+
 POLAR = {
     "r": "r", "theta_unwrapped": "theta", "rdot": "der(r)", "thetadot": "der(theta)", "x": "x", "y": "y",
 }  # fmt: skip
@@ -176,6 +178,98 @@ def test_orbit_equation(experiment: str | None) -> None:
     assert np.ptp(solution["phi"]) > 1.5
 
 
+def test_reduction_of_two_bodies() -> None:
+    """U110: dA/dt = l/(2 mu), and mu r'' = l^2/(mu r^3) - G m1 m2/r^2, whose integral is the energy about the centre."""
+    solution = run("gravitating_pair")
+    places = [np.array([solution[f"t{k}.position[{i}]"] for i in (1, 2, 3)]) for k in (1, 2)]
+    rates = [np.array([solution[f"der(t{k}.position[{i}])"] for i in (1, 2, 3)]) for k in (1, 2)]
+    middle, drift = ((2 * a + 3 * b) / 5 for a, b in (places, rates))
+    turning = [np.cross((x - middle).T, (v - drift).T) for x, v in zip(places, rates, strict=True)]
+    l = 2 * turning[0] + 3 * turning[1]
+    mu = 2 * 3 / 5
+    areal = np.array([solution[f"areal[{i}]"] for i in (1, 2, 3)])
+    assert areal == pytest.approx(l.T / (2 * mu), rel=1e-9, abs=1e-12)
+    apart, opening = places[1] - places[0], rates[1] - rates[0]
+    r = np.linalg.norm(apart, axis=0)
+    out = (apart * opening).sum(0) / r
+    energy = mu * out**2 / 2 + (l**2).sum(1) / (2 * mu * r**2) - 2 * 3 / r
+    assert np.ptp(r) > 0.5 and energy == pytest.approx(energy[0], rel=3000e-10)
+    # r'' by differences of r' on the dense output
+    t, h = 3.0, 1e-3
+    k = [radial_rate(solution(t + s * h)) for s in (-2, -1, 1, 2)]
+    here = float(np.linalg.norm([solution(t)[f"separation[{i}]"] for i in (1, 2, 3)]))
+    acceleration = (k[0] - 8 * k[1] + 8 * k[2] - k[3]) / (12 * h)
+    assert mu * acceleration == pytest.approx((l[0] ** 2).sum() / (mu * here**3) - 6 / here**2, rel=1e-6)
+
+
+def radial_rate(at: Any) -> float:
+    """r' of the pair."""
+    apart = np.array([at[f"separation[{i}]"] for i in (1, 2, 3)])
+    opening = np.array([at[f"der(t2.position[{i}])"] - at[f"der(t1.position[{i}])"] for i in (1, 2, 3)])
+    return float(apart @ opening / np.linalg.norm(apart))
+
+
+POLAR_MODEL = """\
+model Polar
+  dimensionless;
+  parameter mu = 2;
+  parameter k = 3;
+  parameter beta = 0;
+  parameter l = 1.7;
+  coordinate r = 1.1;
+  coordinate phi = 0;
+  initial der(r) = 0.3;
+  initial der(phi) = l/(mu*r^2);
+  kinetic 1/2*mu*(der(r)^2 + r^2*der(phi)^2);
+  potential -k/r + beta/r^2;
+end Polar;
+"""
+
+
+@pytest.fixture(scope="module")
+def polar() -> mechc.Model:
+    return mechc.loads(POLAR_MODEL)
+
+
+@pytest.mark.parametrize("beta", [0.0, 0.15])
+def test_elements_of_an_orbit(polar: mechc.Model, beta: float) -> None:
+    """U112, mu = 2, k = 3: p = l^2/(mu k), e = sqrt(1 + 2 E l^2/(mu k^2)), a = p/(1 - e^2), T = 2 pi sqrt(mu a^3/k);
+    U115: with l^2 + 2 mu beta for l^2 the ellipse turns: from one perihelion to the next 2 pi/gamma, gamma^2 = 1 + 2 mu beta/l^2."""
+    mu, k, l = 2, 3, 1.7
+    E = mu * 0.3**2 / 2 + l**2 / (2 * mu * 1.1**2) - k / 1.1 + beta / 1.1**2
+    square = l**2 + 2 * mu * beta
+    p, e = square / (mu * k), sqrt(1 + 2 * E * square / (mu * k**2))
+    found = polar.period(set={"beta": beta})
+    assert found["energy"] == pytest.approx(E, rel=1e-13)
+    assert found.summary()["turning_points"] == pytest.approx([p / (1 + e), p / (1 - e)], rel=1e-11)
+    a = p / (1 - e * e)
+    assert found["period"] == pytest.approx(2 * pi * sqrt(mu * a**3 / k), rel=1e-11)
+    assert found["advance of phi"] == pytest.approx(2 * pi / sqrt(1 + 2 * mu * beta / l**2), rel=1e-11)
+
+
+def test_least_energy_of_an_orbit(polar: mechc.Model) -> None:
+    """U112: the circle r = p has the least energy for its l, -mu k^2/(2 l^2)."""
+    (circle,) = polar.steady().summary()["steady"]
+    r = circle["values"]["r"]
+    assert circle["stable"] is True and r == pytest.approx(1.7**2 / 6, rel=1e-12)
+    assert 1.7**2 / (4 * r**2) - 3 / r == pytest.approx(-2 * 9 / (2 * 1.7**2), rel=1e-12)
+
+
+def test_shape_and_time_of_kepler_orbits() -> None:
+    """U112, a = 1, e = 0.6: r = a - a e cos(xi) at t = sqrt(mu a^3/k) (xi - e sin(xi)), b = p/sqrt(1 - e^2) = 0.8;
+    the open orbit ends along cos(phi) = -1/e."""
+    solution = run("kepler")
+    for xi in (0.5, 1.0, pi / 2, 2.5, pi, 4.0, 2 * pi + 1):
+        x, y = at(solution, xi - 0.6 * sin(xi), ["x", "y"])
+        assert np.hypot(x, y) == pytest.approx(1 - 0.6 * cos(xi), rel=1000e-10)
+        assert (x + 0.6) ** 2 + (y / 0.8) ** 2 == pytest.approx(1, rel=1000e-10)
+    p, E = solution["l"][0] ** 2, solution["energy.total"][0]
+    assert (p, E, sqrt(1 + 2 * E * p)) == pytest.approx((0.64, -0.5, 0.6), rel=1e-12)
+    assert p / sqrt(1 - 0.6**2) == pytest.approx(0.8, rel=1e-12)
+    away = run("orbit_equation", "hyperbola", stop=1e6)
+    assert away["phi"][-1] == pytest.approx(np.arccos(-1 / 1.5), abs=3e-6)  # as 1/r
+
+
 @pytest.mark.parametrize(
     ("experiment", "l", "E", "shape"),
     [(None, 2.0, 1.5, cos), ("falls", 1.0, 0.5, sinh), ("bound", 1.0, -0.1, cosh), ("spiral", 1.0, 0.0, exp)],
@@ -212,11 +306,14 @@ def test_capture(experiment: str | None, b: float) -> None:
 
 
 def test_precessing_ellipse() -> None:
-    """U115: the closed orbit, and 5.9607530 from one perihelion to the next."""
+    """U115: the turning ellipse of l^2 = 0.9, E = -0.3, and 5.9607530 from one perihelion to the next."""
     solution = run("precessing_ellipse")
     gamma = sqrt(1 + 2 * 0.05 / 0.9)
     assert solution["r"] == pytest.approx(1 / (1 + sqrt(0.4) * np.cos(gamma * solution["phi"])), rel=1000e-10)
+    assert (gamma, sqrt(0.4)) == pytest.approx((1.0540926, 0.6324555), abs=6e-8)
     assert solution["r"][0] == pytest.approx(1 / 1.6324555, rel=1e-7)
+    assert solution["energy.total"] == pytest.approx(-0.3, abs=300e-10)
+    assert (solution["r"] ** 2 * solution["der(phi)"]) ** 2 == pytest.approx(0.9, rel=1000e-10)
     perihelia = [solution(t)["phi"] for t in upward_crossings(solution, "der(r)")]
     assert np.diff(perihelia) == pytest.approx(5.9607530, abs=6e-8)
     assert 2 * pi / gamma == pytest.approx(5.9607530, abs=6e-8)
@@ -233,6 +330,53 @@ def test_apsidal_angle_of_the_string_through_a_table(experiment: str | None, tur
     if experiment is None:
         assert solution["epsilon"] == pytest.approx(3, abs=1e-6)
         assert solution["r"].max() == pytest.approx(2.9422419, abs=1e-3)  # of the points of the grid
+
+
+TABLE = """\
+model Table
+  parameter m = 2 kg;
+  parameter M = 3 kg;
+  parameter g = 9.81 m/s^2;
+  parameter l = 1.2 kg.m^2/s;
+  coordinate r = 0.4 m;
+  coordinate phi = 0 rad;
+  initial der(phi) = l/(m*r^2);
+  kinetic 1/2*m*(der(r)^2 + r^2*der(phi)^2) + 1/2*M*der(r)^2;
+  potential M*g*r;
+  experiment(stop = 5 s, tolerance = 1e-10);
+end Table;
+"""
+
+
+def test_masses_of_the_string_through_a_table() -> None:
+    """U113: U = l^2/(2 m r^2) + M g r, r0^3 = l^2/(m M g), radial frequency^2 = 3 M g/((M + m) r0), and
+    2 pi sqrt((M + m)/(3 m)) from one innermost point to the next."""
+    m, M, l = 2, 3, 1.2
+    model = mechc.loads(TABLE)
+    solution = model.simulate()
+    r, rate = solution["r"], solution["der(r)"]
+    E = (m + M) / 2 * rate**2 + l**2 / (2 * m * r**2) + M * 9.81 * r
+    assert np.ptp(r) > 0.1
+    assert solution["energy.total"] == pytest.approx(E, rel=1000e-10)
+    (circle,) = model.steady().summary()["steady"]
+    r0 = (l * l / (m * M * 9.81)) ** (1 / 3)
+    assert circle["values"]["r"] == pytest.approx(r0, rel=1e-12)
+    frequency = max(abs(complex(*z)) for z in circle["eigenvalues"])
+    assert frequency**2 == pytest.approx(3 * M * 9.81 / ((M + m) * r0), rel=1e-10)
+    near = model.period(set={"r": r0 * (1 + 1e-4), "der(phi)": l / (m * (r0 * (1 + 1e-4)) ** 2)})
+    # of the square of the amplitude
+    assert near["advance of phi"] == pytest.approx(2 * pi * sqrt((M + m) / (3 * m)), rel=1e-7)
+    assert near["period"] == pytest.approx(2 * pi / frequency, rel=1e-7)
+
+
+def test_the_inverse_cube_force_is_left_with_the_energy_0() -> None:
+    """U114: E = 0 and l = m sqrt(a) at 45 degrees outwards with v = sqrt(2 a)/c; r = c exp(theta) grows without bound."""
+    solution = run("inverse_cube_force")
+    r, u, v = solution["r"], solution["der(r)"], solution["r"] * solution["der(theta)"]
+    assert (u[0], v[0]) == pytest.approx((sqrt(2), sqrt(2)), rel=1e-15)
+    assert solution["energy.total"] == pytest.approx(0, abs=300e-10)
+    assert r * v == pytest.approx(sqrt(2), rel=300e-10)
+    assert r == pytest.approx(exp(solution["theta"]), rel=1000e-10)
 
 
 def test_circle_on_the_table() -> None:

@@ -23,6 +23,7 @@ def test_point_of_a_rim_draws_a_cycloid() -> None:
                 "path[2]": lambda t: 0.3 + 0.3 * cos(2 * t / 0.3),
                 "v[1]": lambda t: 2 + 2 * cos(2 * t / 0.3),
                 "v[2]": lambda t: -2 * sin(2 * t / 0.3),
+                "spin": lambda t: -2 / 0.3,
             },
             bound=0.01,
         )

@@ -105,16 +105,31 @@ def test_a_slow_drive_folds_the_drum_at_a_quarter() -> None:
 
 
 @pytest.mark.slow
-def test_thresholds_of_the_ear_drum_at_all_horizons() -> None:
-    """U92: 0.25641 within 1e4; without damping 0.2360 within 200, 0.2342 within 1000, 0.2315 within 1e4 are among the
-    edges: there are others, as the edge is a fractal."""
-    drum = example("forced_drum")
-    damped = drum.threshold(over="c = 0.2560 .. 0.2570, 21", stop=1e4).summary()["thresholds"]
+def test_the_damped_drum_breaks_late() -> None:
+    """U92: c* = 0.25641 within 1e4."""
+    damped = (
+        example("forced_drum").threshold(over="c = 0.2560 .. 0.2570, 21", stop=1e4).summary()["thresholds"]
+    )
     assert damped[0]["parameter"]["c"] == pytest.approx(0.25641, abs=5e-6)
-    for stop, low, high, expected in ((200, 0.2355, 0.2365, 0.2360), (1000, 0.2335, 0.2345, 0.2342)):
-        found = drum.threshold(over=f"c = {low} .. {high}, 41", stop=stop, set={"gamma": 0}).summary()
-        edges = [one["parameter"]["c"] for one in found["thresholds"] if one["above"]]
-        assert min(abs(edge - expected) for edge in edges) < 6e-5
+
+
+@pytest.mark.parametrize(
+    ("stop", "over", "stated"),
+    [
+        (200, "c = 0.2360 .. 0.2361, 3", 0.2360),
+        (1000, "c = 0.23420 .. 0.23425, 2", 0.2342),
+        pytest.param(1e4, "c = 0.2314 .. 0.2315, 3", 0.2315, marks=pytest.mark.slow),
+    ],
+)
+def test_thresholds_of_the_undamped_drum(stop: float, over: str, stated: float) -> None:
+    """U92: 0.2360 within 200, 0.2342 within 1000, 0.2315 within 1e4 are edges that scipy's motions have, too. There are
+    others, as the edge is a fractal: within 1000 one at 0.2315144, within 200 one at 0.2358204."""
+    found = example("forced_drum").threshold(over=over, stop=stop, set={"gamma": 0}).summary()
+    (one,) = found["thresholds"]
+    place = one["parameter"]["c"]
+    assert one["above"] and not one["below"] and place == pytest.approx(stated, abs=5e-5)
+    if stop <= 1000:
+        assert breaks(place + 1e-8, 0, stop) and not breaks(place - 1e-8, 0, stop)
 
 
 def test_an_end_that_always_or_never_comes() -> None:
