@@ -155,7 +155,7 @@ FURTHER: Mapping[str, tuple[str, ...]] = {
     "U9": (f"{CONSTANTS}::test_swirl_and_saddle",),
     "U13": ("runtime/test_optimum.py::test_a_pebble_down_a_slope",),
     "U14": ("runtime/test_optimum.py::test_a_car_goes_farthest_without_a_pause",),
-    "U42": ("physics/test_constraints.py::test_chain_that_is_thrown",),
+    "U42": ("physics/test_constraints.py::test_freedoms_of_jointed_chains",),
     "U75": ("runtime/test_period.py::test_turning_points_and_the_series_of_a_rotor",),
     "U76": ("runtime/test_period.py::test_a_rotor_of_twice_the_energy",),
     "U84": ("runtime/test_portrait.py::test_pendulum_has_a_centre_saddles_and_separatrices_between_them",),
@@ -198,7 +198,7 @@ ASKS = {
 SAID = {
     "K1": "the potential of the thesis is wrong; its own is kept beside the right one",
     "K5": "named as future work, no number stated",
-    "U6": "no number stated: three surfaces that the model's points fulfil",
+    "U6": "no number stated: the model says how far a place is from the three surfaces",
     "U36": "the sign of its second field, (y, x, z^3), is lost in the text: it is conservative for plus, not for minus",
     "U38": "the notes misprint M X'' in one of two equations",
     "U110": "the notes' v^2 = r'^2 + r phi'^2 lacks a square of r, and their potential its sign",

@@ -75,6 +75,8 @@ def test_swirl_and_saddle() -> None:
     assert swirl["curl_free"] is False and swirl["conservative"] is False and swirl["potential"] is None
     assert swirl["circulation"] == pytest.approx(-2 * math.pi * 2 * 1.5**2, rel=1e-12)
     assert np.array(swirl["curl"]) == pytest.approx(-4, abs=1e-7)
+    shown = str(example("swirl").field())
+    assert "-4 N/m" in shown and "[N/m]" in shown
     saddle = example("saddle_xy").field().details
     assert saddle["conservative"] is True and saddle["potential"] == "-2*x*y"
     assert saddle["circulation"] == pytest.approx(0, abs=1e-12)

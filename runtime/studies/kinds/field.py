@@ -31,6 +31,11 @@ STEP = 1e-3
 ZERO = 1e-7
 """Of the largest derivative of a force: a curl below that is none."""
 
+OVER = ("J", "N", "N/m")
+"""Unit of an energy over no length, one, or two."""
+LENGTHS = {"m": 1, "rad": 0, "1": 0, "": 0}
+"""How many lengths a coordinate of a unit is; of others no unit of the curl is told."""
+
 POINTS = 256
 """Of the loop; the rule converges faster than any power, as the field is periodic along it."""
 
@@ -63,18 +68,22 @@ class Field(Study, frozen=True, kw_only=True):
         size = float(np.abs(slopes).max(initial=0.0)) or 1.0
         free = largest <= ZERO * size
         radius = 1.0 if self.radius is None else self.radius
-        values = [Value("largest curl", "", largest, ZERO * size)]
+        units = forces.units()
+        same = next(iter(units.values())) if len(set(units.values())) == 1 else ""
+        values = [Value("largest curl", same, largest, ZERO * size)]
         circle: tuple[float, float] | None = None
         if problem.nq >= 2:
             circle = forces.circulation(radius)
             values.append(Value("circulation", "J" if problem.phase[0].unit else "", *circle))
         here, off = forces.at_start()
-        names, units = forces.names, {state.unit for state in problem.states[: problem.nq]}
-        if len(units) == 1:
-            values.append(Value("divergence at the start", "", float(np.trace(here)), float(np.trace(off))))
+        names = forces.names
+        if len({state.unit for state in problem.states[: problem.nq]}) == 1:
+            unit = same or units.get((0, 0), "")
+            values.append(Value("divergence at the start", unit, float(np.trace(here)), float(np.trace(off))))
         for a, b in combinations(range(len(names)), 2):
             name = f"curl at the start, {names[a]} to {names[b]}"
-            values.append(Value(name, "", float(here[b, a] - here[a, b]), float(off[b, a] + off[a, b])))
+            turn, error = float(here[b, a] - here[a, b]), float(off[b, a] + off[a, b])
+            values.append(Value(name, units[a, b], turn, error))
         potential = forces.potential() if free else ""
         sought = self._sought(case, forces)
         around = circle is not None and abs(circle[0]) > max(10 * circle[1], 1e-9 * forces.size * radius)
@@ -94,7 +103,7 @@ class Field(Study, frozen=True, kw_only=True):
         pairs = [(a, b) for a in range(len(names)) for b in range(a + 1, len(names))]
         table = Table(
             "curl",
-            (("component", ""), ("largest at random places", "")),
+            (("component", ""), ("largest at random places", same)),
             tuple(
                 (f"d F_{names[b]}/d{names[a]} - d F_{names[a]}/d{names[b]}", float(np.abs(curl[:, k]).max()))
                 for k, (a, b) in enumerate(pairs)
@@ -174,6 +183,19 @@ class Forces:
         self.sampler = Sampler(case, seed=8)
         self.places = self.sampler.states(STATES).y[:, : problem.nq]
         self.size = float(np.abs([self.at(q, case.p) for q in self.places]).max(initial=0.0)) or 1.0
+
+    def units(self) -> dict[tuple[int, int], str]:
+        """Return the unit of dF_b/dq_a for each pair of coordinates, and for each coordinate with itself: that of an energy
+        over both."""
+        problem = self.case.problem
+        if not problem.phase[self.momenta[0]].unit.strip("1"):
+            return {(a, b): "" for b in range(problem.nq) for a in range(b + 1)}
+        lengths = [LENGTHS.get(state.unit) for state in problem.states[: problem.nq]]
+        found = {}
+        for b, second in enumerate(lengths):
+            for a, first in enumerate(lengths[: b + 1]):
+                found[a, b] = "" if first is None or second is None else OVER[first + second]
+        return found
 
     def at(self, q: Array, p: Array) -> Array:
         """Return the generalised forces at rest: the rates of the momenta."""

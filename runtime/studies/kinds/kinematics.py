@@ -32,7 +32,7 @@ Vector = tuple[str, tuple[int, ...]]
 
 
 class Kinematics(Study, frozen=True, kw_only=True):
-    """Position, velocity and acceleration of points (outputs of two or three numbers) in Cartesian, polar, cylindrical,
+    """Degrees of freedom; position, velocity and acceleration of points (outputs of two or three numbers) in Cartesian, polar, cylindrical,
     spherical and path components, with their Jacobians by the velocities; rotations (coordinates, and outputs that are matrices: of these the
     angular velocity by the velocities)."""
 
@@ -52,9 +52,9 @@ class Kinematics(Study, frozen=True, kw_only=True):
         points = _vectors(listed, problem)
         matrices = _matrices(listed, problem)
         turned = list(problem.rotations)
-        if not points and not matrices and not turned:
+        if self.of and not points and not matrices:
             raise SimulationError(
-                f"'{problem.name}' has no point and no rotation among its outputs",
+                f"'{problem.name}' has no point and no rotation among its outputs {', '.join(self.of)}",
                 help="write 'output tip = pos(body.b);', a vector of two or three lengths",
             )
         state = _State(case, y)
@@ -87,14 +87,15 @@ class Kinematics(Study, frozen=True, kw_only=True):
             if own is not None:
                 told["jacobian"] = state.turning(own).tolist()
             details["rotations"][name] = told
-        remarks = [
-            f"{details['freedoms']} degrees of freedom: {problem.nv} velocities, {len(problem.constraints)} constraints"
-        ]
+        freedoms = _counted(details["freedoms"], "degree") + " of freedom"
+        velocities = "1 velocity" if problem.nv == 1 else f"{problem.nv} velocities"
+        remarks = [f"{freedoms}: {velocities}, {_counted(len(problem.constraints), 'constraint')}"]
+        shown = f"{_counted(len(points), 'point')}, {_counted(len(details['rotations']), 'rotation')}"
         return Findings(
             study="kinematics",
             model=problem.name,
             outcome=Outcome.COMPLETED,
-            message=f"{len(points)} point{'' if len(points) == 1 else 's'}, {len(details['rotations'])} rotation{'' if len(details['rotations']) == 1 else 's'}",
+            message=shown if tables else freedoms,
             values=(),
             errors_from="positions, velocities and Jacobians are exact to rounding; accelerations by differences of sixth order",
             remarks=tuple(remarks),
@@ -102,6 +103,10 @@ class Kinematics(Study, frozen=True, kw_only=True):
             panels=_paths(case, self, points),
             details=details,
         )
+
+
+def _counted(n: int, word: str) -> str:
+    return f"{n} {word}{'' if n == 1 else 's'}"
 
 
 class _State:
