@@ -23,7 +23,7 @@ HEADER = "model.h"
 TURNS = ("turns.h", "turn.h")
 """What code for this processor may include, too."""
 
-CROWD = ("crowd.h", "real.h")
+CROWD = ("crowd.h", "envelope.h", "real.h")
 """What code with a crowd of contacts includes, too."""
 
 

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "envelope.h"
 #include "real.h"
 
 /* How a contact stands, as z lists it; a friction that slides, along or against its slip. */
@@ -72,10 +73,109 @@ static inline mech_real mech_crowd_along(const mech_crowd *c, int contact, int s
     return sum;
 }
 
-static inline int mech_crowd_root(int *parent, int i)
+/* A force of a crowd: along a gap or a slip; where `slide` is not 0, along a gap and that times its slip. */
+typedef struct mech_crowd_force {
+    int contact, slip;
+    mech_real slide;
+    const mech_real *values;
+} mech_crowd_force;
+
+/* What unit forces do: those that have no group of velocities in common share a colour, and are pushed at once. */
+typedef struct mech_crowd_response {
+    int colours;
+    mech_real *push; /* [colours][nv] */
+    int *owner;      /* [colours][nv] of each group the force that moves it, or -1 */
+} mech_crowd_response;
+
+/* The range in its list of velocities that a force acts along. */
+static inline const int *mech_crowd_along_which(const mech_crowd *c, const mech_crowd_force *f, int *count)
 {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
+    const mech_crowd_kind *k = mech_crowd_kind_of(c, f->contact);
+    *count = f->slip ? k->n_slip : k->n_normal + (f->slide != 0 ? k->n_slip : 0);
+    return mech_crowd_velocities(c, f->contact) + (f->slip ? k->n_normal : 0);
+}
+
+/* Finds it, in memory that its owner frees at `push`; 0 where there is none. */
+static inline int mech_crowd_respond(const mech_crowd_at *at, int n, const mech_crowd_force *forces,
+                                     mech_crowd_response *found)
+{
+    enum { SHARED = 64 };
+    const mech_model *m = at->m;
+    const mech_crowd *c = m->hybrid->crowd;
+    const size_t nv = (size_t)m->nv;
+    unsigned long long *used = (unsigned long long *)malloc(nv * sizeof(*used) + (size_t)n * sizeof(int));
+    if (!used) return 0;
+    int *colour = (int *)(used + nv), alone = SHARED, most = 0;
+    memset(used, 0, nv * sizeof(*used));
+    for (int j = 0; j < n; j++) {
+        unsigned long long taken = 0;
+        int count, own = 0;
+        const int *v = mech_crowd_along_which(c, &forces[j], &count);
+        for (int i = 0; i < count; i++) taken |= used[c->group[v[i]]];
+        while (own < SHARED && taken >> own & 1) own++;
+        colour[j] = own < SHARED ? own : alone++;
+        for (int i = 0; own < SHARED && i < count; i++) used[c->group[v[i]]] |= 1ull << own;
+        if (own < SHARED && own >= most) most = own + 1;
+    }
+    for (int j = 0; j < n; j++)
+        if (colour[j] >= SHARED) colour[j] += most - SHARED;
+    found->colours = most + alone - SHARED;
+    const size_t numbers = (size_t)found->colours * nv;
+    found->push = (mech_real *)malloc(numbers * (sizeof(mech_real) + sizeof(int)) + sizeof(mech_real));
+    if (!found->push) {
+        free(used);
+        return 0;
+    }
+    found->owner = (int *)(found->push + numbers);
+    for (size_t i = 0; i < numbers; i++) found->owner[i] = -1;
+    for (int k = 0; k < found->colours; k++) {
+        int *owner = found->owner + (size_t)k * nv;
+        memset(at->g + m->nu, 0, nv * sizeof(mech_real));
+        for (int j = 0; j < n; j++) {
+            int count;
+            if (colour[j] != k) continue;
+            const int *v = mech_crowd_along_which(c, &forces[j], &count);
+            for (int i = 0; i < count; i++) owner[c->group[v[i]]] = j;
+            mech_crowd_add(c, forces[j].contact, forces[j].slip, forces[j].values, 1, at->g + m->nu);
+            if (forces[j].slide != 0)
+                mech_crowd_add(c, forces[j].contact, 1, forces[j].values, forces[j].slide, at->g + m->nu);
+        }
+        c->push(at->t, at->y, at->g, at->z, at->p, found->push + (size_t)k * nv);
+    }
+    free(used);
+    return 1;
+}
+
+/* Calls for what each force changes the rate of row i by: *j the force, *part of it by one velocity. `place` counts from 0
+ * and is opaque; 0 behind the last. */
+static inline int mech_crowd_next(const mech_crowd *c, int nv, const mech_crowd_response *r, const mech_crowd_force *row,
+                                  int *place, int *j, mech_real *part)
+{
+    const mech_crowd_kind *k = mech_crowd_kind_of(c, row->contact);
+    const int *v = mech_crowd_velocities(c, row->contact) + (row->slip ? k->n_normal : 0);
+    const mech_real *entries = row->values + (row->slip ? mech_crowd_slip(k) + 4 : 5);
+    for (const int end = (row->slip ? k->n_slip : k->n_normal) * r->colours; *place < end; (*place)++) {
+        const int i = *place / r->colours, at = *place % r->colours * nv;
+        *j = r->owner[at + c->group[v[i]]];
+        if (*j < 0) continue;
+        *part = entries[i] * r->push[at + v[i]];
+        (*place)++;
+        return 1;
+    }
+    return 0;
+}
+
+/* Of n rows, the first that moves each of them, or that it moves. */
+static inline void mech_crowd_first(const mech_crowd *c, int nv, const mech_crowd_response *r, int n,
+                                    const mech_crowd_force *rows, int *first)
+{
+    mech_real part;
+    for (int i = 0; i < n; i++) first[i] = i;
+    for (int i = 0; i < n; i++)
+        for (int place = 0, j; mech_crowd_next(c, nv, r, &rows[i], &place, &j, &part);) {
+            const int low = j < i ? j : i, high = j < i ? i : j;
+            if (low < first[high]) first[high] = low;
+        }
 }
 
 /* x of a[n][n + 1], by rows and the largest of each column; what is left below rounding is dependent and gets 0. */
@@ -114,6 +214,52 @@ static inline void mech_crowd_eliminate(int n, mech_real *a, mech_real *x, int *
     }
 }
 
+/* The forces x of n rows that have no rates of their own then, x their targets before; 0 where memory is lacking. */
+static inline int mech_crowd_balance(const mech_crowd *c, int nv, const mech_crowd_response *r, int n,
+                                     const mech_crowd_force *rows, mech_real *x)
+{
+    int slides = 0, j, place;
+    mech_real part;
+    int *first = (int *)malloc(3 * (size_t)n * sizeof(int));
+    if (!first) return 0;
+    int *at = first + n, *pivot = at + n;
+    mech_crowd_first(c, nv, r, n, rows, first);
+    const int entries = mech_envelope_places(n, first, at);
+    for (int i = 0; i < n; i++) slides |= rows[i].slide != 0;
+    const size_t room = (size_t)entries * (slides ? 2 : 1) + 2 * (size_t)n;
+    mech_real *d = (mech_real *)calloc(room, sizeof(mech_real)), *lower = d + 2 * n, *upper = lower + entries, *full = NULL;
+    if (!d) {
+        free(first);
+        return 0;
+    }
+    for (int i = 0; i < n; i++)
+        for (place = 0; mech_crowd_next(c, nv, r, &rows[i], &place, &j, &part);) {
+            if (j == i) d[i] += part;
+            if (j < i) lower[at[i] + j] += part;
+            if (j > i && slides) upper[at[j] + i] += part;
+        }
+    int done = 1;
+    if (!slides) {
+        mech_envelope_factor(n, first, at, lower, d);
+        mech_envelope_solve(n, first, at, lower, d, x);
+    } else if (mech_envelope_factor_lu(n, first, at, lower, upper, d)) {
+        mech_envelope_solve_lu(n, first, at, lower, upper, d, x);
+    } else {
+        const int width = n + 1;
+        full = (mech_real *)calloc((size_t)n * (size_t)width, sizeof(mech_real));
+        done = full != NULL;
+        for (int i = 0; done && i < n; i++) {
+            for (place = 0; mech_crowd_next(c, nv, r, &rows[i], &place, &j, &part);) full[i * width + j] += part;
+            full[i * width + n] = x[i];
+        }
+        if (done) mech_crowd_eliminate(n, full, x, pivot);
+    }
+    free(full);
+    free(d);
+    free(first);
+    return done;
+}
+
 /* The forces of n contacts in their modes, [n][2] with those of friction, and the accelerations, of which `a` holds those
  * without them; `values`: of each contact, `width` numbers. */
 static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *contacts, const int *modes,
@@ -121,79 +267,41 @@ static inline void mech_crowd_solve(const mech_crowd_at *at, int n, const int *c
 {
     const mech_model *m = at->m;
     const mech_crowd *c = m->hybrid->crowd;
-    const size_t nv = (size_t)m->nv, real = sizeof(mech_real);
-    int rows = 0;
-    memset(force, 0, 2 * (size_t)n * real);
+    mech_crowd_response response;
+    int rows = 0, found = 0;
+    memset(force, 0, 2 * (size_t)n * sizeof(mech_real));
     for (int k = 0; k < n; k++) rows += modes[k] == MECH_CROWD_OPEN ? 0 : modes[k] == MECH_CROWD_STICKS ? 2 : 1;
     if (!rows) return;
-    const size_t r = (size_t)rows;
-    int *ints = (int *)malloc((6 * r + 2 * nv) * sizeof(int));
-    mech_real *reals = (mech_real *)malloc((r * nv + r * (r + 1) + r + nv) * real);
-    if (!ints || !reals) { /* as an undefined value */
-        for (int i = 0; i < m->nv; i++) a[i] = (mech_real)NAN;
-        free(ints);
-        free(reals);
-        return;
-    }
-    int *of = ints, *slip = of + r, *island = slip + r, *pivot = island + r, *set = pivot + r, *parent = set + r;
-    mech_real *response = reals, *matrix = response + r * nv, *x = matrix + r * (r + 1), *along = x + r;
-    for (int i = 0; i < m->nv; i++) parent[i] = i; /* of groups, which are numbered among velocities */
+    mech_crowd_force *own = (mech_crowd_force *)malloc((size_t)rows * (sizeof(*own) + sizeof(mech_real) + sizeof(int)));
+    mech_real *x = (mech_real *)(own + rows);
+    int *of = (int *)(x + rows);
     rows = 0;
-    for (int k = 0; k < n; k++) {
+    for (int k = 0; own && k < n; k++) {
+        const mech_real *value = values + k * width;
         if (modes[k] == MECH_CROWD_OPEN) continue;
-        const mech_crowd_kind *kind = mech_crowd_kind_of(c, contacts[k]);
-        const mech_real *own = values + k * width;
-        const int *v = mech_crowd_velocities(c, contacts[k]);
+        const int slip = mech_crowd_slip(mech_crowd_kind_of(c, contacts[k]));
         for (int s = 0; s <= (modes[k] == MECH_CROWD_STICKS); s++) {
-            of[rows] = k;
-            slip[rows] = s;
-            memset(along, 0, nv * real);
-            mech_crowd_add(c, contacts[k], s, own, 1, along);
-            if (modes[k] >= MECH_CROWD_FORWARD) {
-                const mech_real sign = modes[k] == MECH_CROWD_FORWARD ? -1 : 1;
-                mech_crowd_add(c, contacts[k], 1, own, sign * own[mech_crowd_slip(kind) + 3], along);
+            const int sign = modes[k] == MECH_CROWD_FORWARD ? -1 : modes[k] == MECH_CROWD_BACKWARD ? 1 : 0;
+            of[rows] = 2 * k + s;
+            own[rows] = (mech_crowd_force){contacts[k], s, sign ? sign * value[slip + 3] : 0, value};
+            x[rows++] = -(mech_crowd_along(c, contacts[k], s, value, a) + value[s ? slip + 1 : 2]);
+        }
+    }
+    if (own && mech_crowd_respond(at, rows, own, &response)) {
+        found = mech_crowd_balance(c, m->nv, &response, rows, own, x);
+        for (int k = 0; found && k < response.colours; k++)
+            for (int v = 0; v < m->nv; v++) {
+                const int j = response.owner[k * m->nv + c->group[v]];
+                if (j >= 0) a[v] += x[j] * response.push[k * m->nv + v];
             }
-            memcpy(at->g + m->nu, along, nv * real);
-            c->push(at->t, at->y, at->g, at->z, at->p, response + (size_t)rows * nv);
-            rows++;
+        for (int i = 0; i < rows; i++) {
+            force[of[i]] = x[i];
+            if (own[i].slide != 0) force[of[i] + 1] = own[i].slide * x[i];
         }
-        for (int i = 1; i < kind->n_normal + kind->n_slip; i++)
-            parent[mech_crowd_root(parent, c->group[v[i]])] = mech_crowd_root(parent, c->group[v[0]]);
+        free(response.push);
     }
-    for (int i = 0; i < rows; i++)
-        island[i] = mech_crowd_root(parent, c->group[mech_crowd_velocities(c, contacts[of[i]])[0]]);
-    for (int first = 0; first < rows; first++) {
-        const int here = island[first];
-        int count = 0;
-        if (here < 0) continue;
-        for (int i = first; i < rows; i++)
-            if (island[i] == here) {
-                set[count++] = i;
-                island[i] = -1;
-            }
-        for (int i = 0; i < count; i++) {
-            const int k = of[set[i]], s = slip[set[i]];
-            const mech_real *own = values + k * width;
-            const mech_real bias = own[s ? mech_crowd_slip(mech_crowd_kind_of(c, contacts[k])) + 1 : 2];
-            for (int j = 0; j < count; j++)
-                matrix[i * (count + 1) + j] =
-                    mech_crowd_along(c, contacts[k], s, own, response + (size_t)set[j] * nv);
-            matrix[i * (count + 1) + count] = -(mech_crowd_along(c, contacts[k], s, own, a) + bias);
-        }
-        mech_crowd_eliminate(count, matrix, x, pivot);
-        for (int i = 0; i < count; i++) force[2 * of[set[i]] + slip[set[i]]] = x[i];
-    }
-    for (int i = 0; i < rows; i++) {
-        const mech_real f = force[2 * of[i] + slip[i]];
-        for (size_t k = 0; k < nv; k++) a[k] += f * response[(size_t)i * nv + k];
-    }
-    for (int k = 0; k < n; k++)
-        if (modes[k] >= MECH_CROWD_FORWARD) {
-            const mech_real coefficient = values[k * width + mech_crowd_slip(mech_crowd_kind_of(c, contacts[k])) + 3];
-            force[2 * k + 1] = (modes[k] == MECH_CROWD_FORWARD ? -1 : 1) * coefficient * force[2 * k];
-        }
-    free(ints);
-    free(reals);
+    for (int i = 0; !found && i < m->nv; i++) a[i] = (mech_real)NAN; /* without memory: as an undefined value */
+    free(own);
 }
 
 /* What a state needs of its closed contacts. */

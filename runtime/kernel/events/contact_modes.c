@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "contact_projection.h"
+#include "near_rows.h"
 #include "surface_friction.h"
 
 enum { ROUNDS_PER_ROW = 8 };
@@ -29,29 +30,38 @@ static void slide(mech_solver *s, int i, mech_real a, mech_real b)
 }
 
 /* Whether row i is independent of the n rows already held, and moved by its own force: not so at a dead centre. */
-static int independent(mech_solver *s, int *held, int n, int i)
+static int independent(mech_solver *s, mech_near_rows_basis *held, int n, int i)
 {
     mech_real target[MECH_MOST_ROWS] = {0}, x[MECH_MOST_ROWS];
     if (!mech_row_moves_itself(s, i)) return 0;
-    held[n] = i;
-    return mech_rows_solve(s, n + 1, held, target, x) == n + 1;
+    if (s->model->hybrid->crowd) return mech_near_rows_add(s, held, i);
+    held->row[n] = i;
+    return mech_rows_solve(s, n + 1, held->row, target, x) == n + 1;
+}
+
+/* Whether a contact touches, and neither opens nor approaches. */
+static int may_rest(const mech_solver *s, int i)
+{
+    const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_still(s, i);
+    return (slow || s->events->open[i] < 0) && mech_row_touches(s, i);
 }
 
 /* Sets the flags of all rows that are not excluded: held if at rest and independent of those held before. */
 static void propose(mech_solver *s)
 {
     const mech_real *open = s->events->open, *slides = s->events->slides;
-    int held[MECH_MOST_ROWS], n = 0;
+    mech_near_rows_basis held;
+    int n = 0;
+    held.n = 0;
     for (int kind = MECH_BILATERAL; kind >= MECH_CONTACT; kind -= 2) /* bilateral, then contacts */
         for (int i = 0; i < s->events->n_rows; i++) {
             if (s->events->rows[i].kind != kind) continue;
             if (kind == MECH_BILATERAL) {
-                if (mech_row_holds(s, i) && independent(s, held, n, i)) n++;
+                if (mech_row_holds(s, i) && independent(s, &held, n, i)) n++;
                 continue;
             }
-            const int slow = mech_abs(mech_row_value(s, i, MECH_RATE)) <= 10 * mech_row_still(s, i) || open[i] < 0;
-            const int rests = slow && mech_row_touches(s, i) && !(open[i] > 0);
-            const int holds = rests && independent(s, held, n, i);
+            const int rests = may_rest(s, i) && !(open[i] > 0);
+            const int holds = rests && independent(s, &held, n, i);
             n += holds;
             set(s, i, holds, 0);
         }
@@ -66,7 +76,7 @@ static void propose(mech_solver *s)
             slide(s, i, slides[i], other);
         } else {
             for (int k = i; k <= (j < 0 ? i : j); k++) {
-                const int holds = !open_normal && independent(s, held, n, k);
+                const int holds = !open_normal && independent(s, &held, n, k);
                 n += holds;
                 set(s, k, holds, 0);
             }
@@ -215,31 +225,75 @@ static int mend_misfit(mech_solver *s, int hit, int aims)
     return worst >= 0 ? worst : take_back(s, aims);
 }
 
+/* What is chosen fits: the state moves onto it. */
+static int take_choice(mech_solver *s)
+{
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (!mech_finite(mech_row_value(s, i, MECH_FORCE))) {
+            s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
+            return mech_fail(s, MECH_NO_MODE, i);
+        }
+    int contact;
+    if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
+    mech_contact_projection_state(s);
+    mech_surface_friction_begin(s);
+    return mech_rows_check(s, 1);
+}
+
+/* Crowds without friction at hand: what presses is the solution of one problem of complementarity. A contact that was
+ * located where its force ends is out at first, and held again only if it would come back. */
+static int choose_pressing(mech_solver *s, int hit, int ends)
+{
+    mech_event_state *e = s->events;
+    mech_near_rows_problem p;
+    for (int again = 1; again;) {
+        p.n = again = 0;
+        for (int i = 0; i < e->n_rows; i++)
+            if (may_rest(s, i) && mech_row_moves_itself(s, i)) {
+                p.in[p.n] = i != ends;
+                p.set[p.n++] = i;
+            }
+        for (int i = 0; i < e->n_rows; i++) set(s, i, 0, 0);
+        mech_rows_read(s);
+        for (int k = 0; k < p.n; k++) {
+            const int i = p.set[k];
+            p.q[k] = mech_row_value(s, i, MECH_SECOND);
+            p.slack[k] = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
+            p.weak[k] = MECH_C(1e-10) * e->force[i];
+        }
+        if (!mech_near_rows_complement(s, &p)) return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);
+        for (int k = 0; k < p.n; k++) set(s, p.set[k], p.in[k], 0);
+        mech_rows_read(s);
+        for (int i = 0; i < e->n_rows; i++) {
+            const mech_real rate = mech_row_value(s, i, MECH_RATE);
+            if (mech_row_holds(s, i) || e->open[i] != 0 || !(rate > 0) || !mech_row_touches(s, i)) continue;
+            if (!mech_row_falls_back(s, i, rate)) continue;
+            e->open[i] = -1;
+            again = 1;
+        }
+    }
+    return take_choice(s);
+}
+
 int mech_contact_modes_choose(mech_solver *s, int hit)
 {
-    int any = 0;
-    for (int i = 0; i < s->events->n_rows; i++) any |= s->events->rows[i].kind != MECH_STEP_ROW;
+    int any = 0, friction = 0;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        any |= s->events->rows[i].kind != MECH_STEP_ROW;
+        friction |= s->events->rows[i].kind == MECH_FRICTION;
+    }
     if (!any) return MECH_RUNNING;
     mech_rows_read(s);
     mech_rows_find_response(s);
     /* A stick that ends, ends: a reversal begins with the attempt to stick. */
     const int ends = hit >= 0 && s->events->rows[hit].kind != MECH_STEP_ROW && sticks(s, hit) ? hit : -1;
+    if (s->model->hybrid->crowd && !friction) return choose_pressing(s, hit, ends);
     propose(s);
     mech_surface_friction_end(s);
     for (int round = 0; round <= ROUNDS_PER_ROW * s->events->n_rows; round++) {
         mech_rows_read(s);
-        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0) {
-            for (int i = 0; i < s->events->n_rows; i++)
-                if (!mech_finite(mech_row_value(s, i, MECH_FORCE))) {
-                    s->run->report.failed_value = mech_row_value(s, i, MECH_FORCE);
-                    return mech_fail(s, MECH_NO_MODE, i);
-                }
-            int contact;
-            if (fits_open(s, &contact)) return mech_fail(s, MECH_NO_MODE, contact);
-            mech_contact_projection_state(s);
-            mech_surface_friction_begin(s);
-            return mech_rows_check(s, 1);
-        }
+        if (mend_misfit(s, round == 0 ? ends : -1, round < ROUNDS_PER_ROW / 2 * s->events->n_rows) < 0)
+            return take_choice(s);
         propose(s);
     }
     return mech_fail(s, MECH_NO_MODE, hit < 0 ? 0 : hit);

@@ -71,6 +71,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
         e->given = take(&memory, &total, m->nu + c->n_given);
         e->rates = take(&memory, &total, ny);
         e->forces = take(&memory, &total, 2 * r);
+        e->first = (int *)take(&memory, &total, r);
     }
     return total;
 }

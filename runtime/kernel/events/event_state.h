@@ -44,6 +44,7 @@ typedef struct mech_event_state {
     mech_real *wake;        /* [contacts] how far coordinates have to move before one may touch */
     mech_real *values;      /* [MECH_MOST_ROWS][crowd's widest] of rows at hand                    */
     mech_real *given, *rates, *forces; /* behind inputs; [ny]; [MECH_MOST_ROWS][2]                 */
+    int *first;             /* [MECH_MOST_ROWS] of a crowd: the first row at hand that moves this one */
 } mech_event_state;
 
 /* Places in counters. */

@@ -8,9 +8,10 @@
 #include <string.h>
 
 #include "journal.h"
+#include "near_rows.h"
 #include "rows.h"
 
-enum { ROUNDS_PER_ROW = 50, ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000 };
+enum { ROUNDS_PER_ROW = 50, TURNS_PER_ROW = 4, ROUNDS_PER_HIT = 8, MOST_PIVOTS = 2000 };
 
 static int engaged(const mech_solver *s, int i)
 {
@@ -25,6 +26,7 @@ static mech_real energy_lost(const mech_solver *s, mech_real *size)
     *size = 0;
     for (int i = 0; i < e->n_rows; i++) {
         mech_real change = 0;
+        if (e->impulse[i] == 0) continue;
         for (int j = 0; j < e->n_rows; j++) change += mech_row_response(s, i, j) * e->impulse[j];
         lost -= e->impulse[i] * (*mech_row_rate(s, i) + change / 2);
         *size += mech_abs(e->impulse[i]) * (mech_abs(*mech_row_rate(s, i)) + mech_abs(change));
@@ -262,6 +264,39 @@ static int hit_together(mech_solver *s)
     return mech_fail(s, MECH_NO_IMPACT, m ? row[0] : 0);
 }
 
+/* The same for a crowd whose contacts have no friction at hand. */
+static int hit_crowd_together(mech_solver *s)
+{
+    mech_near_rows_problem p;
+    p.n = 0;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        if (!mech_row_touches(s, i)) continue;
+        const mech_real r = *mech_row_rate(s, i);
+        p.set[p.n] = i;
+        p.in[p.n] = r < 0;
+        p.q[p.n] = r < 0 ? (1 + restitution(s, i)) * r : r;
+        p.slack[p.n] = mech_row_still(s, i) / 10;
+        p.weak[p.n++] = 0;
+    }
+    if (!mech_near_rows_complement(s, &p)) return mech_fail(s, MECH_NO_IMPACT, p.n ? p.set[0] : 0);
+    set_impulses(s, p.n, p.set, p.x);
+    return MECH_RUNNING;
+}
+
+/* Whether what still approaches in a crowd without friction at hand is ended together: where none of it is faster than it
+ * rests; where none rebounds and each row has had its turns, as blows that are passed on plastically only ever halve. */
+static int dies_out(const mech_solver *s, int round)
+{
+    const int turns = round >= TURNS_PER_ROW * s->events->n_rows;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_real rest = mech_row_value(s, i, MECH_EXTRA), approach = -*mech_row_rate(s, i);
+        if (!mech_row_touches(s, i) || !(approach > mech_row_still(s, i))) continue;
+        const int slow = approach <= (rest >= 0 ? rest : MECH_C(1e-9) * s->events->speed[i]);
+        if (!slow && !(turns && mech_row_value(s, i, MECH_COEFFICIENT) == 0)) return 0;
+    }
+    return 1;
+}
+
 static int apply_checked(mech_solver *s, int contact)
 {
     mech_real size;
@@ -327,15 +362,17 @@ int mech_impacts_resolve(mech_solver *s, int *count)
 {
     mech_event_state *e = s->events;
     mech_rows_read(s);
-    int status = check_engaged_contacts(s), ready = 0;
+    int status = check_engaged_contacts(s), ready = 0, crowd = s->model->hybrid->crowd != NULL;
     if (!status) status = engage(s);
+    for (int i = 0; i < e->n_rows; i++) crowd &= mech_row_of(s, i)->kind == MECH_CONTACT;
     for (int round = 0; !status; round++) {
         const int contact = fastest_approach(s);
         if (contact < 0) break;
         if (!ready) mech_rows_find_response(s);
         ready = 1;
         const mech_real approach = -*mech_row_rate(s, contact);
-        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows;
+        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows ||
+                             (crowd && dies_out(s, round));
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
@@ -343,7 +380,9 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                     mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
             }
         mech_journal_note(s, MECH_IMPACT, contact, approach);
-        status = together ? hit_together(s) : hit_fastest(s, contact);
+        status = !together ? hit_fastest(s, contact)
+                 : crowd   ? hit_crowd_together(s)
+                           : hit_together(s);
         if (!status) status = apply_checked(s, contact);
         (*count)++;
     }

@@ -204,6 +204,17 @@ static void differentiate(sample *x)
     }
 }
 
+/* Whether an indicator is zero where a step begins. So is that of an open contact that rises from below zero: contacts beside
+ * it were closed, from gaps that rounding and tolerances had left them, and that has moved it. */
+static int begins_at_zero(mech_solver *s, int k, mech_real w, mech_real rate)
+{
+    const mech_event_state *e = s->events;
+    const int i = k - s->model->hybrid->n_switches;
+    if (mech_indicator_at_zero(s, k, w)) return 1;
+    if (i < 0 || e->rows[i].kind != MECH_CONTACT || e->z[e->rows[i].flag] > MECH_C(0.5)) return 0;
+    return w < 0 && w >= -MECH_C(1e-7) * e->gap_scale[i] && rate > MECH_C(1e-12) * e->rate_scale[k];
+}
+
 /* Samples all indicators; 0 where one is at its event at the start already, *hit. */
 static int sample_all(mech_solver *s, mech_real h, int *hit)
 {
@@ -214,7 +225,7 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
     for (int k = 0; k < n; k++) {
         mech_widen(mech_indicator_size(s, k), e->w[k]);
         mech_widen(e->rate_scale + k, e->rate[k]);
-        const int zero = mech_indicator_at_zero(s, k, e->w[k]);
+        const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
         const int falls = e->rate[k] < -MECH_C(1e-12) * e->rate_scale[k];
         if ((!zero && e->w[k] < 0) || (zero && !(e->fresh[k] > 0) && falls && e->w[k] < 0)) {
             *hit = k;
@@ -243,7 +254,7 @@ void mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
     if (!sample_all(s, h, hit)) return;
     *part = 1;
     for (int k = 0; k < n; k++) {
-        const int zero = mech_indicator_at_zero(s, k, e->w[k]);
+        const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
         search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = *part, .k = k};
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is no event. */

@@ -3,6 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "near_rows.h"
 #include "window.h"
 
 /* Ratio of what an impulse moves rows by, from which on they are compared each with its own. */
@@ -196,6 +197,9 @@ static int solve(mech_solver *s, int n, const int *set, const mech_real *target,
 
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x)
 {
+    int rises = s->model->hybrid->crowd != NULL;
+    for (int k = 1; k < n; k++) rises &= set[k] > set[k - 1];
+    if (rises) return mech_near_rows_solve(s, n, set, target, x);
     return solve(s, n, set, target, 0, x);
 }
 

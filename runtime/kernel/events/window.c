@@ -4,6 +4,7 @@
 
 #include "crowd.h"
 #include "method.h"
+#include "neighbours.h"
 #include "step.h"
 
 enum { MOST_PARTS = 30 };
@@ -133,10 +134,11 @@ static mech_real farthest(const mech_solver *s, mech_real h)
     return h * most;
 }
 
-/* Takes the contacts that may be reached; 0 where they are too many. */
+/* Takes the contacts that may be reached, those that are closed first; 0 where they are too many. */
 static int take_near(mech_solver *s, mech_real reach)
 {
     mech_event_state *e = s->events;
+    int closed[MECH_MOST_ROWS], open[MECH_MOST_ROWS], n_closed = 0, n_open = 0;
     const mech_crowd_at at = now(s, s->run->report.t, s->y);
     const mech_real moved = e->counters[MECH_MOVED];
     set_count(s, 0);
@@ -144,12 +146,21 @@ static int take_near(mech_solver *s, mech_real reach)
         if (e->wake[k] > moved + reach) continue;
         if (!(e->kept[2 * k * MECH_KEPT + MECH_KEPT_MODE] > 0)) {
             mech_crowd_values(&at, k, e->values);
+            mech_widen(e->kept + 2 * k * MECH_KEPT + MECH_KEPT_GAP, e->values[0]);
             const mech_real far = distance(s, k, e->values);
             e->wake[k] = moved + mech_max(far, 0);
             if (far > reach) continue;
+            if (n_open == MECH_MOST_ROWS) return 0;
+            open[n_open++] = k;
+        } else {
+            closed[n_closed++] = k;
         }
-        if (!add(s, k)) return 0;
     }
+    if (n_closed > 1) mech_neighbours_order(s, n_closed, closed);
+    for (int k = 0; k < n_closed; k++)
+        if (!add(s, closed[k])) return 0;
+    for (int k = 0; k < n_open; k++)
+        if (!add(s, open[k])) return 0;
     return 1;
 }
 
@@ -173,18 +184,21 @@ int mech_window_for_instant(mech_solver *s, int hit)
     const int n = e->n_rows, switches = s->model->hybrid->n_switches;
     const int number = hit >= switches ? (int)e->window[hit - switches] : -1;
     const mech_crowd_at at = now(s, s->run->report.t, s->y);
+    int touch[MECH_MOST_ROWS], count = 0;
     put_back(s);
     set_count(s, 0);
-    for (int i = 0; i < n; i++) { /* rows are added where rows were read before */
+    for (int i = 0; i < n; i++) {
         const int contact = (int)e->window[i] / 2;
         if ((int)e->window[i] % 2) continue;
         const mech_real *kept = e->kept + 2 * contact * MECH_KEPT;
         mech_crowd_values(&at, contact, e->values);
         const int near = mech_abs(e->values[0]) <= MECH_C(2e-9) * kept[MECH_KEPT_GAP];
-        if (near || kept[MECH_KEPT_MODE] > 0 || contact == number / 2) {
-            if (contact == number / 2) hit = switches + e->n_rows + number % 2;
-            add(s, contact);
-        }
+        if (near || kept[MECH_KEPT_MODE] > 0 || contact == number / 2) touch[count++] = contact;
+    }
+    if (count > 1) mech_neighbours_order(s, count, touch);
+    for (int k = 0; k < count; k++) {
+        if (number >= 0 && touch[k] == number / 2) hit = switches + e->n_rows + number % 2;
+        add(s, touch[k]);
     }
     return hit;
 }
@@ -221,6 +235,7 @@ int mech_window_begin(mech_solver *s, mech_real length, mech_real speed)
             s->run->report.failed_value = wrong ? e->values[3] : gap;
             return mech_fail(s, wrong ? MECH_OUT_OF_RANGE : MECH_PENETRATION, 0);
         }
+        mech_widen(kept + MECH_KEPT_GAP, gap);
         if (mech_abs(gap) <= noise && !add(s, i)) return mech_fail(s, MECH_NO_MODE, -1);
     }
     return MECH_RUNNING;
@@ -332,27 +347,38 @@ void mech_window_respond(mech_solver *s)
     const mech_model *m = s->model;
     const mech_crowd *c = crowd(s);
     mech_event_state *e = s->events;
-    const int width = m->nv + e->n_rows, wide = c->n_values;
+    const int nv = m->nv, width = nv + e->n_rows;
     const mech_crowd_at at = now(s, s->run->report.t, s->y);
-    int rows[MECH_MOST_ROWS], n = 0, count = 0;
-    const mech_real *own[MECH_MOST_ROWS];
+    mech_crowd_force force[MECH_MOST_ROWS];
+    mech_crowd_response found;
+    int row[MECH_MOST_ROWS], first[MECH_MOST_ROWS], n = 0, own = 0;
+    memset(e->response, 0, (size_t)e->n_rows * (size_t)width * sizeof(mech_real));
     for (int i = 0; i < e->n_rows; i++) {
-        mech_real *values = e->values + n * wide;
-        if (!is_slip(s, i)) mech_crowd_values(&at, contact_of(s, i), values);
-        const int first = i - is_slip(s, i), friction = mech_crowd_kind_of(c, contact_of(s, i))->friction;
-        if (mode_of(s, first) > 0 || mech_abs(values[0]) <= MECH_C(2e-9) * e->gap_scale[first]) {
-            own[count] = values;
-            rows[count++] = i;
+        const mech_real *values = e->values + own * c->n_values;
+        const int slip = is_slip(s, i), contact = contact_of(s, i), friction = mech_crowd_kind_of(c, contact)->friction;
+        if (!slip) mech_crowd_values(&at, contact, e->values + own * c->n_values);
+        e->first[i] = i;
+        if (mode_of(s, i - slip) > 0 || mech_abs(values[0]) <= MECH_C(2e-9) * e->gap_scale[i - slip]) {
+            row[n] = i;
+            force[n++] = (mech_crowd_force){contact, slip, 0, values};
         }
-        if (is_slip(s, i) || !friction) n++;
+        if (slip || !friction) own++;
     }
-    for (int j = 0; j < count; j++) {
-        mech_real *response = e->response + rows[j] * width;
-        memset(e->given + m->nu, 0, (size_t)m->nv * sizeof(mech_real));
-        mech_crowd_add(c, contact_of(s, rows[j]), is_slip(s, rows[j]), own[j], 1, e->given + m->nu);
-        c->push(at.t, at.y, at.g, at.z, at.p, response);
-        for (int i = 0; i < count; i++)
-            response[m->nv + rows[i]] =
-                mech_crowd_along(c, contact_of(s, rows[i]), is_slip(s, rows[i]), own[i], response);
+    if (!n) return;
+    if (!mech_crowd_respond(&at, n, force, &found)) {
+        for (int i = 0; i < n; i++) e->response[row[i] * width + nv + row[i]] = (mech_real)NAN; /* no memory */
+        return;
     }
+    mech_crowd_first(c, nv, &found, n, force, first);
+    for (int i = 0; i < n; i++) e->first[row[i]] = row[first[i]];
+    for (int k = 0; k < found.colours * nv; k++) {
+        const int v = k % nv, j = found.owner[k - v + c->group[v]];
+        if (j >= 0) e->response[row[j] * width + v] = found.push[k];
+    }
+    for (int i = 0; i < n; i++) {
+        mech_real part;
+        for (int place = 0, j; mech_crowd_next(c, nv, &found, &force[i], &place, &j, &part);)
+            e->response[row[j] * width + nv + row[i]] += part;
+    }
+    free(found.push);
 }

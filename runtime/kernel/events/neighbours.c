@@ -1,0 +1,81 @@
+/* E. Cuthill, J. McKee 1969, backwards: by distance from one that is far from others. */
+#include "neighbours.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "crowd.h"
+
+/* Contacts and the groups of velocities that they act on: lists by group of the contacts there, as chains of links. */
+typedef struct net {
+    const mech_crowd *c;
+    const int *contacts;
+    int *head, *next, *who; /* [nv] the first link of a group; of links the next one, its contact */
+    int *queue, *seen;      /* [n] */
+} net;
+
+static const int *velocities(const net *g, int k, int *count)
+{
+    const mech_crowd_kind *kind = mech_crowd_kind_of(g->c, g->contacts[k]);
+    *count = kind->n_normal + kind->n_slip;
+    return mech_crowd_velocities(g->c, g->contacts[k]);
+}
+
+/* Appends all that `start` reaches to the queue from `n` on, by distance; gives its new length. */
+static int spread(net *g, int n, int start, int mark)
+{
+    g->queue[n] = start;
+    g->seen[start] = mark;
+    for (int read = n++; read < n; read++) {
+        int count;
+        const int *v = velocities(g, g->queue[read], &count);
+        for (int i = 0; i < count; i++)
+            for (int link = g->head[g->c->group[v[i]]]; link >= 0; link = g->next[link]) {
+                const int k = g->who[link];
+                if (g->seen[k] == mark) continue;
+                g->seen[k] = mark;
+                g->queue[n++] = k;
+            }
+    }
+    return n;
+}
+
+void mech_neighbours_order(const mech_solver *s, int n, int *contacts)
+{
+    const size_t nv = (size_t)s->model->nv, size = (size_t)n;
+    net g = {.c = s->model->hybrid->crowd, .contacts = contacts};
+    int links = 0, count;
+    for (int k = 0; k < n; k++) {
+        velocities(&g, k, &count);
+        links += count;
+    }
+    int *memory = (int *)malloc((nv + 2 * (size_t)links + 3 * size) * sizeof(int));
+    if (!memory) return;
+    g.head = memory;
+    g.next = g.head + nv;
+    g.who = g.next + links;
+    g.queue = g.who + links;
+    g.seen = g.queue + n;
+    int *ordered = g.seen + n;
+    for (size_t i = 0; i < nv; i++) g.head[i] = -1;
+    links = 0;
+    for (int k = 0; k < n; k++) {
+        const int *v = velocities(&g, k, &count);
+        g.seen[k] = 0;
+        for (int i = 0; i < count; i++) {
+            const int group = g.c->group[v[i]];
+            if (g.head[group] >= 0 && g.who[g.head[group]] == k) continue;
+            g.who[links] = k;
+            g.next[links] = g.head[group];
+            g.head[group] = links++;
+        }
+    }
+    for (int k = 0, done = 0; k < n; k++) {
+        if (g.seen[k]) continue;
+        const int last = g.queue[spread(&g, done, k, 1) - 1]; /* far from where it began */
+        done = spread(&g, done, last, 2);
+    }
+    for (int k = 0; k < n; k++) ordered[n - 1 - k] = contacts[g.queue[k]];
+    memcpy(contacts, ordered, size * sizeof(int));
+    free(memory);
+}

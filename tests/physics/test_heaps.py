@@ -1,0 +1,156 @@
+"""Heaps of balls that rest on each other: numbers find what statics, least squares and the formulas of few contacts find."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.optimize import nnls
+
+import mechc
+from mechc.runtime.outcome import Outcome
+
+R = 0.05
+BALLS = """
+parameter r = 5 cm;
+parameter m[{n}] = {{{masses}}} kg;
+coordinate Length x[{n}] = {{{x}}} m;
+coordinate Length y[{n}] = {{{y}}} m;
+for i in 1:{n} loop
+  initial der(x[i]) = 0 m/s;
+  initial der(y[i]) = 0 m/s;
+  kinetic 1/2*m[i]*(der(x[i])^2 + der(y[i])^2);
+  potential m[i]*9.81 m/s^2*(y[i]*cos({tilt}) + x[i]*sin({tilt}));
+  contact low[i]: y[i] - r;
+  for j in i+1:{n} loop
+    contact hit[i,j]: norm({{x[i] - x[j], y[i] - y[j]}}) - 2*r;
+  end for;
+end for;
+output ax[i in 1:{n}] = der(der(x[i]));
+output ay[i in 1:{n}] = der(der(y[i]));
+experiment(stop = 1 us);
+"""
+
+
+def pile(rows: int, rng: np.random.Generator) -> np.ndarray:
+    """Balls in rows, each on two of the row below; the floor's have gaps between them, by which their places are random."""
+    layer = [np.array([x, R]) for x in np.cumsum(2 * R * rng.uniform(1.02, 1.25, rows))]
+    places = list(layer)
+    while len(layer) > 1:
+        above = []
+        for a, b in pairwise(layer):
+            d, middle = b - a, (a + b) / 2
+            rise = np.sqrt(4 * R**2 - d @ d / 4)
+            above.append(middle + rise * np.array([-d[1], d[0]]) / np.linalg.norm(d))
+        layer = above
+        places += layer
+    return np.array(places)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3, 1.2])
+def test_accelerations_of_a_pile_are_those_of_least_constraint(tilt: float) -> None:
+    """Gauss: a is the nearest to free fall, weighed by masses, that opens no contact; non-negative least squares of its dual."""
+    rng = np.random.default_rng(7)
+    places = pile(7, rng)
+    n, mass = len(places), rng.uniform(0.5, 2, len(places))
+    solution = mechc.loads(
+        BALLS.format(
+            n=n,
+            masses=", ".join(map(repr, mass.tolist())),
+            x=", ".join(map(repr, places[:, 0].tolist())),
+            y=", ".join(map(repr, places[:, 1].tolist())),
+            tilt=f"{tilt} rad",
+        )
+    ).simulate(estimate_error=False)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    found = np.array([[solution[f"a{c}[{i + 1}]"][0] for c in "xy"] for i in range(n)])
+    directions = [np.concatenate([np.zeros(2 * i), [0, 1], np.zeros(2 * (n - i - 1))]) for i in range(7)]
+    for i in range(n):
+        for j in range(i + 1, n):
+            d = places[j] - places[i]
+            if np.linalg.norm(d) < 2 * R + 1e-12:
+                row = np.zeros(2 * n)
+                row[2 * i : 2 * i + 2], row[2 * j : 2 * j + 2] = -d / (2 * R), d / (2 * R)
+                directions.append(row)
+    K, root = np.array(directions), np.repeat(np.sqrt(mass), 2)
+    assert len(K) == 7 + 2 * 21
+    free = np.tile([-9.81 * np.sin(tilt), -9.81 * np.cos(tilt)], n)
+    force, _ = nnls((K / root).T, -root * free, maxiter=10000)
+    expected = free + K.T @ force / root**2
+    assert np.abs(expected).max() > 0.1
+    assert np.allclose(found.ravel(), expected, rtol=0, atol=1e-8)
+
+
+COLUMN = """
+structural parameter Integer n = 70;
+parameter m = 2 kg;
+coordinate Length x[n] = {(i + 0.01*i) * 1 m for i in 1:n};
+for i in 1:n loop
+  kinetic 1/2*m*der(x[i])^2;
+  potential m*10 m/s^2*x[i];
+end for;
+contact floor: x[1] - 1 m;
+for i in 1:n-1 loop
+  contact hit[i]: x[i+1] - x[i] - 1 m;
+end for;
+output bottom = multiplier(floor);
+output middle = multiplier(hit[35]);
+output top = multiplier(hit[69]);
+experiment(stop = 1 s);
+"""
+
+
+def test_a_column_dropped_without_restitution_carries_its_weight() -> None:
+    """Each falls 1 cm more than the one below and stops when it meets it, as that lies already."""
+    solution = mechc.loads(COLUMN).simulate(estimate_error=False)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    assert [solution[name][-1] for name in ("bottom", "middle", "top")] == pytest.approx(
+        [1400, 700, 20], rel=1e-11
+    )
+    assert [solution[f"x[{i}]"][-1] for i in (1, 35, 70)] == pytest.approx([1, 35, 70], rel=1e-11)
+    end = solution.energy
+    assert end is not None and end.dissipated is not None
+    assert end.dissipated == pytest.approx(20 * 0.01 * 70 * 71 / 2, rel=1e-9)
+
+
+BOX = """
+structural parameter Integer n = {n};
+structural parameter Integer idle = 0;
+parameter r = 6 cm;
+coordinate Length x[n] = {{{x}}} m;
+coordinate Length y[n] = {{{y}}} m;
+for i in 1:n loop
+  initial der(x[i]) = 1 m/s*sin({seed}*i);
+  kinetic 1/2*0.1 kg*(der(x[i])^2 + der(y[i])^2);
+  potential 0.1 kg*9.81 m/s^2*y[i];
+  contact left[i]: x[i] - r restitution 0.5;
+  contact right[i]: 0.4 m - r - x[i] restitution 0.5;
+  contact low[i]: y[i] - r restitution 0.5;
+  for j in i+1:n loop
+    contact hit[i,j]: norm({{x[i] - x[j], y[i] - y[j]}}) - 2*r restitution 0.5;
+  end for;
+end for;
+for i in 1:idle loop
+  contact far_off[i]: y[1] + 100 m*i;
+end for;
+experiment(stop = 2 s);
+"""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_heaps_of_few_balls_settle_as_formulas_have_it(seed: int) -> None:
+    """The same model with and without contacts that never touch, from random starts; energies while balls still roll about."""
+    rng = np.random.default_rng(seed)
+    n = 3 + seed
+    x, y = rng.uniform(0.1, 0.3, n), 0.2 + 0.15 * np.arange(n)
+    text = BOX.format(
+        n=n, x=", ".join(map(repr, x.tolist())), y=", ".join(map(repr, y.tolist())), seed=seed + 3
+    )
+    few = mechc.loads(text).simulate(estimate_error=False)
+    many = mechc.loads(text.replace("idle = 0", "idle = 70")).simulate(estimate_error=False)
+    assert few.outcome is many.outcome is Outcome.COMPLETED, (few.message, many.message)
+    for i in range(n):
+        for c in "xy":
+            assert abs(few[f"{c}[{i + 1}]"][-1] - many[f"{c}[{i + 1}]"][-1]) < 1e-6
+    end = many.energy
+    assert end is not None and end.dissipated is not None
+    assert abs(end.start - end.dissipated - end.end) < 1e-7 * end.start
