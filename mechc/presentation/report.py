@@ -25,6 +25,8 @@ FAR_APART = 1e3
 """From this ratio of the sizes of states of one unit on, the sizes are shown that errors are measured against."""
 NOTHING = float(np.finfo(float).eps)
 """A last value below this part of its nominal size, and below its own error, is told as 0; results keep it."""
+ROUNDING = 1e-14
+"""Of the energies of a run, over some hundred steps."""
 MOST_OUTPUTS = 12
 MOST_ASKED = 60
 """Outputs of a model that has nothing else to show."""
@@ -272,8 +274,21 @@ def _energy(solution: ShownSolution, style: Style) -> list[str]:
     rows += [("  at events", found.supplied_at_events or None), ("dissipated", found.dissipated)]
     rows += [("  at events", found.dissipated_at_events or None), ("at the end", found.end)]
     unit, factor = solution.shown_unit("energy.total", found.unit)
-    shown = [[label, number(value * factor), unit] for label, value in rows if value is not None]
+    least = _rounding_of_energies(solution.accuracy)
+    shown = [
+        [label, number(value * factor if abs(value) > least else 0.0), unit]
+        for label, value in rows
+        if value is not None
+    ]
     return _aligned([["energy", "", ""], *shown], style)
+
+
+def _rounding_of_energies(accuracy: Accuracy) -> float:
+    """What is told as no energy: less than the balance is off, and rounding beside the energies of the run."""
+    drift = accuracy.energy
+    if drift is None or not drift.relative:
+        return 0.0
+    return min(drift.absolute, ROUNDING * drift.absolute / drift.relative)
 
 
 def _invariants(accuracy: Accuracy, style: Style) -> list[str]:

@@ -62,6 +62,21 @@ def test_outputs_alone_are_all_that_is_said_of_what_does_not_move() -> None:
     assert "energy balance" in report(moving) and "estimated error" not in report(moving)
 
 
+def test_an_energy_below_rounding_is_told_as_none() -> None:
+    """To and fro: as much is taken back as was supplied, up to rounding of the 450 J in between."""
+    text = """coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; parameter k = 1;
+    force (if time < 15 s then 2 N else -6 N*k) on x; experiment(stop = 20 s);"""
+    model = mechc.loads(text)
+    shown = []
+    for k in (1, 1 + 1e-5):
+        solution = model.simulate(set={"k": k})
+        assert isinstance(solution, mechc.Solution)
+        supplied = solution.energy.supplied if solution.energy is not None else None
+        assert supplied is not None and 0 < abs(supplied) < 1e-6
+        shown.append(next(row.split() for row in report(solution).splitlines() if "  supplied" in row))
+    assert shown[0] == ["supplied", "0", "J"] and float(shown[1][1]) != 0
+
+
 def test_of_many_events_the_report_counts_the_kinds() -> None:
     text = "coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; "
     solution = mechc.loads(text + "when sample(0.1 s) then n := n + 1; end when;").simulate(stop=1)
