@@ -40,6 +40,13 @@ NUMBERS = ("start", "stop", "every", "step", "tolerance")
 WORDS = ("method", "display")
 
 
+def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
+    """Progress of one part of the work, told as progress of the whole."""
+    if progress is None:
+        return None
+    return lambda fraction: progress(begin + (end - begin) * fraction)
+
+
 class SimulationOptions(Struct, frozen=True, kw_only=True):
     """What the caller wants; None leaves it to the experiment or the default. Everything is in SI.
 

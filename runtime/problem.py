@@ -345,6 +345,8 @@ class Problem(Struct, frozen=True):
     """A number for each state, the same for those that feel each other; empty where all do."""
     narrow: bool = False
     """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables."""
+    bent: bool = False
+    """Derivatives hold formulas with kinks that no event locates: ``abs``, ``min``, ``max``, tables."""
     no_series: str = ""
     """Why its code holds no Taylor series though they were asked for."""
     hybrid: Hybrid | None = None

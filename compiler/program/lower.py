@@ -8,7 +8,24 @@ from msgspec.structs import replace
 
 from ..equations.model import Equations, Function, Slot
 from ..graph import Graph, Node
-from ..graph.operations import ATAN, CONST, COSH, EXP, LOOKUP, SINH, SYMBOL, TANH
+from ..graph.operations import (
+    ABS,
+    ATAN,
+    CONST,
+    COSH,
+    EXP,
+    FLOOR,
+    LESS,
+    LESS_EQUAL,
+    LOOKUP,
+    MAXIMUM,
+    MINIMUM,
+    MODULO,
+    SIGN,
+    SINH,
+    SYMBOL,
+    TANH,
+)
 from .connected import groups
 from .hoist import hoistable, rule_order
 from .model import Body, Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
@@ -16,6 +33,10 @@ from .schedule import schedule
 
 NARROW = (EXP, TANH, SINH, COSH, ATAN)
 """Operations whose results may change within a small part of the range of what they are of, and tables."""
+
+BENT = (ABS, SIGN, FLOOR, MINIMUM, MAXIMUM, MODULO, LESS, LESS_EQUAL)
+"""Operations whose results or derivatives jump; where events locate that, a discrete variable stands in their place. Tables
+have derivatives of second order that jump."""
 
 LONG = 10_000
 """Statements of a function that is worth looking through for loops. In shorter ones straight lines are as fast."""
@@ -85,14 +106,15 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
         offers=equations.offers,
         sought=equations.sought,
         groups=_groups(equations, functions),
-        narrow=_narrow(functions),
+        narrow=_derived_by(functions, NARROW),
+        bent=_derived_by(functions, BENT),
     )
 
 
-def _narrow(functions: Sequence[ProgramFunction]) -> bool:
-    """Whether derivatives hold one of ``NARROW`` of what changes during a run."""
+def _derived_by(functions: Sequence[ProgramFunction], codes: tuple[int, ...]) -> bool:
+    """Whether derivatives hold one of some operations, or a table, of what changes during a run."""
     return any(
-        (type(s) is Operate and s.code in NARROW) or type(s) is Lookup
+        (type(s) is Operate and s.code in codes) or type(s) is Lookup
         for f in functions
         if f.name == "rhs"
         for body in f.bodies

@@ -160,6 +160,8 @@ class Program(Struct, frozen=True):
     """Of each state (connected.py); empty where all of them feel each other."""
     narrow: bool = False
     """The derivatives hold formulas that may be narrow in what they depend on (lower.py)."""
+    bent: bool = False
+    """The derivatives hold kinks or jumps that no event locates (lower.py)."""
     sought: tuple[Sought, ...] = ()
     series: SeriesPlan | None = None
     """None where no method asks for series."""

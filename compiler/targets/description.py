@@ -80,6 +80,7 @@ def make_problem(
         sought=tuple(SoughtOutputs(s.outputs, s.rows) for s in program.sought),
         groups=program.groups,
         narrow=program.narrow,
+        bent=program.bent,
         no_series=program.series.refusal if program.series is not None else "",
         hybrid=_hybrid(program.hybrid),
         scene=_scene(program.scene),

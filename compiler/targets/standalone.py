@@ -110,6 +110,23 @@ def all_parameters(values: Mapping[int, float]) -> list[float]:
     return checked(parameters)(p, [i in values for i in range(len(PARAMETERS))])
 
 
+MOST = 2.5e8
+"""Numbers of a table that are kept: 2 GB."""
+
+
+def _times(start: float, stop: float, every: float | None, points: int) -> Any:
+    """Return the times of the rows: ``points`` of them, or one in each ``every`` and one at the end."""
+    if not (math.isfinite(start) and math.isfinite(stop) and stop >= start):
+        raise ValueError(f"the stop time {stop:g} is no time from {start:g} on")
+    if every is None:
+        return np.linspace(start, stop, points)
+    if not every > 0:
+        raise ValueError(f"the time between two rows is positive, it is {every:g}")
+    if not ((stop - start) / every + 2) * (1 + len(STATES) + len(OUTPUTS)) <= MOST:
+        raise ValueError(f"a row every {every:g} of {stop - start:g} are too many")
+    return np.append(np.arange(start, stop - 1e-9 * every, every), stop)
+
+
 def simulate(
     stop: float | None = None,
     tolerance: float | None = None,
@@ -153,9 +170,9 @@ def simulate(
     if stop is None:
         raise ValueError("give a stop time: the model has none")
     start = options.get("start", 0.0)
-    times = np.linspace(start, stop, points)
-    if every is not None:
-        times = np.append(np.arange(start, stop - 1e-9 * every, every), stop)
+    times = _times(start, stop, every, points)
+    if not 1e-14 <= tolerance <= 1:
+        raise ValueError(f"the tolerance lies between 1e-14 and 1, it is {tolerance:g}")
     begin = min(0.0, start)
     z = checked(discretes)(begin, (), inputs_at(begin), (), p)
     given = {i: value for (array, i), value in chosen.items() if array == "y"}

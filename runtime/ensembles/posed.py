@@ -28,7 +28,7 @@ from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..outcome import SimulationError
 from ..problem import Array, Problem, Quantity
-from ..results.accuracy import companion_step, companion_tolerance, looser_companion
+from ..results.accuracy import APART, HALVES, companion_step, companion_tolerance, looser_companion
 from .device import Items, MakeItems, find_device, refuse_device
 from .kept import FLOWING, REDUCTIONS, SERIES, Kept
 from .lanes import Lanes, Maker, NoLanes, Wanted, check_asked, find_lanes, refuse_lanes, stepped_by, turns
@@ -290,7 +290,8 @@ class Posed:
         dt_max = case.max_step / 2 if case.max_step > 0 else 1.0
         if self.method.fixed_step:
             assert case.step is not None
-            step, factor = companion_step(case.step, self.method.order)
+            parts = APART if self.problem.bent else HALVES
+            step, factor = companion_step(case.step, self.method.order, parts)
             return CompanionStruct(case.tolerance, step, dt_max, factor, case.tolerance, factor, 0)
         tolerance, factor = companion_tolerance(case.tolerance)
         loose, loose_factor = looser_companion(case.tolerance)

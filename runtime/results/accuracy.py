@@ -89,8 +89,13 @@ def looser_companion(tolerance: float) -> tuple[float, float]:
     return 10 * tolerance, 1.0
 
 
-def companion_step(step: float, order: int, parts: float = 2) -> tuple[float, float]:
-    """The same for a fixed step: half of it or less, Richardson's factor."""
+HALVES, APART, FARTHER = 2.0, 2.618, 3.303
+"""Into how many parts the steps of a companion divide those of a main run of fixed steps. No small ratio is near the last two
+(the square of the golden section, and the bronze one), nor near their ratio."""
+
+
+def companion_step(step: float, order: int, parts: float) -> tuple[float, float]:
+    """The same for a fixed step: a part of it, Richardson's factor."""
     share: float = parts**-order
     return step / parts, 1 / (1 - share)
 

@@ -10,6 +10,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ...case import part_of
 from ...integrate.interruption import noted_interruptions
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
@@ -17,7 +18,7 @@ from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
-from ..runs.simulate import Plan, part_of, plan_run
+from ..runs.simulate import Plan, plan_run
 from ..study import Study
 
 TOLERANCE = 1e-11

@@ -10,10 +10,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ...case import part_of
 from ...outcome import Outcome, worst
 from ...problem import Problem
 from ...results.solution import Solution
-from ..runs.simulate import Run, is_as_stated, part_of, run
+from ..runs.simulate import Run, is_as_stated, run
 from ..study import swept_axes
 
 S_co = TypeVar("S_co", bound=Solution, covariant=True)

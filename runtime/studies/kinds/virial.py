@@ -13,13 +13,14 @@ from typing import Annotated
 import numpy as np
 from msgspec.structs import replace
 
+from ...case import part_of
 from ...outcome import ENDED, Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import settable
 from ..findings import Curve, Findings, Panel, Value
 from ..runs.companion import closer
-from ..runs.simulate import is_as_stated, part_of, plan_run, run
+from ..runs.simulate import is_as_stated, plan_run, run
 from ..study import Study
 
 KINETIC, POTENTIAL = "energy.kinetic", "energy.potential"

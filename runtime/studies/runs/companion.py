@@ -9,7 +9,7 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...case import Case, Progress, SimulationOptions
+from ...case import Case, Progress, SimulationOptions, part_of
 from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel
 from ...integrate.scipy_methods import run_scipy
@@ -18,6 +18,9 @@ from ...integrate.trajectory import Trajectory
 from ...outcome import Failure
 from ...problem import Array
 from ...results.accuracy import (
+    APART,
+    FARTHER,
+    HALVES,
     ConstraintDrift,
     ErrorEstimate,
     companion_step,
@@ -37,10 +40,6 @@ before the second number it may meet a singular position, which is worth knowing
 DENSE_KEPT = 4_000_000
 """Bytes of polynomials that are kept for whoever may ask for times between steps; where checks go through them, all are."""
 
-APART = 2.618
-"""Into how many parts the steps of a third run divide those of the main one: no small ratio is near it (square of the golden
-section)."""
-
 
 class Plan(Struct, frozen=True):
     """A run that can begin."""
@@ -52,12 +51,12 @@ class Plan(Struct, frozen=True):
 
 
 class Estimated(Struct, frozen=True):
-    """What the companion run told: the ``error`` and both runs side by side, or a ``remark`` why there are none and the
+    """What companion runs told: the ``error`` and each beside the main run, or a ``remark`` why there are none and the
     ``failure`` of the companion."""
 
     remark: str = ""
     error: ErrorEstimate | None = None
-    pair: Pair | None = None
+    pairs: tuple[Pair, ...] = ()
     failure: Failure | None = None
     interrupted: bool = False
 
@@ -66,7 +65,8 @@ def closer(plan: Plan) -> tuple[dict[str, float], float]:
     """Give the settings of a companion for runs that a study makes, and the factor from their difference to the error."""
     if plan.method.fixed_step:
         assert plan.case.step is not None
-        step, factor = companion_step(plan.case.step, plan.method.order)
+        parts = APART if plan.case.problem.bent else HALVES
+        step, factor = companion_step(plan.case.step, plan.method.order, parts)
         return {"step": step}, factor
     tolerance, factor = companion_tolerance(plan.case.tolerance)
     return {"tolerance": tolerance}, factor
@@ -92,8 +92,26 @@ def trajectory_of(
     return run(plan.case, options)
 
 
-def estimate(plan: Plan, main: Trajectory, progress: Progress | None, parts: float = 2) -> Estimated:
-    """Make the companion run, and compare. ``parts``: into how many its fixed steps divide those of the main run."""
+def estimate(plan: Plan, main: Trajectory, progress: Progress | None) -> Estimated:
+    """Make the companion run, and compare.
+
+    A kink near the end of a fixed step is near that of a step of half the size as well: both runs make the same error, and
+    their difference shows nothing of it. Where derivatives have kinks two companions end their steps elsewhere, and the
+    larger estimate stands.
+    """
+    if not (plan.method.fixed_step and plan.case.problem.bent):
+        return _beside(plan, main, progress, HALVES)
+    first = _beside(plan, main, part_of(progress, 0.0, 0.5), APART)
+    if first.error is None:
+        return first
+    second = _beside(plan, main, part_of(progress, 0.5, 1.0), FARTHER)
+    if second.error is None:
+        return second
+    return Estimated(error=worse(first.error, second.error), pairs=first.pairs + second.pairs)
+
+
+def _beside(plan: Plan, main: Trajectory, progress: Progress | None, parts: float) -> Estimated:
+    """Make one companion run, and compare. ``parts``: into how many its fixed steps divide those of the main run."""
     most: int | None = None
     if plan.method.fixed_step:
         assert plan.case.step is not None
@@ -103,8 +121,7 @@ def estimate(plan: Plan, main: Trajectory, progress: Progress | None, parts: flo
         tolerance, factor = companion_tolerance(plan.case.tolerance)
         step, tightened = None, tolerance
         most = max(FEW_STEPS, COMPANION_STEPS * main.statistics.steps)
-    # half the longest step: where that bounds the steps of both runs, they would make the same error
-    case = replace(plan.case, max_step=plan.case.max_step / 2)
+    case = replace(plan.case, max_step=_longest(plan.case, main) / 2)
     bounded = replace(plan, options=replace(plan.options, max_steps=most, stiff_after=None), case=case)
     companion = trajectory_of(bounded, tolerance, step, False, progress)
     if most is not None and companion.failure is not None and companion.statistics.steps >= most:
@@ -122,7 +139,15 @@ def estimate(plan: Plan, main: Trajectory, progress: Progress | None, parts: flo
     estimate = compare(
         plan.case.problem, pair.ours, pair.theirs, plan.nominal, factor, main.statistics.steps, tightened
     )
-    return Estimated(error=estimate, pair=pair)
+    return Estimated(error=estimate, pairs=(pair,))
+
+
+def _longest(case: Case, main: Trajectory) -> float:
+    """Give the longest step: where that bounds the steps of both runs, or times of clocks and tables do, they would make the
+    same error."""
+    taken = main.statistics.longest_step
+    known = case.problem.hybrid is not None or any(table.kinks().size for table in case.tables.values())
+    return min(case.max_step, taken) if known and taken else case.max_step
 
 
 def _ending(run: Trajectory) -> str:
@@ -153,21 +178,35 @@ def doubts(
     *,
     as_stated: bool,
 ) -> tuple[tuple[Contradiction, ...], Estimated]:
-    """Give the checks that contradict the estimated errors, and these errors.
+    """Give the checks that contradict the estimated errors beside each companion, and these errors.
 
-    Where a kink lies within a fixed step, the error is a matter of where: that of half the step may be as large by chance.
-    So what contradicts the estimate of such a run is looked at again beside a third run, whose steps end at other places,
-    and the larger of both estimates stands.
+    Where a kink or a jump lies within a fixed step, the error is a matter of where: that of half the step may be as large by
+    chance. So what contradicts the estimate of such a run is looked at again beside a further one, whose steps end at other
+    places, and the larger of the estimates stands.
     """
-    if estimated.error is None or estimated.pair is None:
+    if estimated.error is None:
         return (), estimated
-    first = contradictions(plan.case, estimated.pair, estimated.error, drifts, as_stated=as_stated)
-    if not first or not plan.method.fixed_step:
-        return first, estimated
-    again = estimate(plan, main, None, parts=APART)
-    if again.error is None or again.pair is None:
-        return first, estimated
-    second = contradictions(plan.case, again.pair, again.error, drifts, as_stated=as_stated)
-    told = {(one.kind, one.name) for one in second}
+    found = _told(plan, estimated, drifts, as_stated=as_stated)
+    if not found or not plan.method.fixed_step:
+        return found, estimated
+    again = _beside(plan, main, None, HALVES if plan.case.problem.bent else APART)
+    if again.error is None:
+        return found, estimated
+    told = {(one.kind, one.name) for one in _told(plan, again, drifts, as_stated=as_stated)}
     larger = replace(estimated, error=worse(estimated.error, again.error))
-    return tuple(one for one in first if (one.kind, one.name) in told), larger
+    return tuple(one for one in found if (one.kind, one.name) in told), larger
+
+
+def _told(
+    plan: Plan, estimated: Estimated, drifts: tuple[ConstraintDrift, ...], *, as_stated: bool
+) -> tuple[Contradiction, ...]:
+    """Give the checks that contradict the estimate beside each companion, in the words of the first."""
+    assert estimated.error is not None
+    first, *others = (
+        contradictions(plan.case, pair, estimated.error, drifts, as_stated=as_stated)
+        for pair in estimated.pairs
+    )
+    for other in others:
+        names = {(one.kind, one.name) for one in other}
+        first = tuple(one for one in first if (one.kind, one.name) in names)
+    return first

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 from msgspec.structs import replace
 
-from ...case import Case, Progress, SimulationOptions, find_experiment, prepare
+from ...case import Case, Progress, SimulationOptions, find_experiment, part_of, prepare
 from ...functions import load_functions
 from ...integrate.choose_method import choose_method
 from ...integrate.nominal_run import nominal_of
@@ -273,13 +273,6 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
         at = time_text(problem, s.stiff_time)
         remarks.append(f"the problem is stiff since {at}: an implicit method would be faster")
     return tuple(remarks)
-
-
-def part_of(progress: Progress | None, begin: float, end: float) -> Progress | None:
-    """Progress of one part of the work, told as progress of the whole."""
-    if progress is None:
-        return None
-    return lambda fraction: progress(begin + (end - begin) * fraction)
 
 
 def _hermite(plan: Plan, t: Array, y: Array, z: Array | None) -> Callable[[Array], Array]:

@@ -168,6 +168,26 @@ def test_command_line_mistakes_are_explained(tmp_path: Path) -> None:
     assert "give a stop time" in run(path).stderr
 
 
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--every", "1e-9"], "a row every 1e-09 of 1 are too many"),
+        (["--every", "0"], "the time between two rows is positive, it is 0"),
+        (["--every", "-1"], "the time between two rows is positive, it is -1"),
+        (["--every", "nan"], "the time between two rows is positive, it is nan"),
+        (["--stop", "-1"], "the stop time -1 is no time from 0 on"),
+        (["--stop", "nan"], "the stop time nan is no time from 0 on"),
+        (["--stop", "inf"], "the stop time inf is no time from 0 on"),
+        (["--tolerance", "0"], "the tolerance lies between 1e-14 and 1, it is 0"),
+    ],
+)
+def test_times_that_have_no_rows_are_refused(options: list[str], words: str, tmp_path: Path) -> None:
+    path = tmp_path / "m.py"
+    path.write_text(emit_python(lower(oscillator())))
+    done = run(path, *options)
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", f"{words}\n")
+
+
 def test_an_undefined_rate_is_named() -> None:
     """The motion of x' = -1/sqrt(x) ends at t = 2/3, where x is zero; a step beyond has no root."""
     g = Graph()
