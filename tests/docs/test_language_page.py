@@ -29,6 +29,18 @@ def test_examples_with_an_experiment_run(number: int) -> None:
     assert loads(BLOCKS[number]).simulate().outcome.value in ("completed", "terminated")
 
 
+def test_an_heir_of_the_chain_weighs_what_it_says() -> None:
+    """The page's own words: link.m = 5 kg goes before the M/n within the chain."""
+    (chain,) = (block for block in BLOCKS if "model Chain" in block)
+    heir = "model Heir\n  extends Chain(link.m = 5 kg);\n  output whole = sum(link[i].m for i in 1:n);\nend Heir;\n"
+    for model, whole in (("Heir", 20), ("Chain", 2)):
+        text = chain.replace("end Chain", "  output whole = sum(link[i].m for i in 1:n);\nend Chain")
+        made = loads(chain + heir if model == "Heir" else text, model=model)
+        assert made.simulate(stop=1e-3, target="python", estimate_error=False)["whole"][0] == pytest.approx(
+            whole
+        )
+
+
 def test_every_function_is_described() -> None:
     missing = [b.name for b in BUILTINS.values() if b.category not in LATER and f"`{b.name}" not in PAGE]
     # 'origin' stands for 'pos', 'at' belongs to what comes later.

@@ -59,3 +59,31 @@ def test_a_body_at_rest_stays_at_rest(cart: mechc.Model) -> None:
     solution = mechc.loads(still).simulate(stop=1, set={"turn": "20 deg"}, estimate_error=False)
     assert solution.outcome is Outcome.COMPLETED
     assert solution["a"][-1] == pytest.approx(0, abs=1e-12)
+
+
+AXLE = """
+import mech.spatial.*;
+import mech.couplings.*;
+parameter camber = 10 deg;
+gravity {0, 0, -9.81} m/s^2;
+Body axle(m = 1 kg, J = diag({0.1, 0.2, 0.3} kg.m^2), com = {0, 0, 0} m);
+Free free(world -> axle.a, position ~ {0, 0, 0.4} m, der(position) ~ {1, 0, 0} m/s);
+"""
+DISK = """
+Body wheel{n}(m = 0.2 kg, J = diag({{0.01, 0.02, 0.01}} kg.m^2), com = {{0, 0, 0}} m);
+Revolute hinge{n}(axle.a * trans({{0, {side}0.5, 0}} m) * rotx({side}camber) -> wheel{n}.a, axis = {{0, 1, 0}});
+RollingDisk roll{n}(world -> wheel{n}.a, r = 0.4 m, axis = {{0, 1, 0}});
+"""
+
+
+def test_two_cambered_disks_on_one_axle() -> None:
+    """Upright they roll on; cambered each would turn about another point of the ground."""
+    text = AXLE + "".join(DISK.format(n=n, side=side) for n, side in ((1, ""), (2, "-")))
+    upright = mechc.loads(text.replace("10 deg", "0 deg")).simulate(stop=1, estimate_error=False)
+    assert upright.outcome is Outcome.COMPLETED
+    assert upright["free.position[1]"][-1] - upright["free.position[1]"][0] == pytest.approx(
+        upright["der(free.position[1])"][0], abs=1e-9
+    )
+    cambered = mechc.loads(text).simulate(stop=1, estimate_error=False)
+    assert cambered.outcome is Outcome.FAILED and cambered.time[-1] < 1e-3
+    assert "change the velocities at once" in cambered.message
