@@ -203,8 +203,13 @@ class CurveSolution:
     def outcome(self) -> Outcome:
         return Outcome.DOUBTFUL if self._doubts() else Outcome.COMPLETED
 
+    @property
+    def size(self) -> float:
+        """Of what is stationary: its value, or that of its guess where it is nothing but rounding."""
+        return max(abs(self.stationary), self._answer.size)
+
     def _doubts(self) -> bool:
-        size = max(abs(self.stationary), self._answer.size)
+        size = self.size
         return (
             self.doubted or not np.isfinite(self.error) or self.error > max(1e3 * self.tolerance, 1e-6) * size
         )

@@ -134,6 +134,26 @@ def test_light_through_two_media_bends_where_they_meet() -> None:
     assert found(0.0)["der(x)"] == pytest.approx(float(1 - c), rel=1e-9)
 
 
+def test_a_step_that_is_passed_unrefracted_is_told() -> None:
+    """U63 with the border across x: of 3.31 where 2.65 is right nobody may think that it is stationary."""
+    text = """\
+model Ray
+  dimensionless;
+  independent {along} from {low} to {high};
+  coordinate {across} ~ {guess};
+  initial {across} = {first};
+  final {across} = {last};
+  stationary integral((if x > 0.3 then 1 else 2)*sqrt(1 + der({across})^2));
+end Ray;
+"""
+    wrong = solve(text.format(along="z", low=-1, high=1, across="x", guess="0.5*z + 0.5", first=0, last=1))
+    assert wrong.outcome.value == "doubtful" and any("not stationary" in r for r in wrong.remarks)
+    right = solve(text.format(along="x", low=0, high=1, across="z", guess="2*x - 1", first=-1, last=1))
+    place = brentq(lambda a: 2 * a / np.hypot(0.3, a) - (2 - a) / np.hypot(0.7, 2 - a), 0, 1, xtol=1e-15)
+    near(right.stationary, 2 * np.hypot(0.3, place) + np.hypot(0.7, 2 - place), right.error)
+    assert right.outcome.value == "completed" and right.remarks == []
+
+
 def test_light_bends_through_a_medium_that_changes_with_height() -> None:
     """U63: n(z) sin(theta) = C; for n = 1 + z the ray is x = C (arcosh((1 + z)/C) - arcosh(1/C))."""
     found = solve("""
