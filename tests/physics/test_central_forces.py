@@ -305,6 +305,23 @@ def test_capture(experiment: str | None, b: float) -> None:
         assert nearest == pytest.approx(sqrt((b * b - 0.5) / E), rel=1000e-10)
 
 
+@pytest.mark.parametrize(("share", "falls"), [(0.999, True), (1.001, False)])
+def test_what_falls_into_the_centre(share: float, falls: bool) -> None:
+    """U116: it does for l^2 <= 2 m alpha, l = 2 b, that is b^2 <= 1/2; if not, it turns at sqrt((l^2/(2m) - alpha)/E)."""
+    b2 = 0.5 * share
+    E = 1 - 0.5 / (25 + b2)
+    lowest = (b2 - 0.5) / E  # of r^2(t), at 5/E
+    ends = 5 / E - sqrt(max(-lowest, 0) / E)  # where r vanishes
+    solution = run("capture", set={"b": float(sqrt(b2))}, stop=float(ends - 1e-5 if falls else 10))
+    r = solution["r"]
+    if falls:
+        assert r[-1] ** 2 == pytest.approx(lowest + E * (ends - 1e-5 - 5 / E) ** 2, abs=1e-9) and r[-1] < 1e-3
+        assert solution["der(x)"][-1] * solution["x"][-1] + solution["der(y)"][-1] * solution["y"][-1] < 0
+    else:
+        assert solution(5 / E)["r"] == pytest.approx(sqrt(lowest), rel=1e-6)
+        assert r[-1] > 4
+
+
 def test_precessing_ellipse() -> None:
     """U115: the turning ellipse of l^2 = 0.9, E = -0.3, and 5.9607530 from one perihelion to the next."""
     solution = run("precessing_ellipse")

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from closed_forms import integrate, swing
-from gallery import EXAMPLES, Array, at, check_estimate, references, run
+from closed_forms import integrate, swing, swing_rate
+from gallery import EXAMPLES, Array, at, check_estimate, load, references, run
 
 import mechc
 
@@ -27,13 +27,18 @@ def largest(difference: Array) -> float:
 
 
 def test_multiplier_is_the_tension() -> None:
-    solution = closed("pendulum_tension")
     """V5: m g cos(theta) + m l theta'^2, which is m g (3 cos(theta) - 2 cos(60 deg)), along the closed form."""
+    solution = closed("pendulum_tension")
     theta = swing(solution.time, np.radians(60), np.sqrt(g))
     assert largest(solution["tension"] - g * (3 * np.cos(theta) - 1)) < 1e-7
     assert solution["tension"][0] == pytest.approx(g / 2, rel=1e-12)
     assert largest(solution["theta"] - theta) < 1e-8
     assert largest(solution["r"] - 1) < 1e-14
+    other = run("pendulum_tension", set={"m": 2.5, "l": 0.7})
+    theta = swing(other.time, np.radians(60), np.sqrt(g / 0.7))
+    assert largest(other["theta"] - theta) < 1e-8
+    pull = 2.5 * g * np.cos(theta) + 2.5 * 0.7 * swing_rate(other.time, np.radians(60), np.sqrt(g / 0.7)) ** 2
+    assert largest(other["tension"] - pull) < 1e-6
 
 
 def test_multiplier_changes_its_sign_with_the_sides() -> None:
@@ -72,27 +77,44 @@ def test_ball_on_turntable_runs_in_circles() -> None:
 
 
 def test_reaction_of_a_hinge() -> None:
+    """U134: (9/4) m g sin(theta) cos(theta) across, 9 m g/8 at 45 degrees; m g (1 + 9 cos(theta)^2)/4 upwards, 5 m g/2 at the
+    bottom; theta from the vertical. The hinge is pushed the way the rod came from."""
     solution = closed("hinge_reaction")
-    """U134: (9/4) m g sin(theta) cos(theta) across, m g (1 + 9 cos(theta)^2)/4 upwards, from the vertical."""
-    theta = solution["rod.angle"] if "rod.angle" in solution else solution["hinge.angle"] + np.pi / 2
-    assert largest(np.abs(solution["F[1]"]) - np.abs(9 / 4 * 2 * g * np.sin(theta) * np.cos(theta))) < 1e-6
+    theta = solution["hinge.angle"] + np.pi / 2
+    assert theta[0] == pytest.approx(np.pi / 2) and theta[-1] < -0.5
+    assert largest(solution["F[1]"] + 9 / 4 * 2 * g * np.sin(theta) * np.cos(theta)) < 1e-6
     assert largest(solution["F[2]"] - 2 * g * (1 + 9 * np.cos(theta) ** 2) / 4) < 1e-6
     fallen = solution["der(hinge.angle)"]
-    assert largest(fallen**2 - 3 * g * np.cos(theta)) < 1e-6
+    assert largest(fallen**2 - 3 * g * np.cos(theta)) < 1e-6  # I = m l^2/3
+    fine = solution(np.linspace(0, 0.6, 20001))
+    assert np.max(np.abs(fine["F[1]"])) == pytest.approx(9 / 8 * 2 * g, rel=1e-7)
+    assert abs(fine["hinge.angle"][np.argmin(fine["F[1]"])]) == pytest.approx(np.pi / 4, abs=1e-3)
+    assert np.max(fine["F[2]"]) == pytest.approx(5 / 2 * 2 * g, rel=1e-7)
 
 
 def test_reactions_of_prescribed_rotations() -> None:
-    """U136 and U140: constant in the axes of the body."""
+    """U136 and U140: constant in the axes of the body; of the block 0.23145502 m a^2 w^2. The angular momentum of the rod,
+    m a^2 w sin(alpha)/12, is across it, in the plane of rod and axis."""
     block = run("block_about_diagonal")
     for k, value in enumerate((-30, 24, -6), start=1):
         assert largest(168 * block[f"N[{k}]"] - value) < 1e-12
+    assert np.linalg.norm([block[f"N[{k}]"][-1] for k in (1, 2, 3)]) == pytest.approx(0.23145502, abs=5e-9)
     rod = run("tilted_rod")
+    along, across = (
+        np.array([np.sin(np.pi / 3), 0, np.cos(np.pi / 3)]),
+        [-np.cos(np.pi / 3), 0, np.sin(np.pi / 3)],
+    )
+    L = np.array([rod[f"L[{k}]"] for k in (1, 2, 3)])
+    assert largest(along @ L) < 1e-14
+    assert largest(L - 10 / 12 * np.sin(np.pi / 3) * np.array(across)[:, None]) < 1e-14
     assert largest(rod["N[2]"] + 100 / 12 * np.sin(np.pi / 3) * np.cos(np.pi / 3)) < 1e-12
     assert largest(rod["N[1]"]) < 1e-12 and largest(rod["N[3]"]) < 1e-12
 
 
 def test_cylinder_turned_about_its_diagonal() -> None:
-    """U142: m w^2 r h |3 r^2 - h^2|/(6 (4 r^2 + h^2)), nothing for h = sqrt(3) r."""
+    """U142: m w^2 r h |3 r^2 - h^2|/(6 (4 r^2 + h^2)), nothing for h = sqrt(3) r; moments m (3 r^2 + h^2)/12 and m r^2/2."""
+    (body,) = load("cylinder_about_diagonal").inertia().details["bodies"]
+    assert body["principal"] == pytest.approx([3 * 0.01 / 2, *[3 * (0.03 + 0.25) / 12] * 2], rel=1e-13)
     solution = run("cylinder_about_diagonal")
     assert largest(np.abs(solution["N[2]"]) - 3 * 400 * 0.05 * 0.22 / (6 * 0.29)) < 1e-12
     assert largest(solution["N[1]"]) < 1e-12 and largest(solution["N[3]"]) < 1e-12
@@ -100,11 +122,13 @@ def test_cylinder_turned_about_its_diagonal() -> None:
 
 
 def test_lamina_turned_about_its_side() -> None:
-    """U143: -m a^2 w^2/2 along its normal at the corner."""
+    """U143: -m a^2 w^2/2 along its normal at the corner, of moments 4/3, 1/3, 5/3 and the product -1/2 of m a^2."""
     solution = run("spun_lamina")
     for k, value in enumerate((0, 0, -0.5), start=1):
         assert largest(solution[f"N[{k}]"] - value) < 1e-12
-    (plate,) = mechc.load(EXAMPLES / "spun_lamina.mech").inertia().details["bodies"]
+    (plate,) = load("spun_lamina").inertia().details["bodies"]
+    corner = np.array(plate["tensor_about_point"]) / (2 * 0.3**2)
+    assert corner == pytest.approx(np.array([[4 / 3, -0.5, 0], [-0.5, 1 / 3, 0], [0, 0, 5 / 3]]), abs=1e-13)
     moments = np.array(plate["principal_about_point"]) / (2 * 0.3**2)
     assert moments == pytest.approx([0.1262266, 1.5404401, 5 / 3], abs=5e-8)
     axis = plate["axes_about_point"][1]
@@ -115,7 +139,8 @@ def test_rod_in_circle_is_a_pendulum() -> None:
     """Its ends on a circle of radius r, a rod of length r sqrt(3) swings like a pendulum of length r."""
     solution = closed("rod_in_circle")
     assert largest(solution["phi"] - swing(solution.time, np.radians(20), np.sqrt(g))) < 1e-8
-    # U128: its inertia about the middle is m r^2/2, its lowest energy -m g r/2: it goes round beyond m g r above that
+    # U128: its inertia about the middle of the circle is m r^2/2, its lowest energy -m g r/2: it goes round beyond m g r above that
+    assert largest(solution["energy.kinetic"] - solution["der(phi)"] ** 2 / 4) < 1e-9
     for share, turns in ((0.999, False), (1.001, True)):
         rate = 2 * np.sqrt(share * g)
         turned = run("rod_in_circle", set={"phi": 0.0, "der(phi)": float(rate)}, stop=8.0)
@@ -160,9 +185,15 @@ def test_rope_over_edge() -> None:
 
 
 def test_rolling_ball_with_cavity() -> None:
+    """U130: 585/827 g sin(alpha) = 0.70737606 g sin(alpha), as its moment is 242/585 m a^2; of a solid ball 5/7."""
     solution = closed("rolling_ball_with_cavity")
-    """U130: 585/827 g sin(alpha), of a solid ball 5/7."""
     assert largest(solution["acceleration"] - 585 / 827) < 1e-12
+    assert solution["acceleration"][-1] == pytest.approx(0.70737606, abs=5e-9)
+    m = 4 / 3 * np.pi * 7800 * (0.03**3 - 0.01**3)
+    assert solution["energy.kinetic"] == pytest.approx(
+        m * (1 + 242 / 585) * solution["der(s)"] ** 2 / 2, rel=1e-12
+    )
+    assert solution["friction_force"] == pytest.approx(m * g * np.sin(np.radians(10)) * 242 / 827, rel=1e-12)
     assert largest(run("rolling_ball_with_cavity", set={"hollow": 0.0})["acceleration"] - 5 / 7) < 1e-12
 
 

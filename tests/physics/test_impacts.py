@@ -261,11 +261,17 @@ def test_slider_crank_with_a_stop() -> None:
 
 
 def test_car_door_slams() -> None:
-    """U133: 2.6220576 sqrt(w/(3 a)), the integral of 1/sqrt(sin); all the energy m a w/2 is lost."""
+    """U133: phi'' = 3 a/(2 w) cos(phi), 2.6220576 sqrt(w/(3 a)) long, the integral of 1/sqrt(sin); all the energy m a w/2 is
+    lost. I = m w^2/3."""
     lemniscate = math.gamma(0.25) ** 2 / math.sqrt(8 * math.pi)
     assert lemniscate == pytest.approx(2.6220576, abs=5e-8)
     solution = follow("car_door")
     assert times(solution, "impact") == pytest.approx([lemniscate / math.sqrt(3)], rel=1e-10)
+    turning = solution.time < 1.5
+    phi, rate = (solution[name][turning] for name in ("hinge.angle", "der(hinge.angle)"))
+    assert rate**2 == pytest.approx(3 * np.sin(phi - math.pi / 2), abs=1e-8)
+    (door,) = load("car_door").inertia().details["bodies"]
+    assert np.array(door["tensor_about_point"]) == pytest.approx(np.array([[20 / 3]]), rel=1e-14)
     assert lemniscate / math.sqrt(3) == pytest.approx(1.5138456, abs=5e-8)
     assert times(solution, "rest", "shut") == times(solution, "impact")
     assert solution["hinge.angle"][-1] == pytest.approx(math.pi, rel=1e-12)

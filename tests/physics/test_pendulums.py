@@ -133,6 +133,13 @@ def test_turns_of_a_rotating_pendulum(experiment: str, rate: int) -> None:
         assert solution(n * turn)["theta"] == pytest.approx(2 * np.pi * n, abs=300e-10)
 
 
+def test_equivalent_length_of_a_physical_pendulum() -> None:
+    """U123: k^2/l, here 0.5^2/0.4 m; small swings last as long as those of a simple pendulum of that length."""
+    assert run("physical_pendulum")["equivalent"] == pytest.approx(0.625, rel=1e-14)
+    (mode,) = load("physical_pendulum").modes().summary()["modes"]
+    assert mode["frequency"] == pytest.approx(np.sqrt(g / 0.625), rel=1e-12)
+
+
 def test_sliding_support() -> None:
     """U66: with total momentum 0, theta'^2 = 2 (g/r)(cos theta - cos theta0)/(1 - m cos^2 theta/(M + m))."""
     solution = run("sliding_support")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import integrate, swing
-from gallery import Array, Case, Formula, at, check, check_estimate, references, run, upward_crossings
+from gallery import Array, Case, Formula, at, check, check_estimate, load, references, run, upward_crossings
 from numpy import cos, pi, sin, sqrt
 
 EULER = {
@@ -192,11 +192,16 @@ def test_euler_equations_with_torque() -> None:
 
 
 def test_ball_with_an_eccentric_cavity() -> None:
-    """U125, T21: centre at -a/14, moments 57/140 - 1/196 and 31/70 of M a^2 about it; hung at its middle, w^2 = 10 g/(57 a)."""
+    """U125, T21: centre at -a/14, moments 57/140 - 1/196 and 31/70 of M a^2 about it, 57/140 and 31/70 about the middle; hung
+    there, w^2 = 10 g/(57 a)."""
     solution = run("cavity_pendulum")
     assert solution["centre[3]"] == pytest.approx(-0.2 / 14, rel=1e-12)
     assert solution["I[1]"] == pytest.approx(57 / 140 - 1 / 196, rel=1e-12)
     assert solution["I[3]"] == pytest.approx(31 / 70, rel=1e-12)
+    assert solution["I[1]"][0] == pytest.approx(0.40204082, abs=5e-9)
+    whole = load("cavity_pendulum").inertia(set={"pin.angle": 0.0}).details["total"]
+    moments = np.array(whole["tensor_about_point"]) / (whole["mass"] * 0.2**2)
+    assert moments == pytest.approx(np.diag([57 / 140, 57 / 140, 31 / 70]), abs=1e-13)
     w0 = sqrt(10 * 9.81 / (57 * 0.2))
     check(Case("cavity_pendulum", {"pin.angle": lambda t: swing(t, np.radians(40), w0)}, bound=100))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from closed_forms import swing, swing_rate
-from gallery import Case, check, run
+from gallery import Case, check, load, run
 from numpy import cos, pi, sin, sqrt, tan
 
 g = 9.81
@@ -36,6 +36,9 @@ def test_solid_cylinder_beats_the_shell() -> None:
     for k, factor in ((1, 4 / 3), (2, 1)):
         expected = sqrt(factor * g * solution[f"drop[{k}]"]) / 0.1
         assert solution[f"spin[{k}]"] == pytest.approx(expected, abs=1e-9 * expected[-1])
+        fallen = factor * g * (sin(np.radians(20)) * solution.time) ** 2 / 4
+        assert solution[f"drop[{k}]"] == pytest.approx(fallen, abs=1e-9)
+    assert solution["drop[1]"][-1] > 1.3 * solution["drop[2]"][-1]  # the solid one wins
 
 
 def test_friction_of_a_rolling_cylinder() -> None:
@@ -49,8 +52,10 @@ def test_friction_of_a_rolling_cylinder() -> None:
 
 
 def test_ball_in_bowl() -> None:
-    """U132: theta'' = -5 g/(7 (b - a)) sin(theta) from 40 degrees."""
+    """U132: theta'' = -5 g/(7 (b - a)) sin(theta) from 40 degrees; small swings last 2 pi sqrt(7 (b - a)/(5 g))."""
     w0 = sqrt(5 * g / (7 * 0.18))
+    (mode,) = load("ball_in_bowl").modes().summary()["modes"]
+    assert 2 * pi / mode["frequency"] == pytest.approx(2 * pi * sqrt(7 * 0.18 / (5 * g)), rel=1e-12)
     start = np.radians(40)
     check(
         Case(
