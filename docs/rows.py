@@ -12,7 +12,8 @@ COUNTS = {"U": 155, "K": 6, "T": 26, "V": 11, "P": 18}
 
 REMAINING = "physics/test_rows.py"
 CURVES, CLASSICAL = "physics/test_curves.py", "physics/test_classical_curves.py"
-PERIODS, CONSTANTS = "runtime/test_period.py", "physics/test_asked.py"
+PERIODS, CONSTANTS, MODES = "runtime/test_period.py", "physics/test_asked.py", "runtime/test_modes.py"
+PHASE, TOPS = "physics/test_phase_space.py", "physics/test_rigid_bodies.py"
 
 
 class Asked(Struct, frozen=True):
@@ -115,14 +116,10 @@ OTHERS: Mapping[str, Asked] = {
         "kinetic energy of a body about any point", f"{REMAINING}::test_kinetic_energy_about_any_point"
     ),
     "U131": asked("momenta, and torque about another point", f"{REMAINING}::test_torque_about_another_point"),
-    "U149": asked("Liouville's theorem", f"{REMAINING}::test_volume_of_states"),
-    "U151": asked(
-        "two motions from almost the same start",
-        f"{REMAINING}::test_neighbours_on_a_cycle_and_on_a_strange_attractor",
-    ),
-    "U153": asked(
-        "orbits that close on a table with a hole",
-        f"{PERIODS}::test_a_mass_on_a_table_with_a_string_through_a_hole",
+    "U149": asked(
+        "Liouville's theorem",
+        f"{REMAINING}::test_volume_of_states",
+        f"{PHASE}::test_volume_of_states_of_two_freedoms",
     ),
     "U155": asked(
         "falling paper strip",
@@ -132,10 +129,10 @@ OTHERS: Mapping[str, Asked] = {
     "T3": asked("period by quadrature", f"{REMAINING}::test_period_by_integration"),
     "T4": asked("fall to the centre", f"{REMAINING}::test_fall_to_the_centre"),
     "T7": asked("det(k - w^2 m) = 0", "runtime/test_modes.py::test_a_chain_of_springs"),
-    "T11": asked("symmetric and spherical tops", f"{CONSTANTS}::test_what_moments_are_like"),
-    "T21": asked(
-        "sphere with a cavity as a compound pendulum",
-        "physics/test_rigid_bodies.py::test_ball_with_an_eccentric_cavity",
+    "T11": asked(
+        "symmetric and spherical tops, regular precession",
+        f"{CONSTANTS}::test_what_moments_are_like",
+        f"{TOPS}::test_precession_in_space_and_in_the_body",
     ),
     "V9": asked(
         "L(q, q', q'', t)",
@@ -144,7 +141,10 @@ OTHERS: Mapping[str, Asked] = {
     "P1": asked("virial theorem", f"{REMAINING}::test_a_virial_of_forces"),
     "P2": asked("generalised forces", f"{REMAINING}::test_generalised_forces"),
     "P5": asked(
-        "several dependent variables", f"{CLASSICAL}::test_a_classical_problem", curve="two_variables"
+        "several dependent variables",
+        f"{CLASSICAL}::test_a_classical_problem",
+        f"{CLASSICAL}::test_two_dependent_variables_along_the_curve",
+        curve="two_variables",
     ),
     "P6": asked("multipliers of velocity constraints", f"{REMAINING}::test_multipliers_of_rates"),
     "P12": asked("Poinsot's motion", f"{REMAINING}::test_poinsots_motion"),
@@ -175,7 +175,26 @@ FURTHER: Mapping[str, tuple[str, ...]] = {
     "U107": ("physics/test_moving_frames.py::test_from_what_height_it_misses",),
     "U108": ("physics/test_moving_frames.py::test_horizontal_motion_is_turned_to_the_right_in_the_north",),
     "U152": ("runtime/test_hysteresis.py::test_a_forced_pendulum_folds_over",),
-    "T5": (f"{CONSTANTS}::test_runge_lenz_vector_of_kepler",),
+    "U138": (f"{TOPS}::test_precession_in_space_and_in_the_body",),
+    "U150": (f"{PHASE}::test_rate_of_a_quantity_is_its_bracket_with_h",),
+    "U151": (
+        f"{REMAINING}::test_neighbours_on_a_cycle_and_on_a_strange_attractor",
+        f"{REMAINING}::test_a_strange_attractor_is_the_same_from_any_start",
+    ),
+    "U153": (f"{PERIODS}::test_a_mass_on_a_table_with_a_string_through_a_hole",),
+    "T5": (
+        f"{CONSTANTS}::test_runge_lenz_vector_of_kepler",
+        "physics/test_central_forces.py::test_conic_from_energy_and_angular_momentum",
+    ),
+    "T13": (f"{TOPS}::test_free_symmetric_top_in_euler_angles",),
+    "T17": (f"{PHASE}::test_angular_momenta_in_four_dimensions",),
+    "T20": (f"{MODES}::test_the_sources",),
+    "T24": (f"{PHASE}::test_generated_transformations",),
+    "T25": (f"{PHASE}::test_action_in_a_uniform_field",),
+    "V10": (f"{MODES}::test_the_sources",),
+    "P10": ("physics/test_moving_frames.py::test_pseudo_forces",),
+    "P14": (f"{MODES}::test_the_sources",),
+    "P16": (f"{PHASE}::test_symplectic_matrices",),
 }
 """Tests of what a row asks for beside the motion of its example."""
 

@@ -6,7 +6,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import mpmath as mp
+import numpy as np
 import pytest
+from gallery import load
 
 import mechc
 from mechc.runtime.curves.found import CurveSolution
@@ -303,6 +305,18 @@ def test_a_classical_problem(name: str) -> None:
     assert found.kind == case.kind
     if case.negative is not None:
         assert found.negative_directions == case.negative
+
+
+def test_two_dependent_variables_along_the_curve() -> None:
+    """P5: y'' = z and z'' = y from (0, 0) to (1, 0): y + z = sinh(x)/sinh(1), y - z = sin(x)/sin(1); the example."""
+    found = load("curves/two_variables").solve()
+    assert isinstance(found, CurveSolution)
+    for place in np.linspace(0, 1, 11):
+        at = found(place)
+        sums, differences = np.sinh(place) / np.sinh(1), np.sin(place) / np.sin(1)
+        assert at["y"] == pytest.approx((sums + differences) / 2, abs=1e-11)
+        assert at["z"] == pytest.approx((sums - differences) / 2, abs=1e-11)
+    assert found.stationary == pytest.approx(float(coupled()), rel=1e-12)
 
 
 def test_from_place_to_place_in_given_time_is_a_kepler_orbit() -> None:

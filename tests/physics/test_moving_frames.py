@@ -51,7 +51,7 @@ def test_closed_form(case: Case) -> None:
 
 
 def test_pseudo_forces() -> None:
-    """U101: m a + k r - (Coriolis + Euler + centrifugal + inertia) vanishes along the run."""
+    """U101, P10: m a + k r - (Coriolis + Euler + centrifugal + inertia) vanishes along the run."""
     solution = run("moving_frame")
     assert max(np.max(np.abs(solution[f"check[{i}]"])) for i in (1, 2, 3)) < 1e-12
     t, r, v = (

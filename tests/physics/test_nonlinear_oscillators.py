@@ -8,11 +8,29 @@ from closed_forms import time_between
 from gallery import Case, at, check, load, references, run, upward_crossings
 from numpy import arcsin, cosh, exp, log, sin, sqrt, tanh
 
+high = sqrt(1 - 1 / (1.5 + np.tan(0.3) ** 2))
+"""sqrt(E/(E + V)) of the well from 0.3, V = 1."""
+
 CASES = [
     Case(
         "tan_squared_well",
         {"x": lambda t: arcsin(sqrt(1 / 3) * sin(sqrt(3) * t)), "energy.total": lambda t: 0.5},
         bound=100,
+    ),
+    Case(
+        "tan_squared_well",
+        {
+            "x": lambda t: arcsin(sqrt(0.2) * sin(2 * sqrt(2 * 3.75 / 1.5) * t)) / 2,
+            "energy.total": lambda t: 0.75,
+        },
+        bound=100,
+        set={"a": 2.0, "V": 3.0, "m": 1.5},
+    ),
+    Case(
+        "tan_squared_well",
+        {"x": lambda t: arcsin(high * sin(sqrt(2 / (1 - high**2)) * t + arcsin(sin(0.3) / high)))},
+        bound=100,
+        set={"x": 0.3},
     ),
     Case(
         "exponential_force",

@@ -6,8 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gallery import Array, Case, Formula, check, run, values
+from gallery import EXAMPLES, Array, Case, Formula, check, load, run, values
 from numpy import cos, cosh, exp, pi, sin, sqrt
+
+import mechc
 
 g = 9.81
 
@@ -218,6 +220,30 @@ def test_steady_amplitude_is_largest_at_the_stated_frequency() -> None:
     best = sqrt(4 - 0.18)
     assert amplitude(best) == pytest.approx(1 / (0.6 * sqrt(4 - 0.09)), rel=1e-8)
     assert amplitude(best) > max(amplitude(best - 0.05), amplitude(best + 0.05))
+
+
+def test_resonance_with_a_force_of_any_phase() -> None:
+    """T8: of f cos(w t + beta) x = f t sin(w t + beta)/(2 m w), if it starts with the speed that this has."""
+    text = (EXAMPLES / "forced_resonance.mech").read_text(encoding="utf-8")
+    text = text.replace("cos(w*time)", "cos(w*time + beta)").replace(
+        "exact x = f*time*sin(w0*time)/(2*m*w0)", "output none = 0"
+    )
+    text = text.replace(
+        "  kinetic", "  parameter beta = 1.1;\n  initial der(x) = f*sin(beta)/(2*m*w);\n  kinetic"
+    )
+    solution = mechc.loads(text).simulate(tolerance=1e-10)
+    assert isinstance(solution, mechc.Solution)
+    t = solution.time
+    assert solution["x"] == pytest.approx(0.4 * t * sin(5 * t + 1.1) / 20, abs=0.4 * 300e-10)
+
+
+def test_rod_of_many_masses_carries_waves() -> None:
+    """P17: pi v/L is the lowest frequency of a rod of length L = (N + 1) d, for v = sqrt(Y/mu) = d sqrt(k/m) (Y = k d, mu = m/d): off by
+    (pi/(N + 1))^2/24 with N masses."""
+    for n in (10, 40):
+        (lowest, *_) = load("elastic_rod").with_values({"N": n}).modes().summary()["modes"]
+        speed = lowest["frequency"] * (n + 1) / pi
+        assert 1 - speed / sqrt(100 / 0.1) == pytest.approx((pi / (n + 1)) ** 2 / 24, rel=0.01)
 
 
 def test_momentum_of_the_ring_is_conserved() -> None:

@@ -39,6 +39,12 @@ SWINGS = [
     Case("pendulum_parts", {"pin.angle": lambda t: swing(t, 1, w0)}, bound=100),
     Case("bar_pendulum", {"hinge.angle": lambda t: swing(t, np.deg2rad(80), np.sqrt(1.5 * g))}, bound=100),
     Case(
+        "bar_pendulum",
+        {"hinge.angle": lambda t: swing(t, np.deg2rad(80), np.sqrt(3 * g / (2 * 2.4)))},
+        bound=100,
+        set={"l": 2.4},
+    ),
+    Case(
         "physical_pendulum",
         {"axis.angle": lambda t: swing(t, np.deg2rad(100), np.sqrt(g * 0.4 / 0.25))},
         bound=100,

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from closed_forms import integrate
+from gallery import load
 from scipy.special import mathieu_a, mathieu_b
+from scipy.stats import ks_2samp
 
 import mechc
 
@@ -205,13 +206,48 @@ def test_volume_of_states(damping: float) -> None:
     assert found["values"]["ratio"] == pytest.approx(math.exp(-5 * damping), rel=1e-7)
 
 
-def test_neighbours_on_a_cycle_and_on_a_strange_attractor() -> None:
-    """U151: of the driven pendulum they come together on a limit cycle (drive 0.9) and part on a strange attractor (1.15)."""
-    path = Path(__file__).resolve().parents[2] / "examples" / "driven_pendulum.mech"
-    model = mechc.load(path)
-    for drive, sign in ((0.9, -1), (1.15, 1)):
-        found = model.lyapunov(set={"g": drive}, time=1500, count=1).summary()
-        assert sign * found["exponents"][0] > 2 * found["confidence"][0]
+HORIZONTAL = {"w": 2.0, "gamma": 0.3}
+"""Of the horizontally driven pendulum: a cycle at a drive of 1, a strange attractor at 2."""
+
+
+@pytest.mark.parametrize(
+    ("example", "drive", "sign", "others"),
+    [
+        ("driven_pendulum", {"g": 0.9}, -1, {}),
+        ("driven_pendulum", {"g": 1.15}, 1, {}),
+        ("forced_pendulum", {"a": 1.0}, -1, HORIZONTAL),
+        ("forced_pendulum", {"a": 2.0}, 1, HORIZONTAL),
+    ],
+)
+def test_neighbours_on_a_cycle_and_on_a_strange_attractor(
+    example: str, drive: dict[str, float], sign: int, others: dict[str, float]
+) -> None:
+    """U151: neighbours come together on a limit cycle and part on a strange attractor, driven by a torque or at the support."""
+    found = load(example).lyapunov(set=drive | others, time=1500, count=1).summary()
+    assert sign * found["exponents"][0] > 2 * found["confidence"][0]
+    if example == "forced_pendulum" and sign < 0:
+        assert found["exponents"][0] == pytest.approx(-0.15, abs=2 * found["confidence"][0])  # -gamma/2
+
+
+def test_a_strange_attractor_is_the_same_from_any_start() -> None:
+    """U151: the stroboscopic points of 4000 turns fill it alike from three starts, and those of another drive do not (statistic of
+    Kolmogorov and Smirnov, of which 0.05 has a chance of 1e-4 for independent points)."""
+    model = load("forced_pendulum")
+
+    def points(drive: float, **start: float) -> tuple[np.ndarray[Any, Any], ...]:
+        settings = (
+            HORIZONTAL | {"a": drive} | {name.replace("rate", "der(theta)"): v for name, v in start.items()}
+        )
+        found = model.section(every="2*pi/w", count=4000, set=settings).arrays
+        return np.mod(found["theta"][300:] + np.pi, 2 * np.pi), found["der(theta)"][300:]
+
+    def apart(one: tuple[np.ndarray[Any, Any], ...], other: tuple[np.ndarray[Any, Any], ...]) -> float:
+        return max(float(ks_2samp(a, b).statistic) for a, b in zip(one, other, strict=True))
+
+    first = points(2.0)
+    for start in ({"theta": 2.0, "rate": -1.0}, {"theta": 1.0, "rate": 3.0}):
+        assert apart(first, points(2.0, **start)) < 0.05
+    assert apart(first, points(3.0)) > 0.08
 
 
 # ---------------------------------------------------------------- principles
@@ -322,7 +358,7 @@ def test_rigid_points_lose_a_freedom_for_each_distance(points: int, freedoms: in
 
 
 def test_kinetic_energy_about_any_point() -> None:
-    """U117: T = M V^2/2 + M r_cm.(V x w) + w.I w/2, with V the velocity of any point of the body and I about it."""
+    """U117, of 6 freedoms: T = M V^2/2 + M r_cm.(V x w) + w.I w/2, with V the velocity of any point of the body and I about it."""
     text = """\
 import mech.spatial.*;
 model Loose
@@ -331,7 +367,10 @@ model Loose
   experiment(stop = 0.001 s);
 end Loose;
 """
-    solution = mechc.loads(text).simulate(estimate_error=False)
+    model = mechc.loads(text)
+    assert model.kinematics().summary()["freedoms"] == 6
+    solution = model.simulate(estimate_error=False)
+    assert isinstance(solution, mechc.Solution)
     c, v, w = np.array([0.2, -0.1, 0.3]), np.array([1, -2, 0.5]), np.array([0.7, -1.1, 2])
     inertia = np.diag([0.3, 0.5, 0.4]) + 2 * (c @ c * np.eye(3) - np.outer(c, c))
     exact = 2 * v @ v / 2 + 2 * c @ np.cross(v, w) + w @ inertia @ w / 2

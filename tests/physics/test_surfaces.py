@@ -171,6 +171,15 @@ def test_paraboloid(experiment: str | None, F0: float) -> None:
         assert np.ptp(solution["l"]) < 100e-10
 
 
+def test_parabola() -> None:
+    """T16: without a rate across it stays on the parabola z = a x^2: (1 + 4 a^2 x^2) x'^2/2 + g a x^2 is constant, with its period."""
+    solution = run("paraboloid", "free", set={"der(y)": 0.0})
+    assert np.max(np.abs(solution["y"])) == 0
+    half = time_between(lambda x: g * (0.04 - x * x) / (1 + x * x), -0.2, 0.2)
+    for n in range(1, int(10 / half) + 1):
+        assert solution(n * half)["x"] == pytest.approx((-1) ** n * 0.2, abs=300e-10)
+
+
 def test_particle_on_sphere() -> None:
     """U79: turning points at 51.13163 deg and at its mirror image."""
     solution = run("particle_on_sphere")
