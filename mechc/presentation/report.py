@@ -8,6 +8,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 import numpy as np
+from msgspec.structs import replace
 
 from ..runtime.outcome import Outcome
 from .numbers import count, duration, number, with_unit
@@ -80,7 +81,21 @@ def sweep_report(sweep: Runs[ShownSolution], style: Style = PLAIN) -> str:
         for row in table
     ]
     title = f"{style.bold(_title(first))}: {len(sweep.solutions)} runs, last values"
-    return "\n".join([title, "", style.dim(rows[0]), *rows[1:]])
+    notes = [f"  note: {text}" for text in _branches_of_runs(sweep)]
+    return "\n".join([title, "", style.dim(rows[0]), *rows[1:], *([""] if notes else []), *notes])
+
+
+def _branches_of_runs(sweep: Runs[ShownSolution]) -> list[str]:
+    """What the first run says of solutions of equations for outputs, and the first one in which such an output jumps."""
+    noted: dict[str, str] = {}
+    for point, solution in zip(sweep.points, sweep.solutions, strict=True):
+        found = solution.branches
+        at = ", ".join(f"{n} = {number(v) if isinstance(v, float) else v}" for n, v in point.items())
+        for kind, count_of in (("several", len(found.several)), ("jumps", len(found.jumps))):
+            if count_of and kind not in noted:
+                told = replace(found, **{other: () for other in ("several", "jumps") if other != kind})
+                noted[kind] = f"{next(iter(told.remarks(solution.problem)))} (first with {at})"
+    return list(noted.values())
 
 
 def _column(name: str, unit: str) -> str:

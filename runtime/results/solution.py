@@ -125,18 +125,19 @@ class Solution(Results):
         return {"time": self.problem.time.unit} | {name: q.unit for name, q in self.quantities.items()}
 
     @cached_property
-    def _branches(self) -> Branches:
-        return self.motion.sought() if self.motion.sought is not None else Branches()
+    def branches(self) -> Branches:
+        """Which solutions outputs follow that equations determine."""
+        return Branches() if self.motion.sought is None else self.motion.sought()
 
     @property
     def jumps(self) -> tuple[Jump, ...]:
         """Where outputs that equations determine leave the solution that they have followed."""
-        return self._branches.jumps
+        return self.branches.jumps
 
     @property
     def further_solutions(self) -> tuple[Several, ...]:
-        """Other solutions that equations for outputs have at the start, as far as they were found."""
-        return self._branches.several
+        """Other solutions of equations for outputs that were found at the start."""
+        return self.branches.several
 
     @cached_property
     def energy(self) -> EnergyAccounts | None:
@@ -157,7 +158,7 @@ class Solution(Results):
             *_coarse_integrals(listed, values, self.accuracy),
             *_negative_inertia(self, values),
             *_feeding(self, values),
-            *self._branches.remarks(self.problem),
+            *self.branches.remarks(self.problem),
         )
 
     @property
@@ -258,7 +259,7 @@ class Solution(Results):
             "final": {name: value for name, value in shown.items() if not name.startswith("exact(")},
             **self._sensitivity_summary(names),
             **({} if self.motion.condition is None else {"condition": self.motion.condition.summary()}),
-            **self._branches.summary(),
+            **self.branches.summary(),
             "energy": to_builtins(self.energy) if self.energy else None,
             "events": [_event_summary(e) for e in self.events],
             "statistics": to_builtins(self.statistics),
@@ -345,9 +346,7 @@ def _coarse_integrals(
 
 
 def _event_summary(event: Event) -> dict[str, Any]:
-    before, after = (
-        {name: json_number(x) for name, x in side.items()} for side in (event.before, event.after)
-    )
+    before, after = ({n: json_number(x) for n, x in side.items()} for side in (event.before, event.after))
     summary = {"time": event.time, "name": event.name, "kind": event.kind, "before": before, "after": after}
     return summary | ({"speed": event.value} if event.kind == "impact" else {})
 

@@ -168,6 +168,20 @@ def test_a_range_says_which_one_is_meant() -> None:
     assert any("lies outside of the range" in r and "-1.41421" in r for r in solution.remarks)
 
 
+def test_a_sweep_tells_the_first_run_that_jumps(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The guess changes its sign at t = 0.5."""
+    path = tmp_path / "swept.mech"
+    path.write_text(
+        BODY + "parameter k = 1; output Real y(min = 0) ~ if time < 0.5 then 1 else -1; equation y^2 = k;"
+        "experiment(stop = 0.4); experiment scan(k in {1, 4}, stop = 1);",
+        encoding="utf-8",
+    )
+    assert run(["run", str(path), "--experiment", "scan"]) == 0
+    notes = [line for line in capsys.readouterr().out.splitlines() if "note:" in line]
+    assert len(notes) == 1
+    assert "'y' jumps at t = 0.5 from 1 to -1" in notes[0] and "(first with k = 1)" in notes[0]
+
+
 def test_models_without_motion() -> None:
     solution = mechc.loads("output Length r ~ 1 m; equation r^2 = 2 m^2; experiment(stop = 0 s);").simulate()
     assert any("'r' = 1.41421 m at t = 0 s" in r and "-1.41421 m" in r for r in solution.remarks)
