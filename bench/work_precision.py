@@ -170,7 +170,7 @@ def main(quick: bool = False) -> None:
         f"{_absent()}Constrained models have the index-1 form for scipy, which has no other; the kernel projects as "
         "well. The ball bounces by `when`, for scipy by its own events. The error is the largest one over 41 output "
         "times and all states, relative to nominal + |value|, against a run in higher precision; runs are timed "
-        "without output, medians of repeats (scipy: CPU time, so that other work on the machine does not count; runs "
+        "without output, medians of repeats (CPU time, the kernel's the smaller one of that and the clock's; runs "
         "of more than a second once, with their output); times between two runs are interpolated in the logarithms. A "
         f"run of more than {LONGEST:g} s is given up, and with it the rest of its ladder; ladders of others end at an "
         f"error of {ENOUGH:g}. Goals: ratios of 50, 10 and 3, and errors down to {ACCURATE:g}. `mechc bench MODEL "

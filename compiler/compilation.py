@@ -12,8 +12,9 @@ if TYPE_CHECKING:
     from mechc.lang.source import SourceFile
 
     from .equations.model import Equations
-    from .flat.model import FlatModel, Outline
+    from .flat.model import FlatModel
     from .mechanics.system import MechanicalSystem
+    from .outline import Outline, Summary
     from .program.model import Program
 
 
@@ -26,6 +27,8 @@ class Compilation(Protocol):
     def ast(self) -> ast.File: ...
     @property
     def outline(self) -> Outline: ...
+    @property
+    def summary(self) -> Summary: ...
     @property
     def flat(self) -> FlatModel: ...
     @property
@@ -58,10 +61,15 @@ class StoredCompilation:
 
     @cached_property
     def outline(self) -> Outline:
-        from .flat.model import Outline
-        from .stored import read
+        from .outline import read_outline
 
-        return read(self._stages["outline"], Outline)
+        return read_outline(self._stages["outline"])
+
+    @cached_property
+    def summary(self) -> Summary:
+        from .outline import read_summary
+
+        return read_summary(self._stages["summary"])
 
     @cached_property
     def flat(self) -> FlatModel:
@@ -106,6 +114,8 @@ class StoredCompilation:
 
 def stages_of(compilation: Compilation) -> dict[str, bytes]:
     """Return the stages as bytes, for ``StoredCompilation``."""
+    from . import outline
     from .stored import write
 
-    return {name: write(getattr(compilation, name)) for name in ("outline", "flat", "equations", "program")}
+    told = {name: outline.write(getattr(compilation, name)) for name in ("outline", "summary")}
+    return told | {name: write(getattr(compilation, name)) for name in ("flat", "equations", "program")}

@@ -23,9 +23,10 @@ from .equations.model import Equations
 from .equations.rows.crowd import check_forces_have_formulas
 from .equations.tangents import tangent_equations
 from .flat.flatten import flatten
-from .flat.model import FlatModel, Outline
+from .flat.model import FlatModel
 from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
+from .outline import Outline, Summary, outline_of, summary_of
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
@@ -54,7 +55,11 @@ class Formed(Struct, frozen=True):
 
     @property
     def outline(self) -> Outline:
-        return self.flat.outline
+        return outline_of(self.flat)
+
+    @property
+    def summary(self) -> Summary:
+        return summary_of(self.program)
 
 
 def compile_source(

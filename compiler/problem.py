@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from msgspec.structs import replace
 
+from mechc.runtime.functions import with_code
 from mechc.runtime.native.build import build_shared, built_once, find_compiler, model_flags
 from mechc.runtime.problem import Problem
 
-from .program.model import Program
-from .program.series import without_series
-from .targets import description
-from .targets.alone import check_stands_alone
-from .targets.balls import enclosure
-from .targets.c import emit_c
-from .targets.c_forms import TURNS_INCLUDED
-from .targets.c_plans import CROWD_INCLUDED
+from .outline import Summary, summary_of
+
+if TYPE_CHECKING:
+    from .program.model import Program
 
 HEADER = "model.h"
 TURNS = ("turns.h", "turn.h")
@@ -32,50 +30,85 @@ def make_problem(
     target: Literal["auto", "c", "python"] = "auto",
     *,
     reproducible: bool = False,
-    kept_as: str = "",
 ) -> Problem:
     """Return the functions of a program, ready to be called.
 
-    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says. ``kept_as`` tells the
-    program from all others: its code is found by that, without being written again. Raises CompilerMissing (target ``c``) and
-    BuildError.
+    ``auto`` compiles C if there is a compiler and falls back on Python, which every report then says. Raises CompilerMissing
+    (target ``c``) and BuildError.
     """
-    made = _made(program, target, reproducible, kept_as)
-    return replace(made, enclosure=enclosure(program)) if program.function("bias") is not None else made
+    return problem_of(summary_of(program), lambda: program, target, reproducible=reproducible)
+
+
+def problem_of(
+    summary: Summary,
+    program: Callable[[], Program],
+    target: Literal["auto", "c", "python"] = "auto",
+    *,
+    reproducible: bool = False,
+    kept_as: str = "",
+) -> Problem:
+    """Return the same of a program that is read when it is needed. ``kept_as`` tells it from all others: its code is found by
+    that, without being written again, and without the program."""
+    made = _made(summary, program, target, reproducible, kept_as)
+    if not summary.offers:
+        return made
+    from .targets.balls import enclosure
+
+    return replace(made, enclosure=enclosure(program()))
 
 
 def _made(
-    program: Program, target: Literal["auto", "c", "python"], reproducible: bool, kept_as: str
+    summary: Summary,
+    program: Callable[[], Program],
+    target: Literal["auto", "c", "python"],
+    reproducible: bool,
+    kept_as: str,
 ) -> Problem:
-    if program.curve is not None:
+    if summary.description.curve is not None:
         from .targets.python import load_arrays
 
-        functions, parameters = load_arrays(program)
-        return description.make_problem(program, functions=functions, parameters_function=parameters)
+        functions, parameters = load_arrays(program())
+        return with_code(summary.description, functions=functions, parameters_function=parameters)
     if target == "python" or (target == "auto" and find_compiler() is None):
-        check_stands_alone(program.hybrid)
-        from .targets.python import load_python
+        return _in_python(program())
+    flags = model_flags(reproducible, summary.long)
 
-        program = without_series(program)
-        functions, parameters = load_python(program)
-        return description.make_problem(program, functions=functions, parameters_function=parameters)
-    flags = model_flags(reproducible, program.long)
-
-    def written() -> dict[str, str]:
-        text = emit_c(program, turns=not reproducible)
-        headers = [
-            HEADER,
-            *(TURNS if TURNS_INCLUDED in text else ()),
-            *(CROWD if CROWD_INCLUDED in text else ()),
-        ]
-        return {"model.c": text, **{name: header(name) for name in headers}}
+    def build() -> Path:
+        return build_shared(_written(program(), reproducible), flags)
 
     if kept_as:
         known = {"program": kept_as, **{name: header(name) for name in (HEADER, *TURNS, *CROWD)}}
-        library = built_once(known, flags, lambda: build_shared(written(), flags))
+        library = built_once(known, flags, build)
     else:
-        library = build_shared(written(), flags)
-    return description.make_problem(program, library=library)
+        library = build()
+    return with_code(summary.description, library=library)
+
+
+def _in_python(program: Program) -> Problem:
+    from .program.series import without_series
+    from .targets.alone import check_stands_alone
+    from .targets.description import described
+    from .targets.python import load_python
+
+    check_stands_alone(program.hybrid)
+    program = without_series(program)
+    functions, parameters = load_python(program)
+    return with_code(described(program), functions=functions, parameters_function=parameters)
+
+
+def _written(program: Program, reproducible: bool) -> dict[str, str]:
+    """Return the C text of a program and the headers that it includes, by their names."""
+    from .targets.c import emit_c
+    from .targets.c_forms import TURNS_INCLUDED
+    from .targets.c_plans import CROWD_INCLUDED
+
+    text = emit_c(program, turns=not reproducible)
+    headers = [
+        HEADER,
+        *(TURNS if TURNS_INCLUDED in text else ()),
+        *(CROWD if CROWD_INCLUDED in text else ()),
+    ]
+    return {"model.c": text, **{name: header(name) for name in headers}}
 
 
 def header(name: str = HEADER) -> str:

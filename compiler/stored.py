@@ -29,7 +29,7 @@ from .equations import crowd_plan
 from .equations import model as equations_model
 from .equations.model import Equations
 from .flat import model as flat_model
-from .flat.model import FlatModel, Origin, Outline, Type, Typed
+from .flat.model import FlatModel, Origin, Type, Typed
 from .flat.types import make
 from .graph import Table
 from .graph.columns import Columns, columns, graph_of
@@ -46,14 +46,14 @@ _TUPLE, _MAPPING, _SET, _FRACTION, _BIG, _SHARED, _GRAPH, _BODIES, _FIRST_CLASS 
 
 _SHARED_CLASSES = (Span, SourceFile, Origin, Type, Dimension, Typed)
 
-Stage = TypeVar("Stage", Outline, FlatModel, Equations, Program)
+Stage = TypeVar("Stage", FlatModel, Equations, Program)
 
 
 class OtherVersion(ValueError):
     """Bytes that another version of the compiler wrote, or none."""
 
 
-def write(value: Outline | FlatModel | Equations | Program) -> bytes:
+def write(value: FlatModel | Equations | Program) -> bytes:
     """Return a stage's value as bytes."""
     writer = _Writer()
     content = writer.plain(_compact(value) if isinstance(value, Equations) else value)

@@ -9,7 +9,7 @@ from msgspec.structs import replace
 
 from .asking.given_values import UsageMistake
 from .asking.question import Asked, formulas, study
-from .compiler.equations.model import COMPLIANCE, SINGULAR
+from .compiler.equations.compliance import COMPLIANCE, SINGULAR
 from .display import Display, choose
 from .model import CompiledModel
 from .runtime.case import find_experiment
@@ -113,13 +113,12 @@ def plan(model: CompiledModel, asked: Asked) -> Plan:
 def _posed(model: CompiledModel, asked: Asked, method: str | None = None) -> tuple[Problem, Study]:
     """Return the model with what the question needs, and the question in SI. Raises UsageMistake for a curve where a
     motion is asked about, and the other way round."""
-    is_curve = model.compilation.equations.curve is not None
-    if is_curve and not asked.question.of_curves:
+    if model.is_curve and not asked.question.of_curves:
         raise UsageMistake(
             f"'{model.name}' is a curve and does not move: this study is not asked about it",
             "'solve' finds it, as 'mechc run' does; 'mechc study curves' follows it over a parameter",
         )
-    if asked.question.of_curves and not is_curve:
+    if asked.question.of_curves and not model.is_curve:
         raise UsageMistake(
             f"'{model.name}' is a motion, and this study is asked about curves",
             "a curve has a range: 'independent x from a to b;'",
@@ -180,9 +179,9 @@ def _solve(model: M, asked: Asked) -> tuple[M, Problem, Answer]:
     problem, found = _solve_as_it_is(model, asked)
     if (
         not problem.constraints
-        or _foreseen(model)
         or problem.library is None
         or not any(map(_met, found.runs))
+        or _foreseen(model)  # of a kept model the equations are read for that
     ):
         return model, problem, found
     softer = compliant(model)

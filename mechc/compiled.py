@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
-from .asking.given_values import Given, Scalar, UsageMistake, plain, read_value, structural_value
+from .asking.given_values import Given, Scalar, UsageMistake, one_of, plain, read_value, structural_value
 from .compiler.compilation import Compilation
 from .lang.source import SourceFile
 
 if TYPE_CHECKING:
-    from .compiler.flat.model import Expression, FlatModel
+    from .compiler.flat.model import FlatModel
     from .runtime.problem import Problem
 
 Exact = Fraction | bool | str
@@ -153,10 +153,14 @@ def exact_value(name: str, value: Given) -> Exact:
     return scalar if isinstance(scalar, (bool, str)) else Fraction(scalar)
 
 
-def structural_literal(value: Expression) -> Exact:
-    """Return the value of a swept structural parameter, which the compiler has made a literal."""
-    from .compiler.flat.model import Literal
+def check_parts(parts: Collection[str]) -> None:
+    """Raise UsageMistake for a name that is no part of a model."""
+    if not parts:
+        return
+    from .compiler.equations.compliance import COMPLIANCE
+    from .compiler.equations.needs import PARTS
 
-    if not isinstance(value, Literal):
-        raise TypeError("a swept structural parameter takes literal values")
-    return value.value
+    if isinstance(parts, str):
+        raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')
+    for part in parts:
+        one_of(part, (*PARTS, COMPLIANCE), "part")

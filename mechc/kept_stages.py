@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 SUFFIX = ".stages"
 PACKAGES = ("lang", "compiler", "stdlib")
 """Of which any change may change what is formed."""
+DESCRIBED = "runtime/problem.py"
+"""What problems are described in, which is kept, too."""
 
 Contents = tuple[dict[str, str], dict[str, bytes]]
 """Checksums of the files that were read, empty for those that were not there; stages by name."""
@@ -85,6 +87,8 @@ def _compiler_state() -> list[tuple[str, int, int]]:
     """Return names, sizes and times of the compiler's own files, and the folders that imports are looked for in."""
     state = [(f"{sys.version}:{os.environ.get('MECHPATH', '')}:{Path.cwd()}", 0, 0)]
     pending = [str(Path(__file__).parent / name) for name in PACKAGES]
+    known = (Path(__file__).parent / DESCRIBED).stat()
+    state.append((DESCRIBED, known.st_size, known.st_mtime_ns))
     while pending:
         with os.scandir(pending.pop()) as entries:
             for entry in entries:

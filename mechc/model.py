@@ -23,14 +23,15 @@ from .asking.given_values import (
     unknown_name,
 )
 from .asking.in_si import settings_in_si
-from .compiled import Code, Exact, compiled_again, exact_value, structural_literal, structural_names
+from .compiled import Code, Exact, check_parts, compiled_again, exact_value, structural_names
 from .compiler.compilation import Compilation
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
 
 if TYPE_CHECKING:
     from .compiler.equations.model import Entry
-    from .compiler.flat.model import Experiment, Expression, FlatModel, Study
+    from .compiler.flat.model import FlatModel
+    from .compiler.outline import Plan, StatedStudy
     from .compiler.program.model import Program
     from .runtime.ensembles.lanes import Wanted
     from .runtime.problem import Adjoint, Directions, Problem
@@ -94,6 +95,11 @@ class CompiledModel:
         return self.compilation.diagnostics
 
     @property
+    def is_curve(self) -> bool:
+        """Whether it is a curve, which does not move."""
+        return self.compilation.summary.description.curve is not None
+
+    @property
     def parameters(self) -> tuple[Entry, ...]:
         return self.compilation.equations.parameters
 
@@ -124,7 +130,7 @@ class CompiledModel:
         return tuple(experiment.name for experiment in self.compilation.outline.experiments)
 
     @property
-    def studies(self) -> Mapping[str, Study]:
+    def studies(self) -> Mapping[str, StatedStudy]:
         """The questions that the file puts, by name: kinds and settings (``study NAME = KIND(settings);``)."""
         return {study.name: study for study in self.compilation.outline.studies}
 
@@ -160,30 +166,24 @@ class CompiledModel:
         swept = self.swept_structural(experiment)
         points: list[tuple[dict[str, float | bool | str], Self]] = []
         for row in product(*swept.values()):
-            values = {name: structural_literal(value) for name, value in zip(swept, row, strict=True)}
+            values = dict(zip(swept, row, strict=True))
             model = type(self)(self._code.variant({**self._code.structural, **values}), self._settings)
             points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
         return points
 
-    def swept_structural(self, experiment: str | None) -> dict[str, tuple[Expression, ...]]:
+    def swept_structural(self, experiment: str | None) -> Mapping[str, tuple[Exact, ...]]:
         """Return the structural values that an experiment sweeps, by their names."""
         plan = self._experiment(experiment)
-        return {s.target: s.values for s in plan.sweeps if s.structural} if plan else {}
+        return plan.swept if plan else {}
 
     def ensemble_settings(self, experiment: str | None) -> dict[str, str]:
         """Return what an experiment says of many runs: random values, what is kept, and how many, as texts."""
-        from .compiler.flat.model import Literal as LiteralValue
         from .runtime.problem import OF_ENSEMBLES
 
         plan = self._experiment(experiment)
-        options = plan.options if plan else {}
-        return {
-            name: str(said.value)
-            for name in OF_ENSEMBLES
-            if isinstance(said := options.get(name), LiteralValue)
-        }
+        return {name: plan.words[name] for name in OF_ENSEMBLES if name in plan.words} if plan else {}
 
-    def _experiment(self, name: str | None) -> Experiment | None:
+    def _experiment(self, name: str | None) -> Plan | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
         experiments = self.compilation.outline.experiments
         if name is None:
@@ -249,10 +249,19 @@ class CompiledModel:
         wanted = parts_for(method).union(parts)
         problems, key = self._code.problems, (target, reproducible, wanted)
         if key not in problems:
-            from .compiler.problem import make_problem
+            from .compiler.problem import make_problem, problem_of
 
-            kept_as = self.compilation.kept_as if wanted <= self.compilation.parts else ""
-            problem = make_problem(self.program(wanted), target, reproducible=reproducible, kept_as=kept_as)
+            made = self.compilation
+            if wanted <= made.parts:
+                problem = problem_of(
+                    made.summary,
+                    lambda: made.program,
+                    target,
+                    reproducible=reproducible,
+                    kept_as=made.kept_as,
+                )
+            else:
+                problem = make_problem(self.program(wanted), target, reproducible=reproducible)
             problems[key] = replace(
                 problem,
                 tangents=self._tangents(target, reproducible, wanted),
@@ -310,11 +319,8 @@ class CompiledModel:
 
     def method(self, experiment: str | None) -> str:
         """Return the method that an experiment asks for, or an empty text."""
-        from .compiler.flat.model import Literal as LiteralValue
-
         plan = self._experiment(experiment)
-        said = plan.options.get("method") if plan else None
-        return str(said.value) if isinstance(said, LiteralValue) else ""
+        return plan.words.get("method", "") if plan else ""
 
     @property
     def angles(self) -> str:
@@ -346,19 +352,6 @@ class CompiledModel:
                 code.source, code.folder, code.model, code.structural, code.keep, wanted
             )
         return type(self)(code.asked[wanted], self._settings)
-
-
-def check_parts(parts: Collection[str]) -> None:
-    """Raise UsageMistake for a name that is no part of a model."""
-    if not parts:
-        return
-    from .compiler.equations.model import COMPLIANCE
-    from .compiler.equations.needs import PARTS
-
-    if isinstance(parts, str):
-        raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')
-    for part in parts:
-        one_of(part, (*PARTS, COMPLIANCE), "part")
 
 
 M = TypeVar("M", bound=CompiledModel)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from msgspec import Struct, field
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 
 from .native import kernel as native
 from .once import once
-from .problem import Array, ModelFunction, Problem
+from .problem import Array, Description, ModelFunction, Problem
 
 
 class Functions(Struct, frozen=True):
@@ -47,6 +48,11 @@ class Functions(Struct, frozen=True):
     phase_gradient: ModelFunction | None = None
     struct: native.ModelStruct | None = None
     library: ctypes.CDLL | None = None
+
+
+def with_code(description: Description, **code: Any) -> Problem:
+    """Return a description with its code: the fields of ``Problem``."""
+    return Problem(**{name: getattr(description, name) for name in Description.__struct_fields__}, **code)
 
 
 @once

@@ -290,13 +290,11 @@ class Curve(Struct, frozen=True):
     exchangeable: bool
 
 
-class Problem(Struct, frozen=True):
-    """Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
+class Description(Struct, frozen=True):
+    """What is known of a problem besides its code: plain data.
 
-    ``known[i]``: the initial value of state i is prescribed, not guessed. ``functions``: the Python forms
-    by name (rhs, initial, outputs, ...), empty if there is a ``library``: a shared object that exports
-    ``const mech_model *mech_model_get(void)`` and, for each experiment, its function.
-    ``parameters_function(p, set)`` fills dependent parameters and hoisted constants in place.
+    Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
+    ``known[i]``: the initial value of state i is prescribed, not guessed.
     """
 
     name: str
@@ -357,15 +355,6 @@ class Problem(Struct, frozen=True):
     """(row, column) of each output of functions that give the entries of a matrix, by the names of these."""
     curve: Curve | None = None
     """None where the model moves; a curve has functions in Python only."""
-    enclosure: Enclosure | None = None
-    """What evaluates a function by its name over balls that hold every rounding, for proofs."""
-    functions: Mapping[str, ModelFunction] = field(default_factory=dict)
-    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
-    library: Path | None = None
-    tangents: Callable[[Directions], Problem] | None = None
-    """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
-    adjoints: Callable[[Adjoint], Problem] | None = None
-    """Makes the problem whose functions pull a goal back (``runtime/tangent/gradient.py``); None where nobody can."""
 
     @property
     def ny(self) -> int:
@@ -386,6 +375,22 @@ class Problem(Struct, frozen=True):
                 return _in_order(self.nq, self.nv, self.rotations)
             found.append(place)
         return tuple(found)
+
+
+class Problem(Description, frozen=True):
+    """A description with its code. ``functions``: the Python forms by name, empty if there is a ``library``: a shared object that
+    exports ``const mech_model *mech_model_get(void)`` and, for each experiment, its function. ``parameters_function(p, set)``
+    fills dependent parameters and hoisted constants in place."""
+
+    enclosure: Enclosure | None = None
+    """What evaluates a function by its name over balls that hold every rounding, for proofs."""
+    functions: Mapping[str, ModelFunction] = field(default_factory=dict)
+    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None
+    library: Path | None = None
+    tangents: Callable[[Directions], Problem] | None = None
+    """Makes the problem of the motion with its derivatives (``runtime/tangent/``); None where nobody can."""
+    adjoints: Callable[[Adjoint], Problem] | None = None
+    """Makes the problem whose functions pull a goal back (``runtime/tangent/gradient.py``); None where nobody can."""
 
 
 def _in_order(nq: int, nv: int, rotations: tuple[int, ...]) -> tuple[int, ...]:

@@ -85,13 +85,6 @@ class ExperimentPlan(Struct, frozen=True):
     sweeps: tuple[tuple[SettingTarget, tuple[float, ...]], ...]
 
 
-SINGULAR = "singular positions"
-"""The topic of the choice that gives multipliers a compliance (singular.py)."""
-
-COMPLIANCE = "compliance"
-"""The part that does so although no singular position was found beforehand: where a run has met one."""
-
-
 EXCHANGED = "exchanged"
 """The part of a curve in which its independent variable is a coordinate, too, over a parameter that nothing knows."""
 

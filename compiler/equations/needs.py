@@ -13,7 +13,8 @@ from msgspec import Struct
 from ..graph import Node
 from ..graph.operations import LOOKUP
 from ..mechanics.system import MechanicalSystem
-from .model import COMPLIANCE, SINGULAR, Choice, Function, HybridPlan
+from .compliance import COMPLIANCE, SINGULAR
+from .model import Choice, Function, HybridPlan
 from .reported.entries import Layout
 from .solve.solved import Solved
 

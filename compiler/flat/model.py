@@ -561,16 +561,6 @@ class Study(Struct, frozen=True):
     doc: str = ""
 
 
-class Outline(Struct, frozen=True):
-    """What questions from outside begin with: what a flat model is called, and what it may be asked."""
-
-    name: str
-    doc: str
-    structural: Mapping[str, Fraction | bool | str]
-    experiments: tuple[Experiment, ...]
-    studies: tuple[Study, ...]
-
-
 class FlatModel(Struct, frozen=True):
     """One model, flat. Collections keep the order of declaration.
 
@@ -610,7 +600,3 @@ class FlatModel(Struct, frozen=True):
     variation: Variation | None = None
     unknowns: tuple[UnknownOutput, ...] = ()
     implicit: tuple[ImplicitEquation, ...] = ()
-
-    @property
-    def outline(self) -> Outline:
-        return Outline(self.name, self.doc, self.structural, self.experiments, self.studies)

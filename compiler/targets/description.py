@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from pathlib import Path
+from typing import Any
 
-import numpy as np
 from msgspec import to_builtins
-from numpy.typing import NDArray
 
 from mechc.lang.source import Span
+from mechc.runtime.functions import with_code
 from mechc.runtime.problem import (
-    Array,
     AssemblyRow,
     Assertion,
     Branch,
     Constraint,
     Curve,
     CurveRow,
+    Description,
     Experiment,
     Hybrid,
-    ModelFunction,
     Offer,
     Origin,
     Problem,
@@ -37,15 +34,14 @@ from ..equations.model import CurvePlan, Entry, ExperimentPlan, HybridPlan, Scen
 from ..program import Program
 
 
-def make_problem(
-    program: Program,
-    *,
-    functions: Mapping[str, ModelFunction] | None = None,
-    parameters_function: Callable[[Array, NDArray[np.uint8]], None] | None = None,
-    library: Path | None = None,
-) -> Problem:
-    """Return the problem of a program: its description, with either Python functions or a shared library."""
-    return Problem(
+def make_problem(program: Program, **code: Any) -> Problem:
+    """Return the problem of a program: its description, with either Python functions or a shared library (``code``)."""
+    return with_code(described(program), **code)
+
+
+def described(program: Program) -> Description:
+    """Return what is known of a program besides its code."""
+    return Description(
         name=program.name,
         doc=program.doc,
         nq=program.nq,
@@ -86,26 +82,13 @@ def make_problem(
         scene=_scene(program.scene),
         patterns=program.patterns,
         curve=_curve(program.curve),
-        functions=functions or {},
-        parameters_function=parameters_function,
-        library=library,
     )
 
 
 def describe(program: Program) -> dict[str, object]:
-    """Return the fields of the problem but its code, as plain data for JSON."""
-    fields: dict[str, object] = to_builtins(make_problem(program))
-    for name in (
-        "functions",
-        "parameters_function",
-        "library",
-        "tangents",
-        "patterns",
-        "enclosure",
-        "offers",
-        "sought",
-        "adjoints",
-    ):
+    """Return the description as plain data for JSON, without what only those who work on further parts read."""
+    fields: dict[str, object] = to_builtins(described(program))
+    for name in ("patterns", "offers", "sought"):
         del fields[name]
     return fields
 

@@ -212,7 +212,7 @@ def note_bare_angles(model: Model, settings: dict[str, str]) -> None:
     """Say that a bare number given for an angle is in radians; in a model that is a warning (W0303)."""
     from ..asking.given_values import elements_of, read_value
 
-    units = model.settable_units()
+    units = model.settable_units() if settings else {}
     for name, text in settings.items():
         if "pi" in text or not any(units[n] == "rad" for n in elements_of(name, units)):
             continue

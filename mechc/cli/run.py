@@ -157,7 +157,7 @@ def command(file: str, **given: Any) -> int:
 
             show_warnings(model)
             note_bare_angles(model, given["settings"])
-        if model.compilation.equations.curve is not None:
+        if model.is_curve:
             from .curve import run_curve
 
             return run_curve(model, file, given, display)

@@ -163,7 +163,8 @@ def build_shared(
 def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[], Path]) -> Path:
     """Give what ``build`` gives, from the cache under the name of what is ``known`` of it beforehand.
 
-    So that sources need not be written to look for what was compiled of them. Raises what ``build`` raises.
+    So that sources need not be written or read to look for what was compiled of them: one library under two names, where the
+    system knows such. Raises what ``build`` raises.
     """
     compiler = find_compiler()
     if compiler is None:
@@ -174,7 +175,10 @@ def built_once(known: Mapping[str, str], flags: Sequence[str], build: Callable[[
         built = build()
         with build_folder() as folder:
             copy = folder / built.name
-            shutil.copyfile(built, copy)
+            try:
+                os.link(built, copy)
+            except OSError:  # of another owner, or on a disk that has no links
+                shutil.copyfile(built, copy)
             found = keep_entry(copy, stem, LIBRARY_SUFFIX)
     return found
 

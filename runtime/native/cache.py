@@ -160,13 +160,14 @@ def remove_build(folder: Path) -> None:
 
 
 def _entries(folder: Path) -> list[tuple[float, int, Path]]:
-    """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is no entry is left out."""
+    """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is no entry is left out. What lies there
+    under two names counts once."""
     found: list[tuple[float, int, Path]] = []
     for entry in folder.iterdir():
         with suppress(FileNotFoundError):
             state = entry.lstat()
             if stat.S_ISREG(state.st_mode) and ENTRY.fullmatch(entry.name):
-                found.append((state.st_mtime, state.st_size, entry))
+                found.append((state.st_mtime, state.st_size // state.st_nlink, entry))
             elif stat.S_ISDIR(state.st_mode) and _BUILD.fullmatch(entry.name):
                 size = sum(file.lstat().st_size for file in entry.iterdir())
                 found.append((state.st_mtime, size, entry))

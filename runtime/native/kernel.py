@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import os
 from collections.abc import Mapping, Sequence
 from ctypes import (
     POINTER,
@@ -22,7 +23,7 @@ from ctypes import (
 from enum import IntEnum
 from pathlib import Path
 
-from .build import build_shared, kernel_flags
+from .build import build_shared, built_once, kernel_flags
 
 KERNEL = Path(__file__).parents[1] / "kernel"
 KERNEL_ROOMS = (".", "run", "algebra", "methods", "stepping", "events", "solver", "start")
@@ -330,22 +331,37 @@ _whole: set[bool] = set()
 
 @functools.cache
 def _loaded(reproducible: bool) -> ctypes.CDLL:
-    whole = _opened(build_shared(kernel_sources(), kernel_flags(reproducible), name="kernel"))
+    flags = kernel_flags(reproducible)
+    known = {"kernel": _kernel_state()}
+    file = built_once(known, flags, lambda: build_shared(kernel_sources(), flags, name="kernel"))
     _whole.add(reproducible)
-    return whole
+    return _opened(file)
 
 
 @functools.cache
 def _fitted(reproducible: bool, states: int, switches: bool) -> ctypes.CDLL:
-    sources, flags = kernel_sources(), kernel_flags(reproducible)
-
-    def chosen() -> Mapping[str, str]:
-        from .selection import fitted, needed
-
-        return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), _SIGNATURES)
-
+    flags = kernel_flags(reproducible)
     key = f"{_USUAL}, {states} states, {'' if switches else 'no '}events"
-    return _opened(build_shared(sources, flags, key, name="kernel", chosen=chosen))
+
+    def build() -> Path:
+        sources = kernel_sources()
+
+        def chosen() -> Mapping[str, str]:
+            from .selection import fitted, needed
+
+            return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), _SIGNATURES)
+
+        return build_shared(sources, flags, key, name="kernel", chosen=chosen)
+
+    return _opened(built_once({"kernel": _kernel_state(), "of": key}, flags, build))
+
+
+def _kernel_state() -> str:
+    """Return names, sizes and times of the kernel's files and of what chooses among them: while they stay, none is read."""
+    folders = [KERNEL / room for room in KERNEL_ROOMS]
+    files = [e for folder in folders for e in os.scandir(folder) if e.name.endswith((".c", ".h"))]
+    files += [e for e in os.scandir(Path(__file__).parent) if e.name.endswith(".py")]
+    return repr(sorted((f.path, f.stat().st_size, f.stat().st_mtime_ns) for f in files))
 
 
 def _opened(file: Path) -> ctypes.CDLL:

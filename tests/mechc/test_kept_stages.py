@@ -12,7 +12,7 @@ import pytest
 import mechc
 from mechc.compiler.compilation import StoredCompilation
 from mechc.compiler.targets.c import emit_c
-from mechc.runtime.native.cache import cache_folder
+from mechc.runtime.native.cache import cache_content, cache_folder
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_code_of_a_kept_program_is_not_written_again(tmp_path: Path, monkeypatch
     first = load(file)[0].problem("c")
     assert load(file)[0].problem("c").library is not None
     with monkeypatch.context() as patch:
-        patch.setattr("mechc.compiler.problem.emit_c", None)
+        patch.setattr("mechc.compiler.targets.c.emit_c", None)
         again = load(file)[0].problem("c")
         assert again.library is not None and first.library is not None
         assert again.library.read_bytes() == first.library.read_bytes()
@@ -133,3 +133,62 @@ def test_the_compiler_is_not_imported(tmp_path: Path) -> None:
         for _ in range(2)
     ]
     assert "pipeline" in last[0] and last[1] == "[]"
+
+
+FORMS = (
+    "sympy",
+    "lark",
+    "scipy",
+    "matplotlib",
+    "rich",
+    "fmpy",
+    *(
+        f"mechc.compiler.{room}"
+        for room in ("graph", "mechanics", "program", "targets", "symbolic", "stored")
+    ),
+    "mechc.compiler.flat.model",
+    "mechc.compiler.equations.model",
+    "mechc.compiler.pipeline",
+    "mechc.lang.parser",
+)
+"""What forms, reads or draws a model: none of it belongs to a run of what was kept."""
+
+
+def test_a_run_of_what_was_kept_imports_nothing_that_forms(tmp_path: Path, own_cache: None) -> None:
+    file = write(tmp_path, 4)
+    told = f"import sys; sys.argv = ['mechc', 'run', {str(file)!r}]; from mechc.cli.main import run; run(); print(*sys.modules)"
+    for _ in range(2):  # the first one forms, the second one finds the code by what its program was kept as
+        subprocess.run([sys.executable, "-c", told], check=True, capture_output=True)
+    done = subprocess.run([sys.executable, "-c", told], check=True, capture_output=True, text=True)
+    assert "completed at time = 1 s" in done.stdout
+    loaded = done.stdout.splitlines()[-1].split()
+    assert not [name for name in loaded if name.startswith(FORMS)]
+
+
+def test_a_library_under_two_names_lies_there_once(tmp_path: Path, own_cache: None) -> None:
+    for _ in range(2):
+        load(write(tmp_path, 4))[0].problem("c")
+    libraries = [
+        f
+        for f in cache_folder().iterdir()
+        if f.name.startswith(("model-", "known-")) and f.suffix != ".stages"
+    ]
+    assert len({f.stat().st_ino for f in libraries}) < len(libraries)
+    assert cache_content().size <= sum(
+        {f.stat().st_ino: f.stat().st_size for f in cache_folder().iterdir()}.values()
+    )
+
+
+def test_outlines_hold_fractions_and_sweeps(tmp_path: Path, own_cache: None) -> None:
+    file = tmp_path / "rows.mech"
+    file.write_text(
+        "model Rows structural parameter Integer n = 2; structural parameter Boolean free = true;"
+        "coordinate Length x = n*1 m; kinetic 1/2*1 kg*der(x)^2; if free then potential 1 N*x; end if;"
+        'experiment long(stop = 1 s, method = "rk4", step = 1 ms, n in {1, 3}); end Rows;'
+    )
+    formed, kept = load(file), load(file)
+    assert (formed[1], kept[1]) == (False, True)
+    assert kept[0].compilation.outline == formed[0].compilation.outline
+    assert kept[0].compilation.summary == formed[0].compilation.summary
+    assert kept[0].swept_structural("long") == {"n": (1, 3)}
+    assert kept[0].method("long") == "rk4" and kept[0].structural_parameters == {"n": 2, "free": True}

@@ -17,7 +17,7 @@ from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.meaning.questions import title
 from ...mechanics.system import MechanicalSystem
-from ..model import COMPLIANCE
+from ..compliance import COMPLIANCE
 from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
 from ..rows.defaults import default_values
 from ..rows.inertia_checks import check_rigid_bodies

@@ -1,0 +1,169 @@
+"""What questions from outside begin with, as plain data: what a model is called, what may be asked of it, and what its problem
+is like. It is read where nothing is formed, so that nothing that forms is imported for it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+from msgspec import Struct
+
+from mechc.runtime.problem import Description
+
+if TYPE_CHECKING:
+    from .flat.model import FlatModel
+    from .program.model import Program
+
+Exact = Fraction | bool | str
+"""A structural value: numbers exactly, in SI."""
+
+_Plain = tuple[str, str] | bool | str
+"""The same as bytes hold it: a fraction as its numerator and denominator in hexadecimal digits, which nothing limits."""
+
+
+class Plan(Struct, frozen=True):
+    """An experiment: the ``words`` are its options that are written as literals."""
+
+    name: str
+    words: Mapping[str, str]
+    structural: Mapping[str, Exact]
+    swept: Mapping[str, tuple[Exact, ...]]
+    """Structural values that it sweeps."""
+    sweeps: bool
+    """Whether it sweeps anything."""
+
+
+class StatedStudy(Struct, frozen=True):
+    """A question that the file puts: its ``kind``, and its settings as they are written outside of files."""
+
+    name: str
+    kind: str
+    settings: Mapping[str, str | bool]
+    doc: str
+
+
+class Outline(Struct, frozen=True):
+    """What is told of a flat model."""
+
+    name: str
+    doc: str
+    structural: Mapping[str, Exact]
+    experiments: tuple[Plan, ...]
+    studies: tuple[StatedStudy, ...]
+
+
+class Summary(Struct, frozen=True):
+    """What is told of a program without its statements. ``long``: some function is looked through for loops; ``offers``: it
+    holds functions for others, which may be evaluated over balls of numbers."""
+
+    description: Description
+    long: bool
+    offers: bool
+
+
+def outline_of(flat: FlatModel) -> Outline:
+    """Return the outline of a flat model."""
+    from .flat.model import Literal
+
+    def literal(value: object) -> Exact:
+        if not isinstance(value, Literal):
+            raise TypeError("a swept structural parameter takes literal values")
+        return value.value
+
+    experiments = (
+        Plan(
+            e.name,
+            {name: str(said.value) for name, said in e.options.items() if isinstance(said, Literal)},
+            e.structural,
+            {s.target: tuple(map(literal, s.values)) for s in e.sweeps if s.structural},
+            bool(e.sweeps),
+        )
+        for e in flat.experiments
+    )
+    studies = (StatedStudy(s.name, s.kind, s.settings, s.doc) for s in flat.studies)
+    return Outline(flat.name, flat.doc, flat.structural, tuple(experiments), tuple(studies))
+
+
+def summary_of(program: Program) -> Summary:
+    """Return the summary of a program."""
+    from .targets.description import described
+
+    return Summary(described(program), program.long, program.function("bias") is not None)
+
+
+# ---------------------------------------------------------------- as bytes
+
+
+class _PlainPlan(Struct, array_like=True):
+    name: str
+    words: dict[str, str]
+    structural: dict[str, _Plain]
+    swept: dict[str, tuple[_Plain, ...]]
+    sweeps: bool
+
+
+class _PlainOutline(Struct, array_like=True):
+    name: str
+    doc: str
+    structural: dict[str, _Plain]
+    experiments: tuple[_PlainPlan, ...]
+    studies: tuple[StatedStudy, ...]
+
+
+def write(value: Outline | Summary) -> bytes:
+    """Return an outline or a summary as bytes."""
+    return msgspec.msgpack.encode(value if isinstance(value, Summary) else _without_fractions(value))
+
+
+def read_outline(data: bytes) -> Outline:
+    """Return the outline that bytes hold."""
+    plain = msgspec.msgpack.decode(data, type=_PlainOutline)
+    experiments = (
+        Plan(
+            e.name,
+            e.words,
+            _read(e.structural),
+            {name: tuple(map(_exact, values)) for name, values in e.swept.items()},
+            e.sweeps,
+        )
+        for e in plain.experiments
+    )
+    return Outline(plain.name, plain.doc, _read(plain.structural), tuple(experiments), plain.studies)
+
+
+def read_summary(data: bytes) -> Summary:
+    """Return the summary that bytes hold."""
+    return msgspec.msgpack.decode(data, type=Summary)
+
+
+def _without_fractions(outline: Outline) -> _PlainOutline:
+    def plain(values: Mapping[str, Any]) -> dict[str, Any]:
+        return {name: _plain(value) for name, value in values.items()}
+
+    experiments = (
+        _PlainPlan(
+            e.name,
+            dict(e.words),
+            plain(e.structural),
+            {name: tuple(map(_plain, values)) for name, values in e.swept.items()},
+            e.sweeps,
+        )
+        for e in outline.experiments
+    )
+    return _PlainOutline(
+        outline.name, outline.doc, plain(outline.structural), tuple(experiments), outline.studies
+    )
+
+
+def _plain(value: Exact) -> _Plain:
+    return (f"{value.numerator:x}", f"{value.denominator:x}") if isinstance(value, Fraction) else value
+
+
+def _read(values: Mapping[str, _Plain]) -> dict[str, Exact]:
+    return {name: _exact(value) for name, value in values.items()}
+
+
+def _exact(value: _Plain) -> Exact:
+    return Fraction(int(value[0], 16), int(value[1], 16)) if isinstance(value, tuple) else value
