@@ -38,8 +38,8 @@ AT_THE_END = Fraction(1, 100_000)
 SAMPLES = (0.618, -0.414, 0.271)
 """Values of what moves, at which rules are compared: of no consequence but that they are of no special kind."""
 
-WIDEST = 3
-"""The rule that looks at the most places: where the first agrees with it, no other is tried."""
+WIDEST = -5
+"""The rule that looks at the most places: where one of the first agrees with it, no later one is tried."""
 
 Integrand = Callable[[Node], Node]
 
@@ -196,17 +196,23 @@ def chosen_rule(
         {**settled, **{n: value * (1 + 0.1 * k) for k, n in enumerate(moving)}}
         for value in (SAMPLES if moving else SAMPLES[:1])
     ]
-    seen = [_errors(graph, body, s, bounds, values) for values in sampled]
+    tried = rules(pieces=any(graph.op(n) == ops.LOOKUP for n in graph.reach([body], [s])))
+    seen = [_errors(graph, body, s, bounds, values, tried) for values in sampled]
     defined = [found for found in seen if min(found) < math.inf] or seen[
         :1
     ]  # some values may lie out of its domain
     errors = [max(found) for found in zip(*defined, strict=True)]
     best = min(range(len(errors)), key=lambda k: (max(errors[k], ENOUGH), k))
-    return rules()[best], errors[best]
+    return tried[best], errors[best]
 
 
 def _errors(
-    graph: Graph, body: Node, s: Node, bounds: Sequence[Node], values: Mapping[Node, float]
+    graph: Graph,
+    body: Node,
+    s: Node,
+    bounds: Sequence[Node],
+    values: Mapping[Node, float],
+    tried: Sequence[Rule],
 ) -> list[float]:
     """Return the error of each rule over the integral of |integrand|: its difference from the one that agrees best with
     its companion, and the difference of these two."""
@@ -229,14 +235,17 @@ def _errors(
             value, size = value + math.fsum(terms), size + abs(math.fsum(map(abs, terms)))
         return value, size
 
-    first, widest = total(rules()[0].points), total(rules()[WIDEST].points)
-    if math.isfinite(widest[1]) and abs(first[0] - widest[0]) <= ENOUGH * widest[1]:
-        return [0.0] * len(rules())
-    found = [(*total(rule.points), total(rule.companion)[0]) for rule in rules()]
+    widest = total(tried[WIDEST].points)
+    short = len(tried) - len(rules())
+    for k in range(short + 1 if math.isfinite(widest[1]) else 0):
+        close = abs(total(tried[k].companion)[0] - widest[0]) <= WORTH_A_WORD * widest[1] or k == short
+        if close and abs(total(tried[k].points)[0] - widest[0]) <= ENOUGH * widest[1]:
+            return [math.inf] * k + [0.0] * (len(tried) - k)
+    found = [(*total(rule.points), total(rule.companion)[0]) for rule in tried]
     finite = [k for k, numbers in enumerate(found) if all(map(math.isfinite, numbers))]
     if not finite:
         return [math.inf] * len(found)
-    size = found[WIDEST if WIDEST in finite else finite[-1]][1]
+    size = found[WIDEST if len(tried) + WIDEST in finite else finite[-1]][1]
     if size == 0:
         return [0.0 if found[k][1] == 0 else math.inf for k in range(len(found))]
     seeing = [k for k in finite if size < OTHERWISE * found[k][1] < OTHERWISE**2 * size]

@@ -27,13 +27,21 @@ class Rule(Struct, frozen=True):
     companion: Points
 
 
+SHORT = ((1, 8), (1, 16), (2, 16))
+"""Panels and points that come first between the points of a table, of which there are many."""
+
+
 @cache
-def rules() -> tuple[Rule, ...]:
-    """Return the rules in the order in which they are tried: smooth integrands first, singular ends last."""
+def rules(pieces: bool = False) -> tuple[Rule, ...]:
+    """Return the rules in the order in which they are tried: smooth integrands first, singular ends last.
+
+    ``pieces``: between the points of a table, where short ones may do.
+    """
+    panels_of_points = ((4, 12), (8, 16), (16, 16), (32, 16))
     return (
         *(
             Rule(f"{panels} panels of {points} points", gauss(panels, points), gauss(panels, points - 3))
-            for panels, points in ((4, 12), (8, 16), (16, 16), (32, 16))
+            for panels, points in (*(SHORT if pieces else ()), *panels_of_points)
         ),
         *(
             Rule(

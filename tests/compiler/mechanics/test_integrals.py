@@ -5,12 +5,15 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable
+from itertools import pairwise
 
 import pytest
 from compiled import compiled, outcome
+from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 
 import mechc
+from mechc.compiler.graph import operations as ops
 
 TEXT = """\
 model Integrals
@@ -147,3 +150,29 @@ def test_an_integral_of_a_table_bends_at_its_points() -> None:
     for x in (0.21, 0.33, 0.45):
         solution = model.simulate(target="python", set={"x": x}, estimate_error=False)
         assert solution["a"][0] == pytest.approx(float(curve(1 - x) - curve(-x)), rel=1e-12)
+
+
+@pytest.mark.parametrize(("factor", "most"), [("cos(x/(1 m)*s)", 3 * 24), ("cos(40*s)", 3 * 100)])
+def test_pieces_between_points_of_a_table_are_short(factor: str, most: int) -> None:
+    """Three pieces lie within the bounds. They take what they need, and the value keeps its digits as the points move."""
+    table = f"table(s + 0.1*x/(1 m), {{-0.3, 0.5, 1.2}}, {{-0.57, -0.47, 0.44}})*{factor}"
+    text = TEXT.format(integral=f"integral({table} for s in 0:1.5)", k=1, c=1, x=0.7)
+    equations = compiled(text).equations
+    (outputs,) = (f.outputs for f in equations.functions if f.name == "outputs")
+    assert sum(equations.graph.op(n) == ops.LOOKUP for n in equations.graph.reach(outputs)) <= most
+    inside = PchipInterpolator([-0.3, 0.5, 1.2], [-0.57, -0.47, 0.44])
+    slope = inside.derivative()(1.2)
+
+    def curve(u: float) -> float:
+        """Goes straight on behind its last point."""
+        return float(inside(min(u, 1.2)) + slope * max(u - 1.2, 0.0))
+
+    for x in (0.7, -1.4, 2.9):
+        w = x if "x" in factor else 40.0
+        ends = [0.0, *(sorted(min(max(p - 0.1 * x, 0.0), 1.5) for p in (-0.3, 0.5, 1.2))), 1.5]
+        exact = sum(
+            quad(lambda s, x=x, w=w: curve(s + 0.1 * x) * math.cos(w * s), a, b, epsabs=1e-14, limit=200)[0]
+            for a, b in pairwise(ends)
+        )
+        found = mechc.loads(text).simulate(target="python", stop=0.01, set={"x": x})["I"][0]
+        assert found == pytest.approx(exact, rel=1e-11, abs=1e-12)
