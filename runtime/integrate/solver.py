@@ -138,7 +138,7 @@ class Solver:
 
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = np.empty(_events_of(capacity), dtype=NOTED)
+        self._events = np.empty(_events_of(capacity, self.nz), dtype=NOTED)
         self._instants = np.empty((capacity, self._width))
         self._n_events = self._n_instants = 0
         self._give_events()
@@ -150,7 +150,7 @@ class Solver:
         """
         self._count_events()
         more = min(self._n_instants, most)
-        self._events.resize(self._n_events + _events_of(more), refcheck=False)
+        self._events.resize(self._n_events + _events_of(more, self.nz), refcheck=False)
         self._instants.resize((self._n_instants + more, self._width), refcheck=False)
         self._give_events()
 
@@ -191,9 +191,9 @@ class Solver:
         return self._record[:count]
 
 
-def _events_of(instants: int) -> int:
-    """Room for the events of so many instants: four each."""
-    return 4 * instants + 256
+def _events_of(instants: int, nz: int) -> int:
+    """Room for the events of so many instants: four each, and at one of them many for everything that may switch."""
+    return 4 * instants + 256 + 64 * nz
 
 
 def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.TableStruct], list[Array]]:

@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.integrate import quad
 from scipy.optimize import nnls
 
 import mechc
@@ -154,3 +155,48 @@ def test_heaps_of_few_balls_settle_as_formulas_have_it(seed: int) -> None:
     end = many.energy
     assert end is not None and end.dissipated is not None
     assert abs(end.start - end.dissipated - end.end) < 1e-7 * end.start
+
+
+DOMINOES = """
+structural parameter Integer n = 20;
+parameter H = 48 mm;
+parameter w = 7.5 mm;
+parameter d = 24 mm;
+coordinate Angle lean[n] = 0 rad;
+initial der(lean[1]) = 4 rad/s;
+for i in 1:n loop
+  kinetic 1/2*10 g*(H^2 + w^2)/3*der(lean[i])^2;
+  potential 10 g*9.81 m/s^2*(H*cos(lean[i]) + w*sin(lean[i]))/2;
+  contact stands[i]: lean[i];
+  contact lies[i]: 90 deg - lean[i];
+end for;
+for i in 1:n-1 loop
+  contact hits[i]: d*cos(lean[i+1]) - w - H*sin(lean[i] - lean[i+1])
+    friction 0.2 along der(H*cos(lean[i] - lean[i+1]) - d*sin(lean[i+1]));
+end for;
+when lean[n] > 89 deg then terminate("the last has fallen"); end when;
+experiment(stop = 5 s);
+"""
+
+
+@pytest.mark.parametrize("n", [20, 50])
+def test_a_row_of_dominoes_falls_in_a_time_that_converges(n: int) -> None:
+    """Each turns about its foot; the corner of one slides on the face of the next. The first hit follows from a quadrature."""
+    model = mechc.loads(DOMINOES.replace("n = 20", f"n = {n}"))
+    runs = [model.simulate(estimate_error=False, tolerance=tolerance) for tolerance in (1e-6, 1e-9)]
+    assert all(run.outcome is Outcome.TERMINATED for run in runs), [run.message for run in runs]
+    assert runs[0].time[-1] == pytest.approx(runs[1].time[-1], rel=1e-4)
+    H, w, d, g = 0.048, 0.0075, 0.024, 9.81
+    inertia = (H**2 + w**2) / 3
+
+    def rate(lean: float) -> float:
+        fallen = (H * (1 - np.cos(lean)) - w * np.sin(lean)) / 2
+        return float(np.sqrt(16 + 2 * g * fallen / inertia))
+
+    first, _ = quad(lambda lean: 1 / rate(lean), 0, np.arcsin((d - w) / H))
+    assert runs[1].events[0].name == "hits[1]"
+    assert runs[1].events[0].time == pytest.approx(first, rel=1e-8)
+    for run in runs:
+        end = run.energy
+        assert end is not None and end.dissipated is not None and end.dissipated > 0.3 * end.start
+        assert abs(end.start - end.dissipated - end.end) < 1e-6 * end.start

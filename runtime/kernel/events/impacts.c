@@ -61,11 +61,12 @@ typedef struct hit {
     enum { HIT_STICKS, HIT_SLIDES, HIT_SPARED } state;
     mech_real aim;     /* change of its rate                                              */
     mech_real push[2]; /* direction of the impulse of friction, where it slides           */
+    int slides;        /* whatever happens: it does not stick                             */
 } hit;
 
 static hit begin_hit(mech_solver *s, int contact)
 {
-    hit h = {contact, -1, 0, HIT_STICKS, -(1 + restitution(s, contact)) * *mech_row_rate(s, contact), {0, 0}};
+    hit h = {contact, -1, 0, HIT_STICKS, -(1 + restitution(s, contact)) * *mech_row_rate(s, contact), {0, 0}, 0};
     for (int i = s->events->n_rows - 1; i >= 0; i--)
         if (mech_row_of(s, i)->kind == MECH_FRICTION && mech_row_of(s, i)->normal == contact &&
             mech_row_value(s, i, MECH_COEFFICIENT) > 0)
@@ -159,7 +160,7 @@ static mech_real misfit(mech_solver *s, const hit *h, int way)
 static void mend_hit(mech_solver *s, hit *h, int way)
 {
     if (way != BEYOND_CONE) {
-        h->state = way == PULLS ? HIT_SPARED : HIT_STICKS;
+        h->state = way == PULLS ? HIT_SPARED : h->slides ? HIT_SLIDES : HIT_STICKS;
         return;
     }
     const mech_real *tangential = s->events->impulse + h->slips, slip = mech_row_size(s, h->slips, MECH_RATE);
@@ -283,15 +284,35 @@ static int hit_crowd_together(mech_solver *s)
     return MECH_RUNNING;
 }
 
-/* Whether what still approaches in a crowd without friction at hand is ended together: where none of it is faster than it
- * rests; where none rebounds and each row has had its turns, as blows that are passed on plastically only ever halve. */
-static int dies_out(const mech_solver *s, int round)
+/* The same where some have friction: none of them rebounds, and what slips does so all the while. */
+static int hit_with_friction(mech_solver *s, int contact)
+{
+    hit hits[MECH_MOST_ROWS];
+    int n = 0;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        if (!mech_row_touches(s, i)) continue;
+        const mech_real rate = *mech_row_rate(s, i);
+        hits[n] = begin_hit(s, i);
+        hits[n].aim = mech_abs(rate) <= mech_row_still(s, i) / 10 ? 0 : -rate;
+        const mech_real slip = hits[n].count ? mech_row_size(s, hits[n].slips, MECH_RATE) : 0;
+        for (int c = 0; slip > 0 && c < hits[n].count; c++) hits[n].push[c] = -*mech_row_rate(s, hits[n].slips + c) / slip;
+        hits[n].slides = slip > 0;
+        if (slip > 0) hits[n].state = HIT_SLIDES;
+        if (hits[n].aim < 0) hits[n].state = HIT_SPARED;
+        n++;
+    }
+    return fit_hits(s, n, hits) ? MECH_RUNNING : hit_fastest(s, contact);
+}
+
+/* Whether what still approaches in a crowd is ended together: where none of it is faster than it rests, if none has friction;
+ * where none rebounds and each row has had its turns, as blows that are passed on plastically only ever halve. */
+static int dies_out(const mech_solver *s, int round, int friction)
 {
     const int turns = round >= TURNS_PER_ROW * s->events->n_rows;
     for (int i = 0; i < s->events->n_rows; i++) {
         const mech_real rest = mech_row_value(s, i, MECH_EXTRA), approach = -*mech_row_rate(s, i);
         if (!mech_row_touches(s, i) || !(approach > mech_row_still(s, i))) continue;
-        const int slow = approach <= (rest >= 0 ? rest : MECH_C(1e-9) * s->events->speed[i]);
+        const int slow = !friction && approach <= (rest >= 0 ? rest : MECH_C(1e-9) * s->events->speed[i]);
         if (!slow && !(turns && mech_row_value(s, i, MECH_COEFFICIENT) == 0)) return 0;
     }
     return 1;
@@ -362,17 +383,18 @@ int mech_impacts_resolve(mech_solver *s, int *count)
 {
     mech_event_state *e = s->events;
     mech_rows_read(s);
-    int status = check_engaged_contacts(s), ready = 0, crowd = s->model->hybrid->crowd != NULL;
+    const int crowd = s->model->hybrid->crowd != NULL;
+    int status = check_engaged_contacts(s), ready = 0, friction = 0;
     if (!status) status = engage(s);
-    for (int i = 0; i < e->n_rows; i++) crowd &= mech_row_of(s, i)->kind == MECH_CONTACT;
+    for (int i = 0; i < e->n_rows; i++) friction |= mech_row_of(s, i)->kind == MECH_FRICTION;
     for (int round = 0; !status; round++) {
         const int contact = fastest_approach(s);
         if (contact < 0) break;
         if (!ready) mech_rows_find_response(s);
         ready = 1;
         const mech_real approach = -*mech_row_rate(s, contact);
-        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows ||
-                             (crowd && dies_out(s, round));
+        const int fades = crowd && dies_out(s, round, friction);
+        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows || fades;
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
@@ -380,9 +402,10 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                     mech_journal_note(s, MECH_IMPACT, i, -*mech_row_rate(s, i));
             }
         mech_journal_note(s, MECH_IMPACT, contact, approach);
-        status = !together ? hit_fastest(s, contact)
-                 : crowd   ? hit_crowd_together(s)
-                           : hit_together(s);
+        status = !together           ? hit_fastest(s, contact)
+                 : crowd && !friction ? hit_crowd_together(s)
+                 : fades              ? hit_with_friction(s, contact)
+                                      : hit_together(s);
         if (!status) status = apply_checked(s, contact);
         (*count)++;
     }
