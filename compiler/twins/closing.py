@@ -11,7 +11,7 @@ from mechc.lang.diagnostics import Reporter
 from ..flat import types
 from ..flat.model import Apply, Array, Expression, FlatModel, Joint, Name, Query, Role, Switch, Variable
 from ..mechanics.kinematics.topology import TreeEdge, classify
-from .asked import expressions, parts
+from .asked import defined_by, expressions, parts
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
 from .starts import begun, rate_name
@@ -72,7 +72,7 @@ def joint_as_closure(model: FlatModel, seen: Seen | None, random: Random) -> Twi
         "joint as closure",
         f"the joint '{joint.name}' closes a loop",
         begun(made, start),
-        frozenset({"momentum"}),
+        frozenset({"momentum"}) | defined_by(model, {"momentum"}),
         start=start,
     )
 

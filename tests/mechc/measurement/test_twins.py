@@ -318,3 +318,22 @@ def test_what_is_too_unstable_backwards_is_no_other_motion(tmp_path: Path) -> No
     )
     judge = worker(Subject(str(file), None, {}, None, 5))
     assert judge(Extreme("twin", "time reversed")).kind == "rough"
+
+
+def test_momenta_are_apart_where_a_joint_closes() -> None:
+    """The momentum of the shoulder is that of all it carries: of the arm alone where the hand has coordinates of its own."""
+    text = """
+import mech.planar.*;
+gravity {0, -9.81} m/s^2;
+Bar arm(m = 1 kg, l = 0.5 m);
+Bar hand(m = 0.5 kg, l = 0.4 m);
+Revolute shoulder(world -> arm.a, angle = -60 deg);
+Revolute elbow(arm.b -> hand.a, angle = 20 deg);
+output turning = momentum(shoulder.angle);
+experiment(stop = 0.5 s);
+"""
+    base = base_of(text)
+    twin = twin_of("joint as closure", base)
+    found = compare(base, twin, run_twin(twin, base))
+    assert found is not None
+    assert found.same
