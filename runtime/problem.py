@@ -294,8 +294,7 @@ class Description(Struct, frozen=True):
     """What is known of a problem besides its code: plain data.
 
     Sizes: ny = nq + nv + nx = len(states); p holds len(parameters) values, then nh hoisted constants.
-    ``known[i]``: the initial value of state i is prescribed, not guessed.
-    """
+    ``known[i]``: the initial value of state i is prescribed, not guessed."""
 
     name: str
     doc: str
@@ -394,8 +393,7 @@ class Problem(Description, frozen=True):
 
 
 def _in_order(nq: int, nv: int, rotations: tuple[int, ...]) -> tuple[int, ...]:
-    partner: list[int] = []
-    coordinate = 0
+    partner, coordinate = list[int](), 0
     while coordinate < nq and len(partner) < nv:
         partner += [coordinate] * (3 if coordinate in rotations else 1)
         coordinate += 4 if coordinate in rotations else 1
