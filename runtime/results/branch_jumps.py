@@ -23,7 +23,7 @@ ONE = 1e-6
 REACHED = 1e-9
 """How near, as a share of the unknowns, Newton's method comes to the solution that it goes to."""
 BESIDE = 0.1
-"""How far, as a share of their largest values, unknowns may lie from what is extrapolated for them."""
+"""How far, as a share of their sizes, unknowns may lie from what is extrapolated for them."""
 ROUNDING = 1e-14
 """Errors of residuals, as a share of their terms."""
 NEAR = 1e-3
@@ -109,7 +109,10 @@ class _Follower:
         system = self.system
         start = self._extrapolated(a, b)
         found = system.nearest(b.at, start)
-        if found is None or np.any(np.abs(found - start) > BESIDE * system.largest):
+        if found is None:
+            return False
+        sizes = np.maximum(system.largest, np.abs(b.values))
+        if np.any(np.abs(found - start) > BESIDE * sizes):
             return False
         apart = np.abs(found - b.values)
         if np.all(apart <= REACHED * system.sizes(b.values)):
