@@ -192,11 +192,8 @@ class Offer(Struct, frozen=True):
 
 
 class SoughtOutputs(Struct, frozen=True):
-    """Outputs that a system of equations determines, by their indices, from so many ``rows``.
-
-    The function ``sought`` is given values behind the inputs, for all systems in order, and gives for each the guesses, the
-    rows, the sizes of their terms and their derivatives, row by row.
-    """
+    """Outputs that a system of equations determines, by indices, from so many ``rows``. The function ``sought`` is given values
+    behind u, for all systems, and gives for each the guesses, the rows, the sizes of their terms and their derivatives."""
 
     outputs: tuple[int, ...]
     rows: int
