@@ -26,7 +26,6 @@ from .flat.flatten import flatten
 from .flat.model import FlatModel
 from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
-from .outline import Outline, Summary, outline_of, summary_of
 from .program.lower import lower
 from .program.model import Program
 from .program.series import with_series
@@ -36,6 +35,8 @@ from .verification import verified
 
 if TYPE_CHECKING:
     from mechc.runtime.problem import Adjoint, Directions
+
+    from .outline import Outline, Summary
 
 Structural = Mapping[str, Fraction | bool | str]
 
@@ -55,10 +56,14 @@ class Formed(Struct, frozen=True):
 
     @property
     def outline(self) -> Outline:
+        from .outline import outline_of
+
         return outline_of(self.flat)
 
     @property
     def summary(self) -> Summary:
+        from .outline import summary_of
+
         return summary_of(self.program)
 
 
