@@ -23,6 +23,7 @@ PAGES = (
     "taylor",
     "long_runs",
     "events",
+    "dominoes",
     "fmu",
     "large",
     "startup",
