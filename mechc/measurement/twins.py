@@ -40,6 +40,8 @@ NEAR = 1e-6
 """Share of a run around an event in which nothing is compared: both have it there at other instants."""
 MATCH = 1e-3
 """Share of that within which two times are one."""
+DISSIPATED, SUPPLIED = "energy.dissipated", "energy.supplied"
+NONE = (0.0, 0.0)
 MOST_TIMES = 64
 """At which the errors of outputs are looked at."""
 
@@ -153,12 +155,16 @@ def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) 
     worst: Compared | None = None
     for name, (size, allowed) in ours.items():
         called = twin.names.get(name, name)
-        if not twin.means(name) or called not in others:
+        if not twin.means(name) or called not in others or (name == SUPPLIED and DISSIPATED in ours):
             continue
         by = twin.factor(parse_unit(base.solution.unit(name) or "1").dimension)
         sign = -1.0 if twin.backwards and is_rate(name, states) else 1.0
-        x, y = base.solution[name][mine], sign * other[called][theirs] / by * turned.get(name, 1.0)
+        x = _booked(base.solution, name)[mine]
+        y = sign * _booked(other, called)[theirs] / by * turned.get(name, 1.0)
         there_allowed = others[called][1] / by
+        if name == DISSIPATED:
+            allowed = allowed + ours.get(SUPPLIED, NONE)[1]
+            there_allowed = there_allowed + others.get(SUPPLIED, NONE)[1] / by
         off = np.abs(x - y)
         if disturbed is not None and disturbed.solution.time.size == other.time.size:
             moved = np.abs(other[called] - disturbed.solution[called])[theirs] / by
@@ -174,6 +180,14 @@ def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) 
         if worst is None or one.difference * worst.allowed > worst.difference * one.allowed:
             worst = one
     return worst
+
+
+def _booked(solution: Solution, name: str) -> Array:
+    """Give a result; of what is dissipated less what is supplied: which of them a force counts as, its text decides."""
+    if name == DISSIPATED and SUPPLIED in solution:
+        both: Array = solution[DISSIPATED] - solution[SUPPLIED]
+        return both
+    return solution[name]
 
 
 def _turned(base: Base, other: Solution, twin: Twin, mine: Indices, theirs: Indices) -> dict[str, Array]:

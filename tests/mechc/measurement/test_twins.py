@@ -309,6 +309,32 @@ def test_a_rotation_may_come_back_with_the_other_sign() -> None:
     assert found is not None and found.difference < 1e-7
 
 
+DRAG = """
+import mech.planar.*;
+Bar sledge(m = 1.68 kg, l = 1 m);
+Prismatic rail(world -> sledge.a, axis = {-1, 0}, der(position) ~ 0.58 m/s);
+Bar rider(m = 1.78 kg, l = 0.88 m);
+Prismatic slide(sledge.a -> rider.a, position ~ 0.69 m, der(position) ~ 0.76 m/s);
+dissipation 1/2*0.25 kg/s*der(slide.position)^2;
+force -0.29 kg/m*norm(vel(rider.a))*vel(rider.a) on rider.a;
+experiment(stop = 1.5 s);
+"""
+
+
+def test_the_account_that_a_force_counts_on_is_no_motion() -> None:
+    """That the drag brakes can be told of its own text, not of the one that the turned world makes of it."""
+    base = base_of(DRAG)
+    twin = twin_of("turned world", base)
+    made = run_twin(twin, base)
+    accounts = made.solution.energy, base.solution.energy
+    assert accounts[0] and accounts[0].supplied and accounts[1] and accounts[1].supplied is None
+    found = compare(base, twin, made)
+    assert found is not None and found.same
+    feeding = replace(twin, model=replace(twin.model, loads=()))
+    found = compare(base, twin, run_twin(feeding, base))
+    assert found is not None and not found.same
+
+
 def test_what_is_too_unstable_backwards_is_no_other_motion(tmp_path: Path) -> None:
     file = tmp_path / "cycle.mech"
     file.write_text(
