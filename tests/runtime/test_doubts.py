@@ -246,3 +246,22 @@ def test_checks_of_many_states_are_looked_at_in_parts(monkeypatch: pytest.Monkey
         mechc.loads(DAMPED).simulate()
         found.append([ratio for _, ratio in made])
     assert found[0] and found[0] == found[1] == found[2]
+
+
+TICKING = """
+coordinate Length x = 1 m;
+kinetic 0.5*1 kg*der(x)^2;
+discrete Real n = 1;
+potential 0.5*2 N/m*n*x^2;
+when sample(0.2 s) then n := n + 0.1; end when;
+"""
+
+
+@pytest.mark.parametrize(("stop", "every"), [(1.0, 0.002), (1.0, 0.1), (0.95, 0.05)])
+def test_rows_at_instants_that_change_the_energy_are_those_before_them(stop: float, every: float) -> None:
+    """The accounts hold on both sides of an instant; a state from before it with variables from behind it has neither."""
+    run = mechc.loads(TICKING).simulate(stop=stop, every=every)
+    assert run.outcome.value == "completed", run.message
+    energy = run.energy
+    assert energy is not None and energy.supplied is not None
+    assert abs(energy.end - energy.start - energy.supplied) < 1e-10

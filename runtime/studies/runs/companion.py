@@ -161,10 +161,13 @@ def _paired(case: Case, main: Trajectory, companion: Trajectory, factor: float, 
     same = main.t.size == companion.t.size == shared + 1
     ours, theirs = (run.y if same else np.vstack([run.y[:shared], run.y[-1:]]) for run in (main, companion))
     t, their_t = (run.t if same else np.append(run.t[:shared], run.t[-1]) for run in (main, companion))
-    ny = case.problem.ny
     our_z, their_z = (
-        None if run.happened is None else run.happened.discretes(times, ny)
-        for run, times in ((main, t), (companion, their_t))
+        None
+        if (happened := run.happened) is None
+        else happened.grid_z[: run.t.size]
+        if same
+        else np.vstack([happened.grid_z[:shared], happened.grid_z[run.t.size - 1 : run.t.size]])
+        for run in (main, companion)
     )
     steps = max(main.statistics.steps, companion.statistics.steps)
     return Pair(t, their_t, ours, theirs, our_z, their_z, steps, factor, tolerance)

@@ -121,7 +121,7 @@ def _heard(case: Case, run: Trajectory, reached: Array) -> Array:
     problem = case.problem
     rows = np.unique(np.linspace(0, len(run.t) - 1, PLACES).astype(int))
     t, y = np.repeat(run.t[rows], SHAKES + 1), np.repeat(run.y[rows], SHAKES + 1, axis=0)
-    z = None if run.happened is None else run.happened.discretes(t, problem.ny)
+    z = None if run.happened is None else np.repeat(run.happened.grid_z[rows], SHAKES + 1, axis=0)
     signs = np.random.default_rng(1).choice([-1.0, 1.0], size=(len(t), problem.ny + 1))
     signs[:: SHAKES + 1] = 0.0
     noise, own = np.zeros(problem.ny), reached / max(float(run.t[-1] - run.t[0]), np.finfo(float).tiny)

@@ -196,7 +196,11 @@ def _solve(plan: Plan, as_stated: bool) -> Solution:
 
     def state_at(t: Array) -> tuple[Array, Array | None]:
         y = with_unit_rotations(problem.rotations, interpolated(t))
-        return y, None if happened is None else happened.discretes(t, problem.ny)
+        if happened is None:
+            return y, None
+        if len(happened) and happened.times[-1] == main.t[-1]:  # no piece of the motion begins there
+            y = np.where((t < main.t[-1])[:, None], y, happened.after[-1, : problem.ny])
+        return y, happened.discretes(t, problem.ny)
 
     def at(t: Array) -> Array:
         return solution_columns(case, t, *state_at(t))
