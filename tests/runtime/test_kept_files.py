@@ -115,11 +115,12 @@ def test_a_run_makes_kernel_and_model_anew_and_says_so(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "mechc", "run", str(model)]
     assert subprocess.run(command, capture_output=True).returncode == 0
     bad = planted(tmp_path / "executed")
-    for file in cache_folder().glob("*.so"):
+    files = list(cache_folder().glob("*.so"))
+    for file in files:
         DAMAGE["planted" if file.name.startswith("model") else "cut off"](file, bad)
     again = subprocess.run(command, capture_output=True, text=True)
     assert again.returncode == 0, again.stderr
-    assert again.stderr.count("it is not used, but made anew") == 2
+    assert again.stderr.count("it is not used, but made anew") == len(files)
     assert not (tmp_path / "executed").exists()
 
 

@@ -140,14 +140,18 @@ def relations_of_time(system: MechanicalSystem, rates: Sequence[Node]) -> list[N
     return [n for n in asked if known.issuperset(graph.support(n))]
 
 
-def jumps_of_laws(system: MechanicalSystem, rates: Sequence[Node], written: Collection[Node]) -> list[Node]:
-    """Return what differentiation asks of velocities where ``rates`` jump, as the sign in the force of a dissipation c*abs(v).
+def jumps_of_dissipation(
+    system: MechanicalSystem, rates: Sequence[Node], laws: Sequence[Node], written: Collection[Node]
+) -> list[Node]:
+    """Return what the derivatives of a dissipation, ``laws``, ask of velocities where ``rates`` jump, as the sign in the
+    force of c*abs(v).
 
-    A motion may slide along such a jump, and no step across it would end. Where both laws agree, as those of abs(v)^3 do
+    A motion may slide along such a jump, and no step across it would end. Where both sides agree, as those of abs(v)^3 do
     at rest, and where they are singular, nothing is asked, nor what is ``written`` by the user.
     """
     graph, velocities = system.graph, system.symbols.velocities
-    asked = [n for n in graph.reach(rates) if compared(graph, n) is not None and n not in written]
+    felt = set(graph.reach(rates)).difference(written)
+    asked = [n for n in graph.reach(laws) if n in felt and compared(graph, n) is not None]
     return [n for n in asked if not velocities.isdisjoint(graph.support(n)) and _jumps(graph, n, rates)]
 
 

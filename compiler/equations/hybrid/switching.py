@@ -24,7 +24,7 @@ from .crowd import Crowd
 from .energy_jumps import Step, energy_steps, step_values
 from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans
-from .switches import Switch, Switches, find_switches, jumps_of_laws, relations_of_time
+from .switches import Switch, Switches, find_switches, jumps_of_dissipation, relations_of_time
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -67,8 +67,12 @@ def add_events(
         *(*rhs.outputs, *conditions, *energies, *held),
         *(n for eight in values.values() for n in eight),
     )
-    written = set(solved.resolve(list(system.lowering.relations)))
-    bends = [*relations_of_time(system, held), *jumps_of_laws(system, rhs.outputs, written)]
+    written = solved.resolve(list(system.lowering.relations))
+    braking = vjp(graph, [(system.dissipation, graph.one)], sorted(system.symbols.velocities))
+    bends = [
+        *relations_of_time(system, held),
+        *jumps_of_dissipation(system, rhs.outputs, solved.resolve(braking), written),
+    ]
     switches = find_switches(system, solved.replace, formulas, bends, fixed | set(modes), solved.sides)
     if not (system.branches or rows or switches.located or switches.timed or crowd):
         if "events" not in parts:
