@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
 from gallery import Array, Case, Formula, check, run
 from numpy import cosh, exp, log, sqrt, tanh
+from scipy.integrate import solve_ivp
 
 import mechc
 
@@ -117,3 +119,27 @@ end Followed;
     v = solution["v"]
     assert v[-1] > 6.7
     assert solution["F"] == pytest.approx(-5e-3 * g * (v / 6.8) ** 2, abs=1e-14)
+
+
+AT_REST = """
+import mech.planar.*;
+import mech.fields.*;
+gravity {0, -9.81} m/s^2;
+Bar b(m = 1 kg, l = 1 m);
+Revolute h(world -> b.a, angle = 20 deg);
+QuadraticDrag d(to = b.b, k = 0.3 kg/m);
+experiment(stop = 1 s, tolerance = 1e-10);
+"""
+
+
+@pytest.mark.parametrize("method", ["radau5", "auto", "dop853"])
+def test_drag_from_rest_by_every_method(method: str) -> None:
+    """v |v| has a derivative at rest, though that of |v| alone has none: phi'' (1/3) = -g/2 cos phi - k phi'|phi'|."""
+    found = mechc.loads(AT_REST).simulate(method=method)
+    assert found.outcome.value == "completed"
+
+    def rate(t: float, y: Any) -> list[float]:
+        return [y[1], 3 * (-9.81 / 2 * math.cos(y[0]) - 0.3 * y[1] * abs(y[1]))]
+
+    exact = solve_ivp(rate, (0, 1), [math.radians(20), 0], rtol=1e-12, atol=1e-13).y[:, -1]
+    assert abs(found["h.angle"][-1] - exact[0]) < 1e-8 and abs(found["der(h.angle)"][-1] - exact[1]) < 1e-8

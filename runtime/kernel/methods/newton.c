@@ -1,4 +1,35 @@
+#include <stdlib.h>
+
 #include "newton.h"
+
+/* How far beside a state at which the derivatives have no value these are taken, as a share of its size. */
+static const mech_real BESIDE = MECH_C(1e-8);
+
+static void evaluate(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
+    s->model->jacobian(t, y, s->u, s->o.z, s->o.p, out);
+    s->run->report.jacobians++;
+}
+
+static int finite_all(const mech_model *model, const mech_real *jacobian)
+{
+    for (int e = 0; e < model->n_jacobian; e++)
+        if (!mech_finite(jacobian[e])) return 0;
+    return 1;
+}
+
+void mech_jacobian(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
+{
+    evaluate(s, t, y, out);
+    if (finite_all(s->model, out)) return;
+    mech_real *beside = calloc((size_t)s->ny, sizeof *beside);
+    if (!beside) return;
+    for (int i = 0; i < s->ny; i++) /* by different shares, so that nothing cancels again */
+        beside[i] = y[i] + BESIDE * (1 + (mech_real)(i % 7) / 8) * (mech_nominal(s, i) + mech_abs(y[i]));
+    evaluate(s, t, beside, out);
+    free(beside);
+}
 
 size_t mech_newton_size(const mech_model *model, const mech_spectrum *spectrum)
 {

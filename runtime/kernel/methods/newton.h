@@ -10,6 +10,7 @@
 #ifndef MECH_NEWTON_H
 #define MECH_NEWTON_H
 
+#include "run.h"
 #include "shifted.h"
 
 enum { MECH_MAX_STAGES = 4 };
@@ -31,6 +32,9 @@ typedef struct mech_newton {
 size_t mech_newton_size(const mech_model *model, const mech_spectrum *spectrum);
 void mech_newton_prepare(mech_newton *k, const mech_model *model, const mech_spectrum *spectrum,
                          mech_real *memory);
+
+/* The Jacobian; where that has no value, as that of v |v| at rest, the one right beside: iterations need no more. */
+void mech_jacobian(mech_solver *s, mech_real t, const mech_real *y, mech_real *out);
 
 /* 0, or 1 where a matrix is singular or not finite. */
 int mech_newton_factorise(mech_newton *k, mech_real h);

@@ -53,13 +53,6 @@ static inline void mech_rhs(mech_solver *s, mech_real t, const mech_real *y, mec
     s->run->report.evaluations++;
 }
 
-static inline void mech_jacobian(mech_solver *s, mech_real t, const mech_real *y, mech_real *out)
-{
-    if (s->model->nu) mech_inputs(s->model, s->o.tables, s->o.n_tables, s->segments, t, s->o.p, s->u);
-    s->model->jacobian(t, y, s->u, s->o.z, s->o.p, out);
-    s->run->report.jacobians++;
-}
-
 /* The size of a value that counts as 1, beside |y|; nominal values as far as the tolerances tell. */
 static inline mech_real mech_nominal(const mech_solver *s, int i)
 {
