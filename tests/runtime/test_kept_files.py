@@ -134,7 +134,7 @@ def test_a_command_survives_damage_of_all_that_is_kept(way: str, tmp_path: Path)
     assert subprocess.run(command, capture_output=True).returncode == 0
     bad = planted(tmp_path / "executed")
     kept = [file for file in cache_folder().iterdir() if file.is_file()]
-    assert {file.name.partition("-")[0] for file in kept} == {"kernel", "model", "object", "stages"}
+    assert {file.name.partition("-")[0] for file in kept} == {"kernel", "known", "model", "object", "stages"}
     for file in kept:
         DAMAGE[way](file, bad)
     again = subprocess.run(command, capture_output=True, text=True, timeout=300)
