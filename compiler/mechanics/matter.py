@@ -9,6 +9,7 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query
 from ..graph import Graph, Node
+from ..graph.differentiate import vjp
 from .bodies import inertia_tensor, mass_centre
 from .contacts import gap_parts, part_names, switched_names
 from .drives import drive_rows
@@ -17,6 +18,7 @@ from .forces import damping_power, virtual_power
 from .kinematics.frames import Frame, Kinematics
 from .kinematics.pose import numbers_of
 from .kinematics.rates import TotalDerivative
+from .kinematics.reactions import virtual_rates
 from .meaning.lower import Lowering
 from .meaning.symbols import Scalar, Symbols
 from .system import DriveRow, PointMass, RotaryInertia
@@ -245,7 +247,10 @@ class Matter:
         velocities = [s.node for c in self._symbols.coordinates for s in c.v]
         accelerations = [a for c in self._symbols.coordinates for a in c.a]
         momenta, seconds = momenta_of(self.graph, self.rate, lagrangian, velocities, accelerations)
-        return total_energy(self.graph, lagrangian, velocities, accelerations, momenta, seconds)
+        total = total_energy(self.graph, lagrangian, velocities, accelerations, momenta, seconds)
+        virtual = virtual_rates(self.graph, lagrangian)  # of what a reaction holds: they move, too
+        parts = vjp(self.graph, [(lagrangian, self.graph.one)], virtual)
+        return self.graph.add(total, self.graph.dot(parts, virtual)) if virtual else total
 
     def _momentum(self, target: str) -> Sequence[Node] | None:
         asked = [(s, a) for s, a in self._free() if s.variable.name == target]

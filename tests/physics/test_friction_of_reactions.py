@@ -112,3 +112,30 @@ def test_work_of_the_friction_in_the_guide() -> None:
     heat = np.sum((power[1:] + power[:-1]) / 2 * np.diff(solution.time))
     # with some twenty kinks, each of which costs a trapezoid h^2/2 times its change of slope
     assert solution["energy.dissipated"][-1] == pytest.approx(heat, rel=1e-6)
+
+
+PIVOT = """
+import mech.planar.*;
+gravity {0, -9.81} m/s^2;
+Bar b(m = 1 kg, l = 1 m);
+Revolute h(world -> b.a, angle = 20 deg, der(angle) = 2 rad/s);
+dissipation 0.5 s^-1*WHAT;
+output r = reaction(h);
+output mo = moment(h);
+experiment(stop = 0.1 s);
+"""
+WRITTEN = "(0.5*1 kg*norm(vel(b.c))^2 + 0.5*(1 kg*(1 m)^2/12)*angvel(b.a)^2)"
+
+
+@pytest.mark.parametrize("asked", ["energy()", "kinetic_energy()"])
+def test_a_dissipation_of_the_energy_acts_on_the_bodies_that_have_it(asked: str) -> None:
+    """-p/2 on the centre and -I w/2 about it: the hinge bears the force, and no moment."""
+    found, written = (mechc.loads(PIVOT.replace("WHAT", what)).simulate() for what in (asked, WRITTEN))
+    assert np.abs(found["mo"]).max() < 1e-12
+    for name in ("r[1]", "r[2]", "h.angle"):
+        assert np.abs(found[name] - written[name]).max() < 1e-9
+    a, w, s = (found[n] for n in ("h.angle", "der(h.angle)", "time"))
+    assert s[-1] == 0.1
+    spin = -3 / 2 * 9.81 * np.cos(a) - 0.5 * w
+    across = 0.5 * spin * np.cos(a) - 0.5 * w**2 * np.sin(a) + 9.81 + 0.25 * w * np.cos(a)
+    assert np.abs(found["r[2]"] - across).max() < 1e-9

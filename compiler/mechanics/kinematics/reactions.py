@@ -85,6 +85,11 @@ def only_virtual(graph: Graph, rate: Node) -> bool:
     return graph.is_zero(rate) or (bool(support) and all(graph.name(n).startswith(PREFIX) for n in support))
 
 
+def virtual_rates(graph: Graph, node: Node) -> list[Node]:
+    """Return the rates of virtual displacements on which a formula depends."""
+    return [n for n in graph.support(node) if graph.name(n).startswith(f"{PREFIX}rate ")]
+
+
 def undisplaced(graph: Graph, node: Node) -> Node:
     """Return a formula where all virtual displacements and their rates are zero, as in every motion.
 
