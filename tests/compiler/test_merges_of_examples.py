@@ -69,7 +69,7 @@ def rates(equations: Equations, random: np.random.Generator) -> np.ndarray:
     (rhs,) = (f for f in equations.functions if f.name == "rhs")
     sizes = {
         array: 1 + max((s.index for s in equations.layout.values() if s.array == array), default=0)
-        for array in "typuz"
+        for array in "typuzg"
     }
     point = {array: random.uniform(0.5, 1.5, size) for array, size in sizes.items()}
     point["z"] = np.round(point["z"] - 0.5)

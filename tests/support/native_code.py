@@ -132,7 +132,8 @@ class Both:
         self.native = NativeModel(self.program, folder)
         self.python, self.complete = load_python(self.program)
         self.p = self.native.default_parameters()
-        self.u = np.full(self.program.size("u"), 0.3)
+        behind = len(self.program.arrays.get("g", ()))  # numbers that are given behind the inputs
+        self.u = np.full(self.program.size("u") + behind, 0.3)
         self.z = np.full(self.program.size("z"), 1.0)
 
     def compare(self, name: str, state: list[float], t: float = 0.7) -> None:
