@@ -153,6 +153,8 @@ def _searched(site: Site, box: Box, enclosure: _Enclosure, arb: Any, begun: floa
     message = (
         f"proven in {seconds:.2g} s: {len(kept)} within the bounds, each in a box of its own with no other; {count} boxes"
         if complete
+        else f"not proven: {len(zeros) - len(kept)} boxes hold an equilibrium each that the iteration does not find"
+        if not undecided
         else f"not proven: {undecided} of {count} boxes are undecided, where equilibria are not isolated or close to being so"
     )
     return Proof(tuple(kept), complete, message)
@@ -184,7 +186,7 @@ def _judged(enclosure: _Enclosure, arb: Any, a: Array, b: Array) -> tuple[str, l
     for _ in range(60):
         tighter = _krawczyk(enclosure, arb, image, enclosure.slopes(image), inverse)
         tighter = [x.intersection(k) for x, k in zip(image, tighter, strict=True)]
-        if not all(float(t.rad()) < 0.9 * float(x.rad()) for t, x in zip(tighter, image, strict=True)):
+        if not any(float(t.rad()) < 0.9 * float(x.rad()) for t, x in zip(tighter, image, strict=True)):
             break
         image = tighter
     return "one", image, outer

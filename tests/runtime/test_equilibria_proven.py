@@ -123,3 +123,16 @@ def test_what_cannot_be_proven_says_so() -> None:
     with pytest.raises(SimulationError, match="one value of the parameters"):
         mechc.load(ROOT / "examples" / "pendulum.mech").study("equilibria", prove=True, over="l = 1 .. 2")
     assert math.isclose(max(e["values"]["theta"] for e in proven("pendulum.mech").equilibria), math.pi)
+
+
+def test_proof_where_one_coordinate_is_known_exactly() -> None:
+    """The enclosure of y is 0 itself at once, that of x is not: x^3 - x + 1/10 = 0 has three roots."""
+    model = mechc.loads(
+        "model Well\n  coordinate Length x = 0.7 m;\n  coordinate Length y = 0.2 m;\n"
+        "  kinetic 0.5*1 kg*(der(x)^2 + der(y)^2);\n"
+        "  potential -0.5 N/m*x^2 + 0.25 N/m^3*x^4 + 0.1 N*x + 1 N/m*y^2;\nend Well;\n"
+    )
+    found = model.study("equilibria", prove=True).summary()
+    assert found["complete"]
+    places = sorted(one["values"]["x"] for one in found["equilibria"])
+    assert np.allclose(places, np.sort(np.roots([1, 0, -1, 0.1]).real), rtol=0, atol=1e-12)
