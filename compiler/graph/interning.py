@@ -18,10 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from fractions import Fraction
+from itertools import compress
 from typing import Final, NewType, Self
 
 from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
 from .operations import ADD, CONST, MUL, NEG, PARTIAL, SELECT, SUB, SYMBOL
+from .reached import REMEMBERED, few_reached, marked
 from .table import Table
 
 Node = NewType("Node", int)
@@ -49,6 +51,7 @@ class Store:
         "_negatives",
         "_partial",
         "_points",
+        "_reached",
         "_right",
         "_symbols",
         "_third",
@@ -80,6 +83,7 @@ class Store:
         self._lookups: dict[Node, tuple[int, int]] = {}
         self._angles: dict[Node, Angle] = {}
         self._points: dict[Node, tuple[int, int]] = {}
+        self._reached: dict[tuple[Node, ...], bytearray] = {}
         # from structure or value to node
         self._symbols: dict[str, Node] = {}
         self._classes: dict[int, Node] = {}
@@ -140,59 +144,22 @@ class Store:
 
     def reach(self, outputs: Iterable[Node], known: Iterable[Node] = ()) -> list[Node]:
         """Return the outputs and all they depend on, ascending; neither ``known`` nodes nor what is below them."""
-        wanted = list(outputs)
-        if len(wanted) == 1:
-            return self._reach_one(wanted[0], known)
-        seen = bytearray(max(wanted, default=-1) + 1)
-        for n in known:
-            if n < len(seen):
-                seen[n] = 1
-        left, right, code = self._left, self._right, self._code
-        found: list[Node] = []
-        add = found.append
-        for n in wanted:
-            if not seen[n]:
-                seen[n] = 1
-                add(n)
-        for n in found:  # grows while it is walked through
-            a = left[n]
-            if a >= 0:
-                if not seen[a]:
-                    seen[a] = 1
-                    add(a)
-                b = right[n]
-                if b >= 0:
-                    if not seen[b]:
-                        seen[b] = 1
-                        add(b)
-                    if code[n] == SELECT and not seen[c := self._third[n]]:
-                        seen[c] = 1
-                        add(c)
-        found.sort()
-        return found
+        wanted, stopped = tuple(outputs), frozenset(known)
+        few = few_reached(self, wanted, stopped)
+        if few is not None:
+            return few
+        marks = self._marks(wanted, stopped)
+        return list(compress(range(len(marks)), marks))  # type: ignore[arg-type]
 
-    def _reach_one(self, wanted: Node, known: Iterable[Node]) -> list[Node]:
-        """Do as ``reach``, where mostly little is found: without an entry for each node of the graph."""
-        seen = set(known)
-        left, right, code = self._left, self._right, self._code
-        found = [] if wanted in seen else [wanted]
-        add = found.append
-        seen.add(wanted)
-        for n in found:  # grows while it is walked through
-            a = left[n]
-            if a >= 0:
-                if a not in seen:
-                    seen.add(a)
-                    add(a)
-                b = right[n]
-                if b >= 0:
-                    if b not in seen:
-                        seen.add(b)
-                        add(b)
-                    if code[n] == SELECT and (c := self._third[n]) not in seen:
-                        seen.add(c)
-                        add(c)
-        found.sort()
+    def _marks(self, wanted: tuple[Node, ...], known: frozenset[Node] = frozenset()) -> bytearray:
+        """Return a byte for each node that is 1 where one is reached; large questions are often asked again."""
+        found = None if known else self._reached.get(wanted)
+        if found is None:
+            found = marked(self, wanted, known)
+            if not known:
+                if len(self._reached) >= REMEMBERED:
+                    del self._reached[next(iter(self._reached))]
+                self._reached[wanted] = found
         return found
 
     def depth_first(self, outputs: Iterable[Node], given: Iterable[Node] = ()) -> list[Node]:
@@ -231,13 +198,15 @@ class Store:
 
     def support(self, *outputs: Node) -> list[Node]:
         """Return the symbols that the outputs depend on, ascending."""
-        code = self._code
-        return [n for n in self.reach(outputs) if code[n] == SYMBOL]
+        few = few_reached(self, outputs)
+        if few is not None:
+            return [n for n in few if self._code[n] == SYMBOL]
+        marks = self._marks(outputs)
+        return [n for n in self._names if n < len(marks) and marks[n]]
 
     def count_operations(self, outputs: Iterable[Node]) -> int:
         """Count all distinct nodes but constants and symbols; sine and cosine count apart."""
-        code = self._code
-        return sum(code[n] > SYMBOL for n in self.reach(outputs))
+        return sum(map(SYMBOL.__lt__, compress(self._code, self._marks(tuple(outputs)))))
 
     # ------------------------------------------------------------------ trials
 

@@ -1,0 +1,71 @@
+"""What nodes depend on: found by one descent through the numbers of nodes, as arguments have smaller ones."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from itertools import islice
+from typing import TYPE_CHECKING, Final
+
+from .operations import SELECT
+
+if TYPE_CHECKING:
+    from .interning import Node, Store
+
+REMEMBERED: Final = 8
+"""Questions whose answers a graph keeps: a byte for each node. What was reached once stays so."""
+
+FEW: Final = 500
+"""Nodes up to which what others depend on is looked for without an entry for each node of the graph."""
+
+
+def marked(graph: Store, wanted: Collection[Node], known: Collection[Node]) -> bytearray:
+    """Return a byte for each node, 1 for those wanted and all they depend on but ``known`` ones and what is below them."""
+    top = max(wanted, default=-1)
+    marks = bytearray(top + 2)  # one more: the arguments that are not there have the number -1
+    for n in wanted:
+        marks[n] = 1
+    left, right, code, third = graph._left, graph._right, graph._code, graph._third
+    find = marks.rfind
+    n = find(1, 0, top + 1)
+    while n >= 0:
+        if not known or n not in known:
+            marks[left[n]] = 1
+            marks[right[n]] = 1
+            if third and code[n] == SELECT:
+                marks[third[n]] = 1  # type: ignore[index]  # a number like any other
+        n = find(1, 0, n)
+    for k in known:
+        if k <= top:
+            marks[k] = 0
+    del marks[top + 1 :]
+    return marks
+
+
+def few_reached(
+    graph: Store, wanted: Collection[Node], known: Collection[Node] = frozenset()
+) -> list[Node] | None:
+    """Return what ``marked`` marks, ascending; None where these are more than a few."""
+    if len(wanted) > FEW:
+        return None
+    seen = {*known, *wanted}
+    left, right, code = graph._left, graph._right, graph._code
+    found = [n for n in dict.fromkeys(wanted) if n not in known]
+    add = found.append
+    for n in islice(found, FEW):  # grows while it is walked through
+        a = left[n]
+        if a >= 0:
+            if a not in seen:
+                seen.add(a)
+                add(a)
+            b = right[n]
+            if b >= 0:
+                if b not in seen:
+                    seen.add(b)
+                    add(b)
+                if code[n] == SELECT and (c := graph._third[n]) not in seen:
+                    seen.add(c)
+                    add(c)
+    if len(found) > FEW:
+        return None
+    found.sort()
+    return found
