@@ -10,6 +10,8 @@ types, expressions, which functions of the language share) is in a table, and re
 
 from __future__ import annotations
 
+import sys
+from array import array
 from collections.abc import Callable, Mapping
 from enum import Enum
 from fractions import Fraction
@@ -35,14 +37,14 @@ from .graph import Table
 from .graph.columns import Columns, columns, graph_of
 from .graph.operations import OPERATIONS
 from .program import model as program_model
-from .program.model import Body, Program
+from .program.model import LongBody, Program, Statement
 
-VERSION: Final = 1
+VERSION: Final = 2
 """Of the form of the bytes; that of the values is known by the fields of their classes."""
 
 MAGIC: Final = "mechc stage"
 
-_TUPLE, _MAPPING, _SET, _FRACTION, _BIG, _SHARED, _GRAPH, _BODIES, _FIRST_CLASS = range(9)
+_TUPLE, _MAPPING, _SET, _FRACTION, _BIG, _SHARED, _GRAPH, _BODIES, _LONG, _ARRAY, _FIRST_CLASS = range(11)
 
 _SHARED_CLASSES = (Span, SourceFile, Origin, Type, Dimension, Typed)
 
@@ -139,8 +141,26 @@ def _from_text(wanted: type, text: str) -> Fraction:
 
 
 _encoder = msgspec.msgpack.Encoder(enc_hook=_to_text)
-_bodies = msgspec.msgpack.Decoder(tuple[Body, ...], dec_hook=_from_text)
+_bodies = msgspec.msgpack.Decoder(tuple[tuple[Statement, ...], ...], dec_hook=_from_text)
+_numbers = msgspec.msgpack.Decoder(tuple[Fraction, ...], dec_hook=_from_text)
 _columns = msgspec.msgpack.Decoder(Columns, dec_hook=_from_text)
+
+
+# ---------------------------------------------------------------- columns, the same bytes on every machine
+
+
+def _bytes_of(column: array[int]) -> bytes:
+    if sys.byteorder == "big":
+        column = column[:]
+        column.byteswap()
+    return column.tobytes()
+
+
+def _array_of(typecode: str, data: bytes) -> array[int]:
+    column = array(typecode, data)
+    if sys.byteorder == "big":
+        column.byteswap()
+    return column
 
 
 # ---------------------------------------------------------------- writing
@@ -170,6 +190,11 @@ class _Writer:
             return [_FRACTION, _to_text(value)]
         if isinstance(value, Enum):
             return [self._codes[value.__class__], value.value]
+        if isinstance(value, array):
+            return [_ARRAY, value.typecode, _bytes_of(value)]
+        if isinstance(value, LongBody):
+            columns = (value.kinds, value.first, value.second, value.third)
+            return [_LONG, *map(self.plain, columns), _encoder.encode(value.numbers)]
         if isinstance(value, Columns):
             return [_GRAPH, _encoder.encode(value)]
         assert isinstance(value, Struct), value
@@ -189,7 +214,8 @@ class _Writer:
     def _fields(self, value: Struct) -> list[object]:
         code = self._codes[value.__class__]
         if isinstance(value, program_model.ProgramFunction):
-            bodies = [_BODIES, _encoder.encode(value.bodies)]
+            long = any(isinstance(body, LongBody) for body in value.bodies)
+            bodies = self.plain(value.bodies) if long else [_BODIES, _encoder.encode(value.bodies)]
             return [
                 code,
                 *(bodies if n == "bodies" else self.plain(getattr(value, n)) for n in _names(value)),
@@ -216,6 +242,8 @@ class _Reader:
             lambda x: self.shared[x[1]],
             lambda x: graph_of(_columns.decode(x[1])),
             lambda x: _bodies.decode(x[1]),
+            lambda x: LongBody(*[self.value(part) for part in x[1:5]], _numbers.decode(x[5])),  # type: ignore[call-arg,arg-type]
+            lambda x: _array_of(x[1], x[2]),
             *(self._maker(known) for known in _classes()),
         )
 

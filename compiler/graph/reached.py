@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from itertools import islice
 from typing import TYPE_CHECKING, Final
 
@@ -25,14 +25,14 @@ def marked(graph: Store, wanted: Collection[Node], known: Collection[Node]) -> b
     for n in wanted:
         marks[n] = 1
     left, right, code, third = graph._left, graph._right, graph._code, graph._third
-    find = marks.rfind
+    find: Callable[[int, int, int], Node] = marks.rfind  # type: ignore[assignment]  # a node or -1
     n = find(1, 0, top + 1)
     while n >= 0:
         if not known or n not in known:
             marks[left[n]] = 1
             marks[right[n]] = 1
             if third and code[n] == SELECT:
-                marks[third[n]] = 1  # type: ignore[index]  # a number like any other
+                marks[third[n]] = 1
         n = find(1, 0, n)
     for k in known:
         if k <= top:

@@ -45,7 +45,7 @@ def split(function: ProgramFunction, size: int) -> ProgramFunction:
     """
     if 2 * function.operations <= 3 * size or len(function.bodies) > 1:
         return function
-    (body,) = function.bodies
+    (body,) = map(tuple, function.bodies)
     home, last = _homes(body, size)
     n_bodies = home[-1] + 1
     places, workspace = _places(body, home, last, n_bodies)

@@ -28,7 +28,20 @@ from ..graph.operations import (
 )
 from .connected import groups
 from .hoist import hoistable, rule_order
-from .model import Body, Literal, Load, Lookup, Operate, Program, ProgramFunction, Statement, Store, Value
+from .model import (
+    Body,
+    Literal,
+    Load,
+    LongBody,
+    Lookup,
+    Operate,
+    Program,
+    ProgramFunction,
+    Statement,
+    Store,
+    Value,
+    codes_of,
+)
 from .schedule import schedule
 
 NARROW = (EXP, TANH, SINH, COSH, ATAN)
@@ -113,13 +126,8 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
 
 def _derived_by(functions: Sequence[ProgramFunction], codes: tuple[int, ...]) -> bool:
     """Whether derivatives hold one of some operations, or a table, of what changes during a run."""
-    return any(
-        (type(s) is Operate and s.code in codes) or type(s) is Lookup
-        for f in functions
-        if f.name == "rhs"
-        for body in f.bodies
-        for s in body
-    )
+    wanted = {*codes, LOOKUP}
+    return any(wanted & codes_of(body) for f in functions if f.name == "rhs" for body in f.bodies)
 
 
 def _groups(equations: Equations, functions: Sequence[ProgramFunction]) -> tuple[int, ...]:
@@ -175,16 +183,16 @@ def lower_function(
     return lowered
 
 
-Lowered = tuple[ProgramFunction, Mapping[Node, Value]]
-"""A function, and where in its body nodes are."""
+Lowered = tuple[ProgramFunction, Sequence[int]]
+"""A function, and the node of each statement of its body; -1 where it has none."""
 
 
 def _lowered(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> Lowered:
     stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
-    body, place = _body(graph, layout, stores, constants, in_order=False)
-    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,)), place
+    body, nodes = _body(graph, layout, stores, constants, in_order=False)
+    return ProgramFunction(function.name, function.doc, len(function.outputs), (body,)), nodes
 
 
 def _parameters(equations: Equations, constants: Mapping[Node, int]) -> Lowered:
@@ -194,9 +202,9 @@ def _parameters(equations: Equations, constants: Mapping[Node, int]) -> Lowered:
     order = rule_order(graph, layout, rules)  # a parameter is stored before others load it
     stores = [("p", index, rules[index], True) for index in order]
     stores += [("p", index, n, False) for n, index in constants.items()]
-    body, place = _body(graph, layout, stores, {}, in_order=True)
+    body, nodes = _body(graph, layout, stores, {}, in_order=True)
     doc = "Complete p: dependent parameters that are not set, then constants of the run."
-    return ProgramFunction("parameters", doc, 0, (body,)), place
+    return ProgramFunction("parameters", doc, 0, (body,)), nodes
 
 
 def _with_order(lowered: Sequence[Lowered]) -> list[ProgramFunction]:
@@ -204,10 +212,16 @@ def _with_order(lowered: Sequence[Lowered]) -> list[ProgramFunction]:
     sizes = [len(f.bodies[0]) for f, _ in lowered]
     if max(sizes) <= LONG:
         return [f for f, _ in lowered]
-    return [
-        replace(f, made=_made(f.bodies[0], place)) if size > SHORT else f
-        for (f, place), size in zip(lowered, sizes, strict=True)
-    ]
+    from .columns import made_order
+
+    found = []
+    for (f, nodes), size in zip(lowered, sizes, strict=True):
+        if size > SHORT:
+            (body,) = f.bodies
+            body = body if isinstance(body, LongBody) else LongBody.of(body)
+            f = replace(f, bodies=(body,), made=made_order(body, nodes))
+        found.append(f)
+    return found
 
 
 def _body(
@@ -217,11 +231,15 @@ def _body(
     constants: Mapping[Node, int],
     *,
     in_order: bool,
-) -> tuple[Body, Mapping[Node, Value]]:
+) -> tuple[Body, Sequence[int]]:
     """Return the statements of stores (array, index, node, guarded): as soon as each is known, or in their order; and the
-    places of nodes among them."""
-    statements = _Statements(graph, layout, constants)
+    node of each of them."""
     order = schedule(graph, [n for _, _, n, _ in stores], constants)
+    if len(order) + len(stores) > LONG:
+        from .columns import long_body
+
+        return long_body(graph, layout, stores, constants, order, in_order=in_order)
+    statements = _Statements(graph, layout, constants)
     position = {n: k for k, n in enumerate(order)}
     if not in_order:
         stores = sorted(stores, key=lambda store: position[store[2]])
@@ -231,24 +249,7 @@ def _body(
         statements.compute(order[start:stop])
         start = stop
         statements.store(array, index, n, guarded)
-    return tuple(statements.body), statements.place
-
-
-def _made(body: Body, place: Mapping[Node, Value]) -> tuple[Value, ...]:
-    """Return the operations in the order of their nodes, each followed by its stores; those of leaves come last. What comes
-    before a guarded store stays there: others read the parameter that it completes."""
-    guarded = [k for k, s in enumerate(body) if type(s) is Store and s.guarded]
-    fixed = guarded[-1] + 1 if guarded else 0
-    node = {k: n for n, k in place.items()}
-    last = len(node) and max(node.values()) + 1
-
-    def rank(position: Value) -> tuple[int, int]:
-        statement = body[position]
-        if position < fixed:
-            return -1, position
-        if type(statement) is not Store:
-            return node[position], -1
-        of_leaf = type(body[statement.value]) not in (Operate, Lookup)
-        return last if of_leaf or statement.value < fixed else node[statement.value], position
-
-    return tuple(sorted((k for k, s in enumerate(body) if type(s) not in (Load, Literal)), key=rank))
+    nodes = [-1] * len(statements.body)
+    for n, at in statements.place.items():
+        nodes[at] = n
+    return tuple(statements.body), nodes

@@ -7,8 +7,10 @@ choice is the operation SELECT. All functions but ``parameters`` have the signat
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from array import array
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from typing import overload
 
 from msgspec import Struct
 
@@ -27,6 +29,7 @@ from ..equations.model import (
     Sought,
 )
 from ..graph import Table
+from ..graph.operations import LOOKUP, OPERATIONS
 
 Value = int
 """Position of a statement in its body."""
@@ -76,7 +79,7 @@ class Store(Struct, frozen=True, array_like=True, tag=4):
 
 
 Statement = Load | Literal | Operate | Lookup | Store
-Body = tuple[Statement, ...]
+Body = Sequence[Statement]
 
 
 def operands_of(statement: Statement) -> tuple[Value, ...]:
@@ -90,10 +93,113 @@ def operands_of(statement: Statement) -> tuple[Value, ...]:
             return ()
 
 
+LOAD, LITERAL, STORE = -1, -2, -3
+"""What ``LongBody.kinds`` says of statements that are no operations."""
+
+ARRAYS = ("t", "y", "u", "z", "p", "w", "g", "out")
+
+
+class LongBody(Sequence[Statement]):
+    """Many statements in columns, made one by one when they are asked for.
+
+    ``kinds``: codes of operations, or what other statements are; then of Load: array (by its place in ``ARRAYS``), index; of
+    Literal: place in ``numbers``; of Operate: operands, -1 where there is none; of Lookup: operand, table, order; of Store:
+    value, index, twice the array, and one more if guarded.
+    """
+
+    __slots__ = ("first", "kinds", "numbers", "second", "third")
+
+    def __init__(
+        self,
+        kinds: array[int],
+        first: array[int],
+        second: array[int],
+        third: array[int],
+        numbers: tuple[Fraction, ...],
+    ) -> None:
+        self.kinds = kinds
+        self.first = first
+        self.second = second
+        self.third = third
+        self.numbers = numbers
+
+    @classmethod
+    def of(cls, statements: Iterable[Statement]) -> LongBody:
+        kinds, columns, numbers = array("b"), (array("i"), array("i"), array("i")), list[Fraction]()
+        for statement in statements:
+            parts: tuple[int, ...]
+            match statement:
+                case Load(name, index):
+                    kind, parts = LOAD, (ARRAYS.index(name), index)
+                case Literal(number):
+                    kind, parts = LITERAL, (len(numbers),)
+                    numbers.append(number)
+                case Operate(kind, operands):
+                    parts = operands
+                case Lookup(table, order, operand):
+                    kind, parts = LOOKUP, (operand, table, order)
+                case Store(name, index, value, guarded):
+                    kind, parts = STORE, (value, index, 2 * ARRAYS.index(name) + guarded)
+            kinds.append(kind)
+            for column, part in zip(columns, (*parts, -1, -1), strict=False):
+                column.append(part)
+        return cls(kinds, *columns, tuple(numbers))
+
+    def __len__(self) -> int:
+        return len(self.kinds)
+
+    @overload
+    def __getitem__(self, at: int) -> Statement: ...
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Statement, ...]: ...
+    def __getitem__(self, at: int | slice) -> Statement | tuple[Statement, ...]:
+        columns = (self.kinds, self.first, self.second, self.third)
+        if isinstance(at, slice):
+            return tuple(map(self._made, *(column[at] for column in columns)))
+        return self._made(*(column[at] for column in columns))
+
+    def __iter__(self) -> Iterator[Statement]:
+        return map(self._made, self.kinds, self.first, self.second, self.third)
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, LongBody):
+            return NotImplemented
+        return all(getattr(self, name) == getattr(other, name) for name in self.__slots__)
+
+    def _made(self, kind: int, a: int, b: int, c: int) -> Statement:
+        if kind == LOAD:
+            return Load(ARRAYS[a], b)
+        if kind == LITERAL:
+            return Literal(self.numbers[a])
+        if kind == STORE:
+            return Store(ARRAYS[c >> 1], b, a, bool(c & 1))
+        if kind == LOOKUP:
+            return Lookup(b, c, a)
+        return Operate(kind, (a, b, c)[: OPERATIONS[kind].arity])
+
+
+def codes_of(body: Body) -> set[int]:
+    """Return the codes of the operations of a body, lookups among them."""
+    if isinstance(body, LongBody):
+        return {kind for kind in set(body.kinds) if kind >= 0}
+    return {s.code if type(s) is Operate else LOOKUP for s in body if type(s) in (Operate, Lookup)}
+
+
+def places_of(body: Body, codes: Collection[int]) -> list[Value]:
+    """Return where a body has operations with some codes."""
+    if isinstance(body, LongBody):
+        return [value for value, kind in enumerate(body.kinds) if kind in codes]
+    return [
+        value
+        for value, s in enumerate(body)
+        if (type(s) is Operate and s.code in codes) or (type(s) is Lookup and LOOKUP in codes)
+    ]
+
+
 class ProgramFunction(Struct, frozen=True):
     """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only.
 
-    ``made``: of a long function in one body, the positions of its operations and stores in the order in which their nodes
+    ``made``: of a long function in one body, which is a ``LongBody`` then, the positions of its operations and stores in the order in which their nodes
     were made, in which they may run as well, and in which what loops over arrays made repeats itself (loops/).
     """
 
@@ -102,12 +208,17 @@ class ProgramFunction(Struct, frozen=True):
     n_out: int
     bodies: tuple[Body, ...]
     workspace: int = 0
-    made: tuple[Value, ...] = ()
+    made: Sequence[Value] = ()
 
     @property
     def operations(self) -> int:
         """Count the operations: all statements but loads, literals and stores."""
-        return sum(type(s) is Operate or type(s) is Lookup for body in self.bodies for s in body)
+        return sum(
+            sum(kind >= 0 for kind in body.kinds)
+            if isinstance(body, LongBody)
+            else sum(type(s) is Operate or type(s) is Lookup for s in body)
+            for body in self.bodies
+        )
 
 
 class SeriesPlan(Struct, frozen=True):

@@ -14,7 +14,7 @@ from ..graph import Table
 from ..graph import operations as ops
 from ..program import Program, ProgramFunction, chunk
 from ..program.chunk import CHUNK
-from ..program.model import Body, Load, Lookup, Operate, Store
+from ..program.model import Body, Load, Lookup, Store, codes_of
 from ..program.names import identifiers
 from ..program.series import NEXT, START
 from ..uncollected import uncollected
@@ -330,21 +330,15 @@ def sentence(doc: str) -> str:
 def used_tables(program: Program) -> list[tuple[int, Table]]:
     """Return the tables that some function reads, with their index."""
     functions = (program.parameters, *program.functions)
-    used = {s.table for f in functions for body in f.bodies for s in body if type(s) is Lookup}
+    bodies = [body for f in functions for body in f.bodies if ops.LOOKUP in codes_of(body)]
+    used = {s.table for body in bodies for s in body if type(s) is Lookup}
     return [(i, program.tables[i]) for i in sorted(used)]
 
 
 def _operations(program: Program) -> set[int]:
     """Return the codes of all operations that the program uses."""
-    used: set[int] = set()
-    for function in (program.parameters, *program.functions):
-        for body in function.bodies:
-            for statement in body:
-                if type(statement) is Operate:
-                    used.add(statement.code)
-                elif type(statement) is Lookup:
-                    used.add(ops.LOOKUP)
-    return used
+    functions = (program.parameters, *program.functions)
+    return {code for f in functions for body in f.bodies for code in codes_of(body)}
 
 
 def _load_order(load: tuple[str, int]) -> tuple[int, int]:

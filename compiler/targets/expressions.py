@@ -76,6 +76,7 @@ class Text(Struct, gc=False):
 
 def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) -> Iterator[str]:
     """Yield the lines of a body: named values and stores, in order."""
+    body = tuple(body)
     uses, stored = _uses(body)
     values: list[Text] = []
     count = 0

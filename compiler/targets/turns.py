@@ -22,7 +22,9 @@ from ..program.model import (
     Statement,
     Store,
     Value,
+    codes_of,
     operands_of,
+    places_of,
 )
 
 WIDTH = 4
@@ -43,21 +45,25 @@ def with_turns_ahead(function: ProgramFunction) -> ProgramFunction:
 
 
 def _gathered(body: Body) -> Body:
-    angles = _angles(body)
+    if codes_of(body).isdisjoint((SIN, COS)):
+        return body
+    statements = tuple(body)
+    angles = _angles(statements)
     if len(angles) < FEWEST:
         return body
-    return _ordered(body, [angles[k : k + WIDTH] for k in range(0, len(angles), WIDTH)])
+    return _ordered(statements, [angles[k : k + WIDTH] for k in range(0, len(angles), WIDTH)])
 
 
 def turn_groups(body: Body) -> dict[Value, list[Value]]:
     """Return the angles of each group, by the place of its first sine or cosine."""
     found: dict[Value, list[Value]] = {}
     first, angles = 0, list[Value]()
-    for value, statement in enumerate(body):
-        if not _turns(statement):
+    last = -1
+    for value in places_of(body, (SIN, COS)):
+        if value > last + 1:
             angles = []
-            continue
-        (angle,) = operands_of(statement)
+        last = value
+        (angle,) = operands_of(body[value])
         if angle in angles:
             continue
         if not angles or len(angles) == WIDTH or angle >= first:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .nest import Nest, Numbers
+from .nest import Nest
 from .rolled import Index
+from .stream import Numbers
 
 
 class Indices:

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .runs import Entry, Run
-from .stream import Stream
-
-Numbers = NDArray[np.int64]
+from .stream import NONE, Numbers, Stream
 
 
 class Site:
@@ -92,10 +89,9 @@ class Nests:
 
     def _last_readers(self) -> Numbers:
         last = np.full(len(self.stream.done), -1, np.int64)
-        for i, operands in enumerate(self.stream.operands):
-            for a in operands:
-                if a >= 0:
-                    last[a] = i
+        for column in self.stream.operands.T:
+            reading = np.flatnonzero(column >= 0)
+            np.maximum.at(last, column[reading], reading)
         return last
 
     def _outer(self, chain: tuple[Nest, ...], depth: int) -> Numbers:
@@ -107,13 +103,14 @@ class Nests:
 
     def _resolve(self) -> None:
         """Find out which operands are values of the same iteration, and what must lie in memory."""
-        operands = self.stream.operands
-        needed = np.zeros(len(operands), bool)
+        operands = [np.ascontiguousarray(column) for column in self.stream.operands.T]
+        needed = np.zeros(len(self.stream.done), bool)
         outer: dict[tuple[int, int], Numbers] = {}
         for site in self.sites:
-            columns = np.array([operands[i] for i in site.statements.tolist()], np.int64)
-            for column in columns.T if columns.size else ():
-                column = np.ascontiguousarray(column)
+            for operand in operands:
+                column = operand[site.statements]
+                if column[0] == NONE:
+                    break
                 if column[0] < 0:
                     site.operands.append(column)
                     continue

@@ -12,7 +12,8 @@ import numpy as np
 
 from ...graph.operations import ADD, SUB
 from ..model import Operate
-from .nest import Nest, Nests, Numbers, Site
+from .nest import Nest, Nests, Site
+from .stream import Numbers
 
 PAD = 2
 """Free places before and behind each block, for what loops read from before their beginning."""
@@ -33,7 +34,7 @@ class Places:
         """A sum whose first or second operand is read for the last time there, every time, takes its place."""
         last = self.nests.last_reader
         for site in self.nests.sites:
-            statement = self.nests.stream.done[site.statements[0]]
+            statement = self.nests.stream.statement(site.statements[0])
             if not (
                 site.in_memory and site.chain and type(statement) is Operate and statement.code in (ADD, SUB)
             ):

@@ -8,12 +8,12 @@ import numpy as np
 
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
 from .indices import Indices, is_affine
-from .nest import Nest, Nests, Numbers, Site
+from .nest import Nest, Nests, Site
 from .places import PAD, Places
 from .rolled import Compute, Index, Item, Kept, Local, Loop, Number, Operand, Put, Read, Rolled
 from .runs import runs
 from .sinking import sunk
-from .stream import Stream, stream, tokens
+from .stream import Numbers, Stream, stream, tokens
 
 WORTH = 4
 """A function becomes loops where these have at most this part of its statements."""
@@ -80,11 +80,10 @@ class _Writer:
         return [*before, Loop(nest.number, trips, tuple(body), kept, numbered, apart)]
 
     def _statement(self, site: Site, nest: Nest | None, before: list[Item]) -> Item:
-        statement = self.nests.stream.done[site.statements[0]]
+        statement = self.nests.stream.statement(site.statements[0])
         operands = tuple(self._operand(site, k, nest, before) for k in range(len(site.operands)))
         if type(statement) is Store:
-            targets = np.array([_target(self.nests.stream, i) for i in site.statements.tolist()])
-            index = self.indices.index(targets, site.chain)
+            index = self.indices.index(self.nests.stream.targets_of(site.statements), site.chain)
             return Put(statement.array, index, operands[0], statement.guarded)
         assert type(statement) is Operate or type(statement) is Lookup
         if nest is not None and site.number in nest.kept:
@@ -109,13 +108,11 @@ class _Writer:
         return Read("w", index or self.indices.index(places, site.chain))
 
     def _leaf(self, column: Numbers, site: Site) -> Operand:
-        leaves = self.nests.stream.leaves
-        first = leaves[-1 - column[0]]
+        first = self.nests.stream.leaf(column[0])
         if type(first) is Literal:
             return Number(first.number)
         assert type(first) is Load
-        numbers = np.array([_index(leaves[-1 - c]) for c in column.tolist()])
-        return Read(first.array, self.indices.index(numbers, site.chain))
+        return Read(first.array, self.indices.index(self.nests.stream.indices_of(column), site.chain))
 
     def _padded(self, column: Numbers, places: Numbers, nest: Nest, before: list[Item]) -> Index | None:
         """Return an affine index where the first one or two iterations read what was made before the loop: it is copied
@@ -148,14 +145,3 @@ class _Writer:
 
 def _writes_parameters(body: Sequence[Item]) -> bool:
     return any(isinstance(item, Put) and item.array == "p" for item in body)
-
-
-def _index(leaf: object) -> int:
-    assert type(leaf) is Load
-    return leaf.index
-
-
-def _target(made: Stream, statement: int) -> int:
-    done = made.done[statement]
-    assert type(done) is Store
-    return done.index

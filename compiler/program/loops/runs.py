@@ -28,10 +28,10 @@ Entry = int | Run
 """A statement by its position, or a run."""
 
 
-def runs(tokens: Sequence[int], operands: Sequence[tuple[int, ...]]) -> list[Entry]:
+def runs(tokens: NDArray[np.int64], operands: NDArray[np.int64]) -> list[Entry]:
     """Return the statements with runs put together."""
     items: list[Entry] = list(range(len(tokens)))
-    found = list(tokens)
+    found = tokens.tolist()
     for window, repeats, least in LEVELS:
         items, found = _level(items, found, operands, window, repeats, least)
     return items
@@ -40,7 +40,7 @@ def runs(tokens: Sequence[int], operands: Sequence[tuple[int, ...]]) -> list[Ent
 def _level(
     items: list[Entry],
     tokens: list[int],
-    operands: Sequence[tuple[int, ...]],
+    operands: NDArray[np.int64],
     window: int,
     repeats: int,
     least: int,
@@ -109,9 +109,7 @@ def _equal_before(tokens: NDArray[np.int64], window: int) -> NDArray[np.int64]:
     return before
 
 
-def _phase(
-    items: Sequence[Entry], operands: Sequence[tuple[int, ...]], start: int, end: int, period: int
-) -> int:
+def _phase(items: Sequence[Entry], operands: NDArray[np.int64], start: int, end: int, period: int) -> int:
     """Return where to cut a run, from 0 to the period - 1: where the fewest values cross."""
     if period == 1:
         return 0
@@ -120,7 +118,7 @@ def _phase(
     where = {s: q for q in range(low, high) for s in _statements(items[q])}
     last: dict[int, int] = {}
     for statement, q in where.items():
-        for value in operands[statement]:
+        for value in operands[statement].tolist():
             made = where.get(value, q)
             if made < q < made + period:
                 last[made] = max(last.get(made, 0), q)

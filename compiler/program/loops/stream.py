@@ -2,90 +2,125 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Final
 
+import numpy as np
 from msgspec import Struct
+from numpy.typing import NDArray
 
-from ...graph.operations import ADD, MUL
-from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store, operands_of
+from ...graph.operations import ADD, LOOKUP, MUL, OPERATIONS
+from ..model import (
+    ARRAYS,
+    LITERAL,
+    LOAD,
+    STORE,
+    Literal,
+    Load,
+    LongBody,
+    Lookup,
+    Operate,
+    ProgramFunction,
+    Store,
+)
+
+Numbers = NDArray[np.int64]
 
 NEAR = 4
 """Largest distance of an operand that tells statements apart. From 0 to 8 it makes little difference."""
 
 COMMUTATIVE = (ADD, MUL)
 
-Leaf = Load | Literal
-Done = Operate | Lookup | Store
-"""What a stream holds; the operands of these objects are those of the function, not of the stream."""
+NONE: Final = int(np.iinfo(np.int64).min)
+"""In the place of an operand that a statement does not have."""
 
 
 class Stream(Struct):
-    """``operands`` of statement i: positions before i, or -1 - k for leaf k."""
+    """``done``: places in the body; ``operands`` of statement i, three columns: positions in the stream before i, or -1 - k
+    for a load or literal at place k of the body, or ``NONE``. The operands that the body names are its own."""
 
-    done: list[Done]
-    operands: list[tuple[int, ...]]
-    leaves: list[Leaf]
+    body: LongBody
+    done: Numbers
+    operands: Numbers
 
-    def ordered(self, order: Sequence[int]) -> Stream:
+    def statement(self, i: int) -> Operate | Lookup | Store:
+        """Return what statement i does; the operands of this object mean nothing here."""
+        found = self.body[int(self.done[i])]
+        assert type(found) is Operate or type(found) is Lookup or type(found) is Store
+        return found
+
+    def leaf(self, operand: int) -> Load | Literal:
+        found = self.body[-1 - int(operand)]
+        assert type(found) is Load or type(found) is Literal, "a value is made before it is read"
+        return found
+
+    def indices_of(self, leaves: Numbers) -> Numbers:
+        """Return the indices that loads read."""
+        return _column(self.body.second)[-1 - leaves]
+
+    def targets_of(self, stores: Numbers) -> Numbers:
+        """Return the indices that stores write."""
+        return _column(self.body.second)[self.done[stores]]
+
+    def of_operands(self, i: int) -> list[Numbers]:
+        """Return the columns of operands that statement i has."""
+        return [column for column in self.operands.T if column[i] != NONE]
+
+    def ordered(self, order: Numbers) -> Stream:
         """Return the same statements in another order."""
-        place = [0] * len(order)
-        for k, i in enumerate(order):
-            place[i] = k
-        return Stream(
-            [self.done[i] for i in order],
-            [tuple([place[a] if a >= 0 else a for a in self.operands[i]]) for i in order],
-            self.leaves,
-        )
+        place = np.empty_like(order)
+        place[order] = np.arange(len(order))
+        operands = self.operands[order]
+        made = operands >= 0
+        operands[made] = place[operands[made]]
+        return Stream(self.body, self.done[order], operands)
 
 
 def stream(function: ProgramFunction) -> Stream:
     """Return the statements of a function that says in which order they were made."""
     (body,) = function.bodies
-    made = Stream([], [], [])
-    place: dict[int, int] = {}
-    for position in function.made:
-        statement = body[position]
-        assert type(statement) is Operate or type(statement) is Lookup or type(statement) is Store
-        operands = []
-        for value in operands_of(statement):
-            at = place.get(value)
-            if at is None:
-                leaf = body[value]
-                assert type(leaf) is Load or type(leaf) is Literal, "a value is made before it is read"
-                made.leaves.append(leaf)
-                at = place[value] = -len(made.leaves)
-            operands.append(at)
-        if type(statement) is Operate and statement.code in COMMUTATIVE:
-            first, second = operands
-            if first >= 0 and second < first:  # leaves first, then what is older
-                operands = [second, first]
-        place[position] = len(made.done)
-        made.done.append(statement)
-        made.operands.append(tuple(operands))
-    return made
+    assert isinstance(body, LongBody)
+    kinds = _column(body.kinds)
+    done = _column(function.made)
+    at = -1 - np.arange(len(kinds))
+    at[done] = np.arange(len(done))
+    code = kinds[done]
+    arity = np.array([row.arity for row in OPERATIONS])[np.maximum(code, 0)]
+    arity[(code == STORE) | (code == LOOKUP)] = 1
+    columns = []
+    for k, column in enumerate((body.first, body.second, body.third)):
+        values = np.where(arity > k, _column(column)[done], 0)
+        columns.append(np.where(arity > k, at[values], NONE))
+    first, second, third = columns
+    swapped = np.isin(code, COMMUTATIVE) & (first >= 0) & (second < first)  # leaves first, then what is older
+    first, second = np.where(swapped, second, first), np.where(swapped, first, second)
+    return Stream(body, done, np.stack([first, second, third], axis=1))
 
 
-def tokens(made: Stream) -> list[int]:
+def tokens(made: Stream) -> Numbers:
     """Number the shapes of the statements: what they do, and with what kinds of operands."""
-    kinds: dict[object, int] = {}
-    leaf = [
-        -1 - kinds.setdefault(x.array if type(x) is Load else x.number, len(kinds))  # type: ignore[union-attr]
-        for x in made.leaves
-    ]
-    shapes: dict[object, int] = {}
-    found = []
+    body = made.body
+    kinds, first = _column(body.kinds), _column(body.first)
+    # what tells leaves apart: the array, or the number
+    numbers: dict[object, int] = {}
+    known = np.array([numbers.setdefault(number, len(numbers)) for number in body.numbers] or [0])
+    literal = kinds == LITERAL
+    leaf = np.where(kinds == LOAD, first, 0)
+    leaf[literal] = len(ARRAYS) + known[first[literal]]
+    i = np.arange(len(made.done))
     far = NEAR + 1
-    for i, (statement, operands) in enumerate(zip(made.done, made.operands, strict=True)):
-        shape: list[object] = [statement.code if type(statement) is Operate else _action(statement)]
-        for a in operands:
-            distance = i - a
-            shape.append(leaf[-1 - a] if a < 0 else distance if distance <= NEAR else far)
-        found.append(shapes.setdefault(tuple(shape), len(shapes)))
-    return found
+    second, third = _column(body.second)[made.done], _column(body.third)[made.done]
+    code = kinds[made.done]
+    shape = np.where(code == STORE, len(OPERATIONS) + third, code)
+    shape = np.where(code == LOOKUP, len(OPERATIONS) + 2 * len(ARRAYS) + 4 * second + third, shape)
+    choices = far + 2 + len(ARRAYS) + len(numbers)
+    for operands in made.operands.T:
+        is_leaf = (operands < 0) & (operands != NONE)
+        distance = np.minimum(i - np.where(operands >= 0, operands, 0), far)
+        kind = np.where(operands >= 0, distance, 0)
+        kind[is_leaf] = far + 1 + leaf[-1 - operands[is_leaf]]
+        shape = shape * choices + kind
+    return shape
 
 
-def _action(statement: Done) -> object:
-    if type(statement) is Lookup:
-        return statement.table, statement.order
-    assert type(statement) is Store
-    return statement.array, statement.guarded
+def _column(column: object) -> Numbers:
+    return np.array(column, np.int64)
