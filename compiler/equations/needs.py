@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from msgspec import Struct
 
 from ..graph import Node
-from ..graph.operations import LOOKUP
+from ..graph.operations import LOOKUP, SELECT
 from ..mechanics.system import MechanicalSystem
 from .compliance import COMPLIANCE, SINGULAR
 from .model import Choice, Function, HybridPlan
@@ -214,7 +214,10 @@ def independent(system: MechanicalSystem, solved: Solved) -> tuple[int, ...]:
     own = [(system.a[i], solved.residual[i]) for i in solved.free]
     own += [(row.multiplier, row.equation) for row in solved.rows]
     within = {n: n for n in group}  # an unknown of each node that has any; the others are in its group
+    left, right, code = graph._left, graph._right, graph._code
     for n in graph.reach([equation for _, equation in own]):
+        if not (left[n] in within or right[n] in within or code[n] == SELECT):
+            continue
         found = [within[x] for x in graph.args(n) if x in within]
         if found:
             within[n] = found[0]

@@ -8,9 +8,10 @@ from fractions import Fraction
 from msgspec import Struct
 
 from .field import HALF, P
-from .interning import NONE, Node
+from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, PARTIAL, SELECT, SYMBOL
+from .reached import Node
 from .table import Table
 
 _BYTES = 16

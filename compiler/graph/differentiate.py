@@ -111,16 +111,18 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
     for w in wrt:
         if w < size:
             leaf[w] = 1
-    depends = bytearray(leaf)
+    depends = bytearray(leaf) + b"\0"  # the last one is that of arguments that are not there
     branching = False
+    dependent: list[Node] = []
     for n in order:
-        a, b = left[n], right[n]
-        if a >= 0 and (depends[a] or (b >= 0 and depends[b])):
+        if depends[left[n]] or depends[right[n]]:
             depends[n] = 1
         if code[n] == SELECT:
             branching = True
             if depends[graph._third[n]]:
                 depends[n] = 1
+        if depends[n]:
+            dependent.append(n)
     # the results are wanted everywhere, whatever branch they come from
     found = guards(graph, [n for n, _ in seeds]) | dict.fromkeys(wrt) if branching else {}
     sweep = _Reverse(graph, depends, found)
@@ -129,7 +131,7 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
         if depends[n] and cotangent != zero:
             held = bars.get(n)
             bars[n] = cotangent if held is None else graph.add(held, cotangent)
-    for n in reversed(order):
+    for n in reversed(dependent):
         bar = bars.get(n)
         if bar is None or bar == zero or leaf[n]:
             continue

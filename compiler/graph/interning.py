@@ -16,17 +16,15 @@ The other way round is accepted: x*y/x is y, an identity may remove a singular s
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from itertools import compress
-from typing import Final, NewType, Self
+from typing import Final, Self
 
 from .field import HALF, Angle, P, circle, constant_angle, hashed, of_fraction, opaque_angle, symbol_angle
 from .operations import ADD, CONST, MUL, NEG, PARTIAL, SELECT, SUB, SYMBOL
-from .reached import REMEMBERED, few_reached, marked
+from .reached import REMEMBERED, Node, few_reached, marked
 from .table import Table
-
-Node = NewType("Node", int)
 
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
@@ -45,6 +43,7 @@ class Store:
         "_classes",
         "_code",
         "_constants",
+        "_inverses",
         "_left",
         "_lookups",
         "_names",
@@ -83,6 +82,7 @@ class Store:
         self._lookups: dict[Node, tuple[int, int]] = {}
         self._angles: dict[Node, Angle] = {}
         self._points: dict[Node, tuple[int, int]] = {}
+        self._inverses: dict[Node, int] = {}
         self._reached: dict[tuple[Node, ...], bytearray] = {}
         # from structure or value to node
         self._symbols: dict[str, Node] = {}
@@ -153,14 +153,26 @@ class Store:
 
     def _marks(self, wanted: tuple[Node, ...], known: frozenset[Node] = frozenset()) -> bytearray:
         """Return a byte for each node that is 1 where one is reached; large questions are often asked again."""
-        found = None if known else self._reached.get(wanted)
+        if known:
+            return marked(self, wanted, known)
+        answers = self._reached
+        found = answers.pop(wanted, None)
         if found is None:
             found = marked(self, wanted, known)
-            if not known:
-                if len(self._reached) >= REMEMBERED:
-                    del self._reached[next(iter(self._reached))]
-                self._reached[wanted] = found
+            if len(answers) >= REMEMBERED:
+                del answers[next(iter(answers))]
+        answers[wanted] = found  # behind those that were asked for before
         return found
+
+    def reached_among(self, outputs: Sequence[Node], candidates: Iterable[Node]) -> list[Node]:
+        """Return those of some nodes that the outputs depend on, or are."""
+        wanted = tuple(outputs)
+        few = few_reached(self, wanted)
+        if few is not None:
+            found = set(few)
+            return [n for n in candidates if n in found]
+        marks = self._marks(wanted)
+        return [n for n in candidates if n < len(marks) and marks[n]]
 
     def depth_first(self, outputs: Iterable[Node], given: Iterable[Node] = ()) -> list[Node]:
         """Return the outputs and all they depend on, each after its arguments, left ones first.
@@ -262,6 +274,13 @@ class Store:
         if n is None:
             self._cache[key] = n = self._new(code, a, b, 0)
         return n
+
+    def _inverse(self, n: Node) -> int:
+        """Return the inverse of a value in the field, which takes long: a length divides several times."""
+        found = self._inverses.get(n)
+        if found is None:
+            self._inverses[n] = found = pow(self._values[n], -1, P)
+        return found
 
     def neg(self, a: Node) -> Node:
         n = self._negatives.get(a)

@@ -9,8 +9,9 @@ from typing import Final
 from . import operations as ops
 from .field import HALF, P, hashed
 from .fold import is_short
-from .interning import NONE, Node, Store
+from .interning import NONE, Store
 from .operations import ADD, CONST, COS, DIV, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, Parity
+from .reached import Node
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
 
@@ -175,7 +176,7 @@ class Graph(Store):
         key = (DIV, a, b)
         n = self._cache.get(key)
         if n is None:
-            v = self._values[a] * pow(self._values[b], -1, P) % P
+            v = self._values[a] * self._inverse(b) % P
             self._cache[key] = n = self._intern(DIV, a, b, v)
         return n
 

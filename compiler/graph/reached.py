@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Set
 from itertools import islice
-from typing import TYPE_CHECKING, Final
+from typing import Final, NewType, Protocol
 
 from .operations import SELECT
 
-if TYPE_CHECKING:
-    from .interning import Node, Store
+Node = NewType("Node", int)
 
-REMEMBERED: Final = 8
+REMEMBERED: Final = 12
 """Questions whose answers a graph keeps: a byte for each node. What was reached once stays so."""
 
 FEW: Final = 500
 """Nodes up to which what others depend on is looked for without an entry for each node of the graph."""
 
 
-def marked(graph: Store, wanted: Collection[Node], known: Collection[Node]) -> bytearray:
+class Arguments(Protocol):
+    """The arguments of each node, -1 where there is none; the third one of those that have three."""
+
+    _code: list[int]
+    _left: list[Node]
+    _right: list[Node]
+    _third: dict[Node, Node]
+
+    def args(self, n: Node) -> tuple[Node, ...]: ...
+
+
+def marked(graph: Arguments, wanted: Collection[Node], known: Collection[Node]) -> bytearray:
     """Return a byte for each node, 1 for those wanted and all they depend on but ``known`` ones and what is below them."""
     top = max(wanted, default=-1)
     marks = bytearray(top + 2)  # one more: the arguments that are not there have the number -1
@@ -42,7 +52,7 @@ def marked(graph: Store, wanted: Collection[Node], known: Collection[Node]) -> b
 
 
 def few_reached(
-    graph: Store, wanted: Collection[Node], known: Collection[Node] = frozenset()
+    graph: Arguments, wanted: Collection[Node], known: Collection[Node] = frozenset()
 ) -> list[Node] | None:
     """Return what ``marked`` marks, ascending; None where these are more than a few."""
     if len(wanted) > FEW:
@@ -69,3 +79,18 @@ def few_reached(
         return None
     found.sort()
     return found
+
+
+def depends_on(graph: Arguments, wanted: Node, symbols: Set[Node]) -> bool:
+    """Tell whether a node depends on one of some symbols, or is one; what is found first ends the search."""
+    seen, pending = {wanted}, [wanted]
+    left, right, code = graph._left, graph._right, graph._code
+    while pending:
+        n = pending.pop()
+        if n in symbols:
+            return True
+        for a in graph.args(n) if code[n] == SELECT else (left[n], right[n]):
+            if a >= 0 and a not in seen:
+                seen.add(a)
+                pending.append(a)
+    return False

@@ -13,16 +13,17 @@ def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node
 
     Raises DivisionByZero where a divisor becomes zero.
     """
-    if not replacements:
+    if not replacements or not graph.reached_among(outputs, replacements):
         return list(outputs)
     images: dict[Node, Node] = dict(replacements)
+    left, right, code = graph._left, graph._right, graph._code
     for n in graph.reach(outputs):
-        if n in images:
-            continue
-        arguments = graph.args(n)
-        new = tuple(images.get(a, a) for a in arguments)
-        if new != arguments:
-            images[n] = rebuild(graph, n, graph, new)
+        # the number of an argument that is not there is no key
+        if (left[n] in images or right[n] in images or code[n] == ops.SELECT) and n not in images:
+            arguments = graph.args(n)
+            new = tuple([images.get(a, a) for a in arguments])
+            if new != arguments:
+                images[n] = rebuild(graph, n, graph, new)
     return [images.get(n, n) for n in outputs]
 
 

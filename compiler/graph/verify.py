@@ -8,9 +8,10 @@ from collections.abc import Iterator
 from ..malformed import Malformed, excerpt
 from . import operations as ops
 from .field import HALF, P, hashed, of_fraction
-from .interning import NONE, Node
+from .interning import NONE
 from .node import Graph
 from .operations import CONST, LOOKUP, NEG, OPERATIONS, PARTIAL, SELECT, SYMBOL
+from .reached import Node
 
 SYMMETRIC = frozenset({ops.ADD, ops.MUL, ops.MINIMUM, ops.MAXIMUM, ops.EQUAL, ops.AND, ops.OR})
 """Operations whose operands stand in ascending order, so that both orders are one node."""

@@ -135,7 +135,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     if curve is None:
         check_known_beforehand(system, reporter)
         check_instants(system, reporter)
-        warn_of_idle(system, reporter)
+        warn_of_idle(system, matter.statements, reporter)
     reporter.stop_on_errors()
     return system
 

@@ -91,6 +91,11 @@ class Matter:
         )
         return kinetic, potential, lagrangian, dissipation
 
+    @property
+    def statements(self) -> tuple[Node, ...]:
+        """Return the formula of each statement of an energy."""
+        return tuple(self._value(k) for k in range(len(self._model.energies)))
+
     # ------------------------------------------------------------ statements
 
     def _mass(self, mass: Mass) -> PointMass:

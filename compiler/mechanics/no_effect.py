@@ -8,13 +8,17 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Origin
 from ..graph import Graph, Node
+from ..graph.reached import depends_on
 from .forces import rate_of
 from .modes import ImpulseAction
 from .system import MechanicalSystem
 
 
-def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
-    """Warn of forces, frictions, impulses and energies that move nothing and are moved by nothing."""
+def warn_of_idle(system: MechanicalSystem, energies: Sequence[Node], reporter: Reporter) -> None:
+    """Warn of forces, frictions, impulses and energies that move nothing and are moved by nothing.
+
+    ``energies``: the formula of each statement of the model.
+    """
     graph, model, lowering = system.graph, system.model, system.lowering
     velocities = system.symbols.velocities
     moving = system.symbols.positions | velocities
@@ -22,7 +26,7 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
     def check(
         what: str, nodes: tuple[Node, ...], kept: Set[Node], origin: Origin, why: str, help: str = ""
     ) -> None:
-        if kept.isdisjoint(graph.support(*nodes)):
+        if not any(depends_on(graph, n, kept) for n in nodes):
             reporter.warning("W0531", f"this {what} has no effect", origin.shown, caption=why, help=help)
 
     still = "what it acts on does not move"
@@ -53,7 +57,7 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
         for action in branch.actions:
             if isinstance(action, ImpulseAction):
                 check_load("impulse", action.pairs, action.origin)
-    for energy in model.energies:
+    for energy, value in zip(model.energies, energies, strict=True):
         kept = velocities if energy.kind == "dissipation" else moving
         why = (
             "it depends on no velocity"
@@ -62,7 +66,7 @@ def warn_of_idle(system: MechanicalSystem, reporter: Reporter) -> None:
         )
         noun = "dissipation" if energy.kind == "dissipation" else f"{energy.kind} energy"
         noun = "Lagrangian" if energy.kind == "lagrangian" else noun
-        check(noun, (lowering.scalar(energy.value),), kept, energy.origin, why)
+        check(noun, (value,), kept, energy.origin, why)
 
 
 def _cancels(graph: Graph, pairs: Sequence[tuple[Node, Node]]) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Mapping
 
 from ..equations.model import Slot
 from ..graph import Graph, Node
-from ..graph.operations import CONST, NEG, SYMBOL
+from ..graph.operations import CONST, NEG, SELECT, SYMBOL
 
 
 def hoistable(graph: Graph, layout: Mapping[Node, Slot], outputs: Iterable[Node]) -> list[Node]:
@@ -17,14 +17,24 @@ def hoistable(graph: Graph, layout: Mapping[Node, Slot], outputs: Iterable[Node]
     outputs = list(outputs)
     order = graph.reach(outputs)
     op, args = graph.op, graph.args
+    codes, left, right = graph._code, graph._left, graph._right
     fixed = bytearray(order[-1] + 1) if order else bytearray()
     wanted: set[Node] = set()
     for n in order:
-        code = op(n)
+        code = codes[n]
         if code == CONST:
             fixed[n] = 1
         elif code == SYMBOL:
             fixed[n] = layout[n].array == "p"
+        elif code != SELECT and (b := right[n]) >= 0:
+            a = left[n]
+            if fixed[a]:
+                if fixed[b]:
+                    fixed[n] = 1
+                else:
+                    wanted.add(a)
+            elif fixed[b]:
+                wanted.add(b)
         else:
             operands = args(n)
             constant = [a for a in operands if fixed[a]]

@@ -162,6 +162,8 @@ def _elimination(found: Solution, variant: str, operations: int) -> Elimination:
 def _variants(system: LinearSystem, variants: Sequence[Variant], dense: bool) -> list[Variant | None]:
     """Return what to try; None stands for dense elimination."""
     found: list[Variant | None] = list(variants)
+    if len(system.unknowns) > DENSE_LIMIT and all(len(row) <= 1 for row in system.rows.values()):
+        return found[:1] or [None]  # no unknown feels another: there is nothing to choose
     if dense and (len(system.unknowns) <= DENSE_LIMIT or not found):
         found.insert(1, None)
     return found

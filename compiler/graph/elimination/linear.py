@@ -51,7 +51,7 @@ def linear_system(graph: Graph, residuals: Sequence[Node], unknowns: Sequence[No
     dependent: list[Node] = []
     leaves = set(unknowns)
     for n in order:
-        if n in leaves:
+        if not (left[n] in uses or right[n] in uses or code[n] == SELECT) or n in leaves:
             continue
         arguments = [a for a in (graph.args(n) if code[n] == SELECT else (left[n], right[n])) if a in uses]
         if arguments:

@@ -109,7 +109,7 @@ class Questions:
         if found:
             why = "the answer is known only once forces are, and these depend on this"
             self._refuse(self.asked[found[0]], place, value, why, help)
-        elif self.modes.keys() & set(self._graph.support(*nodes)):
+        elif self.modes and self.modes.keys() & set(self._graph.support(*nodes)):
             query = next((q for q in self.asked.values() if q.function == "closed"), None)
             assert query is not None
             self._refuse(query, place, value, "the answer jumps where a contact opens or closes", help)
