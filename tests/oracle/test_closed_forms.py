@@ -382,3 +382,58 @@ def test_several_solutions_beside_a_guess_are_refused() -> None:
     )
     with pytest.raises(Undetermined, match="several"):
         m.outputs({"x": 0.3, "der(x)": 0.5})
+
+
+def test_dissipation_by_an_energy_is_differentiated_through_it() -> None:
+    """D = 1/2 c E v^2, so that the force is -c v (E + 1/2 m v^2); its power is that of section 13."""
+    m = meaning(
+        "coordinate Length x = 0; kinetic 1/2*2 kg*der(x)^2; potential 1/2*3 N/m*x^2;"
+        "damping rub: 0.2 s/m^2*energy() on x; output lost = power(rub);"
+    )
+    x, v = 0.3, 0.7
+    energy = v**2 + 1.5 * x**2
+    force = -0.2 * v * (energy + v**2)
+    state = {"x": x, "der(x)": v}
+    assert m.accelerations(state)["der(x, 2)"] == pytest.approx((force - 3 * x) / 2, rel=1e-14)
+    assert m.outputs(state)["lost"] == pytest.approx(force * v, rel=1e-14)
+
+
+def test_energy_and_momentum_are_rates_that_a_damping_acts_along() -> None:
+    """1/2 c E^2 gives -c E p, and 1/2 c p^2 gives -c p m."""
+    m = meaning(
+        "coordinate Length x = 0; coordinate Length y = 0; kinetic 1/2*2 kg*der(x)^2 + 1/2*1 kg*der(y)^2;"
+        "damping 0.2/(1 J*1 s) on energy(); damping 0.3/(1 kg*1 s) on momentum(y);"
+        "damping 0.5 N.s/m on x/(1 m)*der(x) - der(y); force 2 N on x/(1 m)*der(x) - der(y);"
+    )
+    x, v, w = 0.3, 0.7, 0.4
+    energy, slip = v**2 + 0.5 * w**2, x * v - w
+    a = m.accelerations({"x": x, "y": 0.0, "der(x)": v, "der(y)": w})
+    assert a["der(x, 2)"] == pytest.approx((-0.2 * energy * 2 * v - 0.5 * slip * x + 2 * x) / 2, rel=1e-14)
+    assert a["der(y, 2)"] == pytest.approx(-0.2 * energy * w - 0.3 * w + 0.5 * slip - 2, rel=1e-14)
+
+
+@pytest.mark.parametrize("asked", ["energy()", "momentum(ball.orientation)[2]*1 s^-1"])
+def test_what_a_dissipation_asks_for_moves_with_what_a_reaction_holds(asked: str) -> None:
+    written = "(1/2*dot(vel(c), vel(c))*2 kg + 1/2*(0.2*w[1]^2 + 0.3*w[2]^2 + 0.25*w[3]^2)*1 kg.m^2)"
+    if "momentum" in asked:  # of the turn in the body, about the ball, by the arm of the mass and by its own spin
+        written = "(cross({0.4 m, 0 m, 0.1 m}, components(b, vel(c)))[2]*2 kg + 0.3 kg.m^2*w[2])*1 s^-1"
+    text = (
+        "model M coordinate Length x = 0; kinetic 1/2*1 kg*der(x)^2; Body body(m = 2 kg, J = diag({0.2, 0.3, 0.25} kg.m^2),"
+        "com = {0.4 m, 0 m, 0.1 m}); Spherical ball(world -> body.a, orientation = rotz(40 deg)*rotx(20 deg));"
+        "initial der(ball.orientation) = {0.5, -0.7, 0.9} rad/s;"
+        "let b = body.a; let c = b*{0.4 m, 0 m, 0.1 m}; let w = components(b, angvel(b)); let e = %s;"
+        "damping 0.2 s/m^2*e on pos(c)[1]; output F = reaction(ball); output M = moment(ball); end M;"
+    )
+    asks, formula = (meaning("import mech.spatial.*;" + text % s) for s in (asked, written))
+    state = asks.start()
+    mine, theirs = ({**m.outputs(state), **m.accelerations(state)} for m in (asks, formula))
+    assert mine == pytest.approx(theirs, rel=1e-12, abs=1e-12)
+
+
+@pytest.mark.parametrize(("between", "n"), [("elsewhen", 1), ("end when; when", 11)])
+def test_a_tick_and_a_time_that_are_due_together_are_one_instant(between: str, n: float) -> None:
+    """Of one `when` the first branch acts alone; before, the time was found right behind the tick."""
+    text = "when sample(0.3 s, 0.3 s) then n := n + 1; %s time > 0.3 s then n := n + 10; end when;"
+    m = meaning("coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Real n = 0;" + text % between)
+    motion = m.motion(0.5)
+    assert motion.states[-1]["n"] == n and {round(e.time, 9) for e in motion.events} == {0.3}

@@ -94,3 +94,15 @@ def test_what_only_the_error_of_a_run_shows_is_no_size(monkeypatch: pytest.Monke
     monkeypatch.setattr(own_size, "_no_rounding", noted)
     run = mechc.load(Path(__file__).parents[2] / "examples" / "rolling_coin.mech").simulate()
     assert asked[0] and not any("stays below" in remark for remark in run.remarks)
+
+
+def test_rounding_of_a_velocity_beside_a_constraint_is_no_size() -> None:
+    """What an assembly leaves of a zero, where nothing else of its unit moves: before, errors were measured against it."""
+    run = mechc.loads(
+        "coordinate Length x = 0.67 m; initial der(x) = 1.7e-17 m/s; kinetic 1/2*2 kg*der(x)^2; force -1 N.s/m*der(x) on x;"
+        "coordinate Angle a = 0.3; initial der(a) = 0.2 rad/s; coordinate Angle b ~ 0.2;"
+        "kinetic 1/2*1 kg.m^2*(der(a)^2 + der(b)^2); constraint b = 0.7*sin(a); experiment(stop = 0.5 s);"
+    ).simulate()
+    error = run.accuracy.error
+    assert error is not None and error.nominal["der(x)"] == pytest.approx(0.67 * 0.2 / 0.3)
+    assert not any("stays below" in remark for remark in run.remarks)

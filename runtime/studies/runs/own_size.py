@@ -43,7 +43,7 @@ def by_own_size(
         return plan, main, ()
     reached = _reached(main)
     far = _small(plan.case.problem, plan.nominal, reached)
-    small = _no_rounding(plan.case, main, reached, far)
+    small = _no_rounding(plan, main, reached, far)
     if not small:
         return plan, main, ()
     nominal = np.array(plan.nominal)
@@ -95,18 +95,25 @@ def _sizeless(problem: Problem) -> NDArray[np.bool_]:
     )
 
 
-def _no_rounding(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
+def _no_rounding(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
     """Keep those that are no rounding beside the states of their unit, by what they feel of it; where projections round as
-    well, by their size."""
-    problem, found = case.problem, []
+    well, by their size, also beside the nominal values and, of a velocity, beside all others, each over the nominal value of
+    its coordinate."""
+    problem, found = plan.case.problem, []
     groups = problem.groups or (0,) * problem.ny
     if small and not problem.constraints:
-        heard = _heard(case, run, reached)
+        heard = _heard(plan.case, run, reached)
         return [i for i in small if heard[i] < HEARD]
+    speeds = np.zeros(problem.ny)
+    for velocity, q in enumerate(problem.partner, problem.nq):
+        speeds[velocity] = reached[velocity] / plan.nominal[q]
     for i in small:
         alike = [k for k, other in enumerate(problem.states) if other.unit == problem.states[i].unit]
-        felt = max(reached[k] for k in alike if groups[k] == groups[i])
-        if reached[i] > max(NOISE * felt, ROUNDING * max(reached[k] for k in alike)):
+        told = reached[i] > ROUNDING * plan.nominal[i]
+        for size in (np.where(np.isin(np.arange(problem.ny), alike), reached, 0.0), speeds):
+            felt = max(size[k] for k in range(problem.ny) if groups[k] == groups[i])
+            told = told and (size[i] > max(NOISE * felt, ROUNDING * size.max()) or not size[i])
+        if told:
             found.append(i)
     return found
 

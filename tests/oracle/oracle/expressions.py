@@ -27,6 +27,8 @@ RELATIONS: dict[str, tuple[Callable[[Any, Any], bool], int]] = {
     "greater_equal": (lambda a, b: a >= b, 1),
 }
 
+DUE = 1e-12
+"""As a share of a time, how near to it is due what comes with the time alone, as of ticks."""
 EDGES: set[Any] = set()
 """Decisions that were taken exactly where they change, since somebody emptied this: both sides are right there."""
 
@@ -72,15 +74,23 @@ class Evaluator:
         self.fixed: dict[int, Value] | None = None
         self.reached: dict[int, tuple[Any, frozenset[str]]] = {}
         self.previous: Evaluator | None = None
+        self.due = 0.0
         self.event: Callable[[flat.Apply], bool] | None = None
         self.lazy: dict[str, Callable[[], Value]] = {}
 
     # ------------------------------------------------------------ decisions
 
     def decide(self, key: Any, margin: Any, now: bool) -> bool:
-        """A choice of a law: as it is now, or as it stays up to the next event (events, section 5)."""
+        """A choice of a law: as it is now, or as it stays up to the next event (events, section 5).
+
+        At an instant that is ``due`` what the time alone decides is as it is right behind it.
+        """
         if real(margin) == 0:
             EDGES.add(key)
+        if self.due and isinstance(margin, Series) and margin.e is None and len(margin.v) > 1:
+            rate = margin.v[1, 0].real
+            if abs(real(margin)) <= DUE * self.due * abs(rate):
+                return bool(rate > 0)
         if self.frozen is None or not (isinstance(margin, Series) or isinstance(self.frozen, Fresh)):
             return now
         choice = self.frozen.setdefault(key, now)

@@ -68,9 +68,11 @@ class Meaning:
         self._parameters()
         self.drive_names = [self.drive_name(d)[0] for d in model.drives]
         self.kinds: dict[tuple[str, int], str] = {}
+        self.rates_by_text: dict[int, bool] = {}
         self.force_names: dict[Any, list[str]] = {}
         self.plain = True
         self.law_questions = self._law_questions()
+        self.felt = self._felt()
         self._kinds()
 
     # ------------------------------------------------------------ declarations
@@ -218,6 +220,15 @@ class Meaning:
                     found[questions.key_of(e)] = e
         return list(found.values())
 
+    def _felt(self) -> set[str]:
+        """The answers that the state decides from whose derivatives forces come."""
+        m = self.flat
+        laws: list[Any] = [x for d in m.dampings for x in (d.value, d.on)]
+        laws += [x for load in m.loads for x in (load.on, load.source) if x is not None]
+        laws += [e.value for e in m.energies if e.kind == "dissipation"]
+        asked = [e for law in laws for e in self.expressions(law) if isinstance(e, flat.Query)]
+        return {f"{q.function} {q.target}" for q in asked}
+
     def _kinds(self) -> None:
         """A constraint without velocities holds for positions, others for rates (section 10)."""
         rng = np.random.default_rng(1)
@@ -232,6 +243,25 @@ class Meaning:
                             self.kinds[c.name, k] = "rate"
             except (ValueError, ZeroDivisionError):
                 continue
+
+    def rated(self, e: flat.Expression) -> bool:
+        """Whether an expression contains velocities, so that it is a rate itself (section 5)."""
+        if id(e) not in self.rates_by_text:
+            self.rates_by_text[id(e)] = self._moves_with_rates(e)
+        return self.rates_by_text[id(e)]
+
+    def _moves_with_rates(self, e: flat.Expression) -> bool:
+        rng = np.random.default_rng(4)
+        for _ in range(3):
+            try:
+                point = self.point(self.fill({**self._anything(rng), "time": rng.uniform(0.1, 1)}))
+                x = point.at(e)
+                items = [] if isinstance(x, Pose) else np.ravel(np.asarray(x, object))
+                if any(np.abs(point.moved(i, True)).max(initial=0) > 1e-12 for i in items):
+                    return True
+            except (ValueError, ZeroDivisionError):
+                continue
+        return False
 
     def _anything(self, rng: np.random.Generator) -> State:
         names = [*self.all_coordinates, *self.all_rates, *(x for s in self.state_layout for x in s[2])]

@@ -128,14 +128,15 @@ class Run:
         return out
 
     def conditions(self, s: Solution, t: float, instant: float | None) -> dict[tuple[int, int], bool]:
-        """The truth of all conditions as they stand; `sample` and `initial` at an instant only."""
+        """The truth of all conditions as they stand; `sample`, `initial` and what comes with the time at an instant only."""
         at, out = s.point.at, {}
         frozen, at.frozen = at.frozen, None
         at.event = lambda e: self.ticks(s, e, instant)
+        at.due = 0.0 if instant is None else max(1.0, abs(instant))
         for i, event in enumerate(self.m.flat.events):
             for j, branch in enumerate(event.branches):
                 out[i, j] = bool(at(branch.condition))
-        at.event, at.frozen = None, frozen
+        at.event, at.frozen, at.due = None, frozen, 0.0
         return out
 
     def ticks(self, s: Solution, e: flat.Apply, instant: float | None) -> bool:

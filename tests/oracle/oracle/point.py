@@ -39,7 +39,8 @@ class Unknowns:
 
 
 class Point:
-    """Values and forces at one instant; ``cut`` is a joint that is given 3 or 6 more freedoms."""
+    """Values and forces at one instant; ``cut`` is a joint that is given 3 or 6 more freedoms, each with a place and a
+    rate that are zero but for a ``nudge``."""
 
     def __init__(
         self,
@@ -49,12 +50,14 @@ class Point:
         cut: str = "",
         frozen: dict[Any, Any] | None = None,
         modes: Mapping[str, str] | None = None,
+        nudge: Array = 0.0,
     ) -> None:
         self.meaning, self.state, self.unknowns, self.cut = meaning, state, unknowns, cut
         self.modes = modes or {}
         self.space = meaning.flat.space or 2
         self.extra = 0 if not cut else 3 if self.space == 2 else 6
         self.size = meaning.size + self.extra
+        self.nudge = np.broadcast_to(nudge, (2 * self.extra, np.shape(nudge)[-1] if np.shape(nudge) else 1))
         self._found: dict[str, Value] | None = None
         self.time = state.get("time", 0.0)
         t = Series(np.array([[self.time], [1.0], [0.0]], complex))
@@ -158,8 +161,10 @@ class Point:
 
     def displaced(self, pose: Pose) -> Pose:
         """A pose after the extra freedoms, which are zero: along the axes of the world, about its own origin."""
+        x, v = self.nudge[0::2], self.nudge[1::2]
         zero = [
-            Series(np.zeros((3, 1), complex), self.slopes(self.meaning.size + k)) for k in range(self.extra)
+            Series(np.stack([x[k] + 0j, v[k], 0 * x[k]]), self.slopes(self.meaning.size + k))
+            for k in range(self.extra)
         ]
         d = self.space
         if d == 2:
@@ -261,8 +266,8 @@ class Point:
     def total_energy(self) -> Any:
         """The sum of v dL/dv, less L (section 13)."""
         p, L = self.momenta(), self.lagrangian()
-        v = [self.state[name] for name in self.meaning.all_rates]
-        return sum((x * y for x, y in zip(p, v, strict=False)), 0.0) - now(L)
+        v = [*(self.state[name] for name in self.meaning.all_rates), *self.nudge[1::2]]
+        return sum((x * y for x, y in zip(p, v, strict=True)), 0.0) - now(L)
 
     # ------------------------------------------------------------ the balance of forces
 
@@ -307,8 +312,12 @@ class Point:
         return rows
 
     def damped(self, damping: flat.Damping) -> Any:
-        rates = np.ravel(np.asarray(der(self.at(damping.on)), object))
-        return self.at(damping.value) * sum(r * r for r in rates) * 0.5
+        return self.at(damping.value) * sum(r * r for r in self.rates(damping.on)) * 0.5
+
+    def rates(self, on: flat.Expression) -> list[Any]:
+        """What a damping or a force acts along: an expression that contains velocities is a rate already (section 5)."""
+        x = np.asarray(position(self.at(on)), object)
+        return items_of(np.ravel(x if self.meaning.rated(on) else der(x)))
 
     def load(self, load: flat.Load) -> Array:
         """Virtual power of a force or torque, and of its opposite on the source (section 5)."""
@@ -319,7 +328,7 @@ class Point:
         for where, sign in ((load.on, 1), (load.source, -1)):
             if where is not None:
                 place = self.place(load, where)
-                rows = rows + sign * self.work(value, place)
+                rows = rows + sign * self.work(value, place, self.meaning.rated(where))
         return rows
 
     def place(self, load: flat.Load, where: flat.Expression) -> Value:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +13,8 @@ from oracle import poses
 from oracle.expressions import Value, der, position
 from oracle.point import Point, at_order, items_of, now, numbers, shaped
 from oracle.poses import Pose, vector
-from oracle.series import Series
+from oracle.series import STEP, Series
+from oracle.start import shift
 from oracle.values import NotCovered, Undetermined
 
 if TYPE_CHECKING:
@@ -24,9 +27,50 @@ def key_of(q: flat.Query) -> tuple[str, str, str]:
     return q.function, q.target, repr(q.arguments)
 
 
-def known_now(x: Any) -> Series:
-    """A quantity of which only the value at this instant is known."""
-    return Series(np.atleast_1d(np.asarray(x, complex))[None])
+def known_now(x: Any, e: Any = None) -> Series:
+    """A quantity of which only the value at this instant is known, and perhaps its displacements ``e``."""
+    return Series(np.atleast_1d(np.asarray(x, complex))[None], None if e is None else e[None])
+
+
+def decided(meaning: Meaning, point: Point, name: str, f: Callable[[Point], list[Any]]) -> list[Series]:
+    """Numbers that the state decides: where forces come from their derivatives, with those by all displacements.
+
+    Each comes from a complex step of the state; what turns a body by a constant angle turns its angular velocity, too.
+    """
+    values = f(point)
+    if name not in meaning.felt:
+        return [known_now(x) for x in values]
+    key = f"decided {name}"
+    if key not in point.at.memo:
+        n = 2 * point.size
+        if any(np.size(point.state[x]) > 1 for x in meaning.all_rates):
+            raise NotCovered("a derivative of what contains a derivative by velocities")
+        step = 1j * STEP * np.eye(n)
+        places, rates = step[0 : 2 * meaning.size : 2], step[1 : 2 * meaning.size : 2].copy()
+        for _, shape, _, names, first in meaning.coordinate_layout:
+            if shape is None:
+                w, turn = [point.state[x] for x in names], places[first : first + 3]
+                rates[first : first + 3] += [
+                    w[1] * turn[2] - w[2] * turn[1],
+                    w[2] * turn[0] - w[0] * turn[2],
+                    w[0] * turn[1] - w[1] * turn[0],
+                ]
+        freedoms = list(range(meaning.size))
+        state = shift(meaning, point.state, places, freedoms, False)
+        state = shift(meaning, state, rates, freedoms, True)
+        beside = type(point)(
+            meaning,
+            state,
+            replace(point.unknowns, a=meaning.unasked, forces={}, rates={}, answers={}),
+            point.cut,
+            point.at.frozen,
+            point.modes,
+            step[2 * meaning.size :],
+        )
+        point.at.memo[key] = [
+            np.broadcast_to(np.asarray(x, complex).imag / STEP, n)[:, None] for x in f(beside)
+        ]
+    return [known_now(x, e) for x, e in zip(values, point.at.memo[key], strict=True)]
 
 
 def force_of(point: Point, name: str) -> Series:
@@ -49,7 +93,7 @@ def answer(meaning: Meaning, point: Point, q: flat.Query, defining: bool = False
         case "potential_energy":
             return point.potential()
         case "energy":
-            return known_now(point.total_energy())
+            return decided(meaning, point, "energy ", lambda p: [p.total_energy()])[0]
         case "momentum":
             return momentum(meaning, point, q.target)
         case "multiplier":
@@ -79,10 +123,10 @@ def answer(meaning: Meaning, point: Point, q: flat.Query, defining: bool = False
 
 
 def momentum(meaning: Meaning, point: Point, target: str) -> Value:
-    p = point.momenta()
     for name, shape, elements, _, first in meaning.coordinate_layout:
         if name == target:
-            items = [known_now(x) for x in p[first : first + (3 if shape is None else len(elements))]]
+            last = first + (3 if shape is None else len(elements))
+            items = decided(meaning, point, f"momentum {target}", lambda p: list(p.momenta()[first:last]))
             return shaped(items, (3,) if shape is None else shape)
     raise NotCovered(f"the momentum of {target}")
 
@@ -150,16 +194,21 @@ def damping_power(meaning: Meaning, point: Point, damping: flat.Damping) -> Valu
     """-c s^2 - 1/2 s^2 sum(v dc/dv) (section 13)."""
     coefficients = np.ravel(np.asarray(point.at(damping.value), object))
     bent = [point.moved(c, True) for c in coefficients]
-    speeds = rates(point.at(damping.on))
+    speeds = point.rates(damping.on)
     if not any(np.any(b) for b in bent):
         return point.at(damping.value) * sum(s * s for s in speeds) * -1.0
-    v = [now(point.state[name]) for name in meaning.all_rates]
     many = list(range(len(speeds))) if len(coefficients) > 1 else [0] * len(speeds)
-    total: Any = 0.0
-    for s, k in zip(speeds, many, strict=True):
-        further = sum((x * row for x, row in zip(v, bent[k], strict=False)), 0.0)
-        total = total - now(s) ** 2 * (now(coefficients[k]) + 0.5 * further)
-    return known_now(total)
+
+    def lost(p: Point) -> list[Any]:
+        v = [p.state[name] for name in meaning.all_rates]
+        factors = np.ravel(np.asarray(p.at(damping.value), object))
+        total: Any = 0.0
+        for s, k in zip(p.rates(damping.on), many, strict=True):
+            further = sum((x * row for x, row in zip(v, p.moved(factors[k], True), strict=False)), 0.0)
+            total = total - now(s) ** 2 * (now(factors[k]) + 0.5 * further)
+        return [total]
+
+    return decided(meaning, point, f"power {damping.name}", lost)[0]
 
 
 def rates(x: Value) -> list[Any]:
@@ -183,7 +232,7 @@ def load_power(point: Point, load: flat.Load) -> Any:
             arm = vector(*(known_now(s) for s in d))
             v = rates(x.p) + (vector(-w * arm[1], w * arm[0]) if point.space == 2 else poses.cross(w, arm))
         else:
-            v = rates(position(x))
+            v = point.rates(where)
         total = total + sign * sum(f * s for f, s in zip(force, v, strict=True))
     return total
 

@@ -25,9 +25,6 @@ def skipped(model: Model) -> str:
     pairs = set(model.pairs())
     if any(place == "force.at" for _, place in pairs):
         return "the oracle leaves out a force that acts at another point than its frame"
-    damped = {kind for kind, place in pairs if place in ("dissipation", "damping.value")}
-    if damped & {"energy", "kinetic_energy", "momentum", "power"}:
-        return "pages do not say whether a dissipation is differentiated through questions"
     return ""
 
 
