@@ -32,6 +32,7 @@ from ..runtime.results.contradictions import CONDITION, FACTOR, TOUCH, spread
 from ..runtime.results.evaluate import evaluate_rows
 from ..runtime.studies.runs.simulate import Plan
 from ..solution import Solution
+from .twin_starts import Compared, begun_as
 
 Indices = NDArray[np.intp]
 EPSILON = float(np.finfo(float).eps)
@@ -47,30 +48,18 @@ MOST_TIMES = 64
 
 
 class Base(Struct, frozen=True):
-    """A model with the run that its twins are compared with."""
+    """A model with the run that its twins are compared with. ``own``: of a twin that begins as the model does, how the start
+    that it has by itself compares."""
 
     model: CompiledModel
     request: Asked
     plan: Plan
     solution: Solution
+    own: Compared | None = None
 
     @staticmethod
-    def of(model: CompiledModel, request: Asked, solution: Solution) -> Base:
-        return Base(model, request, plan(model, request), solution)
-
-
-class Compared(Struct, frozen=True):
-    """``name`` of the result that both disagree about most, as shares of its size: the ``difference``, and what is
-    ``allowed``; ``at`` which time."""
-
-    name: str
-    difference: float
-    allowed: float
-    at: float
-
-    @property
-    def same(self) -> bool:
-        return self.difference <= self.allowed
+    def of(model: CompiledModel, request: Asked, solution: Solution, own: Compared | None = None) -> Base:
+        return Base(model, request, plan(model, request), solution, own)
 
 
 def twin_of(name: str, base: Base) -> Twin:
@@ -120,7 +109,20 @@ def disturbed_twin(name: str, base: Base) -> Twin | None:
 
 
 def run_twin(twin: Twin, base: Base) -> Base:
-    """Run a twin as the model itself was run. Raises CompileError, SimulationError, UsageMistake."""
+    """Run a twin as the model itself was run, from the start that is to be compared. Raises CompileError, SimulationError,
+    UsageMistake."""
+    case, own = base.plan.case, None
+    if twin.start is None and case.assembled is not None:
+        model, request = _request(twin, base)
+        twin, own = begun_as(twin, case, plan(model, request).case)
+    model, request = _request(twin, base)
+    ran, answer = answered(model, request)
+    assert isinstance(answer, Solution)
+    return Base.of(ran, request, answer, own)
+
+
+def _request(twin: Twin, base: Base) -> tuple[CompiledModel, Asked]:
+    """Return a twin with the settings of the model, and what is asked about it."""
     units = base.model.settable_units()
     moving = {q.name for q in base.plan.case.problem.states}
     settings = {
@@ -133,16 +135,15 @@ def run_twin(twin: Twin, base: Base) -> Base:
         n: x * by if n in ("stop", "start", "every", "step") and isinstance(x, (int, float)) else x
         for n, x in base.request.given.items()
     }
-    request = replace(base.request, given=given)
-    ran, answer = answered(base.model.of(twin.model, settings), request)
-    assert isinstance(answer, Solution)
-    return Base.of(ran, request, answer)
+    return base.model.of(twin.model, settings), replace(base.request, given=given)
 
 
 def compare(base: Base, twin: Twin, found: Base, disturbed: Base | None = None) -> Compared | None:
     """Compare both motions; None where there is nothing to compare. ``disturbed``: the twin from a start as far off as it
     may be, by which it may differ, too."""
     other = found.solution
+    if found.own is not None and not found.own.same:
+        return found.own
     mine, theirs = _rows(base, other, twin)
     if not mine.size:
         return None

@@ -398,6 +398,17 @@ def test_dissipation_by_an_energy_is_differentiated_through_it() -> None:
     assert m.outputs(state)["lost"] == pytest.approx(force * v, rel=1e-14)
 
 
+def test_dissipation_by_the_power_of_a_damping_is_differentiated_through_it() -> None:
+    """D = -1/2 k c v^4, so that the force is 2 k c v^3 beside -c v."""
+    m = meaning(
+        "coordinate Length x = 0; kinetic 1/2*2 kg*der(x)^2; damping rub: 0.4 N.s/m on x;"
+        "damping 0.3 N.s/m*(1 s/J)*power(rub) on x;"
+    )
+    v = 0.7
+    force = -0.4 * v + 2 * 0.3 * 0.4 * v**3
+    assert m.accelerations({"x": 0.0, "der(x)": v})["der(x, 2)"] == pytest.approx(force / 2, rel=1e-14)
+
+
 def test_energy_and_momentum_are_rates_that_a_damping_acts_along() -> None:
     """1/2 c E^2 gives -c E p, and 1/2 c p^2 gives -c p m."""
     m = meaning(
@@ -415,7 +426,9 @@ def test_energy_and_momentum_are_rates_that_a_damping_acts_along() -> None:
 @pytest.mark.parametrize("asked", ["energy()", "momentum(ball.orientation)[2]*1 s^-1"])
 def test_what_a_dissipation_asks_for_moves_with_what_a_reaction_holds(asked: str) -> None:
     written = "(1/2*dot(vel(c), vel(c))*2 kg + 1/2*(0.2*w[1]^2 + 0.3*w[2]^2 + 0.25*w[3]^2)*1 kg.m^2)"
-    if "momentum" in asked:  # of the turn in the body, about the ball, by the arm of the mass and by its own spin
+    if (
+        "momentum" in asked
+    ):  # of the turn in the body, about the ball, by the arm of the mass and by its own spin
         written = "(cross({0.4 m, 0 m, 0.1 m}, components(b, vel(c)))[2]*2 kg + 0.3 kg.m^2*w[2])*1 s^-1"
     text = (
         "model M coordinate Length x = 0; kinetic 1/2*1 kg*der(x)^2; Body body(m = 2 kg, J = diag({0.2, 0.3, 0.25} kg.m^2),"

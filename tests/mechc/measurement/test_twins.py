@@ -19,11 +19,13 @@ from mechc.compiler.flat.statements.energies import gravities
 from mechc.compiler.graph import Graph
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.mechanics.meaning import functions
+from mechc.compiler.twins.rewriting import apply
 from mechc.compiler.twins.table import TWINS
 from mechc.compiler.twins.twin import NotApplicable
 from mechc.lang import ast
 from mechc.measurement.extremes import Extreme
 from mechc.measurement.stress import Subject, worker
+from mechc.measurement.twin_starts import missed
 from mechc.measurement.twins import Base, compare, run_twin, twin_of
 from mechc.runtime.studies.kinds.motion import Simulate
 from mechc.solution import Solution
@@ -363,3 +365,52 @@ experiment(stop = 0.5 s);
     found = compare(base, twin, run_twin(twin, base))
     assert found is not None
     assert found.same
+
+
+GUESSED = """
+import mech.planar.*;
+parameter long = 3 m;
+Bar arm(m = 1 kg, l = 0.5 m);
+Revolute joint(world -> arm.a, angle ~ 0.3 rad);
+coordinate Length x ~ 0.4 m;
+initial der(x) ~ 0.2 m/s;
+coordinate Angle b = 0.2 rad;
+kinetic 1/2*2 kg*der(x)^2 + 1/2*1 kg.m^2*der(b)^2;
+constraint rack: x = 0.25 m*sin(joint.angle + b);
+output shown = long/(1 m)*inertia_tensor(arm.a);
+experiment(stop = 0.5 s);
+"""
+
+
+SIZELESS = """
+coordinate Angle a ~ 0.3 rad;
+coordinate Length x ~ 0.4 m;
+kinetic 1/2*2 kg*der(x)^2 + 1/2*1 kg.m^2*der(a)^2;
+constraint rack: x = 0.25 m*sin(a + 0.2 rad);
+experiment(stop = 0.5 s);
+"""
+
+
+@pytest.mark.parametrize(("name", "text"), [("other units", SIZELESS), ("bodies as energies", GUESSED)])
+def test_guesses_that_other_sizes_weigh_otherwise(name: str, text: str) -> None:
+    """Before, an angle and a length were moved onto their constraint in other shares, which was called another motion."""
+    base = base_of(text)
+    twin = twin_of(name, base)
+    made = run_twin(twin, base)
+    found = compare(base, twin, made)
+    assert made.own is not None and found is not None and found.same
+    rack = twin.model.constraints[0]
+    wrong = replace(rack, right=apply("negate", rack.right.type, rack.right))
+    told = compare(base, twin, run_twin(replace(twin, model=replace(twin.model, constraints=(wrong,))), base))
+    assert told is not None and not told.same and told.name == "rack"
+
+
+def test_what_a_start_misses_is_told() -> None:
+    """Its equations in places and in rates, and what is given."""
+    case = base_of(GUESSED).plan.case
+    assert missed(case, case.y0).same
+    for name, told in (("x", "rack"), ("der(x)", "rack"), ("b", "b")):
+        y = case.y0.copy()
+        y[[q.name for q in case.problem.states].index(name)] += 1e-6
+        found = missed(case, y)
+        assert not found.same and (found.name == told or name == "b")

@@ -206,6 +206,7 @@ class Meaning:
         laws = [e.value for e in stated]
         laws += [x for f in m.frictions for x in (f.kinetic, f.static)]
         laws += [x for c in m.contacts for x in (c.friction, c.static)]
+        rubbing = {f.name for f in m.frictions}
         for law in laws:
             for e in self.expressions(law):
                 twice = isinstance(e, flat.Derivative) and (
@@ -216,6 +217,7 @@ class Meaning:
                     isinstance(e, flat.Query)
                     and e.function in questions.IMPLICIT
                     and e.target not in self.drive_names
+                    and (e.function != "power" or e.target in rubbing)
                 ):
                     found[questions.key_of(e)] = e
         return list(found.values())

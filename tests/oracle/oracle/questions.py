@@ -20,7 +20,11 @@ from oracle.values import NotCovered, Undetermined
 if TYPE_CHECKING:
     from oracle.meaning import Meaning
 
-IMPLICIT = ("reaction", "moment", "power")  # answers that are unknowns where laws depend on them
+IMPLICIT = (
+    "reaction",
+    "moment",
+    "power",
+)  # answers that are unknowns where laws depend on them: power of a friction
 
 
 def key_of(q: flat.Query) -> tuple[str, str, str]:
