@@ -129,8 +129,8 @@ def answer(meaning: Meaning, point: Point, q: flat.Query, defining: bool = False
 def momentum(meaning: Meaning, point: Point, target: str) -> Value:
     for name, shape, elements, _, first in meaning.coordinate_layout:
         if name == target:
-            last = first + (3 if shape is None else len(elements))
-            items = decided(meaning, point, f"momentum {target}", lambda p: list(p.momenta()[first:last]))
+            own = slice(first, first + (3 if shape is None else len(elements)))
+            items = decided(meaning, point, f"momentum {target}", lambda p, own=own: list(p.momenta()[own]))  # type: ignore[misc]
             return shaped(items, (3,) if shape is None else shape)
     raise NotCovered(f"the momentum of {target}")
 
