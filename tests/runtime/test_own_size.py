@@ -16,6 +16,7 @@ from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.problem import Array
 from mechc.runtime.studies.runs import own_size
+from mechc.runtime.studies.runs.simulate import Plan
 
 SMALL = "coordinate Length x = {};initial der(x) = {};kinetic 1/2*1 kg*der(x)^2;potential 1/2*40 N/m*x^2;"
 LARGE = (
@@ -87,8 +88,8 @@ def test_what_only_the_error_of_a_run_shows_is_no_size(monkeypatch: pytest.Monke
     asked: list[list[int]] = []
     kept = own_size._no_rounding
 
-    def noted(case: Case, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
-        asked.append(kept(case, run, reached, small))
+    def noted(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
+        asked.append(kept(plan, run, reached, small))
         return asked[-1]
 
     monkeypatch.setattr(own_size, "_no_rounding", noted)

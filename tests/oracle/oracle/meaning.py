@@ -258,7 +258,9 @@ class Meaning:
             try:
                 point = self.point(self.fill({**self._anything(rng), "time": rng.uniform(0.1, 1)}))
                 x = point.at(e)
-                items = [] if isinstance(x, Pose) else np.ravel(np.asarray(x, object))
+                if isinstance(x, Pose):
+                    return False
+                items = np.ravel(np.asarray(x, object))
                 if any(np.abs(point.moved(i, True)).max(initial=0) > 1e-12 for i in items):
                     return True
             except (ValueError, ZeroDivisionError):

@@ -161,9 +161,9 @@ class Point:
 
     def displaced(self, pose: Pose) -> Pose:
         """A pose after the extra freedoms, which are zero: along the axes of the world, about its own origin."""
-        x, v = self.nudge[0::2], self.nudge[1::2]
+        place, rate = self.nudge[0::2], self.nudge[1::2]
         zero = [
-            Series(np.stack([x[k] + 0j, v[k], 0 * x[k]]), self.slopes(self.meaning.size + k))
+            Series(np.stack([place[k] + 0j, rate[k], 0 * rate[k]]), self.slopes(self.meaning.size + k))
             for k in range(self.extra)
         ]
         d = self.space
