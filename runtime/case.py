@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 from msgspec import Struct, field
-from numpy.typing import NDArray
 
 from mechc.suggest import suggest
 
+from .arrays.choice import np
 from .driving_inputs import check_set, with_derivatives
 from .functions import Functions
 from .inputs import Table, constant
@@ -24,6 +23,9 @@ from .outcome import SimulationError
 from .problem import OF_ENSEMBLES, Array, Experiment, Problem, Quantity, Setting
 from .settings import settable
 from .start.initial import Assembled, assemble
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 Progress = Callable[[float], None]
 """Called between slices of a run with the fraction that is done."""

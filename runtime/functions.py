@@ -5,15 +5,17 @@ from __future__ import annotations
 import ctypes
 import functools
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from msgspec import Struct, field
-from numpy.typing import NDArray
 
+from .arrays.choice import np
 from .native import kernel as native
 from .once import once
 from .problem import Array, Description, ModelFunction, Problem
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 class Functions(Struct, frozen=True):

@@ -29,8 +29,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
+from .arrays.choice import np
 from .once import once
 from .problem import PURE, Array, Problem, Quantity
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-import numpy as np
 from msgspec.structs import replace
 
+from ..runtime.arrays.choice import np
 from ..runtime.outcome import Outcome
 from .numbers import count, duration, number, with_unit
 from .style import PLAIN, Style, pad, width
@@ -24,7 +25,7 @@ MOST_STATES = 12
 """States in the table; of more, those with the largest estimated error are shown."""
 FAR_APART = 1e3
 """From this ratio of the sizes of states of one unit on, the sizes are shown that errors are measured against."""
-NOTHING = float(np.finfo(float).eps)
+NOTHING = sys.float_info.epsilon
 """A last value below this part of its nominal size, and below its own error, is told as 0; results keep it."""
 ROUNDING = 1e-14
 """Of the energies of a run, over some hundred steps."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..problem import Array, Problem
 from .events import EventRecord
 from .solver import Solver

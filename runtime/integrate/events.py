@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, Protocol, overload
 
-import numpy as np
 from msgspec import Struct, field
-from numpy.typing import NDArray
 
+from ..arrays.choice import np
 from ..native import kernel as native
 from ..problem import Array, Problem
 
-NOTED = np.dtype(native.EventStruct)
-"""One event as the kernel notes it."""
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def noted_type() -> np.dtype[np.void]:
+    """Give the type of one event as the kernel notes it."""
+    found: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
+    return found
 
 
 class Event(Struct, frozen=True):
@@ -50,7 +55,7 @@ class Sides(Protocol):
 class Events(Sequence[Event]):
     """The events of a run in their order, each made when it is asked for: what the kernel noted stays as it is.
 
-    ``noted`` [k] of ``NOTED``; ``sides`` of the instants.
+    ``noted`` [k] of ``noted_type()``; ``sides`` of the instants.
     """
 
     def __init__(self, problem: Problem, noted: NDArray[np.void], sides: Sides) -> None:

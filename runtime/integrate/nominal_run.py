@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 from msgspec.structs import replace
 
+from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..nominal import nominal_values, sizes_of
 from ..problem import Array

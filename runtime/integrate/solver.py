@@ -5,16 +5,18 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Mapping
 from types import TracebackType
+from typing import TYPE_CHECKING
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays.choice import np
 from ..case import Case
 from ..inputs import Table
 from ..native import kernel as native
 from ..native.kernel import Status
 from ..problem import Array
-from .events import NOTED
+from .events import noted_type
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 FIRST_EVENTS = 256
 
@@ -54,8 +56,6 @@ class Solver:
             "grid_y": np.empty((case.grid.size, self.ny)),
         }
         self.nz = case.z.size
-        self._events = np.empty(0, dtype=NOTED)
-        self._instants = np.empty(0)
         if struct.hybrid:
             self._arrays["grid_z"] = np.empty((case.grid.size, self.nz))
         self._record = np.empty(0)
@@ -138,7 +138,7 @@ class Solver:
 
     def start_events(self, capacity: int) -> None:
         """Give the kernel room for ``capacity`` instants with four events each."""
-        self._events = np.empty(_events_of(capacity, self.nz), dtype=NOTED)
+        self._events = np.empty(_events_of(capacity, self.nz), dtype=noted_type())
         self._instants = np.empty((capacity, self._width))
         self._n_events = self._n_instants = 0
         self._give_events()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
 from msgspec import Struct
 
+from ..arrays.choice import np
 from ..outcome import Failure
 from ..problem import Array
 from .events import EventRecord

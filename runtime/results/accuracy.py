@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping
 
-import numpy as np
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from ..arrays.choice import np
 from ..outcome import Failure
 from ..problem import Array, Problem
 from .doubts import Contradiction
@@ -18,7 +19,7 @@ LOWEST_COMPANION = 1e-14
 AT_ONCE = 65_536
 """Rows that are looked at together."""
 
-EPSILON = float(np.finfo(float).eps)
+EPSILON = sys.float_info.epsilon
 
 
 class Drift(Struct, frozen=True):

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
-import numpy as np
 from msgspec import Struct, to_builtins
 
+from ..arrays.choice import np
 from ..case import Case
 from ..integrate.trajectory import DenseOutput
 from ..outcome import time_text

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Any
 
-import numpy as np
 from msgspec import Struct
 
+from ..arrays.choice import np
 from ..outcome import SimulationError
 from ..problem import Array
 
-EPSILON = float(np.finfo(np.float64).eps)
+EPSILON = sys.float_info.epsilon
 FOLDS = 3.0
 """Powers of e by which changes must have grown in the later part of a motion to be called exponential."""
 FEWEST = 8

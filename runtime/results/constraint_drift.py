@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..case import Case
 from ..integrate.trajectory import DenseOutput, Trajectory
 from ..problem import Array

@@ -14,9 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 from msgspec import Struct
 
+from ..arrays.choice import np
 from ..case import Case
 from ..problem import Array, Problem
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
@@ -202,15 +202,15 @@ def _scales(
     error[:, ny] = floor * np.abs(t)
     step = np.maximum(error, SHARE * size)
     slopes = _slopes(case, listed, (t, y, z), step)
-    stated = np.einsum("nik,ni->nk", slopes, error)
-    shared = np.einsum("nik,ni->nk", slopes[:, :ny], (pair.tolerance + floor) * size[:, :ny])
+    stated = (slopes * error[:, :, None]).sum(axis=1)
+    shared = (slopes[:, :ny] * ((pair.tolerance + floor) * size[:, :ny, None])).sum(axis=1)
     shared += slopes[:, ny] * error[:, ny:]
     outputs = np.abs(evaluate_rows(case, "outputs", t, y, z))
     terms = [outputs[:, [*check.outputs]].sum(axis=1) for check in listed]
     own = floor * np.array([_largest(term) for term in terms])
     if problem.hybrid is not None and problem.hybrid.rows:
         moved = slice(problem.nq + problem.nv)
-        own += TOUCH * np.einsum("nik,ni->nk", slopes[:, moved], size[:, moved]).max(axis=0)
+        own += TOUCH * (slopes[:, moved] * size[:, moved, None]).sum(axis=1).max(axis=0)
     return [(_largest(stated[:, k]) + own[k], _largest(shared[:, k]) + own[k]) for k in range(len(listed))]
 
 
@@ -237,14 +237,15 @@ def _slopes(
     at_once = max(1, MOST_NUMBERS // (2 * n * many))
     for begin in range(0, many, at_once):
         part = slice(begin, min(begin + at_once, many))
-        which = np.arange(part.start, part.stop)
-        moved = np.zeros((n, 2, which.size, many))
-        moved[:, 0, which - begin, which], moved[:, 1, which - begin, which] = step[:, part], -step[:, part]
+        which = range(part.start, part.stop)
+        moved = np.zeros((n, 2, len(which), many))
+        for k in which:
+            moved[:, 0, k - begin, k], moved[:, 1, k - begin, k] = step[:, k], -step[:, k]
         states = (y[:, None, None, :] + moved[..., :-1]).reshape(-1, many - 1)
         times = (t[:, None, None] + moved[..., -1]).ravel()
-        held = None if z is None else np.repeat(z, 2 * which.size, axis=0)
+        held = None if z is None else np.repeat(z, 2 * len(which), axis=0)
         there = _values(case, listed, times, states, held)
-        change = np.abs(there.reshape(n, 2, which.size, -1) - here[:, None, None, :]).max(axis=1)
+        change = np.abs(there.reshape(n, 2, len(which), -1) - here[:, None, None, :]).max(axis=1)
         width = step[:, part, None]
         np.divide(change, width, out=slopes[:, part], where=width > 0)
     return slopes

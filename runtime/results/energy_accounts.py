@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-import numpy as np
 from msgspec import Struct
+
+from ..arrays.choice import np
 
 if TYPE_CHECKING:
     from ..problem import Array, Problem

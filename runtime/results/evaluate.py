@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import ctypes
 from functools import cached_property
-from typing import Literal, overload
+from typing import TYPE_CHECKING, Literal, overload
 
-import numpy as np
 from msgspec.structs import replace
-from numpy.typing import NDArray
 
+from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..integrate.solver import table_structs
 from ..native import kernel as native
 from ..problem import Array
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 def evaluate_rows(

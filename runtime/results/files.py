@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..problem import Array
 from .quantities import Results, header
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
-import numpy as np
 from msgspec import Struct
 
+from ..arrays.choice import np
 from ..problem import Array
 from .branch_jumps import ONE, Point
 from .systems import System
@@ -19,7 +20,7 @@ ENOUGH = 4
 """Further solutions behind which no more are looked for."""
 FLATTEST = 1e9
 """Flatness of equations from which on what they determine is not told apart."""
-TURN = 2 * np.pi
+TURN = 2 * math.pi
 PRIMES = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
 
 

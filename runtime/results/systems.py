@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..case import Case, inputs_at
 from ..functions import named_function
 from ..problem import Array

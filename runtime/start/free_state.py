@@ -7,16 +7,16 @@ target, too.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays.choice import Flags as Flags
+from ..arrays.choice import np
 from ..problem import Array, ModelFunction
 from .facts import StartFacts
 from .gauss_newton import Local
 
-Flags = NDArray[np.bool_]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 # ---- copied from here
 

@@ -14,12 +14,13 @@ kernel/start/nearest.c does the same by orthogonal factors. What follows the mar
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ..arrays.choice import np
 from ..problem import Array
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 # ---- copied from here
 

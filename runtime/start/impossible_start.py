@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..outcome import SimulationError
 from ..problem import AssemblyRow, Problem
 from .free_state import Task, disturbed

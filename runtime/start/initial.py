@@ -5,9 +5,9 @@ Known values stay.
 
 from __future__ import annotations
 
-import numpy as np
 from msgspec import Struct
 
+from ..arrays.choice import np
 from ..functions import Functions
 from ..problem import Array, Problem
 from .facts import start_facts

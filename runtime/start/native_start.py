@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import ctypes
 
-import numpy as np
-
+from ..arrays.choice import np
 from ..functions import Functions
 from ..native import kernel as native
 from ..problem import Array

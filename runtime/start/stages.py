@@ -5,9 +5,9 @@ kernel/start/assemble.c does the same. What follows the marker stands in modules
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
+from ..arrays.choice import np
 from ..problem import Array, ModelFunction
 from .facts import StartFacts
 from .free_state import (
@@ -21,6 +21,9 @@ from .free_state import (
     weights_of,
 )
 from .gauss_newton import Local, Nearest, nearest
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 # ---- copied from here
 

@@ -136,6 +136,7 @@ def test_the_compiler_is_not_imported(tmp_path: Path) -> None:
 
 
 FORMS = (
+    "numpy",
     "sympy",
     "lark",
     "scipy",

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Mapping
 from typing import Any, Generic, TypeVar
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
@@ -55,7 +55,7 @@ class Sweep(Run, frozen=True, kw_only=True):
         as_stated = is_as_stated(problem, self)
         points: list[dict[str, float | bool | str]] = []
         solutions: list[Solution] = []
-        count = int(np.prod([len(axis) for axis in axes.values()]))
+        count = math.prod(len(axis) for axis in axes.values())
         for k, row in enumerate(itertools.product(*axes.values())):
             point = dict(zip(axes, row, strict=True))
             progress = part_of(self.progress, k / count, (k + 1) / count)

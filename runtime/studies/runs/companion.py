@@ -5,10 +5,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ...arrays.choice import np
 from ...case import Case, Progress, SimulationOptions, part_of
 from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel

@@ -3,10 +3,11 @@ takes the size of one of kilometres (``runtime/nominal.py``, rule 4), and only i
 
 from __future__ import annotations
 
-import numpy as np
-from msgspec.structs import replace
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING
 
+from msgspec.structs import replace
+
+from ...arrays.choice import np
 from ...case import Case, Progress
 from ...integrate.trajectory import Trajectory
 from ...nominal import NOISE
@@ -15,6 +16,9 @@ from ...problem import PURE, Array, Problem, Quantity
 from ...results.accuracy import AT_ONCE, EPSILON
 from ...results.evaluate import evaluate_rows
 from .companion import Plan, trajectory_of
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 FAR = 1e-3
 """Share of its nominal value below which a state that has stayed there all the time was not measured by its own size."""

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numpy as np
-
+from ...arrays.choice import np
 from ...case import Case
 from ...integrate.trajectory import Trajectory
 from ...once import once
