@@ -15,6 +15,7 @@ from ...graph.differentiate import vjp
 from ...graph.vector import add, cross, matvec
 from ...mechanics.kinematics.reactions import VirtualDisplacement
 from ...mechanics.system import ConstraintRows, MechanicalSystem
+from .like_terms import combined
 
 Seeds = list[tuple[Node, Node]]
 
@@ -65,7 +66,10 @@ def lagrange(system: MechanicalSystem, lagrangian: Node) -> list[Node]:
     velocities = [s.node for s in system.v]
     momenta = vjp(graph, [(lagrangian, graph.one)], velocities)
     gradient = vjp(graph, [(lagrangian, graph.one)], [s.node for s in system.q])
-    result = [graph.sub(system.rate(p), g) for p, g in zip(momenta, projected(system, gradient), strict=True)]
+    result = [
+        combined(graph, graph.sub(system.rate(p), g))
+        for p, g in zip(momenta, projected(system, gradient), strict=True)
+    ]
     for i, second in enumerate(highest(system, lagrangian)):
         result[i] = graph.sub(result[i], system.rate(system.rate(second)))
     for _, first in system.rotations:

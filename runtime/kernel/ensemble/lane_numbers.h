@@ -16,8 +16,10 @@
 
 LANE V lane_abs(V x) { return lane_value(lane_raw(x) & LANE_BITS(0x7fffffffffffffff)); }
 LANE V lane_with_sign(V size, V x) { return lane_value(lane_raw(size) | (lane_raw(x) & ~LANE_BITS(0x7fffffffffffffff))); }
+#ifndef LANE_EXTREMES
 LANE V lane_larger(V a, V b) { return lane_pick(a > b, a, b); }
 LANE V lane_smaller(V a, V b) { return lane_pick(a < b, a, b); }
+#endif
 LANE M lane_finite(V x) { return x - x == 0.0; }
 
 /* As the functions of the same names in the C text of a model. */
@@ -33,16 +35,18 @@ LANE V lane_floor(V x)
     return lane_pick(a < shift, lane_with_sign(whole - lane_number(whole > x), x), x);
 }
 
-/* ---- step control: x^e for positive x to some five digits. The logarithm by the area tangent, the power by its series. */
+/* ---- step control: x^e for positive x to some five digits. The logarithm of the fraction by a polynomial of Chebyshev, which is
+ * 1.6e-5 off at most; the power by its series. */
 
 LANE V lane_rough_log2(V x)
 {
     const M bits = lane_raw(x);
     const V k = lane_value((bits >> 52 & 0x7ff) | LANE_BITS(0x4330000000000000)) - (0x1p52 + 1023.0);
-    const V m = lane_value((bits & LANE_BITS(0xfffffffffffff)) | LANE_BITS(0x3ff0000000000000));
-    const V root = lane(1.41421356237309515), d = (m - root) / (m + root), d2 = d * d;
-    const V series = lane_fma(d2, lane_fma(d2, lane(0.2), lane(1.0 / 3)), lane(1));
-    return k + lane_fma(d * series, lane(2 * 1.4426950408889634), lane(0.5));
+    const V m = lane_value((bits & LANE_BITS(0xfffffffffffff)) | LANE_BITS(0x3ff0000000000000)), m2 = m * m;
+    const V low = lane_fma(m, lane(5.04785541344135746), lane(-2.78792620730404308));
+    const V middle = lane_fma(m, lane(1.58947429497570359), lane(-3.48987855068486998));
+    const V high = lane_fma(m, lane(0.0430049577918845579), lane(-0.402513393549149253));
+    return k + lane_fma(m2, lane_fma(m2, high, middle), low);
 }
 
 LANE V lane_rough_exp2(V x)

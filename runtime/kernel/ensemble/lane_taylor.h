@@ -97,7 +97,7 @@ static void suggest(mech_lane_room *r, const work *w)
         V size = lane(0);
         for (int i = 0; i < NY; i++) {
             const V here = lane_abs(w->x[k][i]) * w->weight[i];
-            size = lane_pick(here <= size, size, here); /* what is undefined counts */
+            size = lane_larger(size, here);
         }
         const M counts = (order >= (double)k) & (order < (double)(k + LAST)) & lane_finite(size) & (size > 0.0);
         least = lane_pick(counts, lane_smaller(least, lane_rough_log2(size) * (-1.0 / k)), least);

@@ -50,7 +50,7 @@ LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & la
 #define LANE_HOW ", not fused"
 #endif
 
-/* ---- one row for each width: a b + c, c - a b, root, sets of lanes as bits */
+/* ---- one row for each width: a b + c, c - a b, root, sets of lanes as bits, a where a > b (a < b), else b */
 
 #if defined(__x86_64__) || defined(__i386__)
 #include <immintrin.h>
@@ -60,6 +60,9 @@ LANE V lane_pick(M m, V a, V b) { return lane_value((m & lane_raw(a)) | (~m & la
 LANE V lane_fma(V a, V b, V c) { return _mm512_fmadd_pd(a, b, c); }
 LANE V lane_fnma(V a, V b, V c) { return _mm512_fnmadd_pd(a, b, c); }
 LANE V lane_sqrt(V a) { return _mm512_sqrt_pd(a); }
+LANE V lane_larger(V a, V b) { return _mm512_max_pd(a, b); }
+LANE V lane_smaller(V a, V b) { return _mm512_min_pd(a, b); }
+#define LANE_EXTREMES
 LANE unsigned lane_bits(M m) { return _mm512_movepi64_mask((__m512i)m); }
 LANE M lane_set(unsigned bits) { return (M)_mm512_movm_epi64((__mmask8)bits); }
 #elif MECH_LANE_WIDTH == 4 && defined(__AVX__)
@@ -72,6 +75,9 @@ LANE V lane_fma(V a, V b, V c) { return a * b + c; }
 LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
 #endif
 LANE V lane_sqrt(V a) { return _mm256_sqrt_pd(a); }
+LANE V lane_larger(V a, V b) { return _mm256_max_pd(a, b); }
+LANE V lane_smaller(V a, V b) { return _mm256_min_pd(a, b); }
+#define LANE_EXTREMES
 LANE unsigned lane_bits(M m) { return (unsigned)_mm256_movemask_pd((__m256d)m); }
 #define LANE_SET_BY_BITS
 #elif MECH_LANE_WIDTH == 2 && defined(__SSE2__)
@@ -84,6 +90,9 @@ LANE V lane_fma(V a, V b, V c) { return a * b + c; }
 LANE V lane_fnma(V a, V b, V c) { return c - a * b; }
 #endif
 LANE V lane_sqrt(V a) { return _mm_sqrt_pd(a); }
+LANE V lane_larger(V a, V b) { return _mm_max_pd(a, b); }
+LANE V lane_smaller(V a, V b) { return _mm_min_pd(a, b); }
+#define LANE_EXTREMES
 LANE unsigned lane_bits(M m) { return (unsigned)_mm_movemask_pd((__m128d)m); }
 #define LANE_SET_BY_BITS
 #elif MECH_LANE_WIDTH == 2 && defined(__ARM_NEON) && defined(__aarch64__)
